@@ -1,4 +1,4 @@
-"""Goals that are drawn: which literals a scene offers, and the rules that need no simulator.
+"""Random goals: the literals that a scene offers, and the rules for goals that need no simulator.
 
 A literal is a tuple as LIBERO's parser has it: ("on", "plate_1", "flat_stove_1_cook_region"). Nothing of cramlite or LIBERO is imported:
 the generators of LIBERO's problems and of kitchens share it.
@@ -49,7 +49,8 @@ def offered(
 
 
 def drawn_goal(rng: Any, offers: Offers, parts: int) -> tuple[Literal, ...]:
-    """Draw a goal: of each part first the predicate, then the sort of target, then one of its literals.
+    """Draw a goal: for each of its parts first a predicate, then a sort of target, then one literal of this
+    predicate and sort.
 
     Args:
         rng: ``numpy.random.Generator``.
@@ -62,13 +63,14 @@ def _one(rng: Any, among: Sequence[Any]) -> Any:
 
 
 def most_parts(offers: Offers) -> int:
-    """Return how many parts a goal without contradiction can have: of a thing where it is and how it stands, of a joint its state."""
+    """Return the largest number of parts of a goal without contradiction: a place and an attitude for each
+    thing, a state for each joint."""
     subjects = {(p[1], p[0] in PLACES) for sorts in offers.values() for sort in sorts for p in sort}
     return len(subjects)
 
 
 def contradiction(goal: Sequence[Literal], owner: Mapping[str, str]) -> str:
-    """Return why the parts of a goal cannot hold together, by their meaning alone; "" if nothing says so.
+    """Return why the parts of a goal contradict each other whatever the scene is; "" if they do not.
 
     Args:
         owner: region -> the thing that it belongs to, where that can be carried.
@@ -97,7 +99,7 @@ def _reaches(on: Mapping[str, str], start: str) -> bool:
 
 
 def in_order(goal: Sequence[Literal], owner: Mapping[str, str]) -> list[Literal]:
-    """Return the placing parts of a goal, supports before the things on them."""
+    """Return the literals of a goal that place things, supports before the things on them."""
     places = {p[1]: p for p in goal if p[0] in PLACES}
     found: list[Literal] = []
     while len(found) < len(places):
@@ -118,7 +120,7 @@ def signature(goal: Iterable[Literal], kind: Callable[[str], str]) -> frozenset[
 
 
 def fits(thing: Sequence[float], target: Sequence[float]) -> bool:
-    """Return whether a thing is not larger than its target in every attitude.
+    """Return whether a thing fits on or in its target in some attitude.
 
     Args:
         thing: its three extents [m].
@@ -135,7 +137,7 @@ def kind_of(goal: Iterable[Literal]) -> str:
 
 
 def words(goal: Iterable[Literal]) -> str:
-    """Return a goal in words, as the language of the problem."""
+    """Return a goal as the sentence that a problem file has as its language."""
     said = {"on": "put the {} on the {}", "in": "put the {} in the {}", "open": "open the {}", "close": "close the {}",
             "turnon": "turn on the {}", "turnoff": "turn off the {}"}  # fmt: skip
     return " and ".join(said[p[0]].format(*(n.replace("_", " ") for n in p[1:])) for p in goal)

@@ -1,4 +1,4 @@
-"""Lines of a judge's process: requests come in, one JSON object a line, and each is answered with one.
+"""JSON lines of a judge's process: it reads requests, one JSON object a line, and answers each with one line.
 
 The judges' scripts beside this file share it. They run in environments of their own, so nothing of cramlite is imported here.
 """
@@ -18,7 +18,7 @@ class Refused(Exception):
 
 
 def answer(judge: Any, ask: dict[str, Any]) -> dict[str, Any]:
-    """Serve a request with the judge's method of its name; all but ``reset`` need an episode, the judge's ``env``.
+    """Call the judge's method that a request names; all but ``reset`` need a running episode (``env``).
 
     Raises:
         Refused: there is no such request, or no episode yet.

@@ -31,7 +31,7 @@ class CramliteError(Exception):
 
 
 def _cut(found: re.Match[str]) -> str:
-    """Beginning and end of a long text, with its length."""
+    """Return the beginning and the end of a long text, with its number of characters between them."""
     return f"{found[0][:BEGINNING]}... ({len(found[0])} characters) ...{found[0][-END:]}"
 
 
@@ -40,7 +40,7 @@ class UserError(CramliteError):
 
 
 class ProcessGone(UserError):
-    """Loss of a process that answers for a robot or a judge: it ended, or answers no more."""
+    """Loss of the process that stands for a robot or a judge: it ended, or replies no more."""
 
 
 class NoSolution(CramliteError):
@@ -61,7 +61,9 @@ solved (exit 0)."""
 
 
 class Unresolvable(Exception):
-    """Infeasibility of a designator, raised by the plugin that is responsible for it ("mine, impossible").
+    """Infeasibility of a designator, raised by the plugin that is responsible for the designator.
+
+    It means "this query is mine, and what it asks for is impossible".
 
     Where it depends on the tasks before, use ``because_of_earlier_tasks``.
 
@@ -101,7 +103,7 @@ class Unresolvable(Exception):
 
 
 def checked_numbers(numbers: Mapping[str, float]) -> Mapping[str, float]:
-    """Return the numbers of a reason, checked to be a mapping of names to numbers.
+    """Check that the numbers of a refusal's reason are a mapping of names to numbers, and return them.
 
     Raises:
         TypeError: they are no mapping of names to numbers; the plugin that gives them is to blame.

@@ -1,4 +1,4 @@
-"""Lock on an open file, given back when its process ends, however it ends."""
+"""Lock on an open file, released when its process ends, however it ends."""
 
 from __future__ import annotations
 

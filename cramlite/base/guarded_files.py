@@ -1,4 +1,4 @@
-"""Files from strangers: the effects of reading one are limited before it is read.
+"""Safe reading of files from unknown sources: size, nesting and entities are limited before a parser sees a file.
 
 Parsers behind these guards (MuJoCo's, rdflib's, NumPy's) trust what a file says of its own size. ``defusedxml`` guards Python's own XML
 parsers alone, and refuses the harmless entities that event logs declare.
@@ -34,7 +34,9 @@ _COMMENT = re.compile(r"<!--(.*?)-->", re.DOTALL)
 
 
 def check_file(path: Path, most: int) -> None:
-    """Check that a file is one, and not larger than a number of bytes: a device or a pipe would be read for ever.
+    """Check that a path leads to a regular file of at most some number of bytes.
+
+    A device or a pipe would be read for ever.
 
     Raises:
         UserError: it is not; says what would be right.
@@ -51,7 +53,8 @@ def check_file(path: Path, most: int) -> None:
 
 
 def check_xml(path: Path, content: str | bytes, visit: Visit | None = None) -> None:
-    """Parse an XML text, with harmless entities only and nested no deeper than ``DEEPEST``; nothing else is opened.
+    """Parse an XML text with harmless entities only, nested no deeper than ``DEEPEST``; no other file is
+    opened.
 
     Args:
         path: of the file, which errors name.
@@ -76,14 +79,17 @@ def check_xml(path: Path, content: str | bytes, visit: Visit | None = None) -> N
 
 
 def _bytes(text: str) -> bytes:
-    """Encode a text as UTF-8: before its first element only line ends stay, and hyphens in comments become equals signs."""
+    """Encode an XML text as UTF-8, without what precedes its first element except line ends.
+
+    Hyphens inside comments become equals signs.
+    """
     start = text.lstrip("\ufeff \t\r\n")
     marked = _COMMENT.sub(lambda found: f"<!--{found[1].replace('-', '=')}-->", start)
     return b"\n" * text[: len(text) - len(start)].count("\n") + marked.encode("utf-8", "replace")
 
 
 class _State:
-    """Progress of an XML text that is being parsed."""
+    """State of an XML parse: counts of depth, entities and characters so far, each with its limit."""
 
     def __init__(self, path: Path, visit: Visit, line: Callable[[], int]) -> None:
         self.path, self.visit, self.line = path, visit, line
@@ -116,7 +122,7 @@ class _State:
     def count(self, text: str) -> None:
         self.characters += len(text)
         if self.characters > MOST_TEXT:
-            raise self.refuse(f"with its entities written out it has more than {MOST_TEXT} characters.")
+            raise self.refuse(f"with its entities expanded the text has more than {MOST_TEXT} characters.")
 
 
 def check_json_ld(path: Path, text: str) -> None:
@@ -135,14 +141,16 @@ def check_json_ld(path: Path, text: str) -> None:
             for key, value in node.items():
                 values = value if isinstance(value, list) else [value]
                 if key in ("@context", "@import") and (named := next((v for v in values if isinstance(v, str)), None)):
-                    raise UserError(f"{path}:1: its {key} is kept elsewhere ({named:.80}); write it into the file.")
+                    raise UserError(f"{path}:1: its {key} is in another file or at an address ({named:.80}); write its content here.")
             open_ += node.values()
         elif isinstance(node, list):
             open_ += node
 
 
 def read_arrays(path: Path, most: int) -> dict[str, NDArray[Any]]:
-    """Read the arrays of a NumPy archive (.npz): no pickles, and nothing is allocated that is not in the file.
+    """Read the arrays of a NumPy archive (.npz) without unpickling.
+
+    An array whose header claims more bytes than the file holds is refused before memory is allocated.
 
     Args:
         most: bytes of all arrays together, unpacked.
@@ -157,15 +165,15 @@ def read_arrays(path: Path, most: int) -> dict[str, NDArray[Any]]:
         with ZipFile(path) as archive:
             size = sum(entry.file_size for entry in archive.infolist())
             if size > most:
-                raise ValueError(f"unpacked it would take {size / 1e9:.1f} GB, and {most / 1e9:.1f} GB are allowed")
+                raise ValueError(f"unpacked, the archive would take {size / 1e9:.1f} GB, and {most / 1e9:.1f} GB are allowed")
             return {name.removesuffix(".npy"): _array(archive.read(name), name) for name in archive.namelist()}
     except (OSError, ValueError, KeyError, EOFError, BadZipFile, zlib.error, NotImplementedError, RuntimeError, MemoryError) as error:
         why = " ".join(str(error).split())[:200] or type(error).__name__
-        raise UserError(f"{path}: it is no NumPy archive, or not all of it: {why}.") from error
+        raise UserError(f"{path}: this is no NumPy archive (.npz), or a damaged one: {why}.") from error
 
 
 def _array(content: bytes, name: str) -> NDArray[Any]:
-    """The array of a .npy file; its header's shape must be that of its bytes."""
+    """Return the array of a .npy file whose header claims no more bytes than the file has."""
     import numpy as np
 
     file = io.BytesIO(content)
@@ -175,6 +183,6 @@ def _array(content: bytes, name: str) -> NDArray[Any]:
     if dtype.hasobject:
         raise ValueError(f"'{name}' has Python objects (pickles), which are not read")
     if math.prod(shape) * dtype.itemsize > len(content):
-        raise ValueError(f"'{name}' says that it has the shape {shape}, and has {len(content)} bytes")
+        raise ValueError(f"'{name}' has the shape {shape} by its header, but only {len(content)} bytes")
     file.seek(0)
     return np.lib.format.read_array(file, allow_pickle=False)

@@ -1,4 +1,4 @@
-"""Pages of HTML: Jinja2 templates in which every value is escaped; an existing file is overwritten only if it is such a page."""
+"""HTML pages from Jinja2 templates in which every value is escaped; an existing file is overwritten only if it is an HTML page."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def html_template(text: str) -> Template:
 
 
 def write_html(file: Path, page: str, *, make_folder: bool = False) -> None:
-    """Write a page to a file; an older page is written over.
+    """Write an HTML page to a file; an older page is overwritten.
 
     Args:
         make_folder: whether its folder is made if need be.

@@ -31,7 +31,7 @@ class LazyNames:
 
     @cached_property
     def homes(self) -> Mapping[str, str]:
-        """Name -> module that defines it, relative to the package."""
+        """Public name -> module of the package that defines it, as a relative import."""
         import ast
         import linecache
 
@@ -45,7 +45,8 @@ class LazyNames:
         return sorted({*vars(sys.modules[self._package]), *self.homes})
 
     def load(self, name: str) -> Any:
-        """Import a name, and keep it in the package so that it is looked up once; "__all__" has all of them.
+        """Import a public name and store it in the package, so that it is looked up once; "__all__" gives the
+        list of all names.
 
         Raises:
             AttributeError: the package has no such name.

@@ -1,4 +1,4 @@
-"""Free memory goes back to the system."""
+"""Return of unused memory from the C library to the system."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 
 def give_back() -> None:
-    """Give memory that nothing needs any more back to the system, where the C library keeps it (glibc).
+    """Give unused memory that the C library (glibc) keeps back to the system.
 
     States of simulations have 15 MB each and are soon free again, but small values that last lie between them: a process had 1.1 GB after
     five drawn problems, of which 0.5 GB were free.

@@ -1,4 +1,4 @@
-"""Processes with all that they started: groups of POSIX systems, process trees of Windows."""
+"""Process groups: a process is ended with all child processes that it started (POSIX groups, Windows process trees)."""
 
 from __future__ import annotations
 

@@ -22,11 +22,14 @@ ASKED = 0.05
 
 
 class Stopped(BaseException):
-    """End of work that its caller no longer wants. It is no ``Exception``, so that nobody takes it for a plugin's defect."""
+    """Stop of work that its caller no longer wants.
+
+    It is no ``Exception``, so that no code takes it for a plugin's defect.
+    """
 
 
 class Work(Struct):
-    """Work that is under way.
+    """Description of the current work, with how much of it is done.
 
     Args:
         what: in words, such as "program 2 runs".
@@ -70,7 +73,7 @@ class Pulse:
         return self._stop() or (self._outer is not None and self._outer.asked_to_stop())
 
     def beat(self) -> None:
-        """Ask whether to go on, and report the current work, unless that was just done.
+        """Ask whether to go on and report the current work, unless both were done less than ``ASKED`` ago.
 
         Raises:
             Stopped: the work is to end.
@@ -118,7 +121,8 @@ def working(what: str, whole: float = 0.0, ends: float | None = None) -> Iterato
 
 
 def checkpoint(at: float | None = None) -> None:
-    """Ask whether to go on; work that takes longer than a tenth of a second calls this meanwhile.
+    """Ask whether to go on; work that takes longer than a tenth of a second must call this function
+    regularly.
 
     Args:
         at: how much of the work is done [s of simulated time]; None where that is not known.

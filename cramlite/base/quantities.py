@@ -58,7 +58,7 @@ def parse_quantity(value: Any, kind: str) -> float:
 
 
 def beyond_reason(value: float, kind: str) -> str:
-    """Say why a number in SI units is implausible, as a clause; empty if it is plausible."""
+    """Return a clause on why a number in SI units is implausible; empty if it is plausible."""
     if abs(value) <= MOST[kind]:
         return ""
     return f"beyond reason: {_A[kind]} here is at most {MOST[kind]:g} {_SI[kind]}, so a unit or a power of ten is wrong"
@@ -82,7 +82,7 @@ def _parser(kind: str) -> Callable[[Any], float]:
 
 
 def _schema(kind: str) -> WithJsonSchema:
-    """JSON Schema for editors: a number, or text with a unit of this kind."""
+    """Return the JSON Schema of a quantity, for editors: a number, or text with a unit of its kind."""
     units = "|".join(u for u in UNITS[kind])
     pattern = rf"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*({units})?\s*$"
     text = f"{_A[kind]}: a number in {next(iter(UNITS[kind]))}, or text such as '{_EXAMPLES[kind]}'"

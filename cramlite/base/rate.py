@@ -1,4 +1,4 @@
-"""Rates that were counted, with their intervals."""
+"""Rates of counted successes with their 95 % intervals."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Rate(Value):
 
     @property
     def text(self) -> str:
-        """The rate for people: "27 of 29 (.93, .78 to .98)"."""
+        """Rate as text for people: "27 of 29 (.93, .78 to .98)"."""
         if not self.total:
             return "none tried"
         low, high = self.interval

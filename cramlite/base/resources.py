@@ -36,7 +36,8 @@ def find_scenario(name: str) -> Path:
 
 
 def _yaml_files_near(path: Path) -> list[str]:
-    """Paths of the YAML files in the folder of a path, relative if that path is."""
+    """Return the paths of the YAML files in the folder of a path; relative paths where the given path is
+    relative."""
     return [str(p) for pattern in ("*.yaml", "*.yml") for p in path.parent.glob(pattern)]
 
 

@@ -15,8 +15,10 @@ Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=LONGE
 
 
 class Spec(BaseModel):
-    """Mapping of a file; an unknown key is refused, and so are ``.nan``, ``.inf``, and ``true`` in the place of a number, which pydantic by
-    itself reads as 1."""
+    """Mapping of a hand-written file; unknown keys and wrong numbers are refused.
+
+    Wrong numbers are ``.nan``, ``.inf``, and ``true`` or ``false``, which pydantic alone reads as 1 or 0.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -29,7 +31,7 @@ class Spec(BaseModel):
 
 
 def read_value(kind: Any, value: Any) -> Any:
-    """Return a value as a type, by the rules of the fields of a ``Spec``.
+    """Convert a value to a type by the rules that hold for the fields of a ``Spec``.
 
     Args:
         kind: a type, or ``Length`` and the like.

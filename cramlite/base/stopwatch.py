@@ -27,7 +27,7 @@ class Stopwatch:
         return {name: round(seconds, 3) for name, seconds in sorted(self._spent.items())}
 
     def add(self, stage: str, seconds: float) -> None:
-        """Add the CPU time [s] that a process which goes on took for a stage."""
+        """Add the CPU time [s] that a process still running has spent on a stage."""
         self._spent[stage] = self._spent.get(stage, 0.0) + seconds
 
     @contextmanager

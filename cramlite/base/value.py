@@ -16,7 +16,7 @@ class _ValueMeta(StructMeta):
 
     @property
     def __signature__(cls) -> Signature:
-        """Signature of the class as it is written.
+        """Signature of the class with its annotations as they are written in the source, not evaluated.
 
         msgspec's own evaluates the annotations, and fails at names that are there for type checkers only.
         """

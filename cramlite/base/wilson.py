@@ -1,4 +1,4 @@
-"""Wilson's score interval of a rate (Wilson, JASA 22, 1927), and Newcombe's of a difference between two."""
+"""Wilson's score interval of a rate (Wilson, JASA 22, 1927), and Newcombe's interval of the difference of two rates."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ def load_yaml(path: Path) -> Any:
 
 
 def parse_yaml(text: str, path: Path) -> Any:
-    """Parse YAML as ``load_yaml`` does; ``path`` stands for its file in messages.
+    """Parse YAML text as ``load_yaml`` parses a file; messages name ``path`` as the file.
 
     Raises:
         UserError: not YAML, a tag, or a key given twice.
@@ -58,7 +58,7 @@ def parse_yaml(text: str, path: Path) -> Any:
 
 
 def line_of(data: Any, location: Sequence[str | int]) -> int:
-    """Return the line (from 1) of the deepest part of ``location`` that the data has."""
+    """Return the line (from 1) of the deepest existing part of a location in YAML data."""
     line: int = getattr(data, "line", 1)
     for step in location:
         if isinstance(data, dict) and step in data:
@@ -131,7 +131,8 @@ ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "
 
 
 def _in_words(data: Any, location: Sequence[str | int]) -> str:
-    """A place as a person counts it: "'hangs_on.depth' of the third thing 'tea'"; empty for the whole."""
+    """Return the location of a YAML value in words: "'hangs_on.depth' of the third thing 'tea'"; empty for
+    the whole file."""
     said, keys, here = "", list[str](), data
     for step in location:
         inside = here[step] if _has(here, step) else None

@@ -46,7 +46,7 @@ class Sequence(list[Any]):
 
 
 class Reader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
-    """Reader of one document; a tag that is not of the core schema and a duplicate key are errors."""
+    """Reader of one YAML document; a tag outside the core schema and a duplicate key are errors."""
 
     yaml_implicit_resolvers: ClassVar[dict[str, Any]] = {}  # PyYAML's own are those of YAML 1.1
     yaml_constructors: ClassVar[dict[Any, Any]] = {}
@@ -64,7 +64,8 @@ def read(text: str) -> Any:
 
 
 def _check(text: str) -> None:
-    """Check depth and size by the events alone; an alias counts as the node that it repeats."""
+    """Check depth and size of a YAML text from its parser events; an alias counts as much as the node that it
+    repeats."""
     open_: list[_Part] = [_Part("")]
     done: dict[str, _Part] = {}
     events: Iterator[Any] = iter(yaml.parse(text, Reader))
@@ -83,18 +84,19 @@ def _check(text: str) -> None:
             part = done[event.anchor or ""] = _Part(event.anchor or "", -1)
             open_[-1].add(part)
         if len(open_) + open_[-1].depth - 1 > DEEPEST:
-            raise ValueError(f"it is nested more than {DEEPEST} deep")
+            raise ValueError(f"the text is nested more than {DEEPEST} deep")
         if sum(part.size for part in open_) > MOST:
-            raise ValueError(f"it has more than {MOST} values, those counted that its aliases repeat")
+            raise ValueError(f"the text has more than {MOST} values, with those that its aliases repeat")
 
 
 def _mark(event: Any) -> Any:
-    """The place of an event: libyaml's and PyYAML's marks are of two types."""
+    """Return the start mark of a parser event, untyped, because libyaml's and PyYAML's marks have different
+    types."""
     return event.start_mark
 
 
 class _Part:
-    """Number of values and levels below a part of a document; -1 levels for a scalar."""
+    """Number of values and of levels below a part of a YAML document; -1 levels for a scalar."""
 
     def __init__(self, anchor: str, depth: int = 0) -> None:
         self.anchor, self.size, self.depth = anchor, 1, depth
@@ -116,7 +118,8 @@ def _mapping(reader: Any, node: yaml.MappingNode) -> Iterator[Mapping]:
 
 
 def _once(reader: Any, node: yaml.MappingNode) -> Iterator[tuple[Hashable, int]]:
-    """Keys of a mapping, without those that it merges from others, with their lines."""
+    """Yield each key of a YAML mapping with its line, without keys merged by "<<"; refuse a key that stands
+    twice."""
     seen = set()
     for key_node, _ in node.value:
         key = reader.construct_object(key_node, deep=True)

@@ -1,4 +1,4 @@
-"""Answers to programs elsewhere, as values for JSON, for ``cramlite serve`` and ``cramlite mcp``."""
+"""Answers of ``cramlite serve`` and ``cramlite mcp`` to their clients, as values for JSON."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def tasks_answer(engine: Engine) -> list[dict[str, Any]]:
 
 
 def check_answer(engine: Engine, scenario: Scenario, seed: int) -> dict[str, Any]:
-    """Return name, robot and things of a scenario that can be used.
+    """Check that a scenario can be used; return its name, robot and things.
 
     Raises:
         UserError: it cannot, or its goal cannot be planned for.

@@ -18,10 +18,13 @@ RENAMED = {"--wants": "--attributes"}
 
 
 class Add(Protocol):
-    """Declares a command: its name, and the function that does it."""
+    """Callable that declares a command: its name, and the function that runs it."""
 
     def __call__(self, name: str, run: Command, *, asks_plugins: bool = True) -> argparse.ArgumentParser:
-        """Return the command's parser, for its own arguments; ``asks_plugins``: whether it loads plugins by itself."""
+        """Return the parser of the declared command, to which its own arguments are added.
+
+        With ``asks_plugins`` the command loads plugins by itself.
+        """
         ...
 
 

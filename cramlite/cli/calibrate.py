@@ -39,8 +39,8 @@ def calibrate(arguments: argparse.Namespace) -> int:
         width, height = (1000 * s for s in board.size)
         print(
             f"Written: {arguments.board}: {board.kind} board, {board.columns} columns x {board.rows} rows, {width:g} x {height:g} mm, "
-            f"dictionary {board.dictionary}. Print it at 100 %, glue it to something flat, and measure a square: it has "
-            f"{1000 * board.square:g} mm."
+            f"dictionary {board.dictionary}. Print it at 100 %, glue it to a flat plate, and measure a square: its side "
+            f"is {1000 * board.square:g} mm."
         )
         return 0
     if folder is None:
@@ -90,8 +90,8 @@ def _by_fixtures(scenario: Path | None, arguments: argparse.Namespace) -> int:
     offset, reason = camera_offset(view, fixtures_of(str(scenario), engine.knowledge, 0), engine.knowledge)
     if offset is None:
         raise UserError(
-            f"{arguments.view}: fixtures do not tell where the camera is: {reason}. Let the picture show three faces that differ, "
-            "and the recording's 'camera' be right to 25 mm and 1 deg."
+            f"{arguments.view}: fixtures do not tell where the camera is: {reason}. The picture has to show faces of fixtures "
+            "in three directions, and the recording's 'camera' has to be right to 25 mm and 1 deg."
         )
     told = f"move it by {moved_text(offset.moved)}" if offset.off else "that is no more than programs are proven for"
     keys = correction_file(source, view, offset)
@@ -110,10 +110,11 @@ def flange_of(robot: str | None, where: Path, knowledge: Knowledge) -> FlangeOf:
 
     def pose(joints: Sequence[float]) -> Pose:
         if robot is None:
-            raise UserError(f"{where}: pictures have joints, and no 'robot' says whose; name it, such as 'robot: ur5e'.")
+            raise UserError(f"{where}: pictures state joint positions, but no robot; add its type, such as 'robot: ur5e'.")
         model = pick("robot", knowledge.robots, robot, f"{where}: robot")
         if len(joints) != len(model.joints):
-            raise UserError(f"{where}: a picture has {len(joints)} joints, and a {robot} has {len(model.joints)}.")
+            has = f"the robot '{robot}' has {len(model.joints)} joints"
+            raise UserError(f"{where}: a picture states {len(joints)} joint positions, but {has}.")
         world = World((), (RobotMount("robot", robot),))
         eye = Camera(Pose(), "robot", tuple(joints), Intrinsics.from_field_of_view(16, 16), noise=False)
         return knowledge.simulator.look(world, knowledge.robots, eye, seed=0).camera

@@ -26,7 +26,7 @@ def check_file(name: str, plugins: PluginChoice = INSTALLED) -> int:
     """Check a scenario, a rule file or a program, and print the findings.
 
     Returns:
-        0 if nothing stands against it; doubts are printed and do not count.
+        0 if no safety rule is violated; doubts are printed and do not count.
 
     Raises:
         UserError: the first thing that is wrong, with file and line.
@@ -77,7 +77,8 @@ def _check_scenario(path: Path, data: Any, plugins: PluginChoice) -> int:
 
 
 def _start(scenario: Scenario, setting: Setting, engine: Engine) -> str:
-    """Start of a scenario in words, checked for what a run needs: a demonstration's reading, a goal's plan, or the tasks."""
+    """Describe what a scenario starts from (a demonstration's reading, a goal's plan, or its tasks), or raise
+    if a run could not start from it."""
     if scenario.spec.demonstration is not None:
         return f"the demonstration '{scenario.spec.demonstration}', read as {_shown(scenario, setting, engine).with_things}"
     if scenario.spec.goal is not None:
@@ -100,7 +101,8 @@ def _planned(scenario: Scenario, setting: Setting, knowledge: Knowledge) -> Plan
 
 
 def _shown(scenario: Scenario, setting: Setting, engine: Engine) -> Plan:
-    """Likeliest reading of the demonstration whose things the scenario has; things that a camera must find are not asked for."""
+    """Return the likeliest reading of the demonstration for which the scenario has all things; things that a
+    camera is still to find count as present."""
     from ..engine.search_in_setting import are_there
     from ..planning.budget import budget_of
     from ..planning.diagnosis import nearest_miss
@@ -118,7 +120,7 @@ def _shown(scenario: Scenario, setting: Setting, engine: Engine) -> Plan:
         miss = nearest_miss(trace.entries)
         raise UserError(
             f"{place}: the scenario has no things for the demonstration, {plans[0]}: "
-            f"{f'{miss.designator}: {miss.reason}' if miss else 'nothing fits'}."
+            f"{f'{miss.designator}: {miss.reason}' if miss else 'no thing fits'}."
         )
     return found
 
@@ -140,7 +142,7 @@ def _check_program(path: Path, plugins: PluginChoice) -> int:
     for line, doubt in doubts:
         print(f"{path}:{line}: {doubt}")
     said = counted(len(doubts), "doubt") if doubts else "no doubts"
-    print(f"{path}: {counted(len(text.splitlines()), 'line')}, nothing is wrong, {said}")
+    print(f"{path}: {counted(len(text.splitlines()), 'line')}, no errors, {said}")
     return 0
 
 
@@ -167,7 +169,7 @@ def _check_typed(path: Path, plugins: PluginChoice) -> int:
              for o in violations(read.program, robot)]  # fmt: skip
     if found:
         raise UserError("\n".join([f"{counted(len(found), 'objection')} to the program:", *found]))
-    print(f"{path}: a program for '{robot.type}', {counted(len(read.program.steps), 'step')}, nothing stands against it")
+    print(f"{path}: a program for '{robot.type}', {counted(len(read.program.steps), 'step')}, no safety rule is violated")
     return 0
 
 

@@ -1,4 +1,5 @@
-"""Files that a client may name: those in one folder, and the shipped ones; no link is followed out of it."""
+"""Files that a client of a server may read: those in the server's folder, and those shipped with cramlite;
+links that lead out of that folder are refused."""
 
 from __future__ import annotations
 
@@ -18,7 +19,7 @@ LONGEST_NAME = 300
 
 
 def _texts(data: Any) -> Iterator[str]:
-    """All texts of nested data, keys left out."""
+    """Yield every string in nested lists and mappings, keys of mappings excepted."""
     if isinstance(data, str):
         yield data
     elif isinstance(data, Mapping | list):
@@ -33,7 +34,7 @@ def quoted(text: str) -> str:
 
 
 class ClientFiles(Value):
-    """Files that a client may name.
+    """Files that a client of a server may read.
 
     Args:
         folder: whose files may be read; relative names start here.
@@ -44,7 +45,7 @@ class ClientFiles(Value):
     runs: Path
 
     def scenario(self, name: str) -> Path:
-        """Find a scenario file in the folder, or a shipped one by its name.
+        """Find a scenario file in the server's folder, or a shipped one by its name.
 
         Raises:
             UserError: there is none, or it lies elsewhere.
@@ -53,7 +54,8 @@ class ClientFiles(Value):
         return path if path.is_file() else shipped_scenario(name)
 
     def read(self, said: str | Mapping[str, Any], goal: Sequence[str] = ()) -> Scenario:
-        """Read a scenario by its name, or from data or the text of a file; its paths start from the folder.
+        """Read a scenario by its name, from data, or from the text of a file; relative paths in data or text
+        count from the server's folder.
 
         Args:
             goal: what is asked in it; data that only says where starts from that.
@@ -70,16 +72,16 @@ class ClientFiles(Value):
         return scenario_from(path, started_by(data, goal) if goal else data)
 
     def _require_inside(self, text: str) -> None:
-        """Refuse a text that, taken as a path, leads out of the folder."""
+        """Refuse a text that, taken as a path, leads out of the server's folder."""
         path = Path(os.path.normpath(self.folder / text))
         if not path.is_relative_to(self.folder) or (os.path.lexists(path) and not path.resolve().is_relative_to(self.folder.resolve())):
             raise UserError(
-                f"{quoted(text)} is outside the folder of this server; a scenario that is given as data names files in it alone, "
-                "relative to it."
+                f"{quoted(text)} is outside the folder of this server; a scenario that is given as data may name only files in "
+                "that folder, by relative paths."
             )
 
     def episode(self, name: str) -> Path:
-        """Find an episode, a file or a folder, in the folder.
+        """Find an episode, which is a file or a folder, in the server's folder.
 
         Raises:
             UserError: there is none, or it lies elsewhere.

@@ -52,17 +52,17 @@ def compare_log(
     if html is not None:
         write_comparison_page(html, f"{log.name} beside {run.name}", comparison_lines(found, text), found)
     if found.parts is not None:
-        raise NoSolution(f"'{log}' is not as '{run}' was proven: {_parting(found, text)}")
+        raise NoSolution(f"'{log}' differs from the proven run '{run}': {_parting(found, text)}")
     return 0
 
 
 def comparison_lines(found: RunComparison, text: Sequence[str]) -> list[str]:
-    """Return the comparison as lines of text.
+    """Return the comparison of a log with a run as lines of text.
 
     Args:
         text: lines of the program; none where it is not known.
     """
-    lines = [f"{found.offset:.2f} s of the log is the run's start; the arm moves for {found.lasts[0]:.2f} s in the log, "
+    lines = [f"the run starts at {found.offset:.2f} s of the log; the arm moves for {found.lasts[0]:.2f} s in the log, "
              f"{found.lasts[1]:.2f} s in the run"]  # fmt: skip
     groups: dict[str, list[Compared]] = {}
     for c in found.compared:
@@ -80,7 +80,7 @@ def _parting(found: RunComparison, text: Sequence[str]) -> str:
     assert found.parts is not None
     time, name, far, line = found.parts
     ran = f", line {line}: {text[line - 1].strip()[:80]}" if 0 < line <= len(text) else ""
-    return f"they part at {time:.2f} s{ran}: joint {name} is {far:.3f} rad off, {found.within:g} rad are allowed"
+    return f"log and run diverge at {time:.2f} s{ran}: joint {name} is {far:.3f} rad off, {found.within:g} rad are allowed"
 
 
 def _program(run: Path) -> Sequence[str]:

@@ -1,4 +1,4 @@
-"""``cramlite doctor``: parts of this machine that are there or lacking, in ten lines."""
+"""``cramlite doctor``: checks whether this machine has the parts that cramlite needs, in ten lines."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ STYLES = {"ok": "green", "without": "yellow", "lacks": "bold red"}
 
 
 class Examined(Value):
-    """One line of the doctor.
+    """Line that ``cramlite doctor`` prints: one check of the machine, and its result.
 
     Args:
         what: what was looked at.
@@ -35,7 +35,7 @@ class Examined(Value):
 
 
 def examine(plugins: PluginChoice) -> list[Examined]:
-    """Look at this machine, the quick things first; importing the libraries takes a few seconds."""
+    """Check this machine, quick checks first; importing the libraries takes a few seconds."""
     from ..version import VERSION
 
     return [
@@ -70,12 +70,12 @@ def python() -> Examined:
 
 
 def libraries(wanted: Iterable[Requirement]) -> Examined:
-    """Look for the required libraries: there, of a version that fits, and usable."""
+    """Check that the required libraries are installed, have a supported version, and can be used."""
     needed = list(wanted)
     wrong = [said for r in needed if (said := _wrong(r) or _unusable(r.name))]
     if wrong:
         return Examined("libraries", "lacks", f"{'; '.join(wrong)}. Install {OURS} anew: pip install {OURS}")
-    return Examined("libraries", "ok", f"all {len(needed)} that are needed are there, fit and can be used")
+    return Examined("libraries", "ok", f"all {len(needed)} required libraries are installed, in supported versions, and can be used")
 
 
 def extras() -> Examined:
@@ -116,11 +116,11 @@ def graphics() -> Examined:
     away = [f"lib{name}" for name in ("GL", "EGL") if not find_library(name)]
     if not away:
         return Examined("OpenGL", "ok", "libGL and libEGL are there; only the extra open3d needs them")
-    return Examined("OpenGL", "without", f"no {' and no '.join(away)}: pictures do without, the extra open3d does not")
+    return Examined("OpenGL", "without", f"no {' and no '.join(away)}: cramlite's pictures do not need it, the extra open3d does")
 
 
 def fonts() -> Examined:
-    """Look for fonts: that of pictures comes with Pillow, a report takes the browser's."""
+    """Check that Pillow can draw text with its own font; HTML reports use the fonts of the browser."""
     from PIL import features
 
     if features.check("freetype2"):
@@ -140,7 +140,7 @@ def folders() -> Examined:
     wrong = [str(p) for p in (nearest, Path.cwd()) if not os.access(p, os.W_OK)]
     if wrong:
         return Examined("folders", "without", f"nothing can be written in {' and '.join(wrong)}: --out says where runs go")
-    return Examined("folders", "ok", f"runs in {Path.cwd()}, kept results in {cache}")
+    return Examined("folders", "ok", f"runs can be written in {Path.cwd()}, cached results in {cache}")
 
 
 def _plugins(plugins: PluginChoice) -> Examined:
@@ -219,7 +219,7 @@ def _doctor(arguments: argparse.Namespace) -> int:
 
 
 def _show(examined: list[Examined]) -> None:
-    """Print a line for each, in colours where the terminal has them."""
+    """Print one line for each check of the machine, in colours where the terminal has them."""
     from rich.console import Console
     from rich.text import Text
 

@@ -120,7 +120,8 @@ def drive_robot(
 
 
 def _robots_file(program: Path, kind: str, knowledge: Knowledge) -> RobotFile | None:
-    """The file that a program's robot is from, as the world beside it says; None for a type that a plugin declares.
+    """Return the file that the robot of a program was read from, by ``world.json`` beside the program; None
+    for a robot type that a plugin declares.
 
     Raises:
         UserError: no plugin declares it, and no world beside it says where it is from.
@@ -131,14 +132,15 @@ def _robots_file(program: Path, kind: str, knowledge: Knowledge) -> RobotFile | 
     if file is None and kind not in knowledge.robots:
         lacks = "has no robot of that type" if mounts else "is not there"
         raise UserError(
-            f"There is no robot '{kind}'; {nearest(kind, knowledge.robots)}. If it comes from a file, drive the program in its run "
-            f"directory, whose world says which file; '{beside}' {lacks}."
+            f"There is no robot '{kind}'; {nearest(kind, knowledge.robots)}. If the robot was read from a file, give the program "
+            f"inside its run directory, whose world.json names that file; '{beside}' {lacks}."
         )
     return file
 
 
 def _with_file(rollout: Rollout, file: RobotFile | None) -> Rollout:
-    """Record of the run with the file of its robot, which readers of the record need."""
+    """Return the run with its robots' file in its world, since readers of a recorded run need the robot's
+    geometry."""
     mounts = tuple(replace(m, file=file) for m in rollout.world.robots)
     return replace(rollout, world=replace(rollout.world, robots=mounts))
 

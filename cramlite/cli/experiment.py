@@ -49,7 +49,7 @@ def _episodes(path: Path, arguments: argparse.Namespace) -> Order:
     experiment = read_judged(path)
     ProofDoubts(twins=arguments.twins)  # a number of twins that is none is refused first
     if not arguments.suite and (arguments.out is None or not arguments.out.is_dir()):
-        raise UserError(f"Which suite is to be played is not said; add --suite NAME: {nearest('', experiment.spec.suites)}.")
+        raise UserError(f"No suite of the experiment was chosen; add --suite NAME: {nearest('', experiment.spec.suites)}.")
     asked = tuple(e for suite in arguments.suite for e in experiment.episodes(suite, arguments.tasks, arguments.states or "0"))
     trials = Episodes(
         experiment, asked, arguments.judge, arguments.twins, arguments.attempt_refused, not arguments.no_pictures, _plugins(arguments),
@@ -76,7 +76,8 @@ def _order(arguments: argparse.Namespace, trials: Trials, name: str) -> Order:
 
 
 def _plugins(arguments: argparse.Namespace) -> PluginChoice:
-    """Chosen plugins, files with absolute paths, so that a worker finds them from any folder."""
+    """Return the chosen plugins, plugin files by absolute path, so that worker processes find them from any
+    folder."""
     chosen = plugin_choice(arguments)
     return replace(chosen, files=tuple(p.resolve() for p in chosen.files))
 

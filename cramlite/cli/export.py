@@ -54,7 +54,7 @@ def export_run(
 
 
 def exporter_named(name: str, knowledge: Knowledge) -> Exporter:
-    """Return the format of a name.
+    """Return the export format of that name.
 
     Raises:
         UserError: there is none, or it needs what is not installed.
@@ -68,7 +68,7 @@ def exporter_named(name: str, knowledge: Knowledge) -> Exporter:
 
 
 def run_record(run: Path, world: str | None, knowledge: Knowledge, seed: int = 0) -> RunRecord:
-    """Read all that a run's folder says of its run.
+    """Read the recorded run of a run's folder, with its program where the folder has one.
 
     Raises:
         UserError: as ``cramlite.cli.view.recorded``.

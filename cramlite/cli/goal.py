@@ -23,7 +23,7 @@ def _goal(arguments: argparse.Namespace) -> int:
     from ..engine.engine import make_engine
 
     if arguments.plans < 1:
-        raise UserError(f"--plans is {arguments.plans}; it takes at least 1 plan.")
+        raise UserError(f"--plans {arguments.plans}: the number of plans is at least 1.")
     scenario = said_in(find_scenario(arguments.scenario), said_of(arguments))
     if scenario.spec.goal is None:
         raise UserError(f"{scenario.path} has no goal; write one such as 'goal: [drawer open]' in the place of its tasks.")
@@ -58,7 +58,7 @@ def _show(scenario: Scenario, engine: Engine, arguments: argparse.Namespace) -> 
 
 
 def _write(scenario: Scenario, engine: Engine, arguments: argparse.Namespace) -> int:
-    """Write the domain and the problem."""
+    """Write the PDDL domain and problem of a scenario's goal."""
     problem = _problem(scenario, engine, arguments.seed)
     scope = None if arguments.all else next(problem.scopes())
     text, folder = problem.pddl(scope), arguments.pddl
@@ -69,14 +69,15 @@ def _write(scenario: Scenario, engine: Engine, arguments: argparse.Namespace) ->
     except OSError as error:
         raise UserError(f"'{folder}' cannot be written: {error.strerror}; give another folder.") from error
     left = len(problem.grounder.things) - len(scope.things) if scope else 0
-    told = f", {counted(left, 'thing')} that it is not about left out (--all)" if left else ""
+    told = f", {counted(left, 'thing')} that the goal does not need left out (--all keeps all)" if left else ""
     print(f"{folder}/domain.pddl and problem.pddl: '{' and '.join(problem.says)}', {counted(len(text.actions), 'action')}{told}.")
-    print(f"A plan for it makes a program: cramlite resolve {arguments.scenario} --plan FILE")
+    print(f"A program from a plan for this problem: cramlite resolve {arguments.scenario} --plan FILE")
     return 0
 
 
 def _problem(scenario: Scenario, engine: Engine, seed: int) -> PlanningProblem:
-    """The problem of a goal, described objects replaced by the things that fit them best."""
+    """Return the planning problem of a scenario's goal, described objects replaced by the things that fit
+    them best."""
     from ..planning.goal_planner import ground_goal
     from ..planning.operators import Grounder
     from ..planning.planning_problem import problem_of

@@ -57,12 +57,13 @@ def _write(out: Path, text: str) -> None:
 def _package(said: str) -> tuple[str, Path]:
     name, equals, folder = said.partition("=")
     if not equals or not Path(folder).is_dir():
-        raise UserError(f"--package {said}: it is NAME=FOLDER, with a folder that there is.")
+        raise UserError(f"--package {said}: write NAME=FOLDER, with a folder that exists.")
     return name, Path(folder)
 
 
 def _report(path: Path, scene: ImportedScene, classes: dict[str, Proposal]) -> list[str]:
-    """Class of each thing with the reason, and the parts that could not be taken over."""
+    """Format the class of each imported thing with the reason, and the parts of the scene file that were not
+    taken over."""
     lines = [f"{path}: {counted(len(scene.things), 'thing')}"]
     for thing in scene.things:
         how = f"{thing.joint.kind} joint" if thing.joint else f"{thing.mass:.3g} kg" if thing.mass is not None else "fixed"
@@ -70,7 +71,7 @@ def _report(path: Path, scene: ImportedScene, classes: dict[str, Proposal]) -> l
         lines.append(f"  {thing.name}  {found.type}, because {found.reason}")
         lines.append(f"    {how}, {counted(len(thing.geoms), 'shape')}, {scene.found[thing.name]}")
         lines += [f"    {note}" for note in thing.notes]
-    lines += [f"  kept of its options: {', '.join(f'{k}={v}' for k, v in scene.physics.items())}"] if scene.physics else []
+    lines += [f"  physics options kept: {', '.join(f'{k}={v}' for k, v in scene.physics.items())}"] if scene.physics else []
     return [*lines, *(f"  not taken over: {note}" for note in scene.notes)]
 
 
@@ -91,7 +92,8 @@ def _scenario(
     lines += ["  packages:", *(f"    {n}: {_quoted(relative(p))}" for n, p in packages.items())] if packages else []
     lines += ["  # Proposed from names, else from how things move; the scenario has the last word.", "  types:"]
     lines += [f"    {n}: {c.type}  # {c.reason}" for n, c in classes.items()]
-    lines += [f"  # Where a joint's closed end or range is not as printed: joints: {{{jointed}: {{closed: upper}}}}"] if jointed else []
+    correction = f"  # If a joint's closed end or range was read wrongly, correct it: joints: {{{jointed}: {{closed: upper}}}}"
+    lines += [correction] if jointed else []
     lines += [f"robot: {{type: {robot}}}", *_start(arguments.goal)]
     return "\n".join(lines) + "\n"
 
@@ -104,7 +106,8 @@ def _start(goal: list[str]) -> list[str]:
 
 
 def _stand(scene: ImportedScene) -> str:
-    """Place of our robot in the scenario: that of the file's first robot, if that is upright."""
+    """Format the robot's place in the new scenario: that of the scene file's first robot if it stands
+    upright, else ""."""
     pose = next(iter(scene.stands.values()), None)
     if pose is None or pose.rotate((0.0, 0.0, 1.0))[2] < 0.999:
         return ""

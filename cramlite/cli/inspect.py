@@ -70,7 +70,7 @@ def _new(arguments: argparse.Namespace) -> int:
         print(skeleton_text(kind, write_skeleton(kind, name, arguments.out)))
         return 0
     if kind != "robot":
-        raise UserError(f"--from is the file of a robot, and a {kind} comes from none.")
+        raise UserError(f"--from names the file of a robot, and cannot be used for a {kind}.")
     written = write_robot(name, arm, arguments.keys, arguments.gripper, arguments.out)
     print(f"{skeleton_text(kind, written.files)}\n{robot_text(written)}")
     return 0

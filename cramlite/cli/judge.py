@@ -1,4 +1,4 @@
-"""Judging any text against a plan or a goal, for ``cramlite judge`` and ``cramlite execute``."""
+"""Judging of any program text against a plan or a goal, for ``cramlite judge`` and ``cramlite execute``."""
 
 from __future__ import annotations
 
@@ -115,7 +115,8 @@ def purpose_of(plan: str, goals: Sequence[str], knowledge: Knowledge, place: Wor
 
 
 def _of_scenario(scenario: Scenario, knowledge: Knowledge, place: World) -> Purpose:
-    """The goal of a scenario, or its tasks where they name all their things."""
+    """Return the goal of a scenario as what a text is judged by, or the scenario's tasks if they name all
+    their things."""
     from ..engine.judging import Purpose
     from ..planning.task_goals import plan_from_tasks
 
@@ -131,7 +132,8 @@ def _of_scenario(scenario: Scenario, knowledge: Knowledge, place: World) -> Purp
     open_ones = [o.name for a in plan.actions for o in a.roles.values() if not o.entity]
     if open_ones or any(a.task not in knowledge.tasks for a in plan.actions):
         what = f"which thing '{open_ones[0]}' is" if open_ones else "what its rules decide"
-        raise UserError(f"{scenario.where('tasks')}: {what} is found when it is resolved; give the run directory of that.")
+        why = f"the scenario does not say {what}, that is found when it is resolved"
+        raise UserError(f"{scenario.where('tasks')}: {why}; give its run directory.")
     return Purpose(plan=plan, actions=plan.actions, limits=limits)
 
 
@@ -158,7 +160,7 @@ def _meant(scenario: Scenario, knowledge: Knowledge, place: World) -> tuple[str,
 
 
 def robots_world(world: str, program: Path, knowledge: Knowledge, seed: int) -> World:
-    """Read a world with a robot.
+    """Read a world that has at least one robot.
 
     Raises:
         UserError: it cannot be read, or nobody is there to act.

@@ -17,7 +17,7 @@ MOST = 10
 
 
 def add_commands(add: Add) -> None:
-    """Declare the command."""
+    """Declare ``learn`` with its arguments."""
     learn = add("learn", _learn)
     learn.add_argument("episodes", nargs="+", type=Path, metavar="EPISODE", help="demonstrations of the task, 1 to 10")
     learn.add_argument("--task", required=True, metavar="NAME", help="name of the task, in small letters, e.g. stirring")
@@ -74,20 +74,20 @@ def _learn(arguments: argparse.Namespace) -> int:
     if text := said(proposal):
         print(text)
     for path, found in others:
-        print(f"{path}: {'; '.join(map(str, found)) or 'as it was shown'}")
+        print(f"{path}: {'; '.join(map(str, found)) or 'same steps as in the examples'}")
     print("\n".join([f"Wrote a task plugin to '{folder}':", *(f"  {path.relative_to(folder)}" for path in written)]))
     return _tried(arguments, proposal, next(p for p in written if p.name == "__init__.py")) if arguments.scenario else 0
 
 
 def _how(proposal: Proposal) -> str:
-    """Known tasks, a motion, a rest, in order."""
+    """Format how the learned task is done: known tasks, then a learned motion, then a rest, joined by arrows."""
     learned = (("a motion that was learned", proposal.moving), ("rest", proposal.rest))
     parts = [*(s.task for s in proposal.steps), *(name for name, found in learned if found)]
     return " -> ".join(parts) if proposal.done else "not learned; write 'decompose'"
 
 
 def _tried(arguments: argparse.Namespace, proposal: Proposal, module: Path) -> int:
-    """Print how each trial in other worlds ended; 1 where one failed."""
+    """Print how each trial of the learned task in other worlds ended; return exit code 1 if one failed."""
     from ..base.resources import find_scenario
     from ..learning.trial import trials
     from ..scenario.scenario import read_scenario

@@ -18,7 +18,7 @@ DENSITY = 500.0
 
 
 def add_commands(add: Add) -> None:
-    """Declare the command."""
+    """Declare ``library`` with its arguments."""
     library = add("library", _library)
     library.add_argument("action", choices=["add"], help="add the kinds of a folder to a library")
     library.add_argument("folders", nargs="+", type=Path, metavar="FOLDER", help="with OBJ, GLB, PLY, STL or MJCF files, also below")
@@ -51,12 +51,13 @@ def _library(arguments: argparse.Namespace) -> int:
         )
         warn_of(registry.faults)
         if built is None:
-            raise UserError(f"No plugin makes libraries of '{folder}'; see 'cramlite plugins'.")
+            raise UserError(f"No plugin can make a library from '{folder}'; see 'cramlite plugins'.")
         print("\n".join(_lines(built)))
         kinds += len(built.kinds)
     if not kinds:
-        raise UserError(f"Nothing of {', '.join(map(str, arguments.folders))} is a kind: OBJ, GLB, PLY, STL, OFF and MJCF files are read.")
-    print(f"{counted(kinds, 'kind')} in {arguments.out}; a scenario knows them by 'models: [{arguments.out}]'.")
+        searched = ", ".join(map(str, arguments.folders))
+        raise UserError(f"No file in {searched} could be read as a kind: OBJ, GLB, PLY, STL, OFF and MJCF files are read.")
+    print(f"{counted(kinds, 'kind')} in {arguments.out}; use them in a scenario by 'models: [{arguments.out}]'.")
     return 0
 
 
@@ -66,7 +67,7 @@ def _lines(built: BuiltLibrary) -> list[str]:
         said = "; ".join(f"'{file}': {why.rstrip('.')}" for file, why in built.refused.items())
         lines.append(f"Refused, {counted(len(built.refused), 'file')}: {said}.")
     if built.parts:
-        lines.append(f"{counted(built.parts, 'file')} belong{'s' * (built.parts == 1)} to these kinds.")
+        lines.append(f"{counted(built.parts, 'more file')} {'is a part' if built.parts == 1 else 'are parts'} of these kinds.")
     return lines
 
 
@@ -77,5 +78,5 @@ def _kind(kind: KnownKind) -> list[str]:
     head = f"{kind.name}{' (unchanged)' if kind.kept else ''}: {size} mm, {kind.triangles:,} triangles, {texture}"
     lines = [head, f"  mass {weight}; up {kind.up}"]
     if kind.joints:
-        lines.append(f"  joints: {', '.join(kind.joints)}; the kind has them at zero")
+        lines.append(f"  joints: {', '.join(kind.joints)}; the kind is rigid, with its joints at zero")
     return [*lines, *(f"  {note}" for note in kind.notes)]

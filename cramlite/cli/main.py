@@ -133,8 +133,8 @@ def _start_lightly() -> None:
 
 
 def _leave() -> None:
-    """Keep nanobind from reporting uncollected objects as leaks; of the packages here OMPL is made with
-    it."""
+    """Keep nanobind, with which OMPL's Python package is made, from reporting uncollected objects as leaks at
+    the end."""
     import gc
 
     if "ompl" not in sys.modules:

@@ -76,7 +76,7 @@ class Server(MCPServer[Any]):
         self._files = files
 
     async def call_tool(self, name: str, arguments: dict[str, Any], context: Context[Any, Any] | None = None) -> Any:
-        """Call a tool with arguments that it has.
+        """Call a tool, if its schema declares all given arguments.
 
         Raises:
             ToolError: it has them not, or they are too long or of another kind; or what went wrong in it, for people.
@@ -277,7 +277,7 @@ class Tools:
 
 
 def _until_stopped(do: Callable[[Say, Stop], T], say: Say, stop: Stop) -> T:
-    """Run a function with a pulse, so that it ends soon after ``stop`` is set.
+    """Run a function, and interrupt it soon after ``stop`` is set.
 
     Raises:
         NoSolution: it was stopped.
@@ -304,7 +304,7 @@ def make_server(engine: Engine, files: ClientFiles) -> Server:
 
 
 def _tool(function: Callable[..., Any], *, read_only: bool) -> Tool:
-    """A tool whose schema allows no further arguments."""
+    """Make an MCP tool whose schema forbids arguments that the function does not have."""
     hints = ToolAnnotations(read_only_hint=read_only, destructive_hint=False, idempotent_hint=True, open_world_hint=False)
     tool = Tool.from_function(function, annotations=hints)
     tool.parameters["additionalProperties"] = False
@@ -317,7 +317,7 @@ def _files(folder: Path) -> list[str]:
 
 
 def _text_of(files: ClientFiles, run: str, file: str) -> str:
-    """A file of a run by the last part of its address.
+    """Return a file of a run by its name, the last part of the resource's address.
 
     Raises:
         ResourceError: it cannot be read, or there is none.

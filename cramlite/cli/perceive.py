@@ -104,7 +104,7 @@ def picture_of(source: str, query: ObjectQuery, engine: Engine, seed: int) -> Pi
 
 
 def _scenario_of(source: str) -> Scenario | None:
-    """The scenario of a path or name; None where it names a file or folder that may be a recorded view."""
+    """Return the scenario of a path or name; None for a file or folder that may be a recorded view."""
     path = Path(source)
     recorded = path.exists() and path.suffix not in (".yaml", ".yml")
     return None if recorded else read_scenario(find_scenario(source))

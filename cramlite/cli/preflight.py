@@ -168,7 +168,7 @@ def _json(program: Path, flight: Flight, found: Sequence[Check], objections: Seq
 
 
 def page(program: Path, flight: Flight, found: Sequence[Check], objections: Sequence[str]) -> str:
-    """Return the page as text."""
+    """Return the preflight page as text."""
     parts = (
         _head(program, flight, objections), _set(flight), _limits(flight, found), _places(flight), _left_out(), _doubts(flight),
     )  # fmt: skip
@@ -188,7 +188,7 @@ def _head(program: Path, flight: Flight, objections: Sequence[str]) -> list[str]
         said = f"runs that succeeded: {twins.text}" if twins else "it ran in no twin"
         lines.append(f"Proven: ran {ran}, and passed {len(flight.verdict.findings)} checks; {said}.")
     else:
-        lines.append(f"Not proven: a text, which ran {ran} in simulation for these numbers. 'cramlite judge' asks what it does.")
+        lines.append(f"Not proven: this text ran {ran} in simulation only to measure these numbers. 'cramlite judge' checks what it does.")
     return lines
 
 
@@ -234,7 +234,7 @@ def _limits(flight: Flight, found: Sequence[Check]) -> list[str]:
         a, b, c, d = (math.degrees(v) for v in (low, high, least, most))
         lines.append(f"  {'':3}{f'joint range {name}':28}{f'{a:.0f} .. {b:.0f} deg':>26}{'':14}   {c:.0f} .. {d:.0f} deg of the arm")
     if peaks.commanded:
-        lines.append(f"  In force mode it is told to press with up to {peaks.commanded:.0f} N.")
+        lines.append(f"  In force mode the program commands up to {peaks.commanded:.0f} N.")
     return lines
 
 
@@ -262,7 +262,8 @@ def _places(flight: Flight) -> list[str]:
 
 def _late_tolerance(late: LatePose) -> str:
     metres, radians = late.tolerance
-    return f"asked for when it runs; refused beyond {1000 * metres:.0f} mm or {math.degrees(radians):.0f} deg from here"
+    asks = "as planned; the program asks for the pose when it runs"
+    return f"{asks}, and stops if it is more than {1000 * metres:.0f} mm or {math.degrees(radians):.0f} deg off"
 
 
 def _left_out() -> list[str]:
@@ -284,7 +285,8 @@ def _doubts(flight: Flight) -> list[str]:
     lines.append("AND THOSE THAT IT DID NOT")
     if flight.speed != 1.0 and known:
         lines.append(_wrapped("all of them at this speed: the twins ran at the program's own"))
-    return [*lines, *([_wrapped(f"never drawn for this program: {', '.join(others)}")] if others else []), *map(_wrapped, NEVER_DRAWN)]
+    undrawn = f"sources of error that this program's proof did not draw: {', '.join(others)}"
+    return [*lines, *([_wrapped(undrawn)] if others else []), *map(_wrapped, NEVER_DRAWN)]
 
 
 def _wrapped(text: str) -> str:

@@ -40,7 +40,8 @@ class Progress:
             print(line, file=sys.stderr, flush=True)
 
     def _is_due(self, text: str) -> bool:
-        """Check whether a line is written without a terminal: each event, and progress ever more rarely."""
+        """Check whether a line is printed where there is no terminal: each event at once, lines of progress
+        at growing intervals."""
         now = time.monotonic()
         if not isinstance(text, NowDone):
             if text.startswith(SHOWN):
@@ -62,7 +63,8 @@ class Progress:
 
 
 def _live_line() -> Live:
-    """Line that is redrawn when it changes, without a thread, since worker processes may be forked meanwhile."""
+    """Terminal line that is redrawn when its text changes, without a thread, since worker processes may be
+    forked meanwhile."""
     from rich.console import Console
     from rich.live import Live
 

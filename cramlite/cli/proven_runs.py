@@ -52,7 +52,7 @@ class Asked(Value):
     goal: tuple[str, ...] = ()
 
     def read(self) -> Scenario:
-        """Read the scenario as it is now.
+        """Read the scenario again, as its file is now.
 
         Raises:
             UserError: it cannot be used, or the goal is none.
@@ -68,7 +68,7 @@ class Asked(Value):
 
 
 class ProvenRun(Value):
-    """Run whose program was proven here.
+    """Run whose program this server process has proven.
 
     Args:
         directory: its files.
@@ -136,7 +136,7 @@ class ProvenRuns:
         return proven
 
     def recall(self, name: str) -> ProvenRun:
-        """Return the proven program of a name.
+        """Return the run of that name, whose program this process has proven.
 
         Raises:
             UserError: nothing was, by this process.
@@ -202,7 +202,7 @@ def _name(scenario: str, seed: int, key: dict[str, Any]) -> str:
 
 
 def _first(engine: Engine, reading: Reading, setting: Setting, run: RunDirectory, say: Say, stop: Stop) -> Solution:
-    """The first proven program; every decision is written, whatever comes of it."""
+    """Return the first proven program; every decision of the search is written, also if it fails."""
     trace = Trace()
     try:
         with closing(engine.resolve(reading, setting=setting, trace=trace, progress=say, stop=stop)) as found:  # type: ignore[type-var]
@@ -259,7 +259,8 @@ def _require_unaltered(proven: ProvenRun) -> None:
 
 
 def _place(setting: Setting) -> bytes:
-    """World, believed and real, robot and relations as bytes."""
+    """Encode the believed world, the real world, the robot's type and the relations as bytes, to compare
+    settings."""
     return json.encode((setting.world, setting.real, setting.robot.type, setting.relations))
 
 

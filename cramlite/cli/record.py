@@ -39,7 +39,7 @@ def record_demonstration(
     recorded = record_episode(scenario, engine, seed=seed, out=out, tasks=chosen)
     episode = recorded.episode
     if recorded.failure:
-        print(f"The demonstration did not come off: {recorded.failure}. It is kept as it is.")
+        print(f"The demonstration failed: {recorded.failure}. Its recording is kept.")
     begin, end = episode.span
     print(f"{out}: {counted(len(episode.events), 'event')} in {end - begin:.1f} s; see 'cramlite interpret {out}'")
     warn_of(engine.registry.faults)

@@ -100,7 +100,7 @@ def execute_and_replan(
 
 
 def _stretches(going_on: GoingOn, first: Attempt, rounds: int, moments: list[Moment]) -> Iterator[Round]:
-    """The rounds of an execution that goes on, and its time line so far."""
+    """Yield the rounds of an execution with replanning, and keep its time line so far in ``moments``."""
     from ..engine.time_line import time_line
 
     done: list[Stretch] = []
@@ -118,17 +118,17 @@ def _say(said: list[str], text: str, *, aloud: bool) -> None:
 
 
 def _who_replans(name: str, rounds: int, plugins: PluginChoice) -> tuple[Scenario, Engine]:
-    """The scenario and its engine."""
+    """Return the scenario of a name, and an engine with its plugins."""
     from ..engine.engine import make_engine
 
     scenario = read_scenario(find_scenario(name))
     if rounds < 1:
-        raise UserError(f"--rounds {rounds}: at least one program runs.")
+        raise UserError(f"--rounds {rounds}: the number of programs that may run is at least 1.")
     return scenario, make_engine(scenario, plugins)
 
 
 def _write_round(folder: Path, done: Round, name: str, engine: Engine, *, episode: bool, events: Sequence[Event]) -> None:
-    """Write a round whole, or not at all where the process is killed meanwhile."""
+    """Write the files of a round completely, or, if the process is killed meanwhile, none of them."""
     part = folder.with_name(f".{folder.name}.part")
     write_run(part, done.rollout, name, engine.knowledge, episode=episode, events=events)
     (part / f"program{done.attempt.code.suffix}").write_text(done.attempt.code.text, encoding="utf-8", newline="\n")

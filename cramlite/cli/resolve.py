@@ -95,8 +95,11 @@ def resolve_scenario(
 def _accepted_solution(
     run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, say: Progress, came: Signals, *, report: bool
 ) -> Solution | None:
-    """First proven program after its execution in the real world, if there is one, with its files; else
-    the page about the search."""
+    """Return the first proven program after its execution in the real world, where one is declared, and write
+    its files.
+
+    If nothing was proven, write the report about the search and return None.
+    """
     solution, tried = _first_solution(run, reading, setting, engine, trace, say, came)
     if solution is None:
         if report:
@@ -115,8 +118,8 @@ def _accepted_solution(
 def _interrupted_behind(
     run: RunDirectory, solution: Solution, setting: Setting, engine: Engine, came: Signals, *, report: bool
 ) -> Interrupted:
-    """Error for a signal after a program was proven; its files are written, and the report without
-    drawings."""
+    """Return the error for a signal that came after a program was proven; write the program's files, and its
+    report without drawings."""
     write_solution(run, solution, engine, setting.seed)
     if report:
         from ..report import write_report
@@ -127,7 +130,8 @@ def _interrupted_behind(
 
 
 def _started_from(scenario: Scenario, demonstration: Path | None, plan: Path | None, meant: str | None) -> Scenario:
-    """Scenario with the start that the command line gives."""
+    """Return the scenario with the demonstration, plan or reading that the command line states in place of
+    its own start."""
     scenario = scenario.demonstrated_by(demonstration) if demonstration else scenario
     scenario = scenario.planned_by(plan) if plan else scenario
     return scenario.read_as(meant) if meant else scenario
@@ -151,8 +155,8 @@ def _solved_before(run: RunDirectory, *, json_output: bool) -> int:
 def _report_nothing(
     run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, tried: Solution | None, came: Signals
 ) -> None:
-    """Write the page about a search that proved nothing, with the nearest program; without drawings after a
-    signal."""
+    """Write the report about a search that proved nothing, with the last refused program; without drawings
+    after a signal."""
     from ..report import Finished, write_page
 
     write_page(Finished(engine, run, setting, trace, tried, reading.interpretation, reading.episode), drawn=not came.one())
@@ -171,7 +175,8 @@ def _no_solution(
     run: RunDirectory, trace: Trace, engine: Engine, seed: int, came: Signals, *, json_output: bool, verbose: bool,
     changes: str = "",
 ) -> NoSolution | PluginError | Interrupted:  # fmt: skip
-    """Error for a search that proved nothing; as JSON it is printed before."""
+    """Return the error for a search that proved nothing; with ``json_output`` print its summary as JSON
+    first."""
     if json_output:
         print(as_json(failure_summary(trace, run, engine, seed)))
     if came.one():
@@ -186,7 +191,7 @@ def _no_solution(
 def _first_solution(
     run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, say: Progress, came: Signals
 ) -> tuple[Solution | None, Solution | None]:
-    """First proven program, and the last refused program of the first candidate that had one."""
+    """Return the first proven program, and the last refused program of the first candidate that had one."""
     try:
         return _search(run, reading, setting, engine, trace, say, came)
     finally:
@@ -216,8 +221,8 @@ def _search(
 
 
 def _executed(solution: Solution, engine: Engine, say: Progress) -> Solution:
-    """Accepted program after one execution in the real world. Without a real world, or a run here, it
-    stays as it is."""
+    """Return a proven program with its execution in the real world; unchanged if no real world is declared,
+    or its text cannot be run here."""
     if solution.setting.real is None or solution.candidate.rollout is None:
         return solution
     say("executing it once in the real world")
@@ -237,25 +242,29 @@ def _say_understood(scenario: Scenario, setting: Setting, engine: Engine) -> Non
 
 
 def _say_notes(scenario: Scenario, setting: Setting, engine: Engine) -> None:
-    """Print doubts about the scenario and changes of its things, once: they change the proof; and what is not
-    resolved yet. Doubts about files are only counted, 'check' prints them."""
+    """Print doubts about the scenario, changes of its things, and the stages that stay unresolved, each once.
+
+    Doubts about files of robot and scene are only counted; 'cramlite check' prints them.
+    """
     for doubt in doubts(scenario, setting, engine.knowledge):
         print(f"cramlite: doubt: {doubt}", file=sys.stderr)
     for change in changes_of_things(scenario, setting):
         print(f"{change}.", file=sys.stderr)
     if read := doubts_of_files(scenario, setting):
-        where = f"'cramlite check {scenario.path}' prints them, the report lists them"
+        where = f"'cramlite check {scenario.path}' prints the doubts, the report lists them"
         print(f"cramlite: {counted(len(read), 'doubt')} about files of robot and scene: {where}", file=sys.stderr)
     if scenario.spec.then:
         camera = scenario.spec.poses == "camera"
         who = "GoingOn(scenario, engine).execute(solution) in Python" if camera else f"'cramlite execute PROGRAM --replan {scenario.path}'"
-        ends = f"what is proven now ends before {counted(len(scenario.spec.then), 'stage')} of 'then'"
-        print(f"cramlite: an open program: {ends}, which {who} resolves in turn", file=sys.stderr)
+        ends = f"the proven program ends before {counted(len(scenario.spec.then), 'stage')} of 'then'"
+        print(f"cramlite: an open program: {ends}, which {who} resolves one after the other", file=sys.stderr)
 
 
 def _finish(run: RunDirectory, solution: Solution, engine: Engine, say: Progress, *, report: bool) -> None:
-    """The report, and a warning for every plugin that broke on the way without harm. A run whose program failed is not
-    complete: asked for again, it is done again."""
+    """Write the report, warn of plugins that failed without ending the command, and mark the run as complete.
+
+    A run whose program failed in the real world is not marked, so that the next call runs it again.
+    """
     if report:
         from ..report import write_report
 
@@ -267,8 +276,8 @@ def _finish(run: RunDirectory, solution: Solution, engine: Engine, say: Progress
 
 
 def _earlier_trace(run: RunDirectory) -> Trace:
-    """Trace of an interrupted run, for the candidates that it refused; they come first and are not tried
-    again."""
+    """Return the trace of an interrupted run up to its last refused candidate, so that these candidates are
+    not tried again."""
     if not run.refused:
         return Trace()
     entries = read_trace(run.path / "trace.json").entries

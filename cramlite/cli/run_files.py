@@ -28,7 +28,8 @@ if TYPE_CHECKING:
 
 
 def run_key(scenario: Scenario, setting: Setting, backend: str | None, engine: Engine) -> dict[str, Any]:
-    """Return the key of a run: files, seed, doubts, code writer and plugins."""
+    """Return the key of a run, by which an unchanged run is recognised: files, seed, doubts, backend and
+    plugins."""
     files = [*([scenario.path] if scenario.path.is_file() else []), *(Path(t.mesh.path) for t in setting.world.things if t.mesh)]
     if scenario.spec.demonstration and scenario.resolve_path(scenario.spec.demonstration).exists():
         files.append(scenario.resolve_path(scenario.spec.demonstration))
@@ -46,13 +47,14 @@ def run_key(scenario: Scenario, setting: Setting, backend: str | None, engine: E
 
 
 def write_trace(run: RunDirectory, trace: Trace, engine: Engine) -> None:
-    """Write every decision of a search, and the plugins that broke on the way, into its run directory."""
+    """Write every decision of a search, and the plugins that failed during it, into its run directory."""
     faults = [str(f) for f in engine.registry.faults]
     run.write("trace.json", as_json({"entries": trace.to_json(), "faults": faults}))
 
 
 def write_solution(run: RunDirectory, solution: Solution, engine: Engine, seed: int) -> None:
-    """Write the values of a solution's stages into a run directory, each in its file."""
+    """Write program, world, plan, verdict, recorded run and summary of a solution into a run directory, each
+    into a file."""
     from ..model.program_json import write_program
     from ..model.rollout import save_rollout
 
@@ -123,7 +125,7 @@ def twins_json(found: TwinVerdict | None) -> dict[str, Any] | None:
 
 
 def _reason(solution: Solution) -> str:
-    """Reason of the proof's verdict; that of the execution if it failed."""
+    """Return the reason of the proof's verdict, or that of the execution's verdict if the execution failed."""
     failed = solution.execution is not None and not solution.succeeded
     return f"first execution: {solution.execution.verdict.reason}" if failed and solution.execution else solution.verdict.reason
 

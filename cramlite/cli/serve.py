@@ -68,7 +68,7 @@ class OpenSearch(Value):
 
 
 class Service:
-    """JSON line service: one engine behind two streams.
+    """Service that answers requests of one JSON object a line with one engine.
 
     Args:
         engine: whose plugins answer.
@@ -89,7 +89,7 @@ class Service:
         }  # fmt: skip
 
     def run(self) -> int:
-        """Answer requests until they end, or nobody reads the answers any more; return the exit code."""
+        """Answer requests until the input ends, or nobody reads the answers any more; return the exit code."""
         threading.Thread(target=self._listen, daemon=True).start()
         while not self._ended and (request := self._todo.get()) is not None:
             answer = self._answer(request)
@@ -168,7 +168,7 @@ class Service:
         return tasks_answer(self.engine)
 
     def _check(self, id_: Any, params: dict[str, Any]) -> Any:
-        """Whether a scenario can be used; an error says why not."""
+        """Check whether a scenario can be used; an error says why not."""
         return check_answer(self.engine, _scenario(params), _seed(params))
 
     def _interpret(self, id_: Any, params: dict[str, Any]) -> Any:
@@ -192,7 +192,8 @@ class Service:
         return self._one(self._of(params))
 
     def _of(self, params: dict[str, Any]) -> Id:
-        """Number of a request's search, which can go on."""
+        """Return the request id of the search that a request refers to by 'of'; the search must still be
+        open."""
         asked: Id = params.get("of")
         if not _is_id(asked) or asked not in self._found:
             raise Refused(WRONG_PARAMS, f"'of' is the id of a 'resolve' whose search can go on, not {asked!r}")
@@ -275,7 +276,7 @@ def _finite(text: str) -> float:
 
 
 def _is_id(id_: object) -> bool:
-    """Whether a value can be the id of a request; None for a request without an id. True cannot, though it
+    """Check whether a value can be the id of a request; None stands for no id, and True is refused, though it
     equals 1."""
     return id_ is None or (isinstance(id_, int | float | str) and not isinstance(id_, bool))
 
@@ -322,7 +323,7 @@ def serve(engine: Engine) -> int:
 
 
 def _watch(out: int, hang_up: Callable[[], None]) -> None:
-    """Say when the reader of a pipe is gone, which is noticed late, or never, by writing to it."""
+    """Call ``hang_up`` when the reader of a pipe is gone; a write to the pipe would show that late, or never."""
     import select
 
     if hasattr(select, "poll"):

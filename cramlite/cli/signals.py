@@ -30,7 +30,7 @@ class Interrupted(CramliteError):
 
 
 class Signals:
-    """Received signals; long work asks whether there is one, and ends."""
+    """Record of received signals; long work asks it whether to end."""
 
     def __init__(self) -> None:
         self.number = 0
@@ -41,7 +41,7 @@ class Signals:
         return self.number != 0
 
     def take(self, number: int, frame: FrameType | None) -> None:
-        """Take a signal; a second one ends the process as if nobody had taken the first."""
+        """Record a signal, and restore the default handlers, so that a second signal ends the process."""
         self.number = number
         signal.signal(signal.SIGINT, signal.default_int_handler)
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
@@ -49,7 +49,7 @@ class Signals:
 
 @contextmanager
 def interruptible(left: str = "what was written so far is kept") -> Iterator[Signals]:
-    """Take signals in this block; only the main thread can, in others none ever comes.
+    """Catch signals in this block; only in the main thread, since Python delivers signals to no other.
 
     Args:
         left: what is there of the work that was ended.

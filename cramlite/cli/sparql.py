@@ -51,7 +51,8 @@ def query_text(text: str) -> str:
 
 
 def ask(sparql: str, ontologies: Iterable[Path], episodes: Sequence[Episode], registry: Registry) -> Answer:
-    """Run a query over ontology files and episodes, in one graph. Our prefixes need no declaration.
+    """Run a SPARQL query over ontology files and episodes in one graph; the prefixes of cramlite's ontologies
+    need no declaration.
 
     Raises:
         UserError: the query is no SPARQL, or changes data, or no plugin can express an episode as triples.
@@ -90,7 +91,7 @@ def _prepared(sparql: str) -> Any:
 
 
 def _operators(part: Any) -> Iterator[str]:
-    """Names of the operators of a query, those inside others included."""
+    """Yield the names of the SPARQL operators in a query, nested ones included."""
     if isinstance(part, dict):
         yield str(getattr(part, "name", ""))
     for inner in part.values() if isinstance(part, dict) else part if isinstance(part, list | tuple) else ():

@@ -67,10 +67,10 @@ def first_execution_failed(solution: Solution, run: Path, scenario: Scenario) ->
     verdict = solution.execution.verdict
     first, *others = [f"{f.validator}: {f.reason}" for f in verdict.objections] or [verdict.reason]
     more = f" (and {len(others)} more, listed above)" if others else ""
-    again = f"'cramlite execute {text} --world {run} --replan {scenario.path}' looks again where the program stops, and counts on"
+    again = f"'cramlite execute {text} --world {run} --replan {scenario.path}' looks again where the program stops, and goes on from there"
     blind = "what is believed of the world is not true of it: measure it again, or let a camera look ('poses: camera')"
     return (
-        f"The program was proven in what is believed, but its first execution failed: {first}{more}.\n"
+        f"The program was proven in the believed world, but its first execution failed: {first}{more}.\n"
         f"  Next: {again if scenario.spec.poses == 'camera' else blind}.\n  Files: {run / 'execution'}"
     )
 
@@ -94,7 +94,8 @@ def repairs_json(repairs: Iterable[Repair]) -> list[dict[str, Any]]:
 
 
 def _label(action: Interpreted) -> str:
-    """Source of an action's event: named in the recording, or inferred from motion; "" for a plain action."""
+    """Return the source of an action's event: named in the recording, or inferred from motion; "" if its
+    class is Action only."""
     event = action.segments[0].event if action.segments else None
     if event is None or event.type == ACTION:
         return ""
@@ -104,8 +105,8 @@ def _label(action: Interpreted) -> str:
 
 
 def _repair_lines(repairs: Sequence[Repair], zero: float, most: int = 20) -> list[str]:
-    """Lines on repairs; of many for one reason the first, and their number, since a flickering log has
-    hundreds."""
+    """Format the repairs of a recording as lines; of many with the same reason only the first, with their
+    number."""
     groups: dict[str, list[Repair]] = {}
     for r in repairs:
         groups.setdefault(r.why, []).append(r)
@@ -126,11 +127,12 @@ SHOWN = 3
 
 
 def interpretation_text(found: Interpretation, repairs: Iterable[Repair] = ()) -> str:
-    """Return every action with its possible tasks, after the repairs and before the best candidates."""
+    """Format an interpretation: repairs of the recording, each action with its possible tasks, and the best
+    candidate sequences."""
     lines = [f"{found.episode}: {counted(len(found.actions), 'action')}, {counted(found.count(), 'reading')}"]
     zero = found.zero
     if zero:
-        lines.append(f"  times are from {datetime.fromtimestamp(zero, UTC):%Y-%m-%d %H:%M:%S} UTC, {zero:.3f} s")
+        lines.append(f"  times count from {datetime.fromtimestamp(zero, UTC):%Y-%m-%d %H:%M:%S} UTC, {zero:.3f} s")
     lines += _repair_lines(list(repairs), zero)
     for k, action in enumerate(found.actions):
         lines.append(f"  {k}  {action.start - zero:7.2f} to {action.end - zero:7.2f} s{_label(action)}")

@@ -55,7 +55,7 @@ class _Tree(Value):
         return cls(entries, ends, kept, {n: counts[entries[n - 1].parent] for n in ends}, {})
 
     def given_up(self, entry: Entry) -> bool:
-        """Check whether the search gave a choice up.
+        """Check whether the search gave up a choice.
 
         While no program is proven only choices with rivals count: every choice of the way was then left in vain.
         """
@@ -64,7 +64,7 @@ class _Tree(Value):
         return back and (bool(self.kept) or self.rivals[entry.number] > 1)
 
     def indent(self, entry: Entry) -> int:
-        """Indentation of an entry: one step for an answer, and two for each choice above it that was given up."""
+        """Return the indentation of a trace entry: its depth, and one step more unless it is a question."""
         return self.depth(entry) + (entry.outcome != "asked" and entry.parent > 0)
 
     def depth(self, entry: Entry) -> int:
@@ -81,8 +81,8 @@ class _Tree(Value):
         return self.depths[chain[0].number] if chain else self.depths[entry.number]
 
     def lines(self, entry: Entry) -> Iterator[str]:
-        """Mark, designator, alternative, reason, cost, plugin; of a choice that was given up also its
-        result."""
+        """Format an entry: outcome mark, designator, alternative, reason, cost and plugin; for a choice that
+        was given up also why."""
         given_up = self.given_up(entry)
         cost = f" (cost {entry.cost:.3g})" if entry.cost is not None and abs(entry.cost) >= 0.0005 else ""
         who = "" if entry.plugin == "engine" else f"  [{entry.plugin}]"
@@ -98,8 +98,8 @@ class _Tree(Value):
 
 
 def _ends(entries: Sequence[Entry]) -> dict[int, int]:
-    """Number of the first entry behind each choice's subtree, which includes proofs and runs in twins of programs with the
-    choice.
+    """Map each choice to the number of the first entry after its subtree, which includes proofs and runs in
+    twins of programs with the choice.
 
     The search goes depth first, so a subtree ends where something is asked, tried or said that hangs no deeper than the choice
     itself. Of goals, whose steps hang under nothing, nothing is known.
@@ -115,14 +115,14 @@ def _ends(entries: Sequence[Entry]) -> dict[int, int]:
 
 
 def _decision_text(entry: Entry) -> str:
-    """Alternative and reason, each said once."""
+    """Return the alternative and the reason of a trace entry; words that both contain are given once."""
     name = entry.text if entry.outcome in ("asked", "chosen", "refused", "nogood") else ""
     name = re.sub(r"^\d+:(?=\()", "", name)
     return rounded(": ".join(x for x in ("" if _repeats(name, entry) else name, entry.reason) if x))
 
 
 def _repeats(name: str, entry: Entry) -> bool:
-    """Whether the name of an alternative repeats what its line says anyway."""
+    """Check whether an alternative's name is already in its entry's reason or designator."""
     key = re.escape(name)
     number = re.fullmatch(r"-?[\d.]+", name) is not None and entry.reason != ""
     again = re.match(rf"{key}(?!\w)", entry.reason) or (" " in name and name in entry.reason)

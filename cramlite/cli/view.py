@@ -145,7 +145,8 @@ def free_port(host: str, first: int, tries: int = 100) -> int:
 
 
 def program_of(run: Path) -> list[str]:
-    """Return the lines of the program that a run directory holds, typed ones aside; none if there is no such file."""
+    """Return the lines of the program text in a run directory; none if it holds only the typed program
+    (JSON), or no program."""
     found = sorted(p for p in run.glob("program.*") if p.suffix != ".json")
     return found[0].read_text("utf-8").splitlines() if found else []
 
@@ -171,7 +172,7 @@ def no_browser(url: str) -> str:
     port = url.rstrip("/").rpartition(":")[2]
     return (
         f"No browser could be opened here. Open {url} yourself; from another computer, after 'ssh -L {port}:localhost:{port} "
-        "HOST', open the same address there. --no-browser leaves this out; Ctrl+C ends the viewer."
+        "HOST', open the same address there. With --no-browser none is opened; Ctrl+C ends the viewer."
     )
 
 

@@ -63,7 +63,8 @@ class Viewer:
         self.words.content = self._caption(position)
 
     def play(self, seconds: float = 0.0) -> None:
-        """Serve, and move on while the box is ticked; return after ``seconds``, never if 0."""
+        """Serve the viewer, and advance the slider while its play box is ticked; return after ``seconds``, or
+        never if 0."""
         end = time.monotonic() + seconds if seconds else float("inf")
         while (now := time.monotonic()) < end:
             if self.playing.value:
@@ -81,7 +82,7 @@ class Viewer:
         return min(round(float(self.slider.value) / self._step), self._last)
 
     def _add_bodies(self) -> dict[str, Any]:
-        """A frame for each body, its shapes below it."""
+        """Add a coordinate frame for each body, with the body's shapes as children; return the frames."""
         frames = {}
         for body, track in self._scene.poses.items():
             name = f"/{self._scene.owners[body]}/{body}".replace("//", "/")
@@ -125,14 +126,14 @@ class Viewer:
         self.slider.on_update(lambda _event: self.show(self.position))
 
     def _arrow(self, position: int) -> None:
-        """The force that the tool applies, 1 cm for 1 N."""
+        """Draw the force of the tool as a line, 1 cm for 1 N."""
         sample = self._samples[position]
         begin, force = self._rollout.poses["effector"][sample, :3], self._rollout.wrench[sample, :3]
         line = np.array([[begin, begin + 0.01 * force]], dtype=np.float32)
         self.server.scene.add_line_segments("/force", line, colors=(194, 47, 29), thickness=0.006)
 
     def _caption(self, position: int) -> str:
-        """Line, force and gripper at a position, as Markdown."""
+        """Format program line, force and gripper opening at a slider position as Markdown."""
         rollout, sample = self._rollout, self._samples[position]
         number = int(rollout.lines[sample])
         text = self._program[number - 1].strip() if 0 < number <= len(self._program) else ""

@@ -80,7 +80,7 @@ class CandidateSequence(Value, eq=False):
 
     def _attempts(self, group: ExecutorGroup | None) -> Iterator[Solution]:
         self.trace.candidate = self.number
-        wider = f", {self.effort.breadth} times as many alternatives as at first" if self.effort.breadth > 1 else ""
+        wider = f", with {self.effort.breadth} times as many alternatives as in the first round" if self.effort.breadth > 1 else ""
         if wider:
             self.trace.widened(str(self.plan), self.effort.breadth)
         self.progress(f"candidate {self.number}: {self.plan}{wider}")
@@ -95,26 +95,27 @@ class CandidateSequence(Value, eq=False):
             )
 
     def wider(self) -> CandidateSequence | None:
-        """Return the next round of this sequence, once the attempts of this one have ended; None where nothing was left out, or
-        the budget is spent."""
+        """Return the next, wider round of this task sequence, once all its programs were tried; None where no
+        alternative was left out, or the budget is spent."""
         left = self.effort.proofs < self.budget.proofs and self.effort.expanded < self.budget.expansions
         return replace(self, effort=self.effort.widened()) if self.effort.capped and left else None
 
     @property
     def doubted(self) -> list[tuple[int, Match]]:
-        """Readings of actions that the validators of every program of this sequence objected to."""
+        """Readings of actions to which the validators of every program of this task sequence objected."""
         said = self.sequence
         return [(said.actions[k - 1], said.matches[k - 1]) for k in sorted(self.effort.objected or ())] if said else []
 
     @property
     def spent(self) -> dict[str, Any]:
-        """Work spent on this sequence in all rounds, and its no-goods, for ``resume``."""
+        """Work that all rounds spent on this task sequence, as ``resume`` takes it."""
         effort = self.effort
         counted = {"breadth": effort.breadth, "expanded": effort.expanded, "proofs": effort.proofs, "capped": int(effort.capped)}
         return counted | {"objected": sorted(effort.objected or ())}
 
     def resume(self, spent: Mapping[str, Any] | None) -> bool:
-        """Take over the work of an earlier run that ended in this round or a wider one; return whether one did."""
+        """Take over the counted work of an interrupted run if it had finished this round or a wider one;
+        return whether it had."""
         if spent is None or spent["breadth"] < self.effort.breadth:
             return False
         self.effort.expanded, self.effort.proofs = spent["expanded"], spent["proofs"]
@@ -126,7 +127,8 @@ class CandidateSequence(Value, eq=False):
 def doubted_last(
     plans: Iterable[tuple[Plan, TaskSequence | None]], tried: Sequence[CandidateSequence], trace: Trace
 ) -> Iterator[tuple[Plan, TaskSequence | None]]:
-    """Order task sequences: put off those that repeat a reading of an action which refuted every program of an earlier sequence.
+    """Order task sequences, those last that repeat a doubted reading: one to which the validators of every
+    program of an earlier sequence objected.
 
     Args:
         tried: is asked before each.
@@ -140,7 +142,7 @@ def doubted_last(
             yield plan, sequence
             continue
         later.append((plan, sequence))
-        said = f"put off: the validators of every program of an earlier sequence objected to {again.task}"
+        said = f"tried last: the validators of every program of an earlier sequence objected to {again.task}"
         trace.add(0, "sequence", str(plan), "nogood", "engine", said, kind="sequence")
     yield from later
 
@@ -222,7 +224,7 @@ def _judged(
 
 
 def _told(verdict: Verdict) -> str:
-    """First objection, with its task, and the number of the others."""
+    """Return the reason of the first objection, with its task, and the number of the others."""
     first, *others = verdict.objections
     where = f" in {task}" if (task := task_of(first.origin)) and task not in first.reason else ""
     more = f" (and {len(others)} more)" if others else ""
@@ -230,14 +232,15 @@ def _told(verdict: Verdict) -> str:
 
 
 def _trace_twins(trace: Trace, verdict: Verdict) -> None:
-    """Entry for each run in a twin: why it failed, or its largest error."""
+    """Add a trace entry for each run in a twin: why it failed, or the largest error that it survived."""
     for twin in verdict.twins.twins if verdict.twins else ():
         said = twin.text if not twin.succeeded else f"succeeded ({twin.largest()})"
         trace.add(0, f"twin {twin.number}", "", "survived" if twin.succeeded else "failed", "engine", said, kind="twin")
 
 
 def _candidate(plan: Plan, state: State, setting: Setting, knowledge: Knowledge) -> Candidate:
-    """The program of a fully grounded state; plugins are told of each of its steps."""
+    """Assemble the program of a fully grounded state, and call the plugins' hook ``on_step`` for each of its
+    steps."""
     candidate = assemble(plan, state, setting, knowledge)
     candidate = parametric(candidate, setting.late)
     for step in candidate.program.steps:

@@ -118,7 +118,8 @@ class Engine:
         return found
 
     def read_episode(self, path: Path) -> Episode:
-        """Read an episode in any format that a plugin reads, repaired, in the words of the loaded ontologies.
+        """Read an episode in any format that a plugin reads, repaired, and its classes aligned with the
+        loaded ontologies.
 
         Raises:
             UserError: no such path, no reader, or a file that cannot be used.
@@ -149,7 +150,8 @@ class Engine:
         return interpret(episode, self.knowledge.rules, self.knowledge.taxonomy)
 
     def read(self, goal: AnyGoal | Reading) -> Reading:
-        """Return the reading of a goal, which stands for the goal wherever one is asked for.
+        """Return a goal together with its demonstration, to be read once; the engine's methods take it in
+        place of the goal.
 
         A demonstration is then read and interpreted once for all of them, when the first needs it. The reading of a
         reading is that reading.
@@ -311,13 +313,14 @@ class Engine:
             yield from tried
 
     def _for(self, goal: object) -> Engine:
-        """The engine that works on a goal."""
+        """Return the engine that resolves a goal: one with the scenario's plugins if the goal is a scenario,
+        else this one."""
         from ..scenario.scenario import Scenario
 
         return self.suited(goal) if isinstance(goal, Scenario) else self
 
     def _setting(self, reading: Reading, setting: Setting | None, seed: int) -> Setting:
-        """Setting of a goal, with the goal in words."""
+        """Return the setting in which a goal is resolved, titled with the goal in words."""
         from ..scenario.asked_text import asked_text
         from ..scenario.scenario import Scenario
 
@@ -333,7 +336,8 @@ class Engine:
     def plans(
         self, goal: AnyGoal | Reading, setting: Setting, trace: Trace, progress: Progress = lambda _: None, **unknown: Never
     ) -> Iterator[tuple[Plan, TaskSequence | None]]:
-        """Generate the plans of a goal, best first; those of a demonstration each with the sequence it was read as."""
+        """Generate the plans of a goal, best first; each plan of a demonstration with the task sequence that
+        the demonstration was read as."""
         from ..planning.task_goals import Goal, plan_from_tasks
         from ..planning.task_sequences import plans_for_goal, plans_from_interpretation
         from ..scenario.scenario import Scenario
@@ -354,7 +358,8 @@ class Engine:
 
 
 def _too_wide(episode: Episode) -> str:
-    """A sentence that says why no events were inferred, or doubts the unit of lengths where something moved farther than people do."""
+    """Explain why no events were inferred, or doubt the unit of lengths where something moved farther than
+    people do; "" without either."""
     if said := [r.why for r in episode.repairs if r.what == NOT_INFERRED]:
         return f" No events were inferred: {said[-1]}."
     ways = ((float((t.poses[:, :3].max(axis=0) - t.poses[:, :3].min(axis=0)).max()), n) for n, t in episode.tracks.items() if len(t.times))
@@ -390,7 +395,7 @@ def _to_try(
 
 
 def make_engine(scenario: Scenario, plugins: PluginChoice = INSTALLED) -> Engine:
-    """Make the engine that ``Engine.suited`` gives for a scenario, without one for other scenarios.
+    """Make an engine with the plugins and ontologies of one scenario.
 
     Raises:
         UserError: as ``Scenario.with_plugins``.
@@ -404,7 +409,7 @@ def make_engine(scenario: Scenario, plugins: PluginChoice = INSTALLED) -> Engine
 
 
 def _asked(goal: object) -> str:
-    """Goal that is no scenario, in words."""
+    """Describe a goal that is not a scenario, in words."""
     from ..planning.task_goals import Goal
     from ..scenario.asked_text import SHOWN, tasks_text
     from ..scenario.task_specs import RuleSpec, TaskSpec

@@ -49,7 +49,7 @@ class Executor(Struct):
 
     @property
     def pid(self) -> int | None:
-        """Number of the process; None while there is none."""
+        """Process id of the executing process; None while there is none."""
         return None if self._process is None else self._process.pid
 
     def start(self) -> None:
@@ -83,8 +83,8 @@ class Executor(Struct):
         return rollout, seconds
 
     def interrupt(self) -> None:
-        """Interrupt the present run, whose answer is then a refusal, and keep the process; without such signals
-        the run goes on to its end."""
+        """Interrupt the present run, so that it is answered with an error, and keep the process; on systems
+        without such signals the run goes on to its end."""
         if self._process is not None and ENDS_RUN is not None:
             self._process.send_signal(ENDS_RUN)
 
@@ -140,7 +140,7 @@ class _Interrupted:
 
 
 def _serve(asked: BinaryIO, answers: BinaryIO) -> None:
-    """Serve in the other process, until the caller has no further request, or has ended."""
+    """Run requests in the executing process, until the caller has no further request, or has ended."""
     parent, interrupted = os.getppid(), _Interrupted()
     try:
         knowledge = _loaded(pickle.load(asked))
@@ -162,7 +162,7 @@ def _serve(asked: BinaryIO, answers: BinaryIO) -> None:
 
 
 def _loaded(plugins: PluginChoice) -> Knowledge | Exception:
-    """Knowledge of the plugins, once the simulator's libraries are imported; or the error."""
+    """Load the plugins and the simulator's libraries; return the plugins' knowledge, or the error."""
     from ..model.world import World
     from ..plugin.catalogue import Knowledge
 
@@ -175,7 +175,7 @@ def _loaded(plugins: PluginChoice) -> Knowledge | Exception:
 
 
 def _execute(knowledge: Knowledge | Exception, text: str, world: World, seed: int) -> object:
-    """Rollout, and all CPU seconds of the process so far; or the error."""
+    """Run a text; return the rollout and the CPU time of the process so far [s], or the error."""
     try:
         if isinstance(knowledge, Exception):
             raise knowledge

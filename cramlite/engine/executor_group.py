@@ -77,13 +77,14 @@ class ExecutorGroup:
         return sum(self._spent)
 
     def start(self, count: int) -> None:
-        """Start so many processes at most before there is anything to do."""
+        """Start at most ``count`` idle processes before there is anything to run."""
         with self._idle_ones(count) as idle:
             for one in idle:
                 one.start()
 
     def runs(self, text: str, places: Iterator[tuple[World, int]]) -> Generator[Rollout | str]:
-        """Run a text in one world with its seed after another, lazily; runs under way end with their list.
+        """Run a text in several worlds, each with its seed, lazily; when the caller stops iterating, the runs
+        under way are ended.
 
         Yields:
             What happened in each, in order; or why nothing did, as a clause.
@@ -96,17 +97,18 @@ class ExecutorGroup:
             mine.leave()
 
     def stop(self) -> None:
-        """End all processes; the next request starts others. A run of another list is run again."""
+        """End all processes; the next request starts new ones, and an interrupted run of another list starts
+        anew."""
         for one in self._all:
             one.end()
 
     def close(self) -> None:
-        """End the processes, whatever they are at: nobody asks any more."""
+        """End all processes at once, also those in the middle of a run."""
         self._end()
 
     @contextmanager
     def _idle_ones(self, count: int) -> Iterator[list[Executor]]:
-        """Idle processes, so many at most, that begin nothing in this block."""
+        """Take at most ``count`` idle processes, which get no run within this block."""
         idle: list[Executor] = []
         with suppress(Empty):
             while len(idle) < count:
@@ -138,7 +140,7 @@ class ExecutorGroup:
                 return str(error)
             self._spent.append(seconds)
             return rollout
-        return f"the process that executes it died {DEATHS} times (out of memory, or killed)"
+        return f"the process that executes the run died {DEATHS} times (out of memory, or killed)"
 
 
 def group_of(knowledge: Knowledge) -> ExecutorGroup:
@@ -149,14 +151,14 @@ def group_of(knowledge: Knowledge) -> ExecutorGroup:
 
 
 class _List:
-    """Processes that run the requests of one list."""
+    """Executing processes that are at work on the same list of runs."""
 
     def __init__(self) -> None:
         self._lock, self._running, self.left = threading.Lock(), list[Executor](), False
 
     @contextmanager
     def running(self, executor: Executor) -> Iterator[None]:
-        """Count one more process as running requests of the list in this block."""
+        """Count a process, within this block, among those that run requests of the list."""
         with self._lock:
             self._running.append(executor)
         try:

@@ -63,7 +63,7 @@ EXACT = Noise()
 
 
 class Limits(Value):
-    """Limits of a run's deviation from its proof; see the constants.
+    """Limits of how far a run may deviate from its proof; the constants of this module are the defaults.
 
     Args:
         place: of things [m].
@@ -85,7 +85,7 @@ USUAL = Limits()
 
 
 class Expectation(Value, eq=False):
-    """Expectation of a run, from the run that proved its program.
+    """Expected readings of a run, taken from the run that proved its program.
 
     Args:
         lines: (N,) under execution at each sample.
@@ -133,7 +133,7 @@ class Expectation(Value, eq=False):
 
 
 def expectation(proof: Rollout, steps: Mapping[int, str]) -> Expectation:
-    """Return the expectation that a proof's run gives.
+    """Return the expectation of a run: the readings of the run that proved its program.
 
     Args:
         steps: line -> designator, as ``Code.origins``.
@@ -148,7 +148,7 @@ def expectation(proof: Rollout, steps: Mapping[int, str]) -> Expectation:
 
 
 def _in(tool: Floats, track: Floats) -> Floats:
-    """Positions of a track (N, 7) in the frames of another one (N, 3)."""
+    """Return the positions of a pose track (N, 7) in the frames of another pose track (N, 7): (N, 3) [m]."""
     from scipy.spatial.transform import Rotation
 
     return np.asarray(Rotation.from_quat(tool[:, 3:], scalar_first=True).inv().apply(track[:, :3] - tool[:, :3]))
@@ -205,7 +205,7 @@ class RunWatch:
         return self.notice
 
     def rest(self, readings: Readings) -> None:
-        """Take the readings of the arm at rest."""
+        """Record the readings of the arm at rest as the last ones, with noise."""
         self.last = self._noisy(readings) if readings.poses is not None else readings
 
     def _noisy(self, readings: Readings) -> Readings:
@@ -221,7 +221,8 @@ class RunWatch:
         return Pose.from_rotvec(place, tuple(turn.tolist())) * Pose(quaternion=pose.quaternion)
 
     def _frozen(self, readings: Readings) -> Notice | None:
-        """Whether the readings did not change at all for a while in which the arm moves in the proof."""
+        """Return a notice if the readings have not changed at all for a while in which the arm moves in the
+        proof."""
         before, expected = self._raw, self.expected
         self._raw = readings
         if before is None or readings.joints != before.joints or readings.poses is None:
@@ -232,7 +233,7 @@ class RunWatch:
         still = readings.time - self._same_since
         if not moves or still < SAME:
             return None
-        said = f"encoders have said the same for {still:.2f} s, and the arm should move"
+        said = f"the joint readings have not changed for {still:.2f} s, in which the arm moves in the proof"
         return self._said(Deviation.READINGS_FROZEN, readings, said, "", still, SAME, "s")
 
     def _deviations(self, now: Readings) -> Iterator[Notice]:
@@ -247,7 +248,7 @@ class RunWatch:
         for name in self.expected.loose:
             yield from self._thing(name, now)
         for name in sorted(now.poses.keys() - self.expected.known):
-            yield self._said(Deviation.ADDED, now, f"'{name}' is there, and was not when this was planned", name)
+            yield self._said(Deviation.ADDED, now, f"'{name}' is in the scene, and was not when the program was planned", name)
         yield from self._felt(now)
         yield from self._late(now)
 
@@ -267,7 +268,7 @@ class RunWatch:
         yield self._said(kind, now, said, thing if kind is not Deviation.GRIPPER else "", off, self.limits.width, "m")
 
     def _held_then(self, rows: list[int], now: Readings) -> str:
-        """Payload in the proof's nearest sample in time, counted from the beginning of the line; "" without
+        """Return the payload in the proof's sample that is nearest in time since the line began; "" without
         one."""
         own, times = self.expected.own(now.line), self.expected.times
         since = now.time - self._since if now.line == self._line else 0.0
@@ -303,7 +304,7 @@ class RunWatch:
         return self._said(kind, now, f"'{name}' is {1000 * off:.0f} mm {what}, more than {1000 * limit:.0f} mm", name, off, limit, "m")
 
     def _lean(self, name: str, pose: Pose, rows: list[int]) -> float:
-        """Least angle between a thing's axis and its axis in samples of the proof [rad]."""
+        """Return the least angle between a thing's axis as read and in samples of the proof [rad]."""
         w, x, y, z = self.expected.poses[name][rows, 3:].T
         axes = np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], axis=1)
         return float(np.arccos(np.clip(axes @ pose.rotation[:, 2], -1.0, 1.0)).min())
@@ -322,7 +323,8 @@ class RunWatch:
         usual = float(np.ptp(self.expected.times[own])) if len(own) else 0.0
         lasted, limit = now.time - self._since, self.limits.slower * usual + self.limits.later
         if lasted > limit and now.line:
-            yield self._said(Deviation.STUCK, now, f"it has run for {lasted:.1f} s, {usual:.1f} s in the proof", "", lasted, limit, "s")
+            said = f"the line has run for {lasted:.1f} s, {usual:.1f} s in the proof"
+            yield self._said(Deviation.STUCK, now, said, "", lasted, limit, "s")
 
     def _said(
         self, kind: Deviation, now: Readings, reason: str, thing: str = "", measured: float | None = None, limit: float | None = None,

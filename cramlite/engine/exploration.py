@@ -85,8 +85,8 @@ def explored(setting: Setting, scenario: Scenario, plan: Plan | None, knowledge:
 
 
 def closed(setting: Setting, knowledge: Knowledge) -> Iterator[Thing]:
-    """Generate closed things that hide a place and that a task can open, by its rule, where no camera could
-    look in."""
+    """Generate closed things that hide a place from every camera pose and that a task's rule lets the robot
+    open."""
     from ..planning.operators import Grounder
 
     assert setting.look is not None
@@ -101,7 +101,7 @@ def closed(setting: Setting, knowledge: Knowledge) -> Iterator[Thing]:
 
 
 def _opening(container: Thing, setting: Setting, knowledge: Knowledge) -> Reveal:
-    """Way to see inside a closed thing: into a drawer itself, or into the cupboard behind a door."""
+    """Return how to see inside a closed thing: into the drawer itself, or into the cupboard behind its door."""
     assert container.joint is not None
     place = container.name if bears(container, knowledge.taxonomy, INSIDE) else container.joint.parent
     task, role = next((n, t.lays_open) for n, t in knowledge.tasks.items() if t.lays_open)
@@ -129,7 +129,8 @@ def _asides(setting: Setting, knowledge: Knowledge) -> list[Reveal]:
 
 
 def _and_look(task: str, roles: dict[str, Object], place: str, setting: Setting, knowledge: Knowledge) -> tuple[Action, ...]:
-    """A task, and looking at a place behind it; () where no plugin offers a task that looks."""
+    """Return the given task, and the task that looks at the place which it reveals; () where no plugin offers
+    a task that looks."""
     looking = next((name for name, t in knowledge.tasks.items() if t.looks), None)
     if looking is None or setting.look is None:
         return ()
@@ -160,7 +161,8 @@ def is_meant(setting: Setting, scenario: Scenario, plan: Plan | None, knowledge:
 
 
 def _revealed(setting: Setting, reveal: Reveal, knowledge: Knowledge) -> Setting:
-    """Setting with the new view; or the reason, if no proven way lays the place open and shows it."""
+    """Return the setting with a picture taken after a proven program revealed the place; if that failed, with
+    the reason in its ``look``."""
     from ..perception.active_perception import look_into
 
     seen, trace = setting.look, Trace()
@@ -186,8 +188,8 @@ def _shut(setting: Setting, container: str, why: str) -> Setting:
 
 
 def _proven(setting: Setting, reveal: Reveal, knowledge: Knowledge, trace: Trace) -> Iterator[tuple[State, Candidate]]:
-    """Ways to lay a place open and to bring the camera to a view of it, each proven in the belief. An unseen
-    place may hold something."""
+    """Generate ways to reveal a place and to bring the camera to a view of it, each proven in the belief,
+    where an unseen place counts as filled."""
     from ..perception.unseen import unknown_body
 
     if reveal.points is not None:
@@ -201,7 +203,7 @@ def _proven(setting: Setting, reveal: Reveal, knowledge: Knowledge, trace: Trace
         if tried == TRIED:
             return
         if (share := _would_show(state, reveal, setting, knowledge)) < ENOUGH:
-            why = f"{share:.0%} of what '{reveal.name}' hides would be seen, {ENOUGH:.0%} is needed"
+            why = f"the camera would see {share:.0%} of the place that '{reveal.name}' hides, {ENOUGH:.0%} is needed"
             trace.add(0, f"view_of_{reveal.place}", str(plan), "refused", "engine", why, kind="location")
             continue
         tried += 1
@@ -213,7 +215,8 @@ def _proven(setting: Setting, reveal: Reveal, knowledge: Knowledge, trace: Trace
 
 
 def _would_show(state: State, reveal: Reveal, setting: Setting, knowledge: Knowledge) -> float:
-    """Share of a hidden place that the camera would see in the end, by the known things."""
+    """Return the share of a hidden place that the camera would see from its planned pose, with the known
+    things in view."""
     from ..perception.unseen import share_shown
 
     camera = setting.look.camera if setting.look else None

@@ -1,4 +1,5 @@
-"""Going on when the world changes, for ``cramlite execute --replan`` where poses are readings.
+"""Continuation of an execution when the world changes, for ``cramlite execute --replan`` with poses from
+readings.
 
 A program runs while a watcher compares what is read with what its proof showed. Where that deviates the arm brakes, belief takes what
 was read, with what is in the hand, and the rest is resolved from there and proven. Nothing moves that was not proven from what is
@@ -84,7 +85,7 @@ TO_DO: Mapping[Deviation, str] = {
 
 
 class Stretch(Value):
-    """Executed stretch: a run, its notice, and the decision.
+    """Executed stretch between two decisions: a run, the notice that ended it, and the decision.
 
     Args:
         round: the run, with its program and ``rollout``.
@@ -100,12 +101,12 @@ class Stretch(Value):
 
     @property
     def to_do(self) -> str:
-        """Remedy of a notice by a person, as a clause; "" without one."""
+        """Remedy that a person can apply after a notice, as a clause; "" without one."""
         return TO_DO[self.notice.kind] if self.notice else ""
 
 
 class GoingOn:
-    """Execution that goes on when the world changes.
+    """Execution that continues with new programs when the world changes.
 
     Args:
         scenario: that the first program was made from.
@@ -130,7 +131,8 @@ class GoingOn:
         self.noticed: Counter[tuple[Deviation, str, str]] = Counter()
 
     def _asked(self) -> tuple[str, ...] | None:
-        """The goal, about things of the world as it is at the start: what "the left one" means does not change when it is moved."""
+        """Return the goal in terms of things of the initial world: "the left one" stays the same thing after
+        it was moved."""
         from ..planning.spoken_goals import spoken
 
         if self.scenario.spec.goal is None:
@@ -153,7 +155,7 @@ class GoingOn:
             self._leave(last, real=before.real is not None)
 
     def _leave(self, last: Stretch, *, real: bool) -> None:
-        """Make the end of the last run the present state of the setting."""
+        """Set the setting's world and robot to where the last run ended."""
         rollout, world = last.round.rollout, self.setting.world
         left = world_after_run(rollout, world)
         stays = {t.name for t in left.things if _apart(world.thing(t.name).pose.position, t.pose.position) <= STILL}
@@ -193,11 +195,13 @@ class GoingOn:
 
     @property
     def _open(self) -> bool:
-        """Whether later stages are still to be resolved; another goal replaces all of them."""
+        """Whether stages of the scenario's 'then' are still to be resolved; a changed goal replaces all of
+        them."""
         return self.opened < len(self.scenario.spec.then)
 
     def _stage(self, done: Round, watch: RunWatch) -> tuple[Attempt | None, str]:
-        """First program of the next stage or of its alternative, proven from the readings; None with the reasons."""
+        """Return the first program for the next stage, or for the stage's alternative, that was proven in the
+        world of the last readings; None with the reasons."""
         self._believe(done, watch)
         number, self.opened, self.goal, why = self.opened, self.opened + 1, None, list[str]()
         world = real_after(done.rollout, done.attempt.world, self.setting.world.robots[0].holds)
@@ -224,7 +228,7 @@ class GoingOn:
         return watch, Round(attempt, simulator.execute(text, attempt.world, robots, mount=mount, seed=self.seed, watch=watch))
 
     def _noticed(self, watch: RunWatch, done: Round) -> Notice | None:
-        """Reason why a stretch ended, if not by its goal."""
+        """Return the notice of why a stretch ended; None where it reached the goal."""
         outcome, ran = done.rollout.outcome, [k for k, line in enumerate(done.rollout.lines) if line > 0]
         at = float(done.rollout.times[min(ran[-1] + 1, len(done.rollout.times) - 1) if ran else -1])
         if outcome == "noticed":
@@ -235,7 +239,7 @@ class GoingOn:
             return Notice(Deviation.GOAL_MISSED, at, "the arm went back, and the goal is still to be reached", BACK)
         if self.goal is None or self._holds(watch):
             return None
-        return Notice(Deviation.GOAL_MISSED, at, f"'{' and '.join(self.goal)}' does not hold by what is read", done.step)
+        return Notice(Deviation.GOAL_MISSED, at, f"'{' and '.join(self.goal)}' does not hold in the world as it was read", done.step)
 
     def _holds(self, watch: RunWatch) -> bool:
         """Whether the goal holds in the world as read; things without a reading keep their last pose."""
@@ -254,19 +258,20 @@ class GoingOn:
         return self.setting.robot.gripper.opening[0]
 
     def _decided(self, done: Round, watch: RunWatch, notice: Notice, *, given_up: bool) -> tuple[Attempt | None, str]:
-        """Next program with its description; None with the reason."""
+        """Return the next program and why it was chosen; None, and why the execution ends."""
         key = notice.kind, notice.thing, notice.step.partition(".")[2]
         self.noticed[key] += 1
         if given_up:
-            return None, "so many programs were allowed"
+            return None, "the allowed number of programs was executed"
         if notice.kind is Deviation.STOPPED and not _declared(done):
             return None, ACKNOWLEDGED
         if self.noticed[key] > SAME and done.step != BACK:
-            return None, f"the same was noticed {self.noticed[key]} times, and trying again has not helped"
+            return None, f"the same deviation was noticed {self.noticed[key]} times, so another try would not help"
         return self._next(done, watch, notice)
 
     def _next(self, done: Round, watch: RunWatch, notice: Notice) -> tuple[Attempt | None, str]:
-        """Next program, proven from the readings, with its description; None with the reason."""
+        """Return the next program, proven in the world of the last readings, and why it was chosen; None, and
+        why there is none."""
         assert watch.last is not None
         if watch.last.poses is None:
             return None, "there are no readings; when they are back, execute again with --replan"
@@ -284,11 +289,11 @@ class GoingOn:
             return Attempt(candidate.plan, candidate.program, candidate.code, world), f"goes on from here{hand}: {candidate.plan}"
         back = self._back(done, world) if done.step != BACK else None
         if back is not None:
-            return back, f"goes back the way it came{hand}: nothing was proven from here"
-        return None, f"nothing was proven from here{hand}. {self._failure(self.trace, self.engine.registry.faults)}"
+            return back, f"the arm goes back the way it came{hand}: no program was proven from here"
+        return None, f"no program was proven from here{hand}. {self._failure(self.trace, self.engine.registry.faults)}"
 
     def _believe(self, done: Round, watch: RunWatch) -> None:
-        """Take the readings for the setting in which the rest is resolved."""
+        """Update the setting, in which the rest of the plan is resolved, from the last readings."""
         before, attempt = self.setting, done.attempt
         assert watch.last is not None
         read = world_as_read(before.world, watch.last, attempt.world, self._closed)
@@ -304,7 +309,7 @@ class GoingOn:
             self.at, self.step = next((k for k, n in enumerate(names) if n == task_of(done.step)), 0), done.step
 
     def _candidates(self, done: Round) -> Iterator[Candidate]:
-        """Programs for the rest that were proven in the belief, best first."""
+        """Generate programs for the rest of the plan that were proven in the belief, best first."""
         setting, engine, budget = self.setting, self.engine, budget_of(self.scenario)
         if self.goal is not None:
             try:
@@ -334,7 +339,7 @@ class GoingOn:
         yield from (replace(plan, actions=tuple(_renamed(a) for a in rest)) for rest in (*rests, actions[at + 1 :]) if rest)
 
     def _parts(self, action: Action) -> tuple[Action, ...]:
-        """Tasks that a task consists of, as its type says for an empty hand."""
+        """Return the tasks that a task consists of, by its type's first decomposition for an empty hand."""
         mount, *others = self.setting.world.robots
         empty = replace(self.setting, world=replace(self.setting.world, robots=(replace(mount, holds=None), *others)))
         task = self.engine.knowledge.tasks.get(action.task)
@@ -345,7 +350,8 @@ class GoingOn:
         return tuple(s for s in way.steps if isinstance(s, Action)) if way else ()
 
     def _back(self, done: Round, world: World) -> Attempt | None:
-        """Way back along the executed program, if its run in the belief disturbs nothing."""
+        """Return a program that leads the arm back along its recorded path; None if a run in the belief shows
+        that it fails or moves a thing."""
         path = way_back(done.rollout.joints)
         setting, knowledge = self.setting, self.engine.knowledge
         if not path:
@@ -363,7 +369,7 @@ class GoingOn:
 
 
 def _renamed(item: Action) -> Action:
-    """Task with the name of one that is no part."""
+    """Return an action that is a part of a task, renamed as a task of its own."""
     return replace(item, name=freed_name(item.name))
 
 
@@ -375,7 +381,8 @@ def _stopped(number: int, notice: Notice | None, decision: str) -> str:
 
 
 def _declared(done: Round) -> bool:
-    """Whether a protective stop is one that the world's faults declare, and none of the robot's own."""
+    """Check whether a protective stop is a declared fault of the world, rather than one that the robot made
+    itself."""
     stops = {str(f) for f in done.attempt.world.faults if f.kind is FaultKind.STOP}
     return any(m.text in stops for m in done.rollout.faults)
 

@@ -53,7 +53,7 @@ class Kept(Value):
 
 
 class Intent(Value):
-    """Purpose of a run's text: its plan as it was grounded, and the program that was written.
+    """Intent of a run's text: the grounded plan, and the typed program that the text was written from.
 
     Args:
         kept: what its run directory says of it.
@@ -65,7 +65,7 @@ class Intent(Value):
 
 
 def write_intent(candidate: Candidate) -> bytes:
-    """Encode the content of ``intent.json``; the same candidate gives the same."""
+    """Encode the content of ``intent.json``; the same candidate gives the same text."""
     code = candidate.code
     assert code is not None
     bindings = {k: v for k, v in candidate.bindings.items() if isinstance(v, str)}

@@ -1,4 +1,5 @@
-"""Judging a text that may be anybody's: it runs in a world, and is held against a plan, or against a goal alone."""
+"""Judging of a program text from anywhere: it runs in a world, and validators compare the run with a plan, or
+with a goal alone."""
 
 from __future__ import annotations
 
@@ -33,7 +34,7 @@ LISTED = 6
 
 
 class Purpose(Value):
-    """Purpose of a text, by which it is judged.
+    """Purpose of a program text: the plan or the goal that validators judge it by.
 
     Args:
         intent: of a run directory: the plan with everything that it was grounded to; None where the text is of no run.
@@ -106,7 +107,8 @@ def _judged(text: str, candidate: Candidate, remarks: tuple[str, ...], purpose: 
 
 
 def _laid_out(text: str) -> tuple[str, tuple[str, ...]]:
-    """Text whose lines tell its steps apart, and a remark where it had to be written anew for that."""
+    """Return the text with each step on a line of its own, and a remark if it had to be written anew for
+    that."""
     if not is_program_text(text) or (anew := laid_out(text)) == text:
         return text, ()
     old, new = (read_program(t) for t in (text, anew))
@@ -120,7 +122,8 @@ def _laid_out(text: str) -> tuple[str, tuple[str, ...]]:
 
 
 def _candidate(text: str, world: World, purpose: Purpose, knowledge: Knowledge) -> tuple[Candidate, tuple[str, ...]]:
-    """The text as a candidate of its plan, or of none, and a remark on its lines."""
+    """Return the text as a candidate of the plan that it is judged by, or of an empty plan, with remarks on
+    lines whose task is a guess."""
     intent = purpose.intent
     scene = symbolic_world(world, knowledge.taxonomy)
     plan = intent.kept.plan if intent else purpose.plan or Plan("goal", (), ())
@@ -148,7 +151,8 @@ def _candidate(text: str, world: World, purpose: Purpose, knowledge: Knowledge) 
 
 
 def _bare(world: World, knowledge: Knowledge) -> Program:
-    """Program without steps, of a text that was written from none: its settings are the robot's own."""
+    """Return a program without steps and with the robot's own settings, for a text that no typed program
+    belongs to."""
     mount = world.robots[0]
     robot = pick("robot", knowledge.robots_of(world), mount.type)
     return Program("text", mount.name, robot.type, robot.gripper.tcp, robot.start(mount)[0], (), (), force_limit=robot.force_limit)

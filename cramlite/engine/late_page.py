@@ -1,4 +1,5 @@
-"""The report of a solution, by the layer above: it is loaded by its name when a page is asked for, so that nothing here depends on it."""
+"""Access to the report of a solution: the report's package is imported only when a page is asked for, since
+it lies above the engine."""
 
 from __future__ import annotations
 

@@ -27,7 +27,8 @@ UNMOVED = SetGripper | SetPayload | Wait | ZeroSensor
 
 
 def parametric(candidate: Candidate, late: Mapping[str, Tolerance]) -> Candidate:
-    """Make a candidate's program parametric: its motions follow the late things.
+    """Make a candidate's program parametric: its motions follow the late things, whose poses it asks for at
+    run time.
 
     Args:
         late: thing -> how far from the planned pose the program must still work [m, rad].
@@ -39,7 +40,7 @@ def parametric(candidate: Candidate, late: Mapping[str, Tolerance]) -> Candidate
     for thing, tolerance in late.items():
         planned = next((s.pose for s in program.snapshots if s.thing == thing), None)
         if planned is None:
-            raise UserError(f"late: '{thing}': the program has nothing to do with it, so it needs no pose of it.")
+            raise UserError(f"late: '{thing}': no task of the program is about this thing, so its pose need not be asked for.")
         about = {a.name for a in candidate.actions if any(o.entity == thing for o in a.roles.values())}
         program = _following(program, candidate.robot, thing, about)
         program = replace(
@@ -51,8 +52,8 @@ def parametric(candidate: Candidate, late: Mapping[str, Tolerance]) -> Candidate
 
 
 def _following(program: Program, robot: Robot, thing: str, about: set[str]) -> Program:
-    """Steps of a program, those from the first task about a late thing to the first free motion with it made relative to its
-    pose."""
+    """Make the steps of a program relative to a late thing's pose: those from the first task about the thing
+    to the first free motion that carries it."""
     steps: list[AnyStep] = []
     firsts = {s.first: s for s in program.sections}
     sections: list[Section] = []
@@ -78,10 +79,12 @@ def _relative(step: AnyStep, robot: Robot, program: Program, thing: str) -> list
         return [replace(step, relative=thing)]
     if isinstance(step, MoveJoints) and robot.dh is not None:
         place = flange(robot, step.path[-1]) * program.tcp
-        said = f"from where '{thing}' was planned to where it is"
+        said = f"correction from the planned pose of '{thing}' to its present one"
         speed, acceleration = CORRECTION
         return [step, MoveLinear(place, speed, acceleration, step.path[-1], origin=step.origin, comment=said, relative=thing)]
-    raise UserError(f"late: '{thing}': {step.origin}: {type(step).__name__} cannot follow a thing of which the pose is late.")
+    raise UserError(
+        f"late: '{thing}': {step.origin}: {type(step).__name__} cannot follow a thing whose pose is only known when the program runs."
+    )
 
 
 def flange(robot: Robot, q: tuple[float, ...]) -> Pose:
@@ -94,7 +97,8 @@ def flange(robot: Robot, q: tuple[float, ...]) -> Pose:
 
 
 def worlds_at_tolerance(world: World, program: Program) -> Iterator[tuple[str, World]]:
-    """Generate worlds at the limits of the tolerance: each late thing displaced and turned as far as is declared.
+    """Generate worlds at the limits of the tolerance: each late thing (one whose pose is asked for at run
+    time) displaced and turned as far as declared.
 
     Args:
         world: as it was believed to be when the program was planned.

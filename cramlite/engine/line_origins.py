@@ -18,7 +18,7 @@ ALIKE = 0.6
 
 
 class Origins(Value):
-    """Origins of a text's lines.
+    """Origins of a program text's lines: the designators whose steps the lines belong to.
 
     Args:
         of: line, from 1 -> origin that begins there, as ``Code.origins``; "" where the code of a step ends.
@@ -98,7 +98,8 @@ def _code_lines(text: str) -> Iterator[_Line]:
 
 
 def _of_each(lines: Sequence[_Line], original: Code) -> list[str]:
-    """Origin of each line of code: that of the step whose code it lies in; "" behind a step's code."""
+    """Return the origin of each line of code: that of the step which the line belongs to; "" after the last
+    line of a step's code."""
     ends = [k for k, line in enumerate(original.text.splitlines(), 1) if not line.strip()]
     begins = sorted(original.origins)
     found = []
@@ -114,7 +115,7 @@ Change = tuple[str, int, int, int, int]
 
 
 def _gone(old: Sequence[_Line], own: Sequence[str], changes: Sequence[Change]) -> Mapping[str, str]:
-    """Code of removed lines with its origin, without code that had several origins."""
+    """Map the code of removed lines to its origin; code that had several origins is left out."""
     found: dict[str, set[str]] = {}
     for tag, i1, i2, _, _ in changes:
         for k in range(i1, i2) if tag != "equal" else ():
@@ -143,7 +144,8 @@ def _replaced(line: _Line, old: Sequence[_Line], own: Sequence[str]) -> str | No
 
 
 def _begins(each: Sequence[str | None], lines: Sequence[_Line]) -> Origins:
-    """Where origins begin; a line of which nothing is known counts to the one before."""
+    """Return the lines at which another origin begins, and the lines whose origin is a guess: that of the
+    line before."""
     found, guessed, now = dict[int, str](), list[int](), ""
     for line, origin in zip(lines, each, strict=True):
         if origin is None:

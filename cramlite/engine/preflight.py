@@ -34,7 +34,7 @@ OWN: Mapping[str, str] = {"tool_speed": "m/s", "tool_force": "N", "joint_speed":
 
 
 class Flight(Value):
-    """Program with all that is known of it before a real arm runs it.
+    """Program for a preflight check, with its measured run and all that is known of its proof.
 
     Args:
         robot: that it is for.
@@ -63,13 +63,13 @@ class Flight(Value):
 
     @property
     def twins(self) -> tuple[RunPeaks, ...]:
-        """Peaks of the program's successful runs in twins, at full speed; none of a dry run."""
+        """Peaks of the program's successful runs in twins, at full speed; none if this is a dry run."""
         runs = self.verdict.twins.twins if self.verdict is not None and self.verdict.twins is not None else ()
         return tuple(t.peaks for t in runs if t.peaks is not None and t.succeeded) if self.speed == 1.0 else ()
 
     @property
     def draws(self) -> tuple[Draw, ...]:
-        """Errors that the program's proof was tried with."""
+        """Errors that were drawn for the twins in the program's proof."""
         runs = self.verdict.twins.twins if self.verdict is not None and self.verdict.twins is not None else ()
         return tuple(d for t in runs for d in t.draws)
 
@@ -195,7 +195,8 @@ def dry_run(flight: Flight, share: float, world: World, knowledge: Knowledge, se
 
 
 def _written(program: Program, flight: Flight, knowledge: Knowledge) -> Code:
-    """Code of a program in its first language; typed where that language cannot be run here."""
+    """Write a program's text in its run's language, or as typed code (JSON) if that language cannot be run
+    here."""
     writers = [b for b in knowledge.backends.values() if b.executable]
     own = (b for b in writers if flight.intent is not None and b.name == flight.intent.kept.language)
     writer = next(own, None)
@@ -227,7 +228,7 @@ def _reached(flight: Flight, peaks: RunPeaks) -> list[Reached]:
 
 
 def _check(row: Reached, in_twins: float | None, own: Mapping[str, float]) -> Check:
-    """A limit as a controller's pages have it: angles in degrees."""
+    """Return the check of a limit in the units of controllers: degrees in place of radians."""
     unit, scale = ("deg/s", math.degrees(1.0)) if row.unit == "rad/s" else (row.unit, 1.0)
     allowed = _limit(row.limit, own, scale * row.most, row.source)
     name = " ".join(filter(None, (row.limit.replace("_", " "), row.of)))

@@ -44,7 +44,8 @@ def about(program: Program, robot: Robot) -> float:
 
 
 class _Clock:
-    """Time and place while the steps of a program are gone through."""
+    """Estimator of the time that steps take one after the other, with the joint position that the arm has
+    reached."""
 
     def __init__(self, program: Program, robot: Robot) -> None:
         self._tcp, self._robot, self._at = program.tcp, robot, program.start
@@ -82,7 +83,7 @@ class _Clock:
 
 
 def _in_place(step: AnyStep) -> float:
-    """The duration of a step whose way does not depend on where it begins."""
+    """Return the duration [s] of a step whose motion does not depend on where the arm starts."""
     if isinstance(step, MoveUntilContact):
         return step.distance / step.speed
     if isinstance(step, ForceInsert):
@@ -99,7 +100,8 @@ def _in_place(step: AnyStep) -> float:
 
 
 def _drive(step: Drive) -> float:
-    """Duration of a drive's legs from the second on: no step says where the platform stood before."""
+    """Return the duration of a drive's legs from the second on [s], since no step states where the platform
+    started."""
     return sum(
         max(
             _trapezoid(math.dist(a[:2], b[:2]), step.speed, step.acceleration),
@@ -110,7 +112,8 @@ def _drive(step: Drive) -> float:
 
 
 def _end(step: AnyStep) -> Joints:
-    """Joint position at the end of a step; () where it is as before, or not known."""
+    """Return the joint position at the end of a step; () if the step does not move the arm, or its end is not
+    known."""
     if isinstance(step, MoveJoints):
         return step.path[-1]
     return getattr(step, "joints", ())

@@ -118,7 +118,7 @@ def _prove(
 
 
 def _code(answer: object) -> Code:
-    """Answer of a backend, if it is of the right kind.
+    """Return a backend's answer, checked to be ``Code``.
 
     Raises:
         WrongAnswer: it is not; names what it is.
@@ -142,7 +142,7 @@ def run_and_judge(
 
 
 def judge_run(candidate: Candidate, text: Code, rollout: Rollout, knowledge: Knowledge) -> tuple[Candidate, list[Finding]]:
-    """Judge a run of a candidate's text, wherever it ran; the answer is that of ``run_and_judge``."""
+    """Judge a run of a candidate's text that was simulated elsewhere; return what ``run_and_judge`` returns."""
     episode = knowledge.episodes.detect(rollout, candidate.program.name)
     parked = np.array(candidate.robot.home)
     episode = replace(episode, extras={**episode.extras, "park": parked})
@@ -151,8 +151,8 @@ def judge_run(candidate: Candidate, text: Code, rollout: Rollout, knowledge: Kno
 
 
 def _at_the_edges(candidate: Candidate, text: Code, knowledge: Knowledge, seed: int) -> list[Finding]:
-    """Run the same text with late things at the edge of the declared tolerance: it must do the same as at their
-    planned places."""
+    """Check that the text works with each late thing (one whose pose is asked for at run time) at the edge of
+    its declared tolerance."""
     findings = []
     for said, moved in worlds_at_tolerance(candidate.world, candidate.program):
         with working(f"the program runs with {said}"):
@@ -173,12 +173,13 @@ def text_that_runs(candidate: Candidate, backend: Backend) -> Code | None:
 
 
 def _stands_in(backend: Backend) -> bool:
-    """Whether the typed program runs in place of the text."""
+    """Check whether the typed program runs in place of the backend's text."""
     return isinstance(backend, StandIn) and backend.typed_stands_in
 
 
 def _remark(backend: Backend) -> str:
-    """Remarks of a result on its text: whether it ran, and the backend's own."""
+    """Return remarks for the report: whether the backend's text ran here, and what the backend itself
+    remarks."""
     own = backend.remark if isinstance(backend, Remarking) else ""
     if backend.executable:
         return own
@@ -191,7 +192,8 @@ def _remark(backend: Backend) -> str:
 def findings_of(
     candidate: Candidate, knowledge: Knowledge, *, rollout: bool, only: Collection[str] | None = None
 ) -> list[Finding]:
-    """Return the findings of all validators of the wanted kind; once cheap ones object, dearer ones are not asked.
+    """Return the findings of the validators, cheap ones first; once a validator objects, no costlier ones are
+    asked.
 
     Args:
         rollout: ask those that look at what happened, or those that look at the program.
@@ -210,7 +212,7 @@ def findings_of(
 
 
 def _ask(validator: Validator, candidate: Candidate, knowledge: Knowledge) -> Iterable[Finding]:
-    """A validator that breaks has not approved: its fault is an objection."""
+    """Return the findings of a validator; if the validator itself fails, its fault is an objection."""
     name = validator.name
     try:
         findings = _findings(validator.check(candidate))
@@ -222,7 +224,7 @@ def _ask(validator: Validator, candidate: Candidate, knowledge: Knowledge) -> It
 
 
 def _findings(answer: object) -> list[Finding]:
-    """Answer of a validator, if it is of the right kind.
+    """Return a validator's answer, checked to be findings.
 
     Raises:
         WrongAnswer: it is not; names what it is.
@@ -266,7 +268,7 @@ def conflict_of(verdict: Verdict, state: State) -> Conflict:
 
 
 def _led_past(verdict: Verdict, state: State) -> frozenset[str]:
-    """Choices of places that only served the arm's way, and that no objection about things names."""
+    """Return the places that only served to lead the arm elsewhere, in tasks that no objection blames."""
     if not any(f.things for f in verdict.objections):
         return frozenset()
     met = {task_of(f.origin) for f in verdict.objections if f.blocking}

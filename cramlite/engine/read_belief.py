@@ -29,7 +29,8 @@ SHUT = 0.003
 
 
 def world_as_read(before: World, readings: Readings, models: World, closed: float) -> World:
-    """Return the believed world by readings: things at their read poses, without those that are not seen.
+    """Return the believed world after a run: things at the poses that were read, without movable things that
+    have no reading.
 
     Args:
         before: as it was believed.
@@ -46,7 +47,8 @@ def world_as_read(before: World, readings: Readings, models: World, closed: floa
 
 
 def in_hand(things: Iterable[Thing], readings: Readings, closed: float) -> InHand | None:
-    """Return the payload, by the fingers and the readings of things between them; None for none."""
+    """Return the payload: the movable thing nearest to the tool, if the fingers press and are about as far
+    open as the thing is wide; else None."""
     if not readings.pressing or readings.opening <= closed + SHUT:
         return None
     near = {t.name: _gap(t, readings.tool) for t in things if t.movable}
@@ -71,7 +73,8 @@ def real_after(rollout: Rollout, world: World, holds: InHand | None) -> World:
 
 
 def _possible(thing: Thing, read: Pose) -> Pose:
-    """Pose that a thing can have nearest to a reading: one on a joint moves along that, within its range."""
+    """Return the possible pose of a thing nearest to its read pose: a thing on a joint moves along the joint
+    only, within its range."""
     if thing.joint is None:
         return read
     joint, by = thing.joint, thing.joint.between(thing.pose, read)
@@ -79,7 +82,7 @@ def _possible(thing: Thing, read: Pose) -> Pose:
 
 
 def _is_read(thing: Thing) -> bool:
-    """Whether a thing without a reading counts as gone; furniture and things on joints stay."""
+    """Check whether a thing without a reading counts as gone; furniture and things on joints do not."""
     return thing.movable and thing.joint is None
 
 

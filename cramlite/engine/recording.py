@@ -41,7 +41,7 @@ class Recording(Value):
 def record_episode(
     scenario: Scenario, engine: Engine, *, seed: int, out: Path, tasks: Sequence[TaskSpec] = ()
 ) -> Recording:
-    """Record a demonstration of a scenario into a folder, whatever comes of it.
+    """Record a demonstration of a scenario into a folder, also if the demonstration fails.
 
     The person performs ``tasks``; else what the scenario's ``record:`` section says; else the scenario's own tasks. They act in the
     world of that section, else in the scenario's own, without the robot.
@@ -56,14 +56,14 @@ def record_episode(
     shown = _shown(scenario, tasks or (recipe.tasks if recipe and recipe.tasks else ()), knowledge, world)
     rollout = knowledge.simulator.demonstrate(world, shown, seed=seed)
     if not len(rollout.times):
-        raise UserError(f"{scenario.path}: the performance takes no time, so nothing was recorded; a script moves, grips or waits.")
+        raise UserError(f"{scenario.path}: the demonstration takes no time, so nothing was recorded; its script has to move, grip or wait.")
     episode = knowledge.episodes.detect(rollout, scenario.name)
     knowledge.episodes.write(episode, out)
     return Recording(episode, rollout.reason)
 
 
 def _shown(scenario: Scenario, tasks: Sequence[Entry], knowledge: Knowledge, world: World) -> list[Shown]:
-    """Performances of the person, one after the other."""
+    """Return the person's performances of tasks, one after the other."""
     recipe, scripts = scenario.spec.record, knowledge.record_scripts
     if not tasks and recipe is not None and recipe.script is not None:
         if recipe.script not in scripts:

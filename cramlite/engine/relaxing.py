@@ -35,7 +35,7 @@ CLOSE = 0.35
 
 
 class Change(Value):
-    """Declared change of a setting.
+    """Change of a setting in one direction, whose amount is still open.
 
     Args:
         says: what is changed, without how much: "the base of 'arm' nearer to 'cup'".
@@ -48,7 +48,7 @@ class Change(Value):
     thing: str = ""
 
     def of(self, setting: Setting, steps: int) -> Setting:
-        """Return the setting with so many steps of the change."""
+        """Return the setting after the change by a number of steps of ``STEP`` metres."""
         x, y, z = (STEP * steps * v for v in self.way)
         off = Pose((x, y, z))
         world = setting.world
@@ -70,12 +70,14 @@ class Relaxation(Value):
     steps: int
 
     def __str__(self) -> str:
-        """Return the relaxation as a clause, with its amount."""
+        """Return the change as a clause, with the smallest amount that solves and the largest tried amount
+        that does not."""
         return f"{self.change.says} by {1000 * STEP * self.steps:.0f} mm; by {1000 * STEP * (self.steps - 1):.0f} mm nothing was proven"
 
 
 def relaxations(scenario: Scenario, setting: Setting, engine: Engine, say: Callable[[str], None] = lambda _: None) -> list[Relaxation]:
-    """Return sufficient changes, least first. Each was verified by resolving, as was that one step less fails.
+    """Return sufficient changes, the least first; for each, resolving has shown that it suffices, and that
+    one step less fails.
 
     Args:
         say: is told each attempt.
@@ -93,7 +95,8 @@ def relaxations(scenario: Scenario, setting: Setting, engine: Engine, say: Calla
 
 
 def changes(scenario: Scenario, setting: Setting) -> Iterator[Change]:
-    """Generate the declared changes of a scenario: bases first."""
+    """Generate the changes that could make a scenario solvable: first the robot's base nearer to a thing,
+    then a thing farther from another."""
     world, base = setting.world, setting.world.robots[0].base
     said = " ".join(map(str, (*(scenario.spec.goal or ()), *(scenario.spec.tasks or ()), scenario.spec.designator or "")))
     named = [t for t in world.things if t.name in said.replace("/", " ").replace("'", " ").replace(",", " ").split()]
@@ -109,8 +112,8 @@ def changes(scenario: Scenario, setting: Setting) -> Iterator[Change]:
 
 
 def _smallest(solves: Callable[[int], bool], most: int) -> int:
-    """Smallest number of steps that solves, by doubling and halving; one step less fails. 0 if none up to
-    ``most`` does."""
+    """Return the smallest number of steps that makes the scenario solvable, found by doubling and halving; 0
+    if none up to ``most`` does."""
     low, high = 0, 1
     while high <= most and not solves(high):
         low, high = high, 2 * high
@@ -125,7 +128,7 @@ def _smallest(solves: Callable[[int], bool], most: int) -> int:
 def _solves(
     change: Change, steps: int, scenario: Scenario, setting: Setting, engine: Engine, budget: Budget, say: Callable[[str], None]
 ) -> bool:
-    """Whether a program is proven with a change."""
+    """Check whether a program is proven in the setting after a change."""
     try:
         changed = change.of(setting, steps)
         engine.knowledge.simulator.check(changed.world, engine.knowledge.robots_of(changed.world))
@@ -137,7 +140,7 @@ def _solves(
 
 
 def _level(way: object) -> Vector3 | None:
-    """Horizontal part of a way as a unit vector; None where there is none."""
+    """Return the horizontal direction of a vector as a unit vector; None for a vertical vector."""
     x, y, _ = np.asarray(way, dtype=float).tolist()
     length = math.hypot(x, y)
     return (x / length, y / length, 0.0) if length > 1e-6 else None

@@ -69,7 +69,7 @@ class Round(Value):
 
     @property
     def said(self) -> str:
-        """Sentence on the end of the run, for people."""
+        """End of the run as a sentence for people."""
         if self.rollout.outcome == "finished":
             return f"finished after {self.rollout.times[-1]:.1f} s"
         where = f" in {self.step}" if self.step else " before the first step"
@@ -77,7 +77,8 @@ class Round(Value):
 
 
 def rounds(first: Attempt, scenario: Scenario, engine: Engine, *, seed: int, most: int, say: Say, verbose: bool = False) -> Iterable[Round]:
-    """Run a program; where it stops with a reason, look, resolve the rest and run that, at most ``most`` times in all.
+    """Run a program; when it stops with a reason, let the camera look, resolve the rest of the plan and run
+    that: at most ``most`` programs.
 
     Args:
         verbose: whether a refusal has every cause, or three lines.
@@ -111,7 +112,7 @@ def _run(attempt: Attempt, engine: Engine, seed: int) -> Round:
 
 
 def _next(done: Round, scenario: Scenario, engine: Engine, seed: int, number: int, say: Say, verbose: bool) -> Attempt:
-    """Look, and resolve the rest.
+    """Let the camera look after a stopped round, resolve the rest of the plan, and return its program.
 
     Raises:
         NoSolution: something is in the hand, or what is left cannot be done with what is seen.
@@ -158,7 +159,8 @@ def _back(done: Round, engine: Engine, seed: int, number: int, say: Say) -> Roun
 
 
 def way_back(joints: Floats) -> tuple[tuple[float, ...], ...]:
-    """Return the path back through the joint positions (n, axes) [rad], as few as describe it to ``NEAR``.
+    """Return a path back through recorded joint positions (n, axes) [rad], with the fewest points that follow
+    them within ``NEAR``.
 
     It is () for a robot that has not moved.
     """
@@ -216,7 +218,8 @@ def _after(done: Round) -> World:
 
 
 def planned(text: str, program: Program, plan: str, scenario: Scenario, engine: Engine, seed: int) -> tuple[Plan, Code]:
-    """Return the plan and the code that belong to a program's text and the files beside it.
+    """Return the plan and the code of a program that ``cramlite resolve`` wrote, from its text, typed program
+    and plan.json.
 
     Args:
         plan: the content of plan.json.

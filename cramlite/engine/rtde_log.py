@@ -19,7 +19,7 @@ MOST_BYTES = 500_000_000
 
 
 class RtdeLog(Value):
-    """Log of an arm.
+    """Log of a real arm, from RTDE outputs.
 
     Args:
         times: (N,) since its first row [s].
@@ -56,7 +56,7 @@ def read_rtde_log(path: Path) -> RtdeLog:
 
 
 def _columns(path: Path) -> Mapping[str, Floats]:
-    """The columns of a file by name."""
+    """Read the columns of a log file, by name."""
     try:
         if path.stat().st_size > MOST_BYTES:
             raise UserError(f"'{path}' has more than {MOST_BYTES // 1_000_000} MB; cut the log to the run.")
@@ -70,7 +70,7 @@ def _columns(path: Path) -> Mapping[str, Floats]:
 
 
 def _numbers(path: Path, rows: Sequence[Sequence[str]], width: int) -> Floats:
-    """The rows as numbers (N, width)."""
+    """Return the rows of a log file as numbers (N, width)."""
     found = []
     for line, row in enumerate(rows, 2):
         cells = [cell for cell in row if cell.strip()]
@@ -86,7 +86,8 @@ def _numbers(path: Path, rows: Sequence[Sequence[str]], width: int) -> Floats:
 
 
 def _many(columns: Mapping[str, Floats], name: str) -> Floats | None:
-    """The columns of a field with several numbers (N, n); None where there is none."""
+    """Return the columns of a log field with several numbers, such as ``actual_q_0``, as an array (N, n);
+    None if any is missing."""
     numbers = sorted(int(found[1]) for c in columns if (found := re.fullmatch(rf"{name}_(\d+)", c)))
     if not numbers or numbers != list(range(len(numbers))):
         return None

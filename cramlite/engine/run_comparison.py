@@ -1,4 +1,4 @@
-"""Comparison of a real arm's log with the run that was proven: where, by how much and when they part.
+"""Comparison of a real arm's log with the run that was proven: where, by how much and when they diverge.
 
 Both are put on one time: the offset is that at which joints differ least, where a difference of more than twice what is allowed
 counts as twice (a grid over all offsets, then around the best one ever finer). So what agrees lies on one another, however far the
@@ -24,7 +24,7 @@ PARTS = 0.02
 
 
 class Compared(Value):
-    """One quantity, in the log and in the run.
+    """Quantity that is compared, with its values in the log and in the run.
 
     Args:
         name: of the quantity, with its unit.
@@ -95,7 +95,7 @@ def moving(times: Floats, joints: Floats) -> tuple[float, float]:
 
 
 def _offset(log: RtdeLog, rollout: Rollout, moves: tuple[float, float], most: float) -> float:
-    """The time of the log at the run's start."""
+    """Return the time in the log at which the run starts [s]."""
     begin, end = moves
     moments = np.arange(begin, end, STEP)
     wanted = _at(rollout.times, rollout.joints, moments)
@@ -118,7 +118,7 @@ def _common(log: RtdeLog, rollout: Rollout, offset: float) -> Floats:
 
 
 def _at(times: Floats, rows: Floats, moments: Floats) -> Floats:
-    """Rows (N, J) at other times, those at the ends beyond them."""
+    """Interpolate rows (N, J) at other times; before the first and after the last time the end rows hold."""
     return np.column_stack([np.interp(moments, times, rows[:, k]) for k in range(rows.shape[1])])
 
 

@@ -43,8 +43,8 @@ def doubts_of_files(scenario: Scenario, setting: Setting) -> list[str]:
 
 
 def changes_of_things(scenario: Scenario, setting: Setting) -> list[str]:
-    """Return changes of things that no scene file describes, such as repairs of their meshes, and a camera's
-    remarks on them."""
+    """Return changes of those things that no scene file describes: repairs of their meshes, and corrections
+    by a camera."""
     read = _read(scenario, setting)
     return [f"thing '{t.name}': {note}" for t in setting.world.things if t.name not in read for note in t.notes]
 
@@ -58,7 +58,8 @@ def _read(scenario: Scenario, setting: Setting) -> frozenset[str]:
 
 
 def _camera(scenario: Scenario, setting: Setting, knowledge: Knowledge) -> Iterator[str]:
-    """The camera, if the first picture shows that it is not where it is believed."""
+    """Return a doubt about the camera's pose if the first picture shows that the camera is not where it is
+    believed."""
     first = setting.look.pictures[0] if setting.look and setting.look.pictures else None
     if first is not None and (off := camera_warning(first.view, first.fixtures, knowledge, first.robot)):
         yield f"{scenario.where('camera')}: {off}"

@@ -25,7 +25,7 @@ def search_in(
     setting: Setting, knowledge: Knowledge, budget: Budget, trace: Trace, progress: Progress = lambda _: None,
     answers: Answers | None = None, effort: Effort | None = None,
 ) -> Search:  # fmt: skip
-    """Return a search in a setting that has not begun."""
+    """Make a search in a setting, ready to begin."""
     return Search(
         knowledge.registry, knowledge.tasks, knowledge.task_owners, _context(setting, knowledge, budget), trace, budget, progress,
         answers or Answers(), effort or Effort(),
@@ -33,7 +33,8 @@ def search_in(
 
 
 def are_there(plan: Plan, setting: Setting, knowledge: Knowledge, trace: Trace) -> bool:
-    """Check whether there are things for all objects of a plan; the trace says why others were refused."""
+    """Check whether the world has things that fit all objects of a plan; the trace records why other things
+    were refused."""
     search = search_in(setting, knowledge, Budget(), trace)
     return next(search.solve(replace(setting.start(plan), agenda=plan.objects)), None) is not None
 

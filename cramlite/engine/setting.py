@@ -108,14 +108,15 @@ class Setting(Value):
 
 
 def held_at_start(holds: InHand, belief: Belief, carried: Iterable[str] = ()) -> Held:
-    """Return the belief about the payload at the start of a plan, with what it carries."""
+    """Return the belief about the payload at the start of a plan, with the things that lie in or on it."""
     there = belief.poses[holds.thing].pose.inverse()
     load = {n: replace(belief.poses[n], pose=there * belief.poses[n].pose) for n in carried if n in belief.poses}
     return Held(holds.thing, holds.tcp_to_thing, belief.opening, carries=load)
 
 
 def with_load(setting: Setting, knowledge: Knowledge) -> Setting:
-    """Return a setting that says what lies in or on the payload, by the facts that predicates read from its world."""
+    """Return a setting that lists which things lie in or on the payload, according to the predicates' facts
+    about its world."""
     held = next((robot.holds.thing for robot in setting.world.robots if robot.holds), "")
     if not held:
         return replace(setting, carried=())

@@ -75,9 +75,10 @@ def setting_of(
 def _seen(
     scenario: Scenario, written: Setting, knowledge: Knowledge, told: Queries, likeliest: Likeliest, now: World | None
 ) -> Setting:
-    """Setting as the scenario's camera sees it; movable things are believed only as seen. The camera looks for
-    the ``told`` queries, else for the objects of the likeliest plan; for a goal, whose plan needs the pictures,
-    at all furniture, and then in and behind closed things.
+    """Return the setting as the scenario's camera sees it: a movable thing is believed only if it was seen.
+
+    The camera looks for the ``told`` queries, else for the objects of the likeliest plan. For a goal, whose
+    plan needs the pictures, it looks at all furniture, and then in and behind closed things.
 
     Raises:
         NoSolution: what is looked for may be where the camera cannot be brought to look, and is nowhere else.
@@ -106,7 +107,8 @@ def _seen(
 
 
 def _told(scenario: Scenario, knowledge: Knowledge) -> Queries:
-    """Queries of the scenario's camera; checked also where poses are known and no camera looks.
+    """Return the queries of a scenario's camera; they are checked also if poses are known and no camera is
+    used.
 
     Raises:
         UserError: a query that is wrong, or asks for what no expert says; with file and line.
@@ -119,7 +121,8 @@ def _told(scenario: Scenario, knowledge: Knowledge) -> Queries:
 
 
 def _check_world(scenario: Scenario, world: World, knowledge: Knowledge) -> None:
-    """Classes are known and the simulator takes the world; else the user hears it before the search begins."""
+    """Check, before the search begins, that the classes of all things are known and that the simulator can
+    load the world."""
     for thing in world.things:
         knowledge.taxonomy.known(thing.type, f"{scenario.where_thing(thing.name)}: thing '{thing.name}'")
     try:
@@ -143,7 +146,7 @@ def _check_objects(scenario: Scenario, knowledge: Knowledge) -> None:
 
 
 def _check_advisory(scenario: Scenario, knowledge: Knowledge) -> None:
-    """Check that advisory validators exist, and declare that they may advise.
+    """Check that the scenario's advisory validators exist, and that each declares that it may advise.
 
     Raises:
         UserError: one is not, or does not; with file and line.
@@ -175,7 +178,7 @@ def _late(scenario: Scenario, world: World) -> dict[str, Tolerance]:
 
 
 def _doubts(scenario: Scenario, world: World, robot: Robot, twins: int | None) -> ProofDoubts:
-    """The doubts that programs of a scenario must stand.
+    """Return the doubts of a scenario: the number of twins and the errors in which its programs must succeed.
 
     Raises:
         UserError: errors of a thing that the world does not have, with file and line; a number of twins that is none.

@@ -65,7 +65,8 @@ class Solution(Value):
 
     @property
     def seconds(self) -> dict[str, float]:
-        """CPU time of the whole search so far by stage [s]: "planning", "proof" (nominal) and "twins"; see ``Trace.seconds``."""
+        """CPU time of the whole search by stage [s]: "planning", "proof" (nominal run) and "twins"; see
+        ``Trace.seconds``."""
         return self.trace.seconds
 
     @property
@@ -76,12 +77,14 @@ class Solution(Value):
 
     @property
     def succeeded(self) -> bool:
-        """Whether the program was proven in the belief and, if executed, succeeded there, too."""
+        """Whether the program was proven in the belief and, if it was executed in the real world, succeeded
+        there."""
         return self.verdict.passed and (self.execution is None or self.execution.verdict.passed)
 
     @property
     def advice(self) -> tuple[Finding, ...]:
-        """Objections that refuse nothing, of the proof and of the first execution."""
+        """Objections of advisory validators, of the proof and of the first execution; they do not refuse the
+        program."""
         return (*self.verdict.advice, *(self.execution.verdict.advice if self.execution else ()))
 
     @property
@@ -134,11 +137,11 @@ class Solution(Value):
             UserError: it cannot be written, or nobody can write it.
         """
         if self.knowledge is None:
-            raise UserError(f"No engine gave the solution of '{self.plan}', so no plugin is known that writes of it.")
+            raise UserError(f"No engine gave the solution of '{self.plan}', so no plugin can write its report: use Engine.resolve.")
         return write_page_of(self, self.knowledge, Path(path))
 
     def _drawn(self) -> tuple[Rollout, Knowledge]:
-        """The run, and its renderer.
+        """Return the recorded run, and the knowledge whose plugins draw it.
 
         Raises:
             UserError: there is no run, or nobody to draw it.
@@ -159,7 +162,7 @@ class Solution(Value):
         rollout, belief, before = self.candidate.rollout, self.candidate.belief, self.setting
         if belief.held is not None or rollout is None:
             what = f"'{belief.held.thing}' is still in the hand" if belief.held else "the program did not run here"
-            raise UserError(f"Nothing can go on from where '{self.plan}' ends: {what}; let it end with the thing put down.")
+            raise UserError(f"No goal can be resolved after '{self.plan}': {what}; let the plan end with an empty hand.")
         relations, real = tuple(sorted(belief.relations)), before.real
         if real is not None:
             executed = self.execution.candidate.rollout if self.execution else None
@@ -170,7 +173,7 @@ class Solution(Value):
 
 
 def _left(world: World, rollout: Rollout) -> World:
-    """A world as a run left it: things where they came to rest."""
+    """Return a world as a run left it: things where they came to rest."""
     movable = {t.name for t in world.things if t.movable and t.joint is None}
     ends = {n: Pose(tuple(r[-1][:3]), tuple(r[-1][3:])) for n, r in rollout.poses.items() if n in movable}
     return world.moved(ends)

@@ -33,5 +33,5 @@ def start_record(setting: Setting) -> Rollout:
 
 
 def _row(pose: Pose) -> Floats:
-    """A pose as (1, 7)."""
+    """Return a pose as an array (1, 7): position [m], quaternion (w, x, y, z)."""
     return np.array([[*pose.position, *pose.quaternion]])

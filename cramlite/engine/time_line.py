@@ -1,4 +1,5 @@
-"""Time line of an execution that went on: fault, notice, decision and resumption, for people and programs."""
+"""Time line of an execution with replanning: faults, notices, decisions and resumptions, for people and
+programs."""
 
 from __future__ import annotations
 
@@ -50,7 +51,7 @@ class Moment(Value):
     thing: str = ""
 
     def __str__(self) -> str:
-        """Return the moment as a line."""
+        """Return the moment of an execution as a line of text."""
         spent = f" ({self.thought:.1f} s of CPU time)" if self.what == "decision" else ""
         return f"{self.time:8.2f} s  round {self.round}  {self.what:<10} {self.said}{spent}"
 

@@ -43,7 +43,7 @@ Progress = Callable[[str], None]
 
 
 class Doubtful(Value):
-    """Program that was accepted in the believed world, and the means of running it in twins.
+    """Program that was accepted in the believed world and is to run in twins.
 
     Args:
         candidate, text: the program, and what of it runs here.
@@ -161,7 +161,8 @@ def _places(doubtful: Doubtful, seeds: list[int], twins: list[Twin]) -> Iterator
 
 
 def _explained(found: TwinVerdict, doubtful: Doubtful, progress: Progress) -> TwinVerdict:
-    """The first run that failed with the sources of error that break the program by themselves."""
+    """Return the verdict with the causes of its first failed run: the sources of error that break the program
+    each by itself."""
     first = found.failed[0]
     looking = f"twin {first.number}: looking for the error that broke it"
     progress(looking)

@@ -1,4 +1,4 @@
-"""Trials on a Dask cluster: handed out as places become free, received once each, whatever dies meanwhile.
+"""Trials on a Dask cluster: each is handed out when a worker is free, and its result is received once, even if workers die.
 
 Only this process writes into the directory of the run. A trial counts when its files have arrived; until then it is handed out again:
 by Dask where a worker is lost, by this process where the scheduler is, by the next command where this process is.
@@ -32,7 +32,7 @@ ASK_AGAIN = 2.0
 
 
 def check_executor(executor: str) -> str:
-    """Check where trials are to run, and return it.
+    """Check and return ``--executor``, which says where trials run: 'local', 'dask' or 'dask://HOST:PORT'.
 
     Raises:
         UserError: it is neither this machine nor a cluster, or Dask is not installed.
@@ -50,7 +50,7 @@ def check_executor(executor: str) -> str:
 
 
 def run_on_cluster(order: Order, left: Sequence[str], key: dict[str, Any], store: Store, progress: Progress) -> None:
-    """Run trials on a cluster until all have arrived.
+    """Run trials on a Dask cluster until all results have arrived.
 
     Args:
         left: names of the trials.
@@ -82,7 +82,7 @@ def run_on_cluster(order: Order, left: Sequence[str], key: dict[str, Any], store
 
 @contextmanager
 def connected(executor: str, workers: int, patience: float = CONNECT) -> Iterator[Any]:
-    """Connect to a cluster's scheduler, or start a cluster, and give Dask's client.
+    """Connect to a Dask cluster's scheduler, or start a cluster, and yield the client.
 
     Args:
         executor: "dask" starts a cluster of ``workers`` processes here, which ends with this block.
@@ -118,7 +118,10 @@ def connected(executor: str, workers: int, patience: float = CONNECT) -> Iterato
 
 
 def _handed_out(client: Any, order: Order, left: Sequence[str], key: dict[str, Any], store: Store) -> Iterator[tuple[str, Any]]:
-    """Keep one trial at each place and none waiting, since Dask blames a death on all trials of a worker."""
+    """Yield trials with their results, one trial at a time for each thread of a worker and none queued.
+
+    Dask blames a worker's death on all trials that were given to the worker.
+    """
     pool, todo = client.get_executor(pure=False), deque(left)
     waiting: dict[Future[Arrived], str] = {}
     try:

@@ -1,4 +1,4 @@
-"""A trial where it happens: in a worker process, or as a task of a Dask cluster."""
+"""Execution of a single trial inside a worker process, or as a task of a Dask cluster."""
 
 from __future__ import annotations
 
@@ -24,8 +24,9 @@ class Arrived(Value):
 
 
 def run_trial(order: Order, name: str) -> Any:
-    """Run a trial, or its open part; each finished piece is written at once, so that this process may die
-    at any time.
+    """Run a trial, or the part of it that is not done yet.
+
+    Each finished piece is written at once, so that this process may die at any time.
 
     Raises:
         UserError: it could not begin, or a file cannot be read or written.
@@ -65,7 +66,10 @@ def _own_key(trials: Trials) -> dict[str, Any]:
 
 
 def _require_same(trials: Trials, key: dict[str, Any]) -> None:
-    """Refuse a trial whose results would be those of other files or another code; once a process, for each run."""
+    """Refuse a trial if this worker's files or code differ from those of the run.
+
+    The comparison is made once for each process and run.
+    """
     import socket
 
     try:
@@ -76,5 +80,5 @@ def _require_same(trials: Trials, key: dict[str, Any]) -> None:
         other = ", ".join(k for k in key if own.get(k) != key[k])
         raise UserError(
             f"The worker on '{socket.gethostname()}' would give other results than this machine (different: {other}): every machine needs "
-            "the same version of cramlite, its plugins, and the experiment's folder with the same files. Nothing of it was counted."
+            "the same version of cramlite, its plugins, and the experiment's folder with the same files. None of its results was counted."
         )

@@ -1,4 +1,4 @@
-"""``cramlite experiment``: run open trials, print the tables, write the files."""
+"""``cramlite experiment``: run the trials without a result, print the tables, write the files."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ class ExperimentFile(Value):
         return shipped if neighbour and not own.exists() and shipped.exists() else own
 
     def named(self, kind: str, name: str, known: Mapping[str, Named]) -> Named:
-        """Return the entry of a name in the file.
+        """Return the entry with a given name from a section of the file, such as ``sets``.
 
         Args:
             kind: what is looked for, for people, e.g. "set".
@@ -51,7 +51,8 @@ class ExperimentFile(Value):
 
 
 def find_experiment(name: str) -> Path:
-    """Find the file of an experiment: a file, a folder that holds one, or the bare name of a shipped one.
+    """Find an experiment's file by the path of the file, by its folder, or by the name of a shipped
+    experiment.
 
     Raises:
         UserError: there is none; lists the shipped ones, the nearest first.
@@ -74,7 +75,7 @@ def is_judged(path: Path) -> bool:
 
 
 def read_spec(path: Path, kind: type[S]) -> tuple[S, Mapping[str, Any]]:
-    """Read the file of an experiment; return its specification, and its data, which know their lines.
+    """Read an experiment's file; return its specification, and its data with line numbers.
 
     Raises:
         UserError: not YAML, an unknown key, or a wrong value: with file and line.

@@ -68,7 +68,7 @@ class Number(Spec):
 
     @property
     def height(self) -> float:
-        """The rate, or the value."""
+        """Value of the number: its rate, else its plain value."""
         return self.hits / self.of if self.hits is not None and self.of else self.value or 0.0
 
 
@@ -78,7 +78,7 @@ def _is_rate(data: Mapping[str, Any]) -> bool:
 
 
 class Published(Spec):
-    """Number that others published of the same task.
+    """Number that others published about the same task.
 
     Args:
         who: system, and the part of the figure that it stands beside.
@@ -153,7 +153,8 @@ def read_figure(path: Path) -> Figure:
 
 
 def figure_text(figure: Figure) -> str:
-    """Return the text of a figure's file: YAML, a number a line, the same for the same figure."""
+    """Return the text of a figure's file: YAML with one number on each line; equal figures give equal
+    texts."""
     data = figure.model_dump(mode="json")
     head = [f"{key}: {_flow(value)}" for key, value in data.items() if key not in _ROWS and (value or key not in _ONLY_IF)]
     rows = [line for key in _ROWS if data[key] for line in (f"{key}:", *(f"  - {_flow(_without_empty(row))}" for row in data[key]))]

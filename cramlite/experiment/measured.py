@@ -1,4 +1,4 @@
-"""Circumstances of a measurement: commit, machine, CPU time and command; and numbers of tables as those of figures."""
+"""Circumstances of a measurement, such as commit, machine and command; and conversion of rates and values to a figure's numbers."""
 
 from __future__ import annotations
 
@@ -21,24 +21,24 @@ SIGNIFICANT = 4
 
 
 def rate(what: str, hits: int, of: int, part: str = "", *, x: float | None = None, note: str = "") -> Number:
-    """Return the number of a rate, with its interval."""
+    """Return the figure's number for a rate of hits among trials."""
     return Number(what=what, part=part, hits=hits, of=of, x=x, note=note)
 
 
 def rates(what: str, columns: dict[str, Rate]) -> list[Number]:
-    """Return a row of rates by column; those of which nothing was tried are left out."""
+    """Return a row of a figure's numbers, one for each rate with at least one trial."""
     return [rate(what, found.hits, found.total, part) for part, found in columns.items() if found.total]
 
 
 def value(what: str, found: float, unit: str = "", part: str = "", *, x: float | None = None, note: str = "") -> Number:
-    """Return the number of a value."""
+    """Return the figure's number for a value with a unit, rounded to ``SIGNIFICANT`` digits."""
     return Number(what=what, part=part, value=float(f"{found:.{SIGNIFICANT}g}"), unit=unit, x=x, note=note)
 
 
 def figure_now(
     title: str, command: str, numbers: Iterable[Number], *, seeds: str | None = None, seen: Seen | None = None, cpu_s: float | None = None
 ) -> Figure:
-    """Return a figure of the code and the machine that measured just now.
+    """Return a figure with the commit, machine and CPU time of the measurement that this process just made.
 
     Args:
         cpu_s: of it all; that of this process and of those that it waited for, where nothing is said.
@@ -58,8 +58,8 @@ def figure_now(
 
 
 def revision(root: Path) -> tuple[str | None, bool]:
-    """Return the commit of a checkout, and whether anything but figures was changed since; (None, False)
-    outside of one."""
+    """Return the commit of a checkout, and whether files other than figures differ from it; (None, False)
+    outside of a checkout."""
     top = git(root, "rev-parse", "--show-toplevel")
     if top is None or Path(top).resolve() != root.resolve():
         return None, False
@@ -67,7 +67,7 @@ def revision(root: Path) -> tuple[str | None, bool]:
 
 
 def git(root: Path, *arguments: str) -> str | None:
-    """Return the output of git about a folder; None without git, or if it refuses."""
+    """Run git in a folder and return what it prints; None without git or if git fails."""
     try:
         done = subprocess.run(["git", "-C", str(root), *arguments], capture_output=True, text=True, check=False)
     except OSError:
@@ -76,14 +76,15 @@ def git(root: Path, *arguments: str) -> str | None:
 
 
 def machine() -> str:
-    """Return a clause on the machine, its load, and the versions that matter."""
+    """Return a clause that names processor type, cores, load, and versions of Python and MuJoCo."""
     load = f", load {os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else ""
     versions = f"Python {platform.python_version()}, MuJoCo {version('mujoco')}"
     return f"{platform.machine()}, {os.cpu_count()} cores{load}; {versions}"
 
 
 def repeated(program: str, arguments: Sequence[str], without: Sequence[str] = ("--figure", "--seen")) -> str:
-    """Return a command for repetition: without its output, files by their names."""
+    """Return the command line that repeats a measurement, without the options for its output and with
+    absolute paths shortened to names."""
     kept, skip = list[str](), False
     for word in arguments:
         name = word.partition("=")[0]
@@ -94,7 +95,7 @@ def repeated(program: str, arguments: Sequence[str], without: Sequence[str] = ("
 
 
 def check_figure_file(path: Path | None) -> None:
-    """Refuse a file for a figure that cannot become one, before anything is measured.
+    """Refuse a path to which no figure can be written, before anything is measured.
 
     Raises:
         UserError: it has another ending, is a folder, or is there and no figure.

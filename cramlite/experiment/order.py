@@ -1,4 +1,4 @@
-"""Order to run an experiment: its trials, judged here or by others, the folder of results and the number of processes."""
+"""Order to run an experiment: its trials, the folder of the results, and the number of processes."""
 
 from __future__ import annotations
 
@@ -42,7 +42,8 @@ class Report(Value):
 
 
 class Trials(Hashable, Protocol):
-    """Trials of an experiment: plain values, so that any process can do each of them."""
+    """Protocol of an experiment's trials; its values can be sent to any process, which can then run each
+    trial."""
 
     @property
     def folder(self) -> str:
@@ -50,33 +51,37 @@ class Trials(Hashable, Protocol):
 
     @property
     def result(self) -> type[Any]:
-        """Type of a result."""
+        """Type of a trial's result."""
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Trials that are asked for, in order."""
+        """Names of the trials that the run was asked for, in order."""
 
     def key(self) -> dict[str, Any]:
-        """Return the key of the results: files, seeds, code; without number and place of workers."""
+        """Return the key of the results: files, seeds and code; number and place of workers are no part of
+        it."""
 
     def prepare(self) -> None:
-        """Check the needs of all trials, before the first one begins."""
+        """Check that all trials can run, before the first one begins."""
 
     def run(self, name: str, store: Store, processes: int) -> Any:
-        """Run a trial, or its unfinished part, with its twins in a number of processes; return its result."""
+        """Run a trial, or the part of it that is not done yet, and return the trial's result.
+
+        The trial's twins run in a number of processes.
+        """
 
     def lost(self, name: str, reason: str) -> Any:
-        """Return the result of a trial that was given up."""
+        """Return the result for a trial that was given up."""
 
     def line(self, name: str, result: Any) -> str:
-        """Return a result in a line for people."""
+        """Format a trial's result as one line for people."""
 
     def report(self, results: dict[str, Any], out: Path) -> Report:
-        """Return the report of the results that a run directory holds, each by the name of its trial."""
+        """Return the report of a run from the results of its trials, by the trials' names."""
 
 
 class Order(Value):
-    """Order for a run.
+    """Order to run an experiment's trials in a run directory.
 
     Args:
         out: run directory.

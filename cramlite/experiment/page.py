@@ -27,7 +27,7 @@ def page(package: str | None, title: str, **values: Any) -> str:
 
 
 def picture(path: Path) -> str:
-    """Return a picture as a data address; "" if there is none."""
+    """Return a picture file as a data URI; "" if there is no file."""
     if not path.is_file():
         return ""
     kind = "png" if path.suffix == ".png" else "jpeg"

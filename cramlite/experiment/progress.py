@@ -1,4 +1,4 @@
-"""Progress of an experiment in lines for people."""
+"""Progress of an experiment, printed as lines for people."""
 
 from __future__ import annotations
 
@@ -7,13 +7,14 @@ from collections.abc import Callable
 
 
 class Progress:
-    """Progress report: a line for each trial, with the remaining time at this pace."""
+    """Progress report: a line for each trial, with the remaining time estimated from the time passed so
+    far."""
 
     def __init__(self, total: int, left: int, say: Callable[[str], None]) -> None:
         self.total, self.left, self.say, self.begin, self.done = total, left, say, time.monotonic(), 0
 
     def one(self, line: str) -> None:
-        """Report one finished trial."""
+        """Report one finished trial with the number done, the time passed and the time left."""
         self.done += 1
         passed = time.monotonic() - self.begin
         rest = passed / self.done * (self.left - self.done)

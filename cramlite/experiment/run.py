@@ -58,7 +58,7 @@ def run_experiment(order: Order, say: Callable[[str], None]) -> dict[str, Any]:
 
 
 def _left(order: Order, store: Store) -> list[str]:
-    """Trials that have no result.
+    """Return the names of the trials that have no result yet.
 
     Raises:
         UserError: a result is damaged.
@@ -68,8 +68,8 @@ def _left(order: Order, store: Store) -> list[str]:
 
 
 def _settle(order: Order, store: Store, say: Callable[[str], None]) -> None:
-    """Give a failure as the result of trials whose process ended after it had moved the robot: one attempt
-    each."""
+    """Store a failure for each trial whose process ended after the robot had moved, because a trial has one
+    attempt only."""
     for name in store.marked(MOVED):
         _give_up(order, store, name, STOPPED, say)
 
@@ -82,7 +82,7 @@ def _give_up(order: Order, store: Store, name: str, reason: str, say: Callable[[
 
 
 def _run_all(order: Order, store: Store, say: Callable[[str], None]) -> None:
-    """Hand out the trials until each has a result; those that kill their worker get one, too.
+    """Hand out the trials until each has a result; a trial that repeatedly kills its worker gets a failure.
 
     Raises:
         UserError: some could not begin.
@@ -96,14 +96,15 @@ def _run_all(order: Order, store: Store, say: Callable[[str], None]) -> None:
                             f"'{order.out}'; start the same command again for the rest.")  # fmt: skip
         for name in store.marked(BEGUN):
             deaths[name] += 1
-            say(f"a worker died at or beside {name} ({deaths[name]} of {DEATHS}); it is begun anew, unless a robot had moved")
+            say(f"a worker died during {name} ({deaths[name]} of {DEATHS}); the trial is begun anew, unless its robot had moved")
             if deaths[name] >= DEATHS:
                 _give_up(order, store, name, f"the process died {DEATHS} times (out of memory, or killed)", say)
         _settle(order, store, say)
 
 
 def _round(order: Order, left: Sequence[str], say: Callable[[str], None]) -> list[str]:
-    """Hand out open trials until all have ended or a worker dies; return why some could not begin."""
+    """Hand out trials until all have ended or a worker dies; return the errors of those that could not
+    begin."""
     progress, lost = Progress(len(order.trials.names), len(left), say), list[str]()
     pool = worker_pool(min(order.workers, len(left)))
     try:
@@ -122,7 +123,7 @@ def _round(order: Order, left: Sequence[str], say: Callable[[str], None]) -> lis
 
 
 def _line(order: Order, name: str, future: Future[Any], lost: list[str]) -> str:
-    """A trial that has ended, in a line for people."""
+    """Format a trial that has ended as one line for people."""
     try:
         return order.trials.line(name, future.result())
     except UserError as error:

@@ -1,4 +1,4 @@
-"""Result store of a run: one run, every finished piece whole."""
+"""Result store of a run: the directory belongs to one run, and every file in it is complete."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Store:
         return write_whole(self.folder(trial) / name, content)
 
     def save(self, trial: str, value: Any, piece: str = "result") -> None:
-        """Write a value of a trial, its result in the end, as JSON."""
+        """Write a value of a trial as JSON; the last one is the trial's result."""
         self.write(trial, f"{piece}.json", as_json(value))
 
     def read(self, trial: str, piece: str, kind: type[T]) -> T | None:
@@ -68,7 +68,7 @@ class Store:
             ) from error
 
     def results(self) -> dict[str, Any]:
-        """Read all results that there are, by the names of their trials.
+        """Read the results of all finished trials, by the trials' names.
 
         Raises:
             UserError: one is damaged.
@@ -77,21 +77,23 @@ class Store:
         return {name: self.read(name, "result", self.result) for name in names}
 
     def mark(self, trial: str, how: str = BEGUN) -> None:
-        """Mark a trial with this process."""
+        """Write a mark into a trial's folder: a file with this process's id."""
         self.write(trial, how, str(os.getpid()))
 
     def unmark(self, trial: str, *marks: str) -> None:
-        """Remove marks of a trial."""
+        """Remove marks from a trial's folder."""
         for mark in marks or (BEGUN,):
             (self.folder(trial) / mark).unlink(missing_ok=True)
 
     def marked(self, how: str) -> list[str]:
-        """Return the trials with a mark and without a result."""
+        """Return the trials whose folder has a mark of a kind but no result."""
         found = sorted(p.parent for p in self.trials.glob(f"*/{how}"))
         return [folder.name for folder in found if not (folder / "result.json").exists()]
 
     def receive(self, trial: str, files: Mapping[str, bytes]) -> None:
-        """Take over the files of a trial that ran elsewhere; its result is written last, so that half of them count for nothing.
+        """Write the files of a trial that ran on another machine; its result is written last.
+
+        A half-received trial has no result and so counts as not done.
 
         Args:
             files: by their names in the directory of the run.
@@ -117,7 +119,7 @@ class Store:
 
 
 def locked(path: Path) -> IO[str]:
-    """Lock a directory for this process; the lock is given back when the process ends, however it ends.
+    """Lock a directory for this process; the lock is released when the process ends, however it ends.
 
     Raises:
         UserError: another process has it.
@@ -150,7 +152,7 @@ def run_key(experiment: str, files: Iterable[Path], registry: Registry, **asked:
 
 
 def _code_key(folders: Iterable[Path]) -> str:
-    """A hash over all Python source below some folders."""
+    """Return a hash of all Python source below some folders."""
     digest = hashlib.blake2b(digest_size=16)
     for folder in sorted(folders):
         for file in sorted(folder.rglob("*.py")):

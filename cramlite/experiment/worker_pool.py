@@ -18,7 +18,7 @@ def worker_pool(workers: int) -> ProcessPoolExecutor:
 
 
 def stop_workers(pool: ProcessPoolExecutor) -> None:
-    """End the workers of a pool at once, with their child processes; they write files whole."""
+    """End the workers of a pool at once, with their child processes; no file is left half-written."""
     workers = multiprocessing.active_children()
     pool.shutdown(wait=False, cancel_futures=True)
     for worker in workers:
@@ -28,7 +28,7 @@ def stop_workers(pool: ProcessPoolExecutor) -> None:
 
 
 def _kill(worker: multiprocessing.process.BaseProcess) -> None:
-    """End a worker and its group; one that has not begun has none yet."""
+    """End a worker and its process group; a worker that has not begun has no group yet."""
     if worker.pid is None:
         return
     try:
@@ -38,7 +38,8 @@ def _kill(worker: multiprocessing.process.BaseProcess) -> None:
 
 
 def _begin() -> None:
-    """Redirect prints of plugins, and end with the parent process."""
+    """Prepare a worker: prints of plugins go to standard error, and the worker ends when its parent process
+    does."""
     sys.stdout = sys.stderr
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     begin_group()

@@ -1,4 +1,4 @@
-"""Alignment of the classes of foreign logs with the classes of the loaded ontologies.
+"""Alignment of the event classes of foreign logs with the classes of the loaded ontologies.
 
 A log's classes are matched by their last part against ``skos:closeMatch`` and alternative labels of
 the ontologies (``ontologies/robcog.ttl``, and whatever users add), so that a user teaches cramlite a
@@ -17,7 +17,7 @@ _OURS = ("cram", "soma", "dul", "artm", "vrps")
 
 
 def aligned(episode: Episode, taxonomy: Taxonomy) -> Episode:
-    """Return the episode with the classes of its events aligned with the taxonomy.
+    """Return the episode with the classes of its events replaced by those of the taxonomy.
 
     A class that the taxonomy does not know, or that means no more than an action, becomes an anonymous action; for
     each unknown class a repair says so.

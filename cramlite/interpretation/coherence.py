@@ -1,4 +1,4 @@
-"""Coherence of task sequences: those that agree with themselves and with how the demonstration ended.
+"""Coherence of task sequences: a sequence may contradict neither itself nor how the demonstration ended.
 
 Every action may be read in several ways, and the product of all readings holds many that no programmer would write: a hand
 that only reached for a box, and then carries it. A sequence is a candidate if, by what the rules themselves say begins
@@ -47,7 +47,7 @@ Fact = tuple[str, ...]
 
 
 class Claims(Value):
-    """Preconditions and effects that one reading of an action claims, on the relations that rules change.
+    """Claims of one reading of an action: the preconditions and effects that its rule states about relations.
 
     Args:
         needs, denies: relations that must hold, or must not, just before it.
@@ -74,11 +74,11 @@ LOOKED_AT = 20_000
 
 
 class Read(Protocol):
-    """Action with its readings."""
+    """Protocol of an action with its readings."""
 
     @property
     def matches(self) -> tuple[Match, ...]:
-        """Tasks that the action may be."""
+        """Matches of the action: each is a task that it may be."""
 
     @property
     def label(self) -> str | None:
@@ -86,11 +86,11 @@ class Read(Protocol):
 
     @property
     def moved(self) -> tuple[str, ...]:
-        """Things that end the action elsewhere than they began it."""
+        """Things whose position at the end of the action differs from that at its start."""
 
 
 def claims(rule: Rule, match: Match) -> Claims:
-    """Return the preconditions and effects that a rule claims of the entities that fill its roles."""
+    """Return the preconditions and effects that a rule states about the entities that fill its roles."""
     of = partial(_facts, rule, match)
     needs, denies, after, gone = of("pre", False), of("pre", True), of("post", False), of("post", True)
     fluents = {a.predicate.name: a.predicate.fluent for c in rule.clauses for a in atoms(c.condition)}
@@ -103,7 +103,8 @@ def claims(rule: Rule, match: Match) -> Claims:
 def _implied(
     needs: frozenset[Fact], denies: frozenset[Fact], after: frozenset[Fact], gone: frozenset[Fact], fluents: Mapping[str, Fluent]
 ) -> frozenset[Fact]:
-    """Facts that end or begin because another fact of the reading implies, denies or excludes them."""
+    """Return the facts that begin or end because another fact of the reading implies, denies or excludes
+    them."""
     meant = {str(p[0]) for f in gone for p in fluents.get(f[0], PLAIN).denial}
     denied = {f[0] for f in denies}
     of = {f: fluents.get(f[0], PLAIN) for f in after}
@@ -128,7 +129,7 @@ def _fact(atom: Atom, match: Match) -> Fact:
 
 
 def passive(rule: Rule) -> bool:
-    """Check whether a rule only denies events during the action, and asserts none.
+    """Check whether a rule denies events during the action and requires none.
 
     What happens is said by predicates without arguments: that the arm moves, that the gripper does.
     """
@@ -173,8 +174,11 @@ def candidates(
 
 
 def _undecided(matches: Sequence[Match], claimed: Sequence[Claims]) -> list[Claims]:
-    """Claims of one action's readings that conditions of coherence use. Of several unknown fillers of a task only one can be right, so
-    their differences are left open."""
+    """Return the claims of each reading of an action, in which alternative unknown fillers are replaced by
+    "_".
+
+    Of several unknown fillers of a role only one can be right, so a claim about one of them is left open.
+    """
     found = list(claimed)
     for task in {m.task for m in matches if m.unknown}:
         alike = [k for k, m in enumerate(matches) if m.task == task and m.unknown]
@@ -197,7 +201,13 @@ def _left_open(claim: Claims, names: set[str]) -> Claims:
 def _options(
     actions: Sequence[Read], readings: Sequence[Sequence[Claims]], general: Sequence[frozenset[int]], taxonomy: Taxonomy, name: float
 ) -> list[list[Option]]:
-    """Options of each action. If something happens in some action, idle others are left out."""
+    """Return the options of each action: its readings or, for an action that changes nothing, no reading.
+
+    If anything changes in the demonstration, readings without roles of an action that changes nothing are
+    left out.
+
+    If anything changes in the demonstration, an action without changes needs no reading.
+    """
     something = any(c.changes for said_ in readings for c in said_) or any(a.label or set(a.moved) & _spoken_of(a) for a in actions)
     found = []
     for action, claimed, wide in zip(actions, readings, general, strict=True):
@@ -215,7 +225,8 @@ def _options(
 def _untold(
     action: Read, claimed: Sequence[Claims], match: Match | None, claim: Claims, taxonomy: Taxonomy, name: float, wide: bool = False
 ) -> DescriptionLength:
-    """Length of the changes, moves and labels of an action that a reading, or none, leaves unexplained [bits]."""
+    """Return the length of all changes, moves and labels of an action that its chosen reading does not
+    explain [bits]."""
     changes = _distinct(f for c in claimed for f in c.changes)
     left = sum(not _among(f, claim.changes) for f in changes)
     mine = {thing_of(f) for f in match.roles.values()} if match is not None else set()
@@ -225,7 +236,8 @@ def _untold(
 
 
 def generic(matches: Sequence[Match], said_: Sequence[Claims], rules: Mapping[str, Rule], taxonomy: Taxonomy) -> frozenset[int]:
-    """Return the readings of an action that give way to a more specific reading by a user's own rule.
+    """Return the numbers of the readings by shipped rules that give way to a more specific reading by a
+    user's own rule.
 
     A reading by a rule that does not come with cramlite is more specific than one by a rule that does if it explains all the
     changes that the other explains, and its task is a kind of the other's, or its rule says of what class a thing must be of
@@ -241,19 +253,21 @@ def generic(matches: Sequence[Match], said_: Sequence[Claims], rules: Mapping[st
 
 
 def classed(match: Match, rules: Mapping[str, Rule]) -> frozenset[tuple[str, str]]:
-    """Return things with classes: those that a reading's rule says the things have."""
+    """Return pairs of a thing and a class: the classes that a reading's rule requires of the things in its
+    roles."""
     asked = (a for c in rules[match.task].clauses for a in atoms(c.condition) if a.predicate.timeless and not isinstance(c.condition, Not))
     pairs = ((t.name, str(k)) for a in asked for t in a.terms if isinstance(t, Variable) for k in a.terms if isinstance(k, str))
     return frozenset((thing_of(match.roles[role]), class_) for role, class_ in pairs if role in match.roles)
 
 
 def _spoken_of(action: Read) -> set[str]:
-    """Things that some reading of an action mentions."""
+    """Return the things that some reading of an action mentions."""
     return {thing_of(f) for m in action.matches for f in m.roles.values()}
 
 
 def _is_label(match: Match, action: Read, taxonomy: Taxonomy) -> bool:
-    """Whether a reading is the recording's label of the action, or a subclass of it."""
+    """Check whether a reading's task is the task that the recording names for the action, or a subclass of
+    it."""
     return action.label is not None and taxonomy.is_a(match.task, action.label)
 
 
@@ -270,12 +284,14 @@ def _claims_of(rules: Mapping[str, Rule], match: Match) -> Claims:
 
 
 def explains_ends(claim: Claims, readings: Iterable[Claims]) -> bool:
-    """Check condition 4 of coherence for one reading of an action among all its readings."""
+    """Check condition 4 of coherence: a reading that does something explains every end that another reading
+    of the action explains."""
     return claim.passive or all(_among(f, claim.ends) for c in readings for f in c.ends)
 
 
 def coherent(chosen: Sequence[int], asked: Iterable[Demand]) -> bool:
-    """Check whether a choice, the number of a reading for each action, fulfils conditions 1 to 3 of coherence."""
+    """Check whether the chosen readings, one number for each action, fulfil the given constraints (conditions
+    1 to 3 of coherence)."""
     made = set(enumerate(chosen))
     return all(not made.isdisjoint(d.any_of) for d in asked if d.of is None or d.of in made)
 
@@ -285,7 +301,8 @@ Choice = tuple[int, int]
 
 
 class Demand(Value):
-    """Constraint on readings: one choice requires one of several others.
+    """Constraint between readings of actions: choosing one reading requires that one of several others is
+    chosen too.
 
     Args:
         of: the choice that demands it; None if every choice does.
@@ -301,7 +318,7 @@ Sayers = Callable[[Fact], Sequence[Choice]]
 
 
 def demands(readings: Sequence[Sequence[Claims]]) -> tuple[Demand, ...]:
-    """Return conditions 1 to 3 of coherence as constraints on a choice among the readings of each action."""
+    """Return conditions 1 to 3 of coherence as constraints on the choice of a reading for each action."""
     begins, ends = _sayers(readings, lambda c: c.begins), _sayers(readings, lambda c: c.ends)
     found: list[Demand] = []
     for k, claimed in enumerate(readings):
@@ -325,7 +342,8 @@ def _among(fact: Fact, facts: Iterable[Fact]) -> bool:
 
 
 def _presupposed(at: Choice, claim: Claims, begins: Sayers, ends: Sayers) -> Iterator[Demand]:
-    """Demands of condition 1: a reading needs a choice in the last earlier action that may have begun (or ended) the relation."""
+    """Yield the constraints of condition 1: where an earlier action may have begun (or ended) a relation that
+    a reading presupposes, the last such action needs a reading that does."""
     for facts, sayers in ((claim.needs, begins), (claim.denies, ends)):
         for fact in facts:
             before = [c for c in sayers(fact) if c[0] < at[0]]
@@ -334,15 +352,16 @@ def _presupposed(at: Choice, claim: Claims, begins: Sayers, ends: Sayers) -> Ite
 
 
 def _lasting(k: int, said: Iterable[Claims], begins: Sayers, ends: Sayers) -> Iterator[Demand]:
-    """Demands of condition 2: a relation that an action may have begun, and none later ends, has to be begun by a chosen
-    reading."""
+    """Yield the constraints of condition 2: a relation that an action may have begun, and no later action may
+    end, must be begun by a chosen reading."""
     for fact in {f for c in said for f in c.begins}:
         if not any(c[0] > k for c in ends(fact)):
             yield Demand(None, frozenset(c for c in begins(fact) if c[0] >= k))
 
 
 def _closed(at: Choice, claim: Claims, ends: Sayers) -> Iterator[Demand]:
-    """Demands of condition 3: a relation that a reading begins, and a later action may end, has to be ended."""
+    """Yield the constraints of condition 3: a relation that a reading begins, and a later action may end,
+    must be ended by a chosen reading."""
     for fact in claim.begins:
         if later := frozenset(c for c in ends(fact) if c[0] > at[0]):
             yield Demand(at, later)

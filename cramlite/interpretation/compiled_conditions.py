@@ -1,4 +1,4 @@
-"""Conditions compiled to joins over columns: one step extends the bindings of all actions at once.
+"""Rule conditions compiled to joins: one step extends the variable bindings of all actions at once.
 
 A binding is a tuple: the number of its action, then the values of its variables in the order in which they
 were bound. A step only ever appends to it, so a binding is known again by the beginning of what became of it.
@@ -23,7 +23,8 @@ Rows = Callable[[Sequence[Phase], list[Values]], list[tuple[Values, tuple[Row, .
 
 
 def compile_step(condition: Condition, slots: Slots, new: list[str]) -> Step:
-    """Compile a condition to a step that extends bindings by its ``new`` variables where it holds."""
+    """Compile a condition to a step that extends each binding by values of the ``new`` variables under which
+    the condition holds."""
     match condition:
         case Atom():
             return _atom(condition, slots, new)
@@ -48,8 +49,8 @@ def _extended(slots: Slots, names: list[str]) -> dict[str, int]:
 
 
 def _plain(condition: Condition, slots: Slots, new: list[str]) -> Step:
-    """Comparisons, and an 'or' with an option that binds more variables than the others, evaluated as in
-    ``conditions``."""
+    """Compile a comparison, or an 'or' whose options bind different variables, to a step that evaluates it
+    one binding at a time."""
 
     def step(phases: Sequence[Phase], bindings: list[Values]) -> list[Values]:
         extended = []
@@ -135,14 +136,15 @@ def _atom(atom: Atom, slots: Slots, new: list[str]) -> Step:
 
 
 def _picker(places: list[int]) -> Callable[[Values], Values]:
-    """Function that picks some values of a tuple, as a tuple."""
+    """Return a function that picks the values at some indices of a tuple, as a tuple."""
     if not places:
         return lambda _values: ()
     return itemgetter(*places) if len(places) > 1 else itemgetter(slice(places[0], places[0] + 1))
 
 
 def _arguments(atom: Atom, slots: Slots, places: Sequence[int]) -> Callable[[Values], tuple[Any, ...]]:
-    """Arguments of an atom at some places: constants, bound values, None for the rest."""
+    """Return a function that gives the arguments of an atom at some indices: constants, bound values, None
+    where unbound."""
     terms = [atom.terms[k] for k in places]
     sources = [slots.get(t.name) if isinstance(t, Variable) else None for t in terms]
     fixed = tuple([None if isinstance(t, Variable) else t for t in terms])
@@ -156,7 +158,8 @@ def _arguments(atom: Atom, slots: Slots, places: Sequence[int]) -> Callable[[Val
 
 
 def _asked(atom: Atom, slots: Slots) -> Rows:
-    """Each binding with the rows that the predicate gives for it, where it gives any."""
+    """Return a function that pairs each binding with the rows of the predicate under it; bindings without
+    rows are dropped."""
     predicate, arguments = atom.predicate, _arguments(atom, slots, range(len(atom.terms)))
 
     def rows(phases: Sequence[Phase], bindings: list[Values]) -> list[tuple[Values, tuple[Row, ...]]]:
@@ -167,7 +170,8 @@ def _asked(atom: Atom, slots: Slots) -> Rows:
 
 
 def _indexed(atom: Atom, slots: Slots) -> Rows:
-    """Each binding with the rows that an index of the predicate's rows has for it, where it has any."""
+    """Return a function that pairs each binding with its rows in an index of the predicate; bindings without
+    rows are dropped."""
     predicate = atom.predicate
     places = tuple(k for k, t in enumerate(atom.terms) if not isinstance(t, Variable) or t.name in slots)
     key = _arguments(atom, slots, places)

@@ -22,7 +22,7 @@ _DEEPEST = 30
 
 
 class ConditionError(ValueError):
-    """Syntax or name error in a condition; the caller adds file and line."""
+    """Syntax or name error in a condition; the caller adds file and line to its message."""
 
 
 def parse_condition(text: str, phase: PhaseName, predicates: Mapping[str, Predicate], taxonomy: Taxonomy) -> Condition:
@@ -49,7 +49,7 @@ def _tokens(text: str) -> list[tuple[str, str]]:
 
 
 class _Parser:
-    """Recursive descent over the tokens; one method for each line of the grammar."""
+    """Recursive-descent parser of a condition's tokens, with a method for each line of the grammar."""
 
     def __init__(
         self, tokens: list[tuple[str, str]], phase: PhaseName, predicates: Mapping[str, Predicate], taxonomy: Taxonomy

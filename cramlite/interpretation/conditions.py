@@ -1,4 +1,4 @@
-"""Conditions of rules: first-order formulas, and their solutions in a phase.
+"""Conditions of rules: first-order formulas, and the variable bindings that solve them in a phase of an action.
 
 A binding maps variables to entities. ``solve`` yields every extension of a binding
 under which the condition holds.
@@ -53,7 +53,7 @@ class Atom(Value):
                 yield extended
 
     def bind(self, row: Row, binding: Binding) -> Binding | None:
-        """Return the binding extended by a row, or None if one variable would have two values."""
+        """Return the binding extended by a row's values, or None if a variable would have two values."""
         extended = binding
         for term, value in zip(self.terms, row, strict=False):
             if isinstance(term, Variable) and term.name != "_":
@@ -64,7 +64,7 @@ class Atom(Value):
         return extended
 
     def binds(self) -> frozenset[str]:
-        """Return the names of the variables that the predicate's terms bind."""
+        """Return the names of the variables to which a solution of the atom gives values."""
         return frozenset(t.name for t in self.terms if isinstance(t, Variable) and t.name != "_")
 
 
@@ -105,7 +105,7 @@ class Compare(Value):
     right: Term
 
     def solve(self, phase: Phase, binding: Binding) -> Iterator[Binding]:
-        """Yield the binding if one value of the left side fulfils the comparison."""
+        """Yield the binding if some value of the comparison's left side fulfils the comparison."""
         right = binding[self.right.name] if isinstance(self.right, Variable) else self.right
         for left in self.values(phase, binding):
             if OPERATORS[self.symbol](left, right):
@@ -113,7 +113,7 @@ class Compare(Value):
                 return
 
     def values(self, phase: Phase, binding: Binding) -> list[str | float]:
-        """Return the values of the left side."""
+        """Return the values of the comparison's left side under a binding."""
         if isinstance(self.left, Variable):
             return [binding[self.left.name]]
         return [row[-1] for row in phase.rows(self.left.predicate, self.left.arguments(binding))]
@@ -125,7 +125,7 @@ class Or(Value):
     options: tuple[Condition, ...]
 
     def solve(self, phase: Phase, binding: Binding) -> Iterator[Binding]:
-        """Yield the solutions of every option, each once."""
+        """Yield the solutions of every option; equal solutions of several options are yielded once."""
         seen: list[Binding] = []
         for option in self.options:
             for found in option.solve(phase, binding):
@@ -140,7 +140,7 @@ class And(Value):
     parts: tuple[Condition, ...]
 
     def solve(self, phase: Phase, binding: Binding) -> Iterator[Binding]:
-        """Yield the solutions of all parts together."""
+        """Yield the bindings that solve all parts."""
         first, *rest = self.parts
         for found in first.solve(phase, binding):
             if rest:
@@ -171,7 +171,7 @@ def atoms(condition: Condition) -> Iterator[Atom]:
 
 
 def binds(condition: Condition) -> frozenset[str]:
-    """Return the variables that hold a value once the condition holds."""
+    """Return the variables that have a value in every solution of the condition."""
     match condition:
         case Atom():
             return condition.binds()
@@ -184,7 +184,7 @@ def binds(condition: Condition) -> frozenset[str]:
 
 
 def mentions(condition: Condition) -> frozenset[str]:
-    """Return every variable that is written in the condition."""
+    """Return every variable that occurs in the condition."""
     found: frozenset[str] = frozenset().union(*(a.binds() for a in atoms(condition)))
     for part in comparisons(condition):
         found |= {t.name for t in (part.left, part.right) if isinstance(t, Variable)}
@@ -192,7 +192,8 @@ def mentions(condition: Condition) -> frozenset[str]:
 
 
 def tests(condition: Condition) -> frozenset[str]:
-    """Return the variables that a condition only tests; other conditions must bind them before."""
+    """Return the variables that a condition tests but does not bind; other conditions must bind them
+    first."""
     match condition:
         case And(parts) | Or(parts):
             return frozenset().union(*map(tests, parts)) | (mentions(condition) - binds(condition))

@@ -1,4 +1,4 @@
-"""Decision tree of all rules, so that a condition that many rules share is checked once for an action.
+"""Decision tree of all rules: a condition that several rules share is checked once for an action.
 
 Rules ask first what the states of an episode decide, cheapest condition first, and then what must be measured.
 Rules that begin with the same conditions (whatever their variables are called) share a path, and a condition that
@@ -26,7 +26,8 @@ Key = tuple[PhaseName, object]
 
 
 class _Node(Struct):
-    """One condition on the way to some rules."""
+    """Node of the decision tree: a condition, the rules that end with it, and the nodes of the conditions
+    after it."""
 
     phase: PhaseName
     step: Step
@@ -40,14 +41,15 @@ BindingsByTask = dict[str, list[Binding]]
 
 
 class _Settled(Struct):
-    """Result of the conditions on states for an action: tasks, and the conditions still to be asked, with the bindings so far."""
+    """Result for an action after the conditions on states: tasks found, and the tree's nodes still to be
+    checked with their bindings."""
 
     found: BindingsByTask = field(default_factory=dict)
     left: list[tuple[_Node, list[Values]]] = field(default_factory=list)
 
 
 class DecisionTree:
-    """Matcher of all rules at once: all bindings for the actions of one episode.
+    """Decision tree that matches all rules at once with the actions of one episode.
 
     Args:
         rules: from ``load_rules``.
@@ -66,7 +68,8 @@ class DecisionTree:
         return self.solve_all([phases])[0]
 
     def solve_all(self, phases: Sequence[Mapping[PhaseName, Phase]]) -> list[BindingsByTask]:
-        """Return the tasks of many actions: each condition is checked for all those that are left at once."""
+        """Return the tasks of many actions; each condition is checked at once for all actions that still need
+        it."""
         settled = self._settle_all(phases)
         found = [dict(s.found) for s in settled]
         waiting: dict[int, tuple[_Node, list[Values]]] = {}
@@ -85,7 +88,7 @@ class DecisionTree:
         return found
 
     def _settle_all(self, phases: Sequence[Mapping[PhaseName, Phase]]) -> list[_Settled]:
-        """Tasks and remaining conditions after the conditions on states, for each action."""
+        """Return for each action the tasks that states decide, and the conditions still to be checked."""
         known = self._settled
         keys = [(p["pre"].holds, p["run"].holds, p["post"].holds) for p in phases]
         new = {key: p for key, p in zip(keys, phases, strict=True) if key not in known}
@@ -134,14 +137,14 @@ def _columns(phases: Sequence[Mapping[PhaseName, Phase]]) -> dict[PhaseName, lis
 
 
 def _report(node: _Node, bindings: list[Values], found: list[BindingsByTask]) -> None:
-    """Report the bindings of the rules that end at a node."""
+    """Add the bindings of the rules that end at a node to the results of their actions."""
     for rule, slots in node.rules:
         for b in bindings:
             found[b[0]].setdefault(rule.task, []).append({name: b[k] for name, k in slots.items()})
 
 
 def _possible(condition: Condition, timeline: Timeline) -> bool:
-    """Whether a condition can hold at some time of the episode; cautious: True unless it surely cannot."""
+    """Check whether a condition may hold at some time of the episode; False only if it certainly cannot."""
     match condition:
         case Atom(predicate, terms):
             if predicate.timeless:
@@ -157,7 +160,8 @@ def _possible(condition: Condition, timeline: Timeline) -> bool:
 
 
 def _pruned(condition: Condition, timeline: Timeline) -> Condition:
-    """The condition without the options that cannot hold, where all options bind the same variables."""
+    """Return the condition without those options of an 'or' that cannot hold, if all options bind the same
+    variables."""
     if not isinstance(condition, Or) or any(binds(o) != binds(condition) for o in condition.options):
         return condition
     left = tuple(o for o in condition.options if _possible(o, timeline))
@@ -165,13 +169,15 @@ def _pruned(condition: Condition, timeline: Timeline) -> Condition:
 
 
 def _new_variables(clause: Clause, slots: Mapping[str, int], seen: Mapping[str, int]) -> list[str]:
-    """The variables that a condition binds for the first time, as they appear; ``seen`` is in that order."""
+    """Return the variables that a condition binds for the first time, in the order of ``seen``; those that
+    ``seen`` lacks come last."""
     names = binds(clause.condition) - set(slots)
     return [n for n in seen if n in names] + sorted(names - set(seen))
 
 
 def _canonical(condition: Condition, slots: dict[str, int]) -> object:
-    """The condition without names of variables; ``slots`` grows by each new one."""
+    """Return the condition with its variables replaced by numbers, so that renamed copies are equal;
+    ``slots`` gets each new variable."""
 
     def term(t: Term) -> object:
         if not isinstance(t, Variable):

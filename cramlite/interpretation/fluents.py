@@ -51,7 +51,10 @@ def matching(facts: frozenset[Fact], patterns: Iterable[Pattern]) -> set[Fact]:
 
 @lru_cache(maxsize=64)
 def by_predicate(facts: frozenset[Fact]) -> Mapping[str, tuple[Fact, ...]]:
-    """Return the facts of each predicate; a state is asked several times before the next one comes."""
+    """Group facts by predicate.
+
+    Results are cached, because a state is asked several times before the next one is reached.
+    """
     found = dict[str, list[Fact]]()
     for f in facts:
         found.setdefault(f[0], []).append(f)
@@ -114,7 +117,7 @@ def symbolic_world(world: World, taxonomy: Taxonomy, relations: Iterable[tuple[s
 
 
 class Bound(Value):
-    """Bounds of a measured value that a run must show in the end.
+    """Bounds of a measured value that must lie within them at the end of a run.
 
     Args:
         of: value predicate and the entities that it is asked about, e.g. ("joint_share", "drawer").
@@ -141,7 +144,7 @@ class Manner(Value):
 
 
 class GoalCondition(Value):
-    """Condition that a goal asks for: positive facts and forbidden patterns.
+    """Condition that a goal states: facts that must hold and patterns that no fact may match.
 
     Args:
         needs: facts that must hold in the end.
@@ -161,8 +164,8 @@ class GoalCondition(Value):
 
     @property
     def denied(self) -> GoalCondition | None:
-        """Opposite of the condition: its one fact denied, or its one forbidden fact demanded; None for a condition of
-        several facts."""
+        """Return the opposite of the condition: a single required fact is forbidden, a single forbidden
+        pattern is required; None for any other condition."""
         facts, (pattern, *others) = self.needs or self.shown, (*self.without, ())
         if len(facts) == 1 and not self.bounds:
             return GoalCondition(without=facts | self.shown)
@@ -277,11 +280,12 @@ class Fluents(Value):
         return {pattern, (pattern[0], *pattern[:0:-1])} if self[pattern[0]].symmetric else {pattern}  # type: ignore[arg-type]
 
     def denied(self, pattern: Pattern) -> set[Pattern]:
-        """Return the patterns that may not hold where a relation is denied."""
+        """Return the patterns that no fact may match where a relation is denied."""
         return {p for meant in self[pattern[0]].denial or (pattern,) for p in self.both_ways(meant)}
 
     def implied(self, facts: Iterable[Fact], held: Iterable[str]) -> frozenset[Fact]:
-        """Return the facts that begin, with all that they imply, while some things are in the hand."""
+        """Return some facts that begin together with all facts that they imply; ``held`` are the things in
+        the hand."""
         found, carried = set(facts), frozenset(held)
         todo = list(found)
         while todo:
@@ -300,7 +304,8 @@ class Fluents(Value):
         return found | (self.both_ways((fact[0], *things)) if fluent.of_wholes and _distinct(things) else set())
 
     def after(self, facts: frozenset[Fact], adds: frozenset[Fact], removes: Iterable[Pattern]) -> frozenset[Fact]:
-        """Return the successor state: the facts after additions, and removals by pattern, with all that ends with them."""
+        """Return the successor state: the facts after some are added and those matching some patterns
+        removed, with all consequences."""
         patterns = tuple(removes)
         ended = matching(facts, patterns) - adds
         excluded = {(p, *_of_wholes(new)[1:]) for new in adds for p in self[new[0]].excludes}
@@ -326,18 +331,18 @@ class Fluents(Value):
             denied = {p for pattern in patterns for p in self.both_ways(pattern)}
             for fact in sorted(facts):
                 if any(matches(fact, p) for p in denied):
-                    return f"one asks for {pattern_text(fact)}, the other forbids it"
+                    return f"one requires {pattern_text(fact)}, the other forbids it"
         for a, b in product(sorted(mine), sorted(its)):
             if self._contrary(scene, a, b):
-                return f"{pattern_text(a)} and {pattern_text(b)} cannot hold at one time"
+                return f"{pattern_text(a)} and {pattern_text(b)} cannot hold at the same time"
         for first, second in product(one.bounds, other.bounds):
             if first.of == second.of and (first.high < second.low or second.high < first.low):
                 between = (f"{b.low:.2f} to {b.high:.2f}" for b in (first, second))
-                return f"{pattern_text(first.of)} is asked to be {' and '.join(between)}"
+                return f"{pattern_text(first.of)} is required to be {' and '.join(between)}"
         return ""
 
     def ring(self, facts: Iterable[Fact]) -> tuple[Fact, ...]:
-        """Return a cycle of facts by which a thing would carry itself; empty without one."""
+        """Return a cycle of facts by which a thing would carry itself; empty if there is none."""
         carried = [(f, *self.carries(f)) for f in sorted(facts) if self[f[0]].carrier is not None]
 
         def follow(way: tuple[Fact, ...], first: str, last: str) -> tuple[Fact, ...]:
@@ -349,7 +354,7 @@ class Fluents(Value):
         return next((found for above in dict.fromkeys(a for _, a, _ in carried) if (found := follow((), above, above))), ())
 
     def carries(self, fact: Fact) -> tuple[str, str]:
-        """Return carrier and carried thing of a fact whose fluent has a ``carrier``."""
+        """Return the carrier and the carried thing of a fact whose fluent declares a ``carrier``."""
         things = [thing_of(name) for name in fact[1:]]
         return (things[0], things[1]) if self[fact[0]].carrier == 0 else (things[1], things[0])
 
@@ -362,14 +367,14 @@ class Fluents(Value):
         return any(self._excluded(a, b) for a, b in pairs) or any(j is not None and j(scene, a, b) for j, a, b in contraries)
 
     def _parted(self, ended: Iterable[Fact], left: Iterable[Fact]) -> set[Fact]:
-        """Facts of whole things that held because of a part that is gone."""
+        """Return the facts about whole things that held only because of a part for which they have ended."""
         gone = {_of_wholes(f) for f in ended if self[f[0]].of_wholes}
         names = {f[0] for f in gone}
         return gone - {_of_wholes(f) for f in left if f[0] in names and f not in gone} if gone else gone
 
 
 def _as_wholes(facts: frozenset[Fact], wholes: set[Fact]) -> set[Fact]:
-    """Facts that, with each part replaced by its whole thing, are among given facts."""
+    """Return the facts that are among the given facts once each part is replaced by its whole thing."""
     return {f for p in {w[0] for w in wholes} for f in by_predicate(facts).get(p, ()) if _of_wholes(f) in wholes}
 
 
@@ -379,7 +384,7 @@ def _of_wholes(fact: Fact) -> Fact:
 
 
 def _distinct(things: list[str]) -> bool:
-    """Whether all things of a fact differ, since nothing is related to itself or to its own parts."""
+    """Check whether all things of a fact differ, since no thing is related to itself or to its own parts."""
     return len(set(things)) == len(things)
 
 

@@ -1,4 +1,4 @@
-"""A literal of a goal: something that should hold when a program has run, as conditions that a run is asked."""
+"""Literal of a goal: a condition that should hold when a program has run, and that can be checked on a recorded run."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .timeline import Predicate
 
 
 class GoalLiteral(Value):
-    """Literal of a goal: something that should hold when a program has run.
+    """Literal of a goal: a condition that should hold when a program has run.
 
     Args:
         says: in words, e.g. "coffee in basket".
@@ -33,8 +33,11 @@ class GoalLiteral(Value):
 
 
 def clauses_of(meaning: GoalCondition, predicates: Mapping[str, Predicate]) -> tuple[Clause, ...]:
-    """Return the conditions of a goal: its facts, and the denials of forbidden ones. Entities are
-    variables of their own name, since a recording may call them otherwise."""
+    """Return the conditions of a goal as clauses of a rule: required facts, and negations of forbidden
+    patterns.
+
+    Entities are written as variables of the same name, since a recording may name them otherwise.
+    """
     found = [_clause(f, predicates, denied=False) for f in sorted(meaning.needs | meaning.shown)]
     found += [clause for b in meaning.bounds for clause in _bounds(b, predicates)]
     return (*found, *(_clause(p, predicates, denied=True) for p in sorted(meaning.without, key=str)))

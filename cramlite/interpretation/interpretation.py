@@ -1,4 +1,4 @@
-"""Interpretation of an episode: the tasks that each of its actions may be, and why it is none of the others."""
+"""Interpretation of an episode: the tasks that each of its actions may be, and why an action is not one of the other tasks."""
 
 from __future__ import annotations
 
@@ -63,17 +63,18 @@ class Interpreted(Value, dict=True, eq=False):
 
     @cached_property
     def rejections(self) -> tuple[Rejection, ...]:
-        """For every task that the action is not: the condition that failed; computed when first asked for."""
+        """Rejections: for every task that the action is not, the condition that failed; computed at the first
+        access."""
         return self._reject()
 
     @cached_property
     def moved(self) -> tuple[str, ...]:
-        """Things that are elsewhere in the end than they were at the start (``ELSEWHERE``)."""
+        """Things whose position at the action's end is more than ``ELSEWHERE`` from that at its start."""
         return self._moved()
 
     @cached_property
     def readings(self) -> frozenset[tuple[str, tuple[tuple[str, str], ...]]]:
-        """Tasks of the action with the fillers of their roles."""
+        """Readings of the action: each task that it may be, with the fillers of the task's roles."""
         return frozenset([(m.task, tuple(sorted(m.roles.items()))) for m in self.matches])
 
     def named(self, task: str) -> tuple[Match, ...]:
@@ -98,17 +99,19 @@ class Interpretation(Value, eq=False):
 
     @property
     def unexplained_actions(self) -> tuple[Interpreted, ...]:
-        """Actions that no task explains. They are in no sequence, and never silently dropped."""
+        """Actions that no task explains; they are in no sequence, but reported."""
         return tuple(a for a in self.actions if a.unexplained)
 
     @property
     def zero(self) -> float:
-        """Instant from which times are told to people [s]: the first action's start, where stamps are seconds since 1970; else 0."""
+        """Zero of the times that are shown to people [s]: the first action's start if stamps are seconds
+        since 1970, else 0."""
         start = self.actions[0].start if self.actions else 0.0
         return start if start > EPOCH else 0.0
 
     def count(self) -> int:
-        """Return the number of readings, incoherent ones among them: the product over all actions that some task explains.
+        """Return the number of combined readings, incoherent ones included: the product of the numbers of
+        readings of explained actions.
 
         0 if none is explained.
         """
@@ -118,7 +121,7 @@ class Interpretation(Value, eq=False):
         return total
 
     def sequences(self, cap: int = DEFAULT_CAP) -> Iterator[TaskSequence]:
-        """Yield the candidate task sequences, best first: the coherent ones (coherence.py), the shortest description first (ranking.py).
+        """Yield the coherent task sequences, the shortest description first (``coherence``, ``ranking``).
 
         Args:
             cap: how many unfinished sequences are kept in memory; beyond it the worst are forgotten.
@@ -151,7 +154,8 @@ class Interpretation(Value, eq=False):
         return f"{when} is {refused[name].sentence}\n  rule: {refused[name].where}"
 
     def to_json(self) -> dict[str, Any]:
-        """Return the JSON data of ``cramlite interpret --json``: actions, how many readings there are, and the best candidates."""
+        """Return the JSON data of ``cramlite interpret --json``: actions, the number of readings, and the
+        best candidates."""
         best = [_sequence_json(s, self.actions) for s in islice(self.sequences(), LISTED)]
         return {"actions": [_action_json(a) for a in self.actions], "sequences": self.count(), "candidates": best}
 
@@ -214,7 +218,7 @@ def interpret(
 
 
 class _Matcher(Value):
-    """The matcher with its rules and facts."""
+    """Matcher of an episode's actions: timeline, rules, decision tree, and caches of results."""
 
     timeline: Timeline
     rules: Mapping[str, Rule]
@@ -249,26 +253,28 @@ class _Matcher(Value):
         )
 
     def named(self, segment: Segment, label: str, known: set[str]) -> Iterator[Match]:
-        """Readings of the recording's own label, if no condition refutes it and some cannot be judged."""
+        """Yield readings as the task that the recording names, if no condition refutes the reading though
+        some cannot be judged."""
         for task, rule in self.rules.items():
             if task not in known and segment.event is not None and self.timeline.taxonomy.is_a(task, label):
                 yield from possible_matches(rule, self.timeline.phases(segment, self.padding), _fillers(rule, segment.event))
 
     @property
     def effector_unseen(self) -> bool:
-        """Whether things have recorded poses and the acting effector has none."""
+        """Check whether things have recorded poses while the acting effector has none."""
         episode = self.timeline.episode
         return bool(episode.tracks) and episode.effector is not None and episode.effector not in episode.tracks
 
     def unseen(self, segment: Segment) -> Iterator[Match]:
-        """Readings of an action with one condition that cannot be judged because the effector was not
-        seen."""
+        """Yield readings of an action of which a single condition cannot be judged, because the effector was
+        not tracked."""
         for rule in self.rules.values():
             found = possible_matches(rule, self.timeline.phases(segment, self.padding), [{}])
             yield from (m for m in found if m.roles and len(m.unknown) == 1)
 
     def moved(self, segment: Segment) -> tuple[str, ...]:
-        """Tracked things, the hand left out, that are ``ELSEWHERE`` at the end of an action."""
+        """Return the tracked things other than the hand that moved by more than ``ELSEWHERE`` between start
+        and end of an action."""
         hand = self.timeline.episode.effector
         whole = (n for n, e in self.timeline.entities.items() if e.part_of is None and n in self.timeline.episode.tracks and n != hand)
         tracks = {n: self.timeline.episode.tracks[n] for n in whole}
@@ -276,7 +282,7 @@ class _Matcher(Value):
         return tuple(n for n, (a, b) in ends.items() if math.dist(a.position, b.position) > ELSEWHERE)
 
     def matches(self, task: str, bindings: list[Binding]) -> tuple[Match, ...]:
-        """Matches of the bindings of a task; shared by all actions with these bindings."""
+        """Return the matches of a task under some bindings; actions with equal bindings share them."""
         key = (task, *[tuple(b.values()) for b in bindings])
         if key not in self.known:
             self.known[key] = matches_of(self.rules[task], bindings)
@@ -288,13 +294,16 @@ class _Matcher(Value):
         return tuple(r for r in refused if r is not None)
 
     def _telling(self, time: float) -> bool:
-        """Whether a state that always tells actions apart begins or ends at this boundary."""
+        """Check whether a state whose class always separates actions begins or ends at a boundary."""
         boundaries = self.timeline.boundaries
         return any(time in boundaries(type_) for type_ in self.timeline.taxonomy.restricted_classes(TELLS_APART))
 
     def merged(self, actions: list[Interpreted]) -> list[Interpreted]:
-        """Actions after merging neighbours that keep all their tasks as one action: explained ones first, then unexplained
-        ones with the next, then the rest."""
+        """Merge neighbouring actions whose joined action still has all their tasks.
+
+        Explained actions are merged first, then unexplained ones with the action after them, then the
+        rest.
+        """
         spans = [Segment(a.start, b.end) for a, b in pairwise(actions) if self._refine(a, b)]
         solved = self.tree.solve_all([self.timeline.phases(s, self.padding) for s in spans])
         self.wholes.update(zip([(s.start, s.end) for s in spans], solved, strict=True))
@@ -316,7 +325,7 @@ class _Matcher(Value):
         return found
 
     def join(self, before: Interpreted, after: Interpreted) -> Interpreted | None:
-        """Two actions as one, if that has all tasks of both; else None.
+        """Join two neighbouring actions to one, if it has all tasks of both; else return None.
 
         Only anonymous neighbours are joined, and only if one's tasks are among the other's: the boundary
         between them then told nothing apart. The joined action is judged anew against every rule, and
@@ -331,13 +340,13 @@ class _Matcher(Value):
         boundaries = ", ".join(f"{s.start:.2f} s" for s in segments[1:])
         evidence = (
             f"{len(segments)} segments with boundaries at {boundaries} were joined: the whole is judged to be "
-            f"{', '.join(sorted({m.task for m in joined.matches}))}, which is all that each of them is"
+            f"{', '.join(sorted({m.task for m in joined.matches}))}, which includes all tasks of each segment"
         )
         return replace(joined, evidence=evidence)
 
     def _refine(self, before: Interpreted, after: Interpreted) -> bool:
-        """Whether two neighbours are anonymous, their boundary tells nothing, and one's tasks are among
-        the other's."""
+        """Check whether two neighbours may be joined: both without label, no separating state between them,
+        and the tasks of one among those of the other."""
         if before.end != after.start or self._telling(after.start):
             return False
         if any(s.event is not None for s in (*before.segments, *after.segments)):
@@ -346,7 +355,7 @@ class _Matcher(Value):
         return a <= b or b <= a
 
     def _whole(self, segment: Segment, segments: tuple[Segment, ...]) -> Interpreted:
-        """Joined action, matched anew, once for each join."""
+        """Return the action over a joined segment, matched anew against all rules; results are cached."""
         key = (segment.start, segment.end)
         if key not in self.wholes:
             checkpoint()
@@ -355,7 +364,8 @@ class _Matcher(Value):
 
 
 def _fillers(rule: Rule, event: Event) -> Iterator[Binding]:
-    """Role fillers of a named action: by the names of roles, else its object for the first one; or none."""
+    """Yield candidate role fillers of a labelled action: by role names, else its object as the first role's
+    filler; at last no fillers."""
     said: Binding = {role: event.roles[role] for role in rule.roles if role in event.roles}
     if not said and rule.roles and "object" in event.roles:
         said = {next(iter(rule.roles)): event.roles["object"]}

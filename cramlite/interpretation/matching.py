@@ -1,4 +1,4 @@
-"""Matches and rejections of a rule at an action: the fillings of the roles, or the condition that failed."""
+"""Matches and rejections of a rule for an action: the fillers of its roles, or the condition that failed."""
 
 from __future__ import annotations
 
@@ -73,7 +73,8 @@ def matches_of(rule: Rule, bindings: list[Binding]) -> tuple[Match, ...]:
 
 
 def match_of(rule: Rule, binding: Binding, unknown: tuple[str, ...] = ()) -> Match:
-    """Return the match of a rule under a binding; an unbound variable is unknown."""
+    """Return the match of a rule under a binding of its variables; a role without a value has no known
+    filler."""
     roles = {role: str(binding[role]) for role in rule.roles if role in binding}
     shown = defaultdict(lambda: "something", {k: _shown(v) for k, v in binding.items()})
     explanation = rule.explain.format_map(shown)
@@ -81,8 +82,10 @@ def match_of(rule: Rule, binding: Binding, unknown: tuple[str, ...] = ()) -> Mat
 
 
 def measured(rule: Rule, roles: Mapping[str, str], phases: Phases) -> dict[str, float]:
-    """Return the largest value of each value predicate that the rule compares, for the fillers of its
-    roles, in the unit of the predicate's sentence."""
+    """Return the largest measured value of each value predicate that a rule compares, with its roles filled.
+
+    Units are those of the predicate's sentence.
+    """
     found: dict[str, float] = {}
     for clause in rule.clauses:
         for compare in comparisons(clause.condition):
@@ -93,7 +96,8 @@ def measured(rule: Rule, roles: Mapping[str, str], phases: Phases) -> dict[str, 
 
 
 def reject(rule: Rule, phases: Phases) -> Rejection | None:
-    """Explain why an action is not this task; None if it is."""
+    """Return why an action is not the rule's task: the first condition that failed; None if the action is the
+    task."""
     bindings: list[Binding] = [{}]
     for clause in rule.written_order:
         phase = phases[clause.phase]
@@ -127,8 +131,8 @@ def _rejection(rule: Rule, clause: Clause, phase: Phase, bindings: list[Binding]
 
 
 def _facts(clause: Clause, phase: Phase, bindings: list[Binding]) -> tuple[str, ...]:
-    """Facts about the failed condition: rows of a negation, a value, else all that is known of the
-    predicates."""
+    """Return known facts about the failed condition: rows that a negation found, measured values, else all
+    rows of the predicates."""
     found: dict[str, None] = {}
     for atom in atoms(clause.condition):
         narrow = isinstance(clause.condition, (Not, Compare)) or _wide(atom)
@@ -141,7 +145,7 @@ def _facts(clause: Clause, phase: Phase, bindings: list[Binding]) -> tuple[str, 
 
 
 def _wide(atom: Atom) -> bool:
-    """Whether listing all rows would cost more than it tells."""
+    """Check whether a predicate is too costly for listing all its rows in an explanation."""
     return atom.predicate.cost > 1
 
 

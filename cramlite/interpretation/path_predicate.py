@@ -1,4 +1,4 @@
-"""Predicates that demonstrations define: a thing follows a shown path about another one; the hand keeps still for a time."""
+"""Predicates that demonstrations define: a thing follows a shown path about another thing, or the hand keeps still for a time."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ STILL = 0.01
 
 
 def path_predicate(name: str, path: ShownPath) -> Predicate:
-    """Return the predicate of a mover and a reference thing that holds where the mover's foot goes through a path.
+    """Return a predicate that holds where the bottom centre of a mover goes along a path about a reference
+    thing.
 
     Args:
         name: of it, as rules write it.
@@ -37,7 +38,7 @@ def path_predicate(name: str, path: ShownPath) -> Predicate:
 
 
 def rest_predicate(name: str, least_s: float) -> Predicate:
-    """Return the predicate without arguments that holds where the hand keeps still for a time.
+    """Return a predicate without arguments that holds where the hand keeps still for at least a time.
 
     Args:
         name: of it, as rules write it.
@@ -54,7 +55,8 @@ def rest_predicate(name: str, least_s: float) -> Predicate:
 
 
 def rests(episode: Episode, name: str, span: tuple[float, float]) -> Iterator[tuple[float, float]]:
-    """Yield when a frame is within ``STILL`` of where it was as each rest began, in a span of an episode [s]."""
+    """Yield start and end of each rest within a span of an episode [s]: while it lasts, a frame stays within
+    ``STILL`` of its first position."""
     track = episode.tracks.get(name)
     if track is None or not len(rows := np.flatnonzero((track.times >= span[0]) & (track.times <= span[1]))):
         return
@@ -69,11 +71,11 @@ def rests(episode: Episode, name: str, span: tuple[float, float]) -> Iterator[tu
 def _said(path: ShownPath) -> str:
     shape = "goes round its path about" if path.closed else "goes along its path on" if path.touching else "goes along its path at"
     touching = ", touching it" if path.touching else ""
-    return f"A thing {shape} another one at least {path.least:g} times, within {1000 * path.tolerance:.0f} mm{touching}."
+    return f"A thing {shape} another thing at least {path.least:g} times, within {1000 * path.tolerance:.0f} mm{touching}."
 
 
 def gone_through(path: ShownPath, episode: Episode, mover: str, about: str, span: tuple[float, float]) -> float:
-    """Return how often a thing went through a path about another one in a span of an episode."""
+    """Return how often a thing went along a path about another thing in a span of an episode."""
     frame = path.anchor.frame(parts_of(episode, about))
     found = followed(episode, mover, about, span) if frame is not None else None
     if frame is None or found is None:
@@ -89,13 +91,16 @@ def gone_through(path: ShownPath, episode: Episode, mover: str, about: str, span
 
 
 def parts_of(episode: Episode, thing: str) -> list[Part]:
-    """Return the parts of a thing whose places in it are known."""
+    """Return the parts of a thing whose poses relative to the thing are known."""
     return [(e.types[0], e.pose, e.properties) for e in episode.entities if e.part_of == thing and e.pose is not None and e.types]
 
 
 def followed(episode: Episode, mover: str, about: str, span: tuple[float, float]) -> tuple[Floats, Floats] | None:
-    """Return times (N,) [s] in a span, and the places (N, 3) of a thing's foot in the frame of another one [m]; None where the poses of
-    one are not known."""
+    """Return times (N,) [s] in a span, and the positions (N, 3) [m] of a thing's bottom centre in the frame of
+    another thing.
+
+    None if the poses of one of them are not known.
+    """
     track, entity = episode.tracks.get(mover), episode.known(mover)
     if track is None or entity is None or episode.pose_at(about, span[0]) is None:
         return None
@@ -115,14 +120,15 @@ def followed(episode: Episode, mover: str, about: str, span: tuple[float, float]
 
 
 def _turned(quaternions: Floats, vectors: Floats) -> Floats:
-    """Vectors (3,) or (N, 3) turned by quaternions (N, 4)."""
+    """Rotate vectors (3,) or (N, 3) by quaternions (N, 4)."""
     w, v = quaternions[:, :1], quaternions[:, 1:]
     across = 2.0 * np.cross(v, vectors)
     return np.asarray(vectors + w * across + np.cross(v, across))
 
 
 def related(episode: Episode, one: str, other: str, times: Floats) -> np.ndarray:
-    """Return at which times (N,) [s] a recorded state relates two things, such as that they touch."""
+    """Return a mask (N,) of the times [s] at which a recorded state relates two things, such as that they
+    touch."""
     found = np.zeros(len(times), dtype=bool)
     pair = {one, other}
     for event in episode.of("state"):

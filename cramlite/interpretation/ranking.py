@@ -1,4 +1,4 @@
-"""Ranking of task sequences by description length: the best is the shortest that explains all that changed, and nothing else.
+"""Ranking of task sequences by description length: the best is the shortest that explains all changes and nothing else.
 
 A sequence's length is a sum over the actions of a demonstration, in bits, so that the best ones can be found without listing
 all. A *name* costs as much as naming one task among all that there are rules for.
@@ -43,7 +43,7 @@ DEFAULT_CAP = 100_000
 
 
 class DescriptionLength(Value):
-    """Description length of a sequence, or of its claims about one action [bits].
+    """Description length of a task sequence, or the part of it that one action adds [bits].
 
     Args:
         tasks, choices, unknown, unexplained, checked: see the module; ``checked`` is subtracted.
@@ -57,7 +57,7 @@ class DescriptionLength(Value):
 
     @property
     def bits(self) -> float:
-        """Sum of all terms [bits]."""
+        """Total description length: the sum of its terms [bits]."""
         return self.tasks + self.choices + self.unknown + self.unexplained - self.checked
 
     def __add__(self, other: DescriptionLength) -> DescriptionLength:
@@ -74,7 +74,7 @@ class DescriptionLength(Value):
 
 
 class Option(Value):
-    """Option of a sequence for one action: a reading, or none.
+    """Option of a sequence for one action: one of the action's readings, or none.
 
     Args:
         match: the task; None to leave the action out.
@@ -107,17 +107,18 @@ class TaskSequence(Value):
 
     @property
     def score(self) -> float:
-        """Higher is better: the description length with its sign changed [bits]."""
+        """Score of the sequence: its description length with the sign changed [bits]; a higher one is
+        better."""
         return -self.length.bits
 
     @property
     def reason(self) -> str:
-        """Terms of the length, in words."""
+        """Terms of the description length, in words."""
         return str(self.length)
 
 
 def naming_length(match: Match, fellows: Sequence[Match], taxonomy: Taxonomy, name: float) -> DescriptionLength:
-    """Return the length of naming a reading.
+    """Return the description length of naming a reading: its task and the choice of its fillers.
 
     Args:
         fellows: all readings of the action.
@@ -137,7 +138,8 @@ def naming_length(match: Match, fellows: Sequence[Match], taxonomy: Taxonomy, na
 def shortest_first(
     options: Sequence[Sequence[Option]], allowed: Callable[[Sequence[int]], bool], cap: int = DEFAULT_CAP, most: int = DEFAULT_CAP
 ) -> Iterator[TaskSequence]:
-    """Yield the sequences by rising length: A* over the actions, with the exact shortest rest as its bound.
+    """Yield the sequences by rising length: A* over the actions, bounded by the exact shortest length of the
+    remaining ones.
 
     Args:
         options: for each action what may be said of it; none of them empty.

@@ -37,7 +37,7 @@ _OF_PROGRAMS: dict[str, PhaseName] = {"needs": "pre", "leaves": "post"}
 
 
 class Clause(Value, dict=True):
-    """Condition of a rule, with the phase in which it is asked, its text, and its place in the file.
+    """Condition of a rule, with the phase in which it is checked, its text, and its line in the file.
 
     Args:
         phase: in which it is asked: "pre", "run" or "post".
@@ -58,7 +58,8 @@ class Clause(Value, dict=True):
 
     @cached_property
     def lasting(self) -> bool:
-        """Whether the clause has the same solutions wherever the same states hold: it asks about states and classes only."""
+        """Whether the clause asks about states and classes only, so that equal states give equal
+        solutions."""
         return all(a.predicate.steady or a.predicate.timeless for a in atoms(self.condition))
 
 
@@ -86,17 +87,20 @@ class Rule(Value, dict=True):
 
     @cached_property
     def written_order(self) -> tuple[Clause, ...]:
-        """Clauses in an evaluation order that binds variables before they are tested, nearest to the written one: for reports."""
+        """Clauses as near to the written order as possible, with variables bound before they are tested: for
+        reports."""
         return _ordered(self.clauses, cheapest=False)
 
     @cached_property
     def quick_order(self) -> tuple[Clause, ...]:
-        """Clauses in an evaluation order that binds variables before they are tested, those on states alone first, then cheap ones."""
+        """Clauses in the order of evaluation: variables are bound before they are tested, conditions on
+        states come first, cheap ones first."""
         return _ordered(self.clauses, cheapest=True)
 
     @cached_property
     def changes(self) -> int:
-        """Number of relations that the rule requires to begin or end: held before and denied after, or the reverse."""
+        """Number of relations that the rule requires to begin or end: true before the action and false after
+        it, or the reverse."""
         said = {(phase, denied): _asserted(self.clauses, phase, denied) for phase in ("pre", "post") for denied in (True, False)}
         return len((said["pre", True] & said["post", False]) | (said["pre", False] & said["post", True]))
 
@@ -112,12 +116,13 @@ class Rule(Value, dict=True):
 
     @cached_property
     def counted(self) -> int:
-        """Number of conditions that compare a number which is measured while the action lasts."""
+        """Number of conditions that compare a number that is measured during the action."""
         return sum(c.phase == "run" and any(comparisons(c.condition)) for c in self.clauses)
 
 
 def _asserted(clauses: Iterable[Clause], phase: str, denied: bool) -> set[str]:
-    """Predicates that the clauses of a phase assert or, if ``denied``, those that they deny or restrict by ``every``."""
+    """Return the predicates that a phase's clauses assert or, if ``denied``, those that they deny or restrict
+    by ``every``."""
     found: set[str] = set()
     for clause in clauses:
         if clause.phase == phase and isinstance(clause.condition, Not | Every) == denied:
@@ -195,7 +200,7 @@ def _mapping(path: Path, data: Any) -> dict[str, Any]:
 def _class(path: Path, data: Any, location: list[str], name: Any, above: str, taxonomy: Taxonomy) -> str:
     where = f"{path}:{line_of(data, location)}"
     if not isinstance(name, str):
-        raise UserError(f"{where}: '{location[0]}' is missing or no text; write a class such as soma:Grasping.")
+        raise UserError(f"{where}: '{location[0]}' is missing or is not text; write a class such as soma:Grasping.")
     found = taxonomy.resolve(name)
     if found is None or not taxonomy.is_a(found, above):
         raise UserError(f"{where}: unknown class '{name}'; {nearest(name, taxonomy.subclasses(above))}")
@@ -279,8 +284,8 @@ def _free_in_comparisons(condition: Condition, bound: frozenset[str]) -> frozens
 
 
 def _ordered(clauses: tuple[Clause, ...], cheapest: bool) -> tuple[Clause, ...]:
-    """Conditions, each after those that bind its variables, so that the order of a rule file never changes its
-    meaning."""
+    """Order conditions so that each follows those that bind its variables; the order in a rule file then
+    never changes the meaning."""
     bound_somewhere = frozenset().union(*(binds(c.condition) for c in clauses))
     left, found = list(clauses), []
     bound: frozenset[str] = frozenset()

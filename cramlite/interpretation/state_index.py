@@ -1,4 +1,4 @@
-"""Interval index of states: which hold when, for every interval between two of their boundaries."""
+"""Index of states by time: which states hold in every interval between two neighbouring boundaries."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..model.episode import Event
 
 
 class StateIndex:
-    """Index of states by time.
+    """Index of states by the intervals in which they hold.
 
     Args:
         events: states; those that end before they start, or at once, are left out.
@@ -42,7 +42,7 @@ class StateIndex:
         return self._active[k] if k >= 0 else ()
 
     def between(self, start: float, end: float) -> tuple[Event, ...]:
-        """Return the states that hold somewhere in [start, end)."""
+        """Return the states that hold at some time in [start, end)."""
         first = bisect_right(self._bounds, start) - 1
         after = max(bisect_left(self._bounds, end), first + 1)
         if after == first + 1:
@@ -51,8 +51,8 @@ class StateIndex:
         return tuple(seen.values())
 
     def holding(self, start: float, end: float) -> tuple[tuple[int, ...], tuple[int, ...]]:
-        """Return the states that hold all through [start, end), and at some time of it: numbers of classes
-        with their roles, in order.
+        """Return the states that hold throughout [start, end), and those that hold at some time of it, as
+        sorted numbers of classes with roles.
 
         Two phases with the same answer cannot be told apart by which states hold.
         """
@@ -72,7 +72,7 @@ class StateIndex:
 
 
 def _kinds(events: Iterable[Event]) -> dict[int, int]:
-    """A number for each event: the same for events of one class with the same roles."""
+    """Number events so that events of one class with the same roles get the same number."""
     numbers: dict[object, int] = {}
     return {
         id(e): numbers.setdefault((e.type, e.inferred, tuple(sorted(e.roles.items()))), len(numbers)) for e in events

@@ -1,4 +1,4 @@
-"""Three-valued conditions: true, false, or not known, by Kleene's strong logic.
+"""Three-valued conditions: true, false or unknown, by Kleene's strong logic.
 
 Closed world is right where a recorder would have seen what it did not record. Where it could not (no pose, no shape, no
 finger) a condition is not known. What a recording itself names an action is then believed, and what is not known is said.
@@ -16,7 +16,7 @@ from .timeline import Phase
 
 
 class Truth(Value):
-    """Binding under which a condition is not false.
+    """Binding under which a condition is true or unknown.
 
     Args:
         binding: variable -> entity.
@@ -28,7 +28,8 @@ class Truth(Value):
 
 
 def evaluate(condition: Condition, phase: Phase, binding: Binding) -> Iterator[Truth]:
-    """Yield the bindings under which a condition is true; without any, those under which it is unknown."""
+    """Yield the bindings under which a condition is true; if there are none, those under which it is
+    unknown."""
     match condition:
         case Atom():
             yield from _or_unknown(condition, phase, binding, [Truth(b) for b in condition.solve(phase, binding)])
@@ -57,7 +58,7 @@ def _or_unknown(atom: Atom, phase: Phase, binding: Binding, found: list[Truth]) 
 
 
 def _by_binding(found: list[Truth]) -> list[Truth]:
-    """One result for each binding, with all its unknown conditions."""
+    """Merge results with equal bindings, collecting their unknown conditions."""
     groups: dict[str, list[Truth]] = {}
     for one in found:
         groups.setdefault(str(sorted(one.binding.items())), []).append(one)
@@ -90,13 +91,13 @@ def _together(found: Iterable[Truth]) -> tuple[str, ...]:
 
 
 def _binding_first(rule: Rule) -> list[Clause]:
-    """Conditions that bind variables first, states before motion; an unknown condition binds none."""
+    """Order conditions so that those that bind variables come first, then states before motion; an unknown
+    condition binds no variable."""
     return sorted(rule.clauses, key=lambda c: (bool(tests(c.condition)), not c.lasting, c.cost))
 
 
 def possible_matches(rule: Rule, phases: Phases, said: Iterable[Binding]) -> tuple[Match, ...]:
-    """Return the matches of a rule that no condition refutes, with the unknown conditions of each: those
-    with the fewest.
+    """Return the matches of a rule that no condition refutes and that have the fewest unknown conditions.
 
     Args:
         said: what the recording itself says of the roles, the most said first; the first that is not refuted counts.
@@ -118,5 +119,5 @@ def possible_matches(rule: Rule, phases: Phases, said: Iterable[Binding]) -> tup
 
 
 def _holds(rule: Rule, phases: Phases, binding: Binding) -> bool:
-    """Whether no condition of a rule is false under a complete binding of its roles."""
+    """Check whether no condition of a rule is false under a complete binding of its roles."""
     return all(any(True for _ in evaluate(c.condition, phases[c.phase], binding)) for c in rule.clauses)

@@ -28,7 +28,7 @@ PADDING = 0.2
 
 
 class Predicate(Value):
-    """Relation that conditions of rules may ask for; declared under the hook ``predicates``.
+    """Relation that conditions of rules may use; plugins declare it under the hook ``predicates``.
 
     Two predicates of one name are refused when the rules are loaded (UserError); ``cramlite.testing.check_predicate`` checks a
     declaration.
@@ -124,7 +124,8 @@ class Phase:
         return self.timeline.active_between(type_, self.start, self.end)
 
     def rows(self, predicate: Predicate, arguments: tuple[str | float | None, ...]) -> tuple[Row, ...]:
-        """Return the rows of a predicate that agree with the arguments; None is open."""
+        """Return the rows of a predicate whose values equal the given arguments; an argument None matches any
+        value."""
         if predicate.complete:
             places = tuple([k for k, a in enumerate(arguments) if a is not None])
             return self.index(predicate, places).get(tuple([a for a in arguments if a is not None]), ())
@@ -137,7 +138,7 @@ class Phase:
         return found
 
     def index(self, predicate: Predicate, places: tuple[int, ...]) -> Index:
-        """Return all rows of a complete predicate, indexed by their values at some places."""
+        """Return all rows of a complete predicate, indexed by their values at some argument positions."""
         known = self.situation if predicate.steady else self.timeline.rows if predicate.timeless else self.memo
         key = (predicate.name, places, "index")
         found: Index | None = known.get(key)
@@ -151,7 +152,7 @@ class Phase:
 
 
 class Timeline:
-    """States of an episode, indexed by time, and its segmentation into actions.
+    """Timeline of an episode: its states, indexed by time, and its segmentation into actions.
 
     A state that still holds when the recording ends is taken to go on: the end of a recording is no event.
     """
@@ -169,7 +170,8 @@ class Timeline:
         self._situations: dict[Hashable, dict[Hashable, Any]] = {}
 
     def types(self, name: str) -> tuple[str, ...]:
-        """Return the classes of an entity in this taxonomy's names; unknown classes keep their own."""
+        """Return the classes of an entity by their names in this taxonomy; unknown classes keep their own
+        names."""
         key = ("types", name)
         if key not in self.memo:
             entity = self.entities.get(name)
@@ -186,7 +188,8 @@ class Timeline:
 
     @cached_property
     def located(self) -> dict[str, float]:
-        """Time at which the pose of each entity was first known [s]; entities that are known nowhere are left out."""
+        """Time at which the pose of each entity was first known [s]; entities without any known pose are left
+        out."""
         tracked = {n: float(t.times[0]) for n, t in self.episode.tracks.items() if len(t.times)}
         return {**tracked, **{n: float("-inf") for n, e in self.entities.items() if e.pose is not None}}
 
@@ -195,23 +198,24 @@ class Timeline:
         return sorted(self.located.values())
 
     def holding(self, start: float, end: float) -> Hashable:
-        """Return the states that hold in [start, end) [s], and the number of things whose pose is known by
-        then."""
+        """Return a key of the states that hold in [start, end) [s], and of how many things' poses are known
+        by the end."""
         return self._states.holding(start, end), bisect_right(self._located, end)
 
     def situation(self, holds: Hashable) -> dict[Hashable, Any]:
-        """Return a memo that is shared by all phases in which the same states hold."""
+        """Return the cache that all phases with the same states share."""
         return self._situations.setdefault(holds, {})
 
     def instant(self, time: float) -> Phase:
-        """Return the phase of one instant. Neighbouring actions share it."""
+        """Return the phase of one instant; the actions before and after the instant share it."""
         phase = self._instants.get(time)
         if phase is None:
             phase = self._instants[time] = Phase(self, time, time)
         return phase
 
     def phases(self, segment: Segment, padding: float = PADDING) -> dict[PhaseName, Phase]:
-        """Return the phases just before, all through, and just after an action.
+        """Return the phases of an action: the instant just before it, its whole duration, and the instant
+        just after it.
 
         Args:
             padding: how long after the end of a labelled action its effects may appear [s]; as ``terminal`` has it.
@@ -223,7 +227,7 @@ class Timeline:
         }
 
     def terminal(self, segment: Segment, padding: float) -> float:
-        """Return the instant at which an action's effects are looked for [s].
+        """Return the instant at which the effects of an action are checked [s].
 
         The end of an anonymous action is where a state changes, so its effects are exact. A labelled
         action's end is a person's or a detector's judgement; its effects may appear up to ``padding``
@@ -241,7 +245,7 @@ class Timeline:
 
     @cached_property
     def labelled(self) -> tuple[Event, ...]:
-        """Recorded actions, by start."""
+        """Recorded actions, sorted by start."""
         return tuple(sorted(self.episode.of("action"), key=lambda e: (e.start, e.end)))
 
     @property
@@ -261,7 +265,8 @@ class Timeline:
         return tuple(sorted(found))
 
     def segments(self) -> tuple[Segment, ...]:
-        """Return the actions: the recorded ones, and each gap between two boundaries that none of them covers.
+        """Return the actions: the recorded ones, and each gap between two boundaries that no recorded action
+        covers.
 
         So some action is always going on. Boundaries are those of states and of recorded actions.
         """
@@ -302,13 +307,14 @@ class Timeline:
 
 
 def _agreeing(rows: tuple[Row, ...], arguments: tuple[str | float | None, ...]) -> tuple[Row, ...]:
-    """The rows that do not contradict the arguments; None is open."""
+    """Return the rows whose values equal the given arguments; an argument None matches any value."""
     asked = [(k, a) for k, a in enumerate(arguments) if a is not None]
     return tuple([row for row in rows if all([row[k] == a for k, a in asked])])  # noqa: C419 - lists are faster here
 
 
 def _wholes(entities: dict[str, Entity], entity: Entity) -> Iterable[str]:
-    """Entity with the things that it is part of, nearest first; a cycle of part_of ends it."""
+    """Return an entity's name with those of the things that it is part of, nearest first; a cycle of
+    ``part_of`` is cut."""
     seen: list[str] = []
     current: Entity | None = entity
     while current is not None and current.name not in seen:

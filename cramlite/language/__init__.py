@@ -1,1 +1,1 @@
-"""A sentence and a scene become goals: a grammar over the words of ontologies, of things and of goal phrases."""
+"""Translation of English sentences about a scene to goals: a grammar over the words of ontologies, of thing names and of goal phrases."""

@@ -1,4 +1,4 @@
-"""Grammar of sentences: requests, wishes, conditions and what is told, in any order of their parts, joined by "and" and "then"."""
+"""Grammar of sentences: requests, wishes, conditions and statements, joined by "and" and "then", with their parts in any order."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MOST = 600
 
 
 class ClauseParser(RequestParser):
-    """Parser of one sentence.
+    """Parser of one English sentence to clauses.
 
     Args:
         words: of the sentence.
@@ -42,7 +42,7 @@ class ClauseParser(RequestParser):
         self.farthest = 0
 
     def readings(self, *, brief: bool = False) -> Iterator[Clauses]:
-        """Generate the readings of the whole sentence, the likelier ones first.
+        """Yield the ways to read the whole sentence as clauses, the more likely ones first.
 
         Args:
             brief: whether verbs may be missing everywhere: "all blocks on the tray, the drawer shut".
@@ -51,7 +51,8 @@ class ClauseParser(RequestParser):
         yield from islice(self._rest(0, (), brief), MOST)
 
     def drop(self, clauses: Clauses) -> None:
-        """Leave out all readings that begin with some clauses, which make no sense here."""
+        """Exclude all readings that begin with some clauses, after these have proved to make no sense in the
+        scene."""
         self._dropped.add(clauses)
 
     def _rest(self, at: int, before: Clauses, brief: bool) -> Iterator[Clauses]:
@@ -78,13 +79,13 @@ class ClauseParser(RequestParser):
                 yield from self._rest(behind, clauses, brief)
 
     def _separated(self, at: int) -> int:
-        """Where what follows a separator begins."""
+        """Return the position after the separators that stand at a position: commas, "and", "but"."""
         while at < len(self.words) and self.words[at] in (*english.STOPS, "and", "but"):
             at += 1
         return at
 
     def _polite(self, at: int) -> tuple[int, bool]:
-        """Start of a request, and whether it is said to come later."""
+        """Return the position after polite phrases at a position, and whether one of them says "later"."""
         start, later = at, False
         while start < len(self.words):
             found = sorted((*starts(self.words, start, english.POLITE), *starts(self.words, start, english.CLOSING)), reverse=True)
@@ -101,7 +102,8 @@ class ClauseParser(RequestParser):
         return start, later
 
     def _closed(self, at: int) -> tuple[int, ...]:
-        """Where the next clause may begin: behind a separator, or at the end."""
+        """Return the positions at which the next clause may begin: after a separator, or at the sentence's
+        end."""
         found, ends = [at], []
         while found:
             k = found.pop()
@@ -113,7 +115,8 @@ class ClauseParser(RequestParser):
         return tuple(dict.fromkeys(sorted(ends, reverse=True)))
 
     def _purposed(self, at: int) -> Iterator[int]:
-        """Where a reason, or a purpose of people, ends: "because it is in the way", "so that I can reach it"."""
+        """Yield the position after a subordinate clause of reason or purpose: "because it is in the way", "so
+        that I can reach it"."""
         aims = [e for e in starts(self.words, at, AIMS) if self.words[e : e + 1] and self.words[e] in english.PEOPLE]
         if aims or self.words[at : at + 1] in (("because",), ("since",)):
             yield next((k for k in range(at, len(self.words)) if self.words[k] in english.STOPS), len(self.words))
@@ -125,7 +128,7 @@ class ClauseParser(RequestParser):
         return self._parsed[at]
 
     def _given(self, at: int) -> Iterator[Found]:
-        """A condition, which is judged as things are: "if the drawer is open"."""
+        """Yield conditional clauses, which are checked in the present scene: "if the drawer is open"."""
         reasons = [(end, True) for end in starts(self.words, at, english.REASONS)]
         for start, told in (*reasons, *(((at + 1, False),) if self.words[at : at + 1] == ("if",) else ())):
             for theme, end in self._nouns.nouns(start):
@@ -135,7 +138,7 @@ class ClauseParser(RequestParser):
                     yield from ((replace(c, given=True, told=told, denied=denied), last) for c, last in self._predicates(theme, begin))
 
     def _swapped(self, at: int) -> Iterator[Found]:
-        """Two things that change places: "swap the can and the jug"."""
+        """Yield requests to exchange two things: "swap the can and the jug"."""
         def swap(theme: Noun) -> Clause:
             return Clause("change places", (), theme, relation="swap")
 
@@ -152,7 +155,8 @@ class ClauseParser(RequestParser):
                 yield from ((swap(theme), last) for last in starts(self.words, start, english.SWAPPED))
 
     def _named(self, at: int) -> Iterator[Found]:
-        """Things that are only named, for the words behind them: "find the cup and ...", "the cup: ..."."""
+        """Yield noun phrases without a verb, to which later pronouns refer: "find the cup and ...", "the cup:
+        ..."."""
         for start in (*starts(self.words, at, english.PREPARE), at):
             for noun, end in self._nouns.nouns(start):
                 ends = starts(self.words, end, english.WILL_DO)
@@ -160,7 +164,8 @@ class ClauseParser(RequestParser):
                     yield Clause("", (), noun), ends[0] if ends else end
 
     def _fronted(self, at: int) -> Iterator[Found]:
-        """Place before the verb: "into the basket put the soup", "on the plate goes the cup"."""
+        """Yield clauses with the place before the verb: "into the basket put the soup", "on the plate goes
+        the cup"."""
         for frame in self.frames.placing:
             for start in starts(self.words, at, frame.prepositions):
                 for place, end in self._nouns.nouns(start, joined=False):
@@ -176,7 +181,8 @@ class ClauseParser(RequestParser):
             yield from ((self._clause(frame, (), theme, place, "phrase", words), last) for theme, last in self._nouns.nouns(end))
 
     def _remnants(self, at: int, before: tuple[Clause, ...]) -> Iterator[Found]:
-        """Rests of a clause that says what the one before does of something else: "and the sauce in the tray", "but not in the bowl"."""
+        """Yield incomplete clauses that take their verb from the clause before: "and the sauce in the tray",
+        "but not in the bowl"."""
         if not before or not before[-1].phrases:
             return
         last = before[-1]
@@ -196,7 +202,8 @@ class ClauseParser(RequestParser):
                 yield from ((replace(c, denied=True), end) for c, end in self._places(frame, (), last.theme, at + 1))
 
     def _further(self, last: Clause, at: int, *, places: bool) -> Iterator[Found]:
-        """What else is said of the same things: "off the tray and into the drawer", "and in it the tin"."""
+        """Yield further clauses about the things of the clause before: "off the tray and into the drawer",
+        "and in it the tin"."""
         for begin in starts(self.words, at, english.BE):
             yield from self._predicates(last.theme, begin)
         for frame in self.frames.placing if places else ():
@@ -209,7 +216,8 @@ class ClauseParser(RequestParser):
             yield from ((self._clause(frame, self.words[at:end], last.theme), end) for end in starts(self.words, at, frame.stated))
 
     def _stated(self, at: int) -> Iterator[Found]:
-        """A state without any verb: "the drawer shut", "the mug upside down on the tray"."""
+        """Yield clauses that describe a wanted state without a verb: "the drawer shut", "the mug upside down
+        on the tray"."""
         for theme, end in self._nouns.nouns(at) if at < len(self.words) else ():
             for begin in dict.fromkeys((*self._between(end), end + (self.words[end : end + 1] == (":",)))):
                 yield from self._predicates(theme, begin)
@@ -218,14 +226,18 @@ class ClauseParser(RequestParser):
                         yield self._clause(frame, verb, theme), last
 
     def _brief(self, at: int, *, toward: bool = False) -> Iterator[Found]:
-        """A clause without a verb, "the tin into the bowl"; ``toward``: with a preposition of a destination alone."""
+        """Yield clauses of a thing and its place without a verb: "the tin into the bowl".
+
+        ``toward`` requires a preposition of motion, such as "into".
+        """
         for frame in self.frames.placing if at < len(self.words) else ():
             for theme, end in self._nouns.nouns(at) if frame.region else ():
                 if not toward or self.words[end : end + 1] in english.TOWARD:
                     yield from self._places(frame, (), theme, end)
 
     def _wished(self, at: int) -> Iterator[Found]:
-        """Wishes and passives: "the drawer should be closed", "I want the cup on the plate"."""
+        """Yield wishes and clauses in the passive: "the drawer should be closed", "I want the cup on the
+        plate"."""
         for start in starts(self.words, at, english.UNWISH):
             for theme, end in self._nouns.nouns(start):
                 for begin in (*starts(self.words, end, english.BE), end):
@@ -249,7 +261,7 @@ class ClauseParser(RequestParser):
                             yield from self._complements(frame, verb, theme, last)
 
     def _holding(self, place: Noun, at: int) -> Iterator[Found]:
-        """What a place shall hold: "the basket should contain the tin", "emptied"."""
+        """Yield clauses on what a place should contain: "the basket should contain the tin", "emptied"."""
         for start in starts(self.words, at, english.HOLDS):
             for theme, end in self._nouns.nouns(start):
                 ends = starts(self.words, end, (("on", "it"), ("in", "it"), ("inside",)))
@@ -261,7 +273,7 @@ class ClauseParser(RequestParser):
                 yield self._clause(frame, verb, self._contents(place), place, "phrase", verb), end
 
     def _after(self, at: int) -> Iterator[Found]:
-        """A subordinate clause of time: "after opening the drawer, ...", whose verb is a gerund or a participle."""
+        """Yield subordinate clauses of time with a gerund or participle: "after opening the drawer, ..."."""
         if self.words[at : at + 1] in (("by",), ("while",), *((w,) for w in TIME)):
             for k in (at + 1, at + 2, at + 3):
                 yield from self._imperative(k) if self.words[at + 1 : k] in ((), ("you",), ("having",)) else ()

@@ -1,4 +1,4 @@
-"""English as the grammar needs it: small words by their function, forms of verbs and nouns, and the split of a text into words."""
+"""English for the grammar: small words by their function, forms of verbs and nouns, and the splitting of a text into words."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _TABLES: Mapping[str, Any] = yaml.safe_load((Path(__file__).parent / "english.ya
 
 
 def _phrases(text: str) -> tuple[Words, ...]:
-    """Phrases of a table, longest first."""
+    """Return the phrases of a table's text, longest first."""
     found = {tuple(p.split()) for p in text.split("|")}
     return tuple(sorted(found, key=lambda p: (-len(p), p)))
 
@@ -35,7 +35,7 @@ def _set(name: str) -> frozenset[str]:
 
 
 def _by_word(name: str) -> dict[str, Any]:
-    """Word -> its meaning, of a table that lists the words of each meaning."""
+    """Return word -> meaning from a table that lists the words of each meaning."""
     return {word: meaning for meaning, words in _TABLES[name].items() for word in words.split()}
 
 
@@ -144,7 +144,8 @@ TOP_WORD: Words = ("on_top_of",)
 
 
 def tokens(text: str) -> Words:
-    """Split a sentence into words in lower case; commas and ends of sentences are words of their own, as is the "'s" of an owner.
+    """Split a sentence into words in lower case; commas, ends of sentences and a possessive "'s" are words of
+    their own.
 
     Phrases for "on top of" become one word.
     """
@@ -182,7 +183,7 @@ def forms(verb: str) -> tuple[str, str]:
 
 
 def singular(word: str) -> str:
-    """Return the singular of a noun; a word that is none stays as it is."""
+    """Return the singular of a noun; other words are returned unchanged."""
     if word in _PLURALS:
         return _PLURALS[word]
     if len(word) > 3 and word.endswith("ies"):
@@ -198,14 +199,14 @@ def plural(word: str) -> bool:
 
 
 def starts(words: Words, at: int, phrases: Phrases | tuple[Words, ...]) -> tuple[int, ...]:
-    """Return where the phrases that stand at a position end, longest first."""
+    """Return the end positions of the phrases that begin at a position of a sentence, longest first."""
     if isinstance(phrases, Phrases):
         return phrases.ends(words, at)
     return tuple(at + len(p) for p in phrases if words[at : at + len(p)] == p)
 
 
 def vocabulary() -> frozenset[str]:
-    """Return every word of the tables."""
+    """Return every word of the grammar's tables of English words."""
     tables = (BESIDE, AMONG, UNDER, TOP, OF, WITH, PREPARE)
     patterns = (THAT, POLITE, CLOSING, WISH, UNWISH, BE, NOT_BE, FILLERS, REPAIRS, NONE, EXCEPT, CONTRAST, ORIGIN, SWAP)
     single = (THE, ONE, EVERY, NUMBERS, ORDINALS, PRONOUNS, SIDES, SIZES, EXTRA, PLACED, STOPS, {"and", "or", "then", "by", "other"})

@@ -1,4 +1,4 @@
-"""Frames of verbs: the requests that goal phrases declare (``GoalPhrase.asked``), ready for the grammar."""
+"""Verb frames: the patterns of requests that goal phrases declare (``GoalPhrase.asked``), parsed for the grammar."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ AMOUNT = "AMOUNT"
 
 
 class Frame(Value):
-    """Frame of verbs for one goal phrase.
+    """Verb frame: the verbs and prepositions that request one goal phrase.
 
     Args:
         phrase: that is asked for.
@@ -48,7 +48,7 @@ Verb = tuple[Frame, Words, Words, int]
 
 
 class Frames:
-    """Frames of all goal phrases.
+    """Verb frames of all goal phrases.
 
     Args:
         phrases: that the plugins declare.
@@ -68,34 +68,36 @@ class Frames:
 
     @property
     def states(self) -> Mapping[str, str]:
-        """Adjectives that say that a goal phrase of one thing holds -> its form."""
+        """Adjective -> form of the goal phrase about one thing that the adjective states, such as "open"."""
         return {s[0]: f.phrase.form for f in self.unary for s in f.stated if len(s) == 1}
 
     @property
     def words(self) -> frozenset[str]:
-        """Every word that stands in a frame."""
+        """Every word that occurs in a frame."""
         found = {w for table in (self._said, self._participles) for said in table for w in said}
         found |= {w for f in self._all for v, particle in f.verbs for w in (*v, *particle)}
         return frozenset(found | {w for f in self._all for p in (*f.prepositions, *f.after, *f.stated) for w in p})
 
     def of_preposition(self, words: Words) -> tuple[GoalPhrase, ...]:
-        """Return the phrases whose place may follow a preposition."""
+        """Return the goal phrases whose place may be introduced by a preposition."""
         return tuple(dict.fromkeys(f.phrase for f in self.placing if words in f.prepositions))
 
     def verbs(self, words: Words, at: int) -> Iterator[Verb]:
-        """Generate the frames whose verb stands at a position, in its base form or as a gerund."""
+        """Yield the frames with a verb, in base form or as a gerund, that begins at a position of a
+        sentence."""
         return _verbs(self._said, words, at)
 
     def verb_ends(self, words: Words, at: int) -> tuple[int, ...]:
-        """Return where the verbs that stand at a position end, longest first."""
+        """Return the end positions of the verbs that begin at a position of a sentence, longest first."""
         return tuple(dict.fromkeys(end for _, _, _, end in self.verbs(words, at)))
 
     def preposition_ends(self, words: Words, at: int) -> tuple[int, ...]:
-        """Return where the prepositions that stand at a position end, longest first."""
+        """Return the end positions of the prepositions that begin at a position of a sentence, longest
+        first."""
         return tuple(sorted({*starts(words, at, self.prepositions), *starts(words, at, (*BESIDE, *UNDER))}, reverse=True))
 
     def participles(self, words: Words, at: int) -> Iterator[Verb]:
-        """Generate the frames whose verb stands at a position as a past participle."""
+        """Yield the frames with a verb's past participle that begins at a position of a sentence."""
         return _verbs(self._participles, words, at)
 
 
@@ -128,7 +130,7 @@ def _split(text: str) -> Words:
 
 
 def _frame(phrase: GoalPhrase, pattern: str) -> Frame:
-    """Frame of a declared pattern, e.g. "put|place THING on|onto PLACE"."""
+    """Return the frame of a declared pattern of requests, such as "put|place THING on|onto PLACE"."""
     verbs, *rest = pattern.split()
     first = next(k for k, w in enumerate(rest) if w.isupper())
     before = tuple(_split(p) for w in rest[:first] for p in w.split("|"))
@@ -150,12 +152,14 @@ PARTICLES = frozenset({"up", "on", "off", "out", "down", "open", "shut", "closed
 
 
 def _verb(text: str) -> tuple[Words, Words]:
-    """A verb with its particle, which may also stand behind the thing."""
+    """Split a verb from its particle, which may also follow the object: "turn on the stove", "turn the stove
+    on"."""
     words = tuple(text.split("_"))
     return (words[:-1], words[-1:]) if len(words) == 2 and words[1] in PARTICLES else (words, ())
 
 
 def _stated(phrase: GoalPhrase, others: tuple[Words, ...]) -> tuple[Words, ...]:
-    """Adjectives of a phrase about one thing: the words of its form, and the words behind the thing."""
+    """Return the adjectives that state a goal phrase about one thing: the words of its form, and words that
+    may follow the thing."""
     own = tuple(w for w in phrase.form.split()[1:] if not w.isupper())
     return tuple(dict.fromkeys((own, *(o for o in others if o[-1] not in _DIRECTIONS or (len(o) > 2 and o[-1] == "up")))))

@@ -1,4 +1,4 @@
-"""Labels of things: words of their names and classes, synonyms that ontologies list, colours."""
+"""Labels of things: words of their names and classes, synonyms from ontologies, and colours."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ SHAPES = {"box": "block", "cylinder": "cylinder", "sphere": "ball"}
 
 
 def normal(words: Iterable[str]) -> Words:
-    """Return words as they are compared: nouns in the singular, one word for each colour."""
+    """Normalise words for comparison: nouns become singular, and shades one word for the colour."""
     return tuple(SHADES.get(w, w) for w in map(singular, words))
 
 
 class Called(Value):
-    """Labels of an entity.
+    """Labels of one entity of the scene.
 
     Args:
         names: its own, and their ends, e.g. ("moka", "pot") and ("pot",).
@@ -45,7 +45,7 @@ class Called(Value):
 
 
 class Labels(Value, dict=True):
-    """Labels of everything in a scene.
+    """Labels of all entities of a scene.
 
     Args:
         scene: what there is.
@@ -55,22 +55,22 @@ class Labels(Value, dict=True):
 
     @cached_property
     def of(self) -> Mapping[str, Called]:
-        """Labels of each thing."""
+        """Thing name -> labels of the thing."""
         return {t.name: self._called(t.name) for t in self.scene.world.things}
 
     @cached_property
     def names(self) -> frozenset[str]:
-        """Words that are names of things."""
+        """Names of all things, in lower case."""
         return frozenset(name.lower() for name in self.of)
 
     @cached_property
     def kinds(self) -> frozenset[str]:
-        """Nouns of things that carry a number: "can" of "can 4"."""
+        """Nouns that a number follows in thing names: "can" of "can 4"."""
         return frozenset(head[-2] for c in self.of.values() for head in c.names if len(head) > 1 and head[-1].isdigit())
 
     @cached_property
     def vocabulary(self) -> frozenset[str]:
-        """Every word by which a thing, or a class of things, may be called."""
+        """Every word by which a thing or a class of things may be called."""
         named = {w for c in self.of.values() for head in (*c.names, *c.heads, *c.synonyms) for w in head}
         named |= {w for c in self.of.values() for w in c.words}
         classes = {w for label in self.scene.taxonomy.labels for w in label}
@@ -78,7 +78,11 @@ class Labels(Value, dict=True):
         return frozenset(named | classes | synonyms | set(COLOURS) | set(SHADES) | PACKAGES | GENERAL | REGIONS)
 
     def fits(self, name: str, words: Words) -> int:
-        """Return how well words name a thing: 5 by its name, 4 by its class, 3 by a wider one, 2 by a synonym, 1 by a word, 0 not."""
+        """Return how well a noun phrase's words name a thing, from 5 to 0.
+
+        5 is by the thing's name, 4 by its class, 3 by a superclass, 2 by a synonym, 1 by a single word, 0 not
+        at all.
+        """
         said, called = normal(words), self.of[name]
         if not said:
             return 5
@@ -93,29 +97,30 @@ class Labels(Value, dict=True):
         return 1 if named and self._describe(name, said) else 0
 
     def describes(self, name: str, words: Words) -> bool:
-        """Check whether adjectives are true of a thing and name all its colours."""
+        """Check whether adjectives are true of a thing and include all its colours."""
         return self._describe(name, normal(words)) and self.exact(name, words)
 
     def by_name(self, name: str, words: Words) -> bool:
-        """Check whether the colours among words are in a thing's name."""
+        """Check whether a thing's name contains all colours that are among some words."""
         own, _ = _parts(name)
         return {*normal(words)} & {*COLOURS} <= {*own}
 
     def exact(self, name: str, words: Words) -> bool:
-        """Check whether words name all colours of a thing: "the white mug" is not the white and yellow one."""
+        """Check whether words include all colours of a thing: "the white mug" is not the mug that is white
+        and yellow."""
         return not self.of[name].colours - set(normal(words))
 
     def unknown(self, words: Words) -> Words:
-        """Return the words that name nothing here or in the ontologies."""
+        """Return the words that name nothing in the scene or in the ontologies."""
         return tuple(w for w in words if not {w, singular(w)} & self.vocabulary and not re.fullmatch(r"[\d/_]+", w))
 
     def _describe(self, name: str, words: Iterable[str]) -> bool:
-        """Whether words before a noun are true of a thing, as far as is known."""
+        """Check whether words before a noun are true of a thing; an unknown colour counts as true."""
         called = self.of[name]
         return all(w in called.words or w in called.colours or w in UNCOLOURED for w in words)
 
     def _unspecific(self, name: str) -> bool:
-        """Whether neither name nor class gives the packaging of a thing."""
+        """Check whether neither name nor class of a thing tells its packaging, such as "can"."""
         called = self.of[name]
         return not any(head[-1] in PACKAGES for head in (*called.names, *called.heads))
 
@@ -143,13 +148,14 @@ class Labels(Value, dict=True):
 
 
 def _shapes(thing: Thing) -> set[Words]:
-    """Nouns for the shape of a thing that is of one shape."""
+    """Return the nouns for the shape of a movable thing with a single geom, such as "cylinder"."""
     shapes = {g.shape for g in thing.geoms if not g.part}
     return {(SHAPES[s],) for s in shapes if len(thing.geoms) == 1 and thing.movable and s in SHAPES}
 
 
 def _parts(name: str) -> tuple[Words, Words]:
-    """Words of a name for its kind, and those behind its last number: "cabinet_1_top"."""
+    """Split a thing's name into the words for its kind and those after its last number: "cabinet_1_top" gives
+    "cabinet" and "top"."""
     found = re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+", name)
     last = max((k for k, w in enumerate(found) if w.isdigit()), default=len(found))
     own, rest = found[:last], found[last:]

@@ -1,4 +1,4 @@
-"""What was named before in a sentence, and what a description of it means."""
+"""Things that earlier parts of a sentence named, and the things that a noun phrase refers to."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class Referents(Value):
-    """Things that a description means.
+    """Referents: the things that a noun phrase refers to.
 
     Args:
         said: the description.
@@ -27,12 +27,12 @@ class Referents(Value):
 
     @property
     def listed(self) -> str:
-        """Their names, as people list them."""
+        """Names of the referents as a list in words: "a, b and c"."""
         return listed([*self.names], "or" if self.some else "and")
 
 
 class Mentions(Value):
-    """Things that were named before.
+    """Things that earlier clauses of a sentence named.
 
     Args:
         themes, places: of each clause, the first one first.
@@ -51,5 +51,5 @@ class Mentions(Value):
 
     @property
     def every(self) -> frozenset[str]:
-        """Everything that was named."""
+        """Names of all things that were named so far."""
         return frozenset(thing_of(n) for group in (*self.themes, *self.places) for n in group)

@@ -1,4 +1,4 @@
-"""The grammar of descriptions: "the left bowl that is on the stove", "both mugs", "it"."""
+"""Grammar of noun phrases: "the left bowl that is on the stove", "both mugs", "it"."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ DEEP = 4
 
 
 class NounParser:
-    """Parser of the descriptions in one sentence; each position is parsed once.
+    """Parser of the noun phrases in one sentence; each position is parsed once.
 
     Args:
         words: of the sentence.
@@ -45,7 +45,7 @@ class NounParser:
         self._ends = firsts | english.STOPS | small | english.NEGATIVE | english.CONDITIONAL
 
     def nouns(self, at: int, deep: int = 0, *, joined: bool = True) -> tuple[Found, ...]:
-        """Return the descriptions that may begin at a position, the longer ones first."""
+        """Return the noun phrases that may begin at a position, the longer ones first."""
         key = at, deep, joined
         if key not in self._parsed:
             self._parsed[key] = ()  # no description begins with itself
@@ -63,7 +63,7 @@ class NounParser:
         yield from single
 
     def _joined(self, at: int, members: tuple[Noun, ...], end: int, deep: int) -> Iterator[Found]:
-        """Descriptions joined by commas, "and" and "or"."""
+        """Yield noun phrases joined by commas, "and" or "or"."""
         if any(link.relation == "except" for link in members[-1].links):
             return  # "all but the jug and the bowl"
         for word, behind in self._conjunctions(end):
@@ -131,7 +131,7 @@ class NounParser:
                 yield from ((n, last) for n, last in self._linked(at, named, end, deep) if _complete(n))
 
     def _two_sides(self, at: int, start: int, noun: Noun) -> Iterator[Found]:
-        """Two descriptions in one: "the top and bottom drawers"."""
+        """Yield the two noun phrases in one with two sides: "the top and bottom drawers"."""
         for end in self._cores(start):
             core = self.words[start:end]
             k = core.index("and") if "and" in core else 0
@@ -142,7 +142,8 @@ class NounParser:
                     yield Noun(self.text(at, end), members=members, joined="and", several=True), end
 
     def _quantified(self, at: int) -> tuple[int, Noun]:
-        """Quantity of a description, and where its words begin."""
+        """Return the position after a noun phrase's quantity, such as "all" or "two", and a noun phrase with
+        that quantity."""
         words, quantity, count, k = self.words, "", 0, at
         for end in starts(words, at, english.NONE):
             return end, Noun("", quantity="none")
@@ -160,7 +161,8 @@ class NounParser:
         return k, Noun("", quantity=quantity or "the", count=count)
 
     def _cores(self, start: int) -> Iterator[int]:
-        """Where the words that name a thing may end; "yellow and white mug" has an "and"."""
+        """Yield the positions at which the words of a name may end; "yellow and white mug" has an "and"
+        inside."""
         ends, k = [], start
         while k < len(self.words) and k - start < MOST and self.words[k] not in self._ends:
             k += 1
@@ -175,7 +177,7 @@ class NounParser:
             yield start
 
     def _named(self, noun: Noun, core: Words) -> Noun | None:
-        """Description by its words; None where they name nothing, or two sides."""
+        """Return a noun phrase with given words; None if they join two sides by "and" or name nothing."""
         k = core.index("and") if "and" in core else 0
         if k and core[k - 1] in english.SIDES:
             return None
@@ -209,7 +211,8 @@ class NounParser:
         return replace(noun, elided=elided, words=tuple(kept), sides=tuple(sides), ordinal=ordinal, size=size, other=other, several=several)
 
     def _linked(self, at: int, noun: Noun, end: int, deep: int) -> Iterator[Found]:
-        """The description with the relations that follow it, the more of them the earlier."""
+        """Yield a noun phrase with the relations that follow it, such as "on the stove"; those with more
+        relations come first."""
         if deep < DEEP and len(noun.links) < 3:
             for link, last in self._links(end, deep):
                 yield from self._linked(at, replace(noun, links=(*noun.links, link)), last, deep)
@@ -229,7 +232,8 @@ class NounParser:
             yield from self._related(begin, at, deep)
 
     def _related(self, begin: int, at: int, deep: int) -> Iterator[tuple[Link, int]]:
-        """Relations that stand behind their first words, which begin at another position, if at all."""
+        """Yield the relations that begin at a position, such as "that is on the stove"; a bare side, state or
+        colour only after "that is"."""
         if begin != at and begin < len(self.words) and self.words[begin] in english.SIDES and self.words[begin + 1 : begin + 2] != ("of",):
             yield from self._side_of(self.words[begin], begin, begin + 1, deep)
         for start in dict.fromkeys((*starts(self.words, begin, english.THAT), begin)):
@@ -244,12 +248,12 @@ class NounParser:
             yield Link("colour", self.words[begin:end]), end
 
     def _excepted(self, at: int, deep: int) -> Iterator[tuple[Link, int]]:
-        """Things that are left out: "everything except the jug"."""
+        """Yield exceptions: "everything except the jug"."""
         for start in starts(self.words, at + (self.words[at : at + 1] == (",",)), english.EXCEPT):
             yield from ((Link("except", self.words[at:start], (noun,)), end) for noun, end in self.nouns(start, deep + 1))
 
     def _alike(self, one: int, other: int) -> bool:
-        """Whether two words are adjectives that "and" joins: two colours, or two sides."""
+        """Check whether two words around an "and" are two colours or two sides."""
         both = (self.words[one], self.words[other])
         return (self._is_colour(one) and self._is_colour(other)) or all(w in english.SIDES for w in both)
 
@@ -257,7 +261,8 @@ class NounParser:
         return self.words[at] in COLOURS or self.words[at] in english.SHADES
 
     def _sides(self, at: int, deep: int) -> Iterator[tuple[Link, int]]:
-        """Positions among others: "on the left", "at the back of the table", "from the table's centre"."""
+        """Yield positions among other things: "on the left", "at the back of the table", "from the table's
+        centre"."""
         for start in starts(self.words, at, english.AMONG):
             k = start
             while k < len(self.words) and self.words[k] in ("the", "very", "far", "most", "extreme", "your", "my"):
@@ -269,7 +274,8 @@ class NounParser:
                     yield Link("side", (english.SIDES[self.words[end]], self.words[at]), (whole,)), end + 1
 
     def _wholes(self, at: int) -> Iterator[Found]:
-        """A plain description before its side: "table center", "the table's middle"."""
+        """Yield a plain noun phrase that precedes its side: "table" in "table center", "the table" in "the
+        table's middle"."""
         for end in range(at + 1, min(at + 4, len(self.words))):
             if self.words[end - 1] in self._ends:
                 return
@@ -298,7 +304,7 @@ class NounParser:
                 yield from ((Link("with", words[at:start], (noun,)), last) for last in self._on_it(end))
 
     def beside(self, at: int, deep: int = 0) -> Iterator[tuple[Link, int]]:
-        """Generate the relations that are judged by positions: "next to the plate", "between the cup and the jug"."""
+        """Yield spatial relations to other things: "next to the plate", "between the cup and the jug"."""
         if self.words[at : at + 1] == (",",):
             at += 1
         for phrase, relation in english.BESIDE.items():
@@ -307,20 +313,21 @@ class NounParser:
                     yield Link(relation, phrase, (noun,)), end
 
     def _on_it(self, at: int) -> tuple[int, ...]:
-        """Where "on it", "in it" or "inside" ends; the words before say the rest."""
+        """Return the positions after a redundant "on it", "in it" or "inside" at the end of a relation, and
+        the position itself."""
         said = tuple(tuple(text.split()) for text in ("on it", "in it", "inside", "on top", "inside it", "on_top_of it"))
         return (*starts(self.words, at, said), at)
 
     def text(self, start: int, end: int) -> str:
-        """Return the words between two positions."""
+        """Return the text of the words between two positions."""
         return spoken(self.words[start:end])
 
 
 def _complete(noun: Noun) -> bool:
-    """Whether a description names something: "the left" alone is a side."""
+    """Check whether a noun phrase can name things; "the left" alone is only a side."""
     return bool(noun.words or noun.elided or noun.other or noun.ordinal or noun.size or any(link.relation == "of" for link in noun.links))
 
 
 def spoken(words: Words) -> str:
-    """Return words as a text."""
+    """Join the words of a sentence to text."""
     return " ".join(words).replace(" 's", "'s").replace(" ,", ",").replace("on_top_of", "on top of")

@@ -1,4 +1,4 @@
-"""Sets of phrases, written as patterns: "(can|could) you [please]" stands for four."""
+"""Sets of phrases written as patterns: "(can|could) you [please]" stands for four phrases."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ END = ""
 
 
 class Phrases:
-    """Set of phrases that are looked up at a position of a sentence.
+    """Set of phrases, looked up at a position of a sentence.
 
     Args:
         patterns: alternatives stand in round brackets with bars between them, what may be missing in square ones; ``$name`` stands
@@ -32,7 +32,7 @@ class Phrases:
         tree[END] = {}
 
     def ends(self, words: Words, at: int) -> tuple[int, ...]:
-        """Return where the phrases that stand at a position end, longest first."""
+        """Return the end positions of the phrases that begin at a position of a sentence, longest first."""
         found, tree = list[int](), self._tree
         while at < len(words) and words[at] in tree:
             tree, at = tree[words[at]], at + 1
@@ -41,12 +41,12 @@ class Phrases:
 
     @property
     def firsts(self) -> frozenset[str]:
-        """First words."""
+        """First words of all phrases."""
         return frozenset(self._tree)
 
     @property
     def vocabulary(self) -> frozenset[str]:
-        """Every word."""
+        """All words of all phrases."""
         return frozenset(_words(self._tree))
 
 
@@ -56,7 +56,7 @@ def _words(tree: Tree) -> Iterator[str]:
 
 
 def expanded(pattern: str, classes: Mapping[str, str]) -> tuple[Words, ...]:
-    """Return the phrases that a pattern stands for."""
+    """Expand a pattern to the phrases that it stands for."""
     parts = [p for word in _parts(pattern) for p in (("(", *_parts(classes[word[1:]]), ")") if word.startswith("$") else (word,))]
     if any(p.startswith("$") for p in parts):
         return expanded(" ".join(parts), classes)
@@ -73,7 +73,7 @@ def _parts(text: str) -> tuple[str, ...]:
 
 
 def _alternatives(parts: list[str], at: int) -> tuple[list[Words], int]:
-    """Phrases up to a closing bracket, and where that stands."""
+    """Return the phrases of a pattern's alternatives up to a closing bracket, and the bracket's position."""
     found: list[Words] = []
     sequence: list[list[Words]] = []
     while at < len(parts) and parts[at] not in (")", "]"):

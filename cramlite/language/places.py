@@ -1,4 +1,4 @@
-"""Places that sentences ask for: a whole thing, a region of it, or a spot beside another thing."""
+"""Places that a sentence asks for: a whole thing, a region of a thing, or a spot beside another thing."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ USUAL = frozenset({"top", "inside", "bottom"})
 
 
 class Places:
-    """Places in a scene, for goal phrases with a place.
+    """Places in a scene to which the noun phrases of a sentence refer.
 
     Args:
         resolver: of descriptions.
@@ -37,7 +37,7 @@ class Places:
         self._its, self._labels = resolver, resolver.labels
 
     def at(self, noun: Noun, words: Words, phrase: GoalPhrase, themes: tuple[str, ...], mentions: Mentions) -> Referents:
-        """Return the places that a description with its preposition means, for a goal phrase.
+        """Return the places to which a preposition with a noun phrase refers, as a goal phrase needs them.
 
         Raises:
             Refusal: none is, or too many are.
@@ -83,7 +83,7 @@ class Places:
             raise
 
     def _before(self, noun: Noun, words: Words, phrase: GoalPhrase, themes: tuple[str, ...], mentions: Mentions) -> Referents:
-        """The place that a pronoun stands for: the last that suits."""
+        """Return the place to which a pronoun refers: the last one named that suits the goal phrase."""
         pairs = zip(reversed(mentions.places), reversed(mentions.themes), strict=True)
         upon = words == TOP_WORD  # "on top of it" is on what was put, not on where it was put
         groups = [g for place, theme in pairs for g in ((theme, place) if upon else (place, theme))]
@@ -98,7 +98,8 @@ class Places:
         return Referents(noun.said, (place,))
 
     def now(self, name: str) -> tuple[GoalPhrase, str]:
-        """Return where a thing is now, with the goal phrase that says so: the smallest place that is known.
+        """Return the smallest thing or region that a thing is on or in now, with the goal phrase that states
+        it.
 
         Raises:
             Refusal: nothing is known.
@@ -109,16 +110,16 @@ class Places:
             for phrase in phrases:
                 if self._its.so(phrase.meaning, name, place):
                     return phrase, place
-        raise Refusal(FALSE, f"nothing is known of what {name} is on or in")
+        raise Refusal(FALSE, f"it is not known what {name} is on or in")
 
     def _size(self, name: str) -> float:
         return self._its.space.size(name, height=False)
 
     def _origin(self, noun: Noun, phrase: GoalPhrase, themes: tuple[str, ...]) -> Referents:
-        """The place where things are now: "back where it was"."""
+        """Return the place where things are now, for "back where it was"."""
         places = {self.now(n) for n in themes}
         if len(places) != 1 or next(iter(places))[0] != phrase:
-            raise Refusal(FALSE, f"{listed([*themes], 'and')} are not at one place that '{noun.said}' could be")
+            raise Refusal(FALSE, f"{listed([*themes], 'and')} are not at a single place, so '{noun.said}' is no place for them")
         return Referents(noun.said, (places.pop()[1],))
 
     def _carrier(self, name: str) -> str:
@@ -128,7 +129,8 @@ class Places:
     # Regions
 
     def named(self, thing: str) -> dict[str, Feature]:
-        """Return the regions of a thing that have a name of their own, which speaks of no other thing."""
+        """Return the regions of a thing that have a name of their own and are not named after another
+        thing."""
         others = {w for n, c in self._labels.of.items() if n != thing for head in (*c.names, *c.heads) if len(head) == 1 for w in head}
         its = self._labels.of[thing]
         others -= {w for head in (*its.names, *its.heads) for w in head} | set(SIDES) | REGIONS
@@ -142,11 +144,11 @@ class Places:
         return found
 
     def _inward(self, feature: Feature) -> bool:
-        """Whether a region encloses its contents: it is a cavity, or an area with a height."""
+        """Check whether a region encloses its contents: it is a cavity, or an area with a height."""
         return "inside" in self._its.scene.taxonomy.fillers(feature.type, BEARS) or "height" in feature.size
 
     def _chosen(self, name: str, noun: Noun, words: Words) -> str:
-        """The region of a thing that its preposition means, or the whole thing."""
+        """Return the region of a thing to which a preposition refers, else the whole thing."""
         if words == TOP_WORD and self._carrier(name) != name:
             name = self._carrier(name)
         named = self.named(name)
@@ -173,7 +175,7 @@ class Places:
         return self._chosen(mounted[0].name, noun, ("in",)) if mounted else name
 
     def _regions(self, noun: Noun, mentions: Mentions) -> list[str]:
-        """Regions that a description names: "the right compartment of the caddy"."""
+        """Return the regions that a noun phrase names: "the right compartment of the caddy"."""
         words = [w for w in normal(noun.words) if w not in REGIONS]
         owners = [k.nouns[0] for k in noun.links if k.relation in ("of", "phrase") and k.nouns]
         generic = bool(set(normal(noun.words)) & REGIONS)
@@ -192,7 +194,8 @@ class Places:
         return found
 
     def _mounted(self, noun: Noun, wholes: list[str], sides: list[str]) -> list[str]:
-        """Places inside of parts that are mounted in things: "the top layer of the cabinet" is in its top drawer."""
+        """Return places inside of parts that are mounted in things: "the top layer of the cabinet" means its
+        top drawer."""
         parts = [t for t in self._its.scene.world.things if t.joint is not None and (t.joint.parent in wholes or t.name in wholes)]
         deep = [t.name for t in parts if any(map(self._inward, t.features))]
         inward = [n for n in deep if all(s in self._labels.of[n].words for s in sides)]
@@ -205,14 +208,14 @@ class Places:
             return []
 
     def _said(self, region: str) -> set[str]:
-        """Words by which a region may be called."""
+        """Return the words by which a region may be called."""
         own = {SIDES.get(w, w) for w in _words(region)}
         groups = self._its.scene.taxonomy.synonyms
         same = [labels for labels, _ in groups if any(len(label) == 1 and {*normal(label)} & own for label in labels)]
         return own | {w for labels in same for label in labels for w in normal(label)}
 
     def under(self, noun: Noun, themes: tuple[str, ...], mentions: Mentions) -> Referents:
-        """Return the region under the referent of a description.
+        """Return the regions under the things that a noun phrase means.
 
         Raises:
             Refusal: it has none.
@@ -223,14 +226,15 @@ class Places:
             named = self.named(name)
             low = [n for n in named if LOW & _words(n)] or [n for n, f in named.items() if "height" in f.size]
             if len(low) != 1:
-                raise Refusal(FALSE, f"under {name} is no region that a goal could name; say on, in or next to which thing it shall be")
+                raise Refusal(FALSE, f"no goal can name a place under {name}; say a thing to put it on, in or next to")
             places.append(str(EntityName(name, low[0])))
         return Referents(noun.said, tuple(places), found.some)
 
     # Beside
 
     def beside(self, link: Link, phrases: tuple[GoalPhrase, ...], theme: str, mentions: Mentions, on: str = "") -> tuple[str, str]:
-        """Return the form of a goal phrase that puts a thing beside another one, and that other's name.
+        """Return the text of a goal that puts a thing beside another thing, with PLACE filled, and the other
+        thing's name.
 
         Args:
             on: where; "" for where the other one stands.
@@ -241,12 +245,12 @@ class Places:
         relation = "next to" if link.relation in ("next to", "nearest") else link.relation
         if relation in ("between", "farthest"):
             said = f"{' '.join(link.words)} {link.nouns[0].said}"
-            raise Refusal(FALSE, f"no goal can say '{said}'; say on which thing it shall be, or next to which one")
+            raise Refusal(FALSE, f"no goal can express '{said}'; say on which thing {theme} shall be, or next to which one")
         needless = self._its.needless
         others = self._its.things(link.nouns[0], lambda n: n != theme, mentions).names
         self._its.needless = needless  # "behind the jug on the counter" says where
         if len(others) == 1 and self._its.holds(("on",), theme, others[0]) and not self._its.scene.world.thing(others[0]).movable:
-            raise Refusal(FALSE, f"{theme} is on {others[0]}, of which no goal can name a side; say next to which thing it shall be")
+            raise Refusal(FALSE, f"{theme} is on {others[0]}, and no goal can name a side of it; say next to which thing {theme} shall be")
         if len(others) != 1:
             raise Refusal(OPEN, f"'{link.nouns[0].said}' are {listed(list(others), 'and')}; say next to which one")
         other, form = others[0], _placing(phrases)
@@ -256,12 +260,13 @@ class Places:
         if not where:
             form, where = self._support(other, form)
         if not where:
-            raise Refusal(FALSE, f"nothing is known to be under {other}, so there is no place {' '.join(link.words)} it")
+            raise Refusal(FALSE, f"it is not known what {other} stands on, so there is no place {' '.join(link.words)} it")
         side = NEAR if relation == "next to" else self._its.space.side_word(relation)
         return f"{form.replace('PLACE', where)} {side} {other}", other
 
     def _region_beside(self, other: str, relation: str) -> str:
-        """A region of furniture that its name says to be beside a thing: "table/plate_right_region"."""
+        """Return a region of furniture whose name says that it is beside a thing, such as
+        "table/plate_right_region"; "" if there is none."""
         side = {"left of": "left", "right of": "right", "in front of": "front", "behind": "back", "next to": NEAR}[relation]
         called = self._labels.of[other]
         for thing in self._its.scene.world.things:
@@ -273,7 +278,8 @@ class Places:
         return ""
 
     def _support(self, name: str, form: str) -> tuple[str, str]:
-        """How and where a thing is now; else on the furniture under it."""
+        """Return where a thing is now: the goal phrase's form and the place; else the furniture below the
+        thing."""
         try:
             phrase, place = self.now(name)
             return phrase.form, place
@@ -289,7 +295,8 @@ def _words(name: str) -> set[str]:
 
 
 def _put_on(name: str, mentions: Mentions) -> str:
-    """Where a thing was put before in the sentence; "" if it was not, or not at one place."""
+    """Return the place to which an earlier clause moved a thing; "" if none did, or if there are several
+    places."""
     pairs = zip(reversed(mentions.themes), reversed(mentions.places), strict=True)
     last = next((places for themes, places in pairs if name in themes and places and name in mentions.put), ())
     return thing_of(last[0]) if len(last) == 1 else ""
@@ -300,7 +307,7 @@ def _placing(phrases: tuple[GoalPhrase, ...]) -> str:
 
 
 def meaningful(phrase: GoalPhrase, resolver: Resolver, *things: str) -> bool:
-    """Check whether a goal phrase makes sense of some things."""
+    """Check whether a goal phrase has a meaning for given things."""
     try:
         phrase.meaning(resolver.scene, *things)
     except (UserError, KeyError):

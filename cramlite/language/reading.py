@@ -1,4 +1,4 @@
-"""One reading of a sentence, as goals about the things of a scene."""
+"""Reading of a sentence: its clauses become goals about the things of a scene."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class Literal(Value):
-    """Goal that was understood, with the words that it comes from.
+    """Goal of a sentence, with the words from which it was understood.
 
     Args:
         goal: in the words of goals.
@@ -39,7 +39,7 @@ class Literal(Value):
 
 
 class _Row(NamedTuple):
-    """A goal of a clause, and the things that it is about."""
+    """Goal of one clause, with the things that it is about."""
 
     clause: Clause
     phrase: GoalPhrase
@@ -48,7 +48,10 @@ class _Row(NamedTuple):
 
 
 class Reading:
-    """One reading of a sentence, on its scene; of a brief one, where verbs are missing, what a part says of "it" is not asked for twice."""
+    """Reading of a sentence: converts its clauses to goals about a scene.
+
+    In a ``brief`` reading, where verbs may be missing, a second goal about "it" is refused.
+    """
 
     def __init__(self, resolver: Resolver, fluents: Fluents, *, brief: bool = False) -> None:
         self._brief = brief
@@ -57,20 +60,20 @@ class Reading:
         self.at = 0
 
     def literals(self, clauses: Sequence[Clause]) -> tuple[Literal, ...]:
-        """Goals of all clauses; those that a later one takes back are left out."""
+        """Return the goals of all clauses, without those that a later clause replaces."""
         found: list[_Row] = []
         for number, clause in enumerate(clauses):
             self.at = number
             stated = [replace(clause, phrases=(clause.state,), place=None, beside=None)] if clause.state is not None else []
             rows = [row for part in (clause, *stated) for row in self._clause(part)]
             if clause.told and any(OR in row.literal.goal for row in rows):
-                raise Refusal(UNREAD, f"'{clause.theme.said}' leaves open of what it is said")
+                raise Refusal(UNREAD, f"'{clause.theme.said}' leaves open about which thing the statement is")
             if clause.given:
                 self._check_given(rows)
                 continue
             for row in rows:
                 if self._brief and clause.theme.pronoun and any(f.themes == row.themes and f.clause is not row.clause for f in found):
-                    raise Refusal(FALSE, f"'{row.literal.goal}' is asked for where something else of it was said")
+                    raise Refusal(FALSE, f"'{row.literal.goal}' is asked for, after something else was asked for the same thing")
                 found = [*(f for f in found if not self._superseded(f, row, clauses, number)), row]
         if not found:
             raise Refusal(UNREAD, "it names things and asks for nothing")
@@ -78,7 +81,7 @@ class Reading:
         return tuple({row.literal.goal: row.literal for row in found}.values())
 
     def _check(self, clauses: Sequence[Clause], found: Sequence[_Row]) -> None:
-        """Refuse things that are named for nothing, and goals that cannot all hold."""
+        """Refuse clauses that name things without a request, and goals that contradict each other."""
         for clause, after in zip(clauses, (*clauses[1:], None), strict=True):
             nouns = [n for n in (after.theme, after.place, after.beside and after.beside.nouns[0]) if n] if after is not None else []
             if not (clause.phrases or clause.told or clause.relation == "swap") and not any(n.pronoun or n.elided for n in nouns):
@@ -93,14 +96,14 @@ class Reading:
                 raise Refusal(FALSE, f"'{row.literal.goal}' and '{other.literal.goal}' cannot both hold in the end")
 
     def _check_given(self, rows: Sequence[_Row]) -> None:
-        """Refuse a request whose condition does not hold."""
+        """Refuse a conditional request ("if ...") whose condition does not hold."""
         for row in rows:
             meaning = self._meaning(row._replace(clause=replace(row.clause, denied=False)))
             if OR in row.literal.goal or meaning is None or self._its.true(meaning) == row.clause.denied:
                 raise Refusal(ABSENT, f"the condition '{row.literal.goal}' does not hold, so nothing is asked for")
 
     def _swapped(self, clause: Clause) -> list[_Row]:
-        """Goals of two things that change places."""
+        """Return the goals of two things that exchange their places."""
         themes = self._its.things(clause.theme, lambda n: self._its.scene.world.thing(n).movable, self._mentions)
         if len(themes.names) != 2 or themes.some:
             raise Refusal(OPEN, f"'{clause.theme.said}' is {themes.listed}; say which two things change places")
@@ -145,16 +148,18 @@ class Reading:
         return self._spots(clause, themes)
 
     def _without_carried(self, clause: Clause, themes: Referents) -> Referents:
-        """Themes of a pronoun, without those that were put onto another of them before."""
+        """Return the things that a pronoun refers to, without those that an earlier clause put onto one of
+        the others."""
         before = zip(self._mentions.themes, self._mentions.places, strict=True)
         put = {t for group, places in before for t in group if {*places} & {*themes.names}}
         left = tuple(n for n in themes.names if n not in put)
         return replace(themes, names=left) if clause.theme.pronoun and left else themes
 
     def _paired(self, clause: Clause, place: Noun) -> list[_Row]:
-        """Goals of things that have a place each: "the tin and the can in the drawer and the basket, respectively"."""
+        """Return the goals of things with a place each: "the tin and the can in the drawer and the basket,
+        respectively"."""
         if len(clause.theme.members) != len(place.members) or not place.members:
-            raise Refusal(OPEN, f"'{clause.theme.said}' and '{place.said}' are not as many; say which thing goes where")
+            raise Refusal(OPEN, f"'{clause.theme.said}' and '{place.said}' are different numbers of things; say which thing goes where")
         pairs = zip(clause.theme.members, place.members, strict=True)
         return [row for theme, at in pairs for row in self._clause(replace(clause, theme=theme, place=at, paired=False))]
 
@@ -175,7 +180,7 @@ class Reading:
 
     def _placed(self, clause: Clause, phrase: GoalPhrase, themes: Referents, places: Referents) -> list[_Row]:
         if clause.words and " ".join(clause.words) in _OPEN_WAYS and not phrase.suits(self._its.scene, themes.names[0], places.names[0]):
-            raise Refusal(UNREAD, f"'{clause.said}' is said of another kind of place")
+            raise Refusal(UNREAD, f"'{clause.said}' does not go with a place such as {places.names[0]}")
         if len(places.names) > 1 and places.some != 1:
             raise Refusal(OPEN, f"'{places.said}' are {listed(list(places.names), 'and')}; say which thing goes where")
         themes = self._from_there(clause, phrase, themes, places)
@@ -191,7 +196,10 @@ class Reading:
         return self._rows(clause, phrase, goals, themes.some, tuple(origins))
 
     def _from_there(self, clause: Clause, phrase: GoalPhrase, themes: Referents, places: Referents) -> Referents:
-        """Themes, of "all" those that are where they are to be taken from; refuse to take things from where none is, or was put before."""
+        """Return the things to be taken from a place; with "all" only those that are there.
+
+        Refuse things that are not there, unless the sentence put them there before.
+        """
         if not meaningful(phrase, self._its, themes.names[0], places.names[0]):
             return themes
         condition = phrase.meaning(self._its.scene, themes.names[0], places.names[0])
@@ -206,7 +214,7 @@ class Reading:
         return themes
 
     def _spots(self, clause: Clause, themes: Referents) -> list[_Row]:
-        """Goals beside or under things."""
+        """Return goals with a place beside or under things."""
         assert clause.place is not None
         phrase = clause.phrases[0]
         if clause.relation == "under":
@@ -236,14 +244,15 @@ class Reading:
         if not goals:
             raise Refusal(FALSE, f"'{clause.theme.said}' cannot be brought to itself")
         if clause.denied and (some or any(OR in goal for _, goal in goals)):
-            raise Refusal(OPEN, f"'{clause.theme.said}' leaves open which of several things it shall not be; name them")
+            raise Refusal(OPEN, f"'{clause.theme.said}' leaves open for which of several things the goal is denied; name the things")
         if some:
             goal = OR.join(g for _, g in goals) if some == 1 else self._number(clause, goals, some)
             return [_Row(clause, phrase, tuple(t for t, _ in goals), Literal(goal, kept))]
         return [_Row(clause, phrase, (theme,), Literal(goal, kept)) for theme, goal in goals]
 
     def _number(self, clause: Clause, goals: Sequence[tuple[str, str]], some: int) -> str:
-        """Goal for so many of several things: of a class that has no others."""
+        """Return the goal for a number of things of one class: "two cans on the tray"; the class must have no
+        other things."""
         scene, themes = self._its.scene, {theme for theme, _ in goals}
         others = {t.name for t in scene.world.things} - themes
         class_ = scene.types[next(iter(sorted(themes)))]
@@ -253,7 +262,7 @@ class Reading:
         return f"{some} of {class_.rpartition(':')[2]}{rests.pop()}"
 
     def _said(self, phrase: GoalPhrase, things: tuple[str, ...]) -> str:
-        """The goal in words, if it makes sense of these things."""
+        """Return the goal in words; refuse things for which the goal phrase has no meaning."""
         try:
             phrase.meaning(self._its.scene, *things)
         except (UserError, KeyError) as error:
@@ -270,14 +279,15 @@ class Reading:
         self._mentions = Mentions((*its.themes, themes), (*its.places, places), words, its.earlier, frozenset(put), some)
 
     def _whole(self, name: str, clause: Clause) -> str:
-        """The thing that was named, where a part of it was meant: of "the stove" the knob."""
+        """Return the name of the thing that the sentence named, if one of the thing's parts is meant: the
+        stove, for its knob."""
         joint, labels = self._its.scene.world.thing(name).joint, self._its.labels
         carrier = joint.parent if joint is not None and joint.parent in labels.of else name
         named = clause.theme.words
         return carrier if named and labels.fits(carrier, named) > labels.fits(name, named) else name
 
     def _superseded(self, before: _Row, row: _Row, clauses: Sequence[Clause], number: int) -> bool:
-        """Whether a goal was only a means, or is taken back by what comes later."""
+        """Check whether an earlier goal is only a step on the way, or is replaced by a later one."""
         if before.themes != row.themes or before.clause is row.clause:
             return False
         one, other = (self._meaning(r) for r in (before, row))
@@ -296,7 +306,7 @@ class Reading:
         return True
 
     def _meaning(self, row: _Row) -> GoalCondition | None:
-        """State that a goal asks for; None where it leaves something open."""
+        """Return the state that a goal requires; None for a denial, an alternative or a free choice."""
         if row.clause.denied:
             return None
         names = [w for w in row.literal.goal.split() if thing_of(w) in self._its.scene.types]

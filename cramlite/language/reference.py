@@ -1,4 +1,4 @@
-"""Descriptions become things of the scene; an ambiguous or empty one is refused with candidates and numbers."""
+"""Resolution of noun phrases to things of the scene; an ambiguous or empty one is refused with the candidates."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ FILTERS = ("phrase", "of", "with", "under", "state", "colour", "left of", "right
 
 
 class Resolver:
-    """Resolver of descriptions in one scene.
+    """Resolver of noun phrases to things of one scene.
 
     Args:
         scene: what there is.
@@ -48,7 +48,7 @@ class Resolver:
         self.needless = 0
 
     def things(self, noun: Noun, about: About, mentions: Mentions) -> Referents:
-        """Return the things that a description means.
+        """Return the things that a noun phrase means.
 
         Args:
             about: whether a thing can be meant at all.
@@ -71,7 +71,7 @@ class Resolver:
         return self._counted(noun, before if one else found)
 
     def pool(self, noun: Noun, about: About, mentions: Mentions) -> list[str]:
-        """Return all things that a description may mean.
+        """Return all things that a noun phrase may mean.
 
         Raises:
             Refusal: there is none.
@@ -91,13 +91,14 @@ class Resolver:
         return self._placed(found, noun, mentions)
 
     def holds(self, preposition: Words, thing: str, place: str) -> bool:
-        """Check whether a thing is at a place, by the goal phrases of a preposition; contents of a part are contents of the whole."""
+        """Check whether a thing is at a place in the sense of a preposition; contents of a part are contents
+        of the whole."""
         mounted = [t.name for t in self.scene.world.things if t.joint is not None and t.joint.parent == place]
         phrases, wheres = self.frames.of_preposition(preposition), [at for at in (place, *mounted) if at != thing]
         return any(self.so(p.meaning, thing, at) for p in phrases for at in wheres)
 
     def so(self, meaning: Callable[..., object], *things: str) -> bool:
-        """Check whether the state of a goal phrase holds now."""
+        """Check whether the state that a goal phrase means holds in the present scene."""
         from ..interpretation.fluents import GoalCondition
 
         try:
@@ -107,18 +108,18 @@ class Resolver:
         return isinstance(asked, GoalCondition) and (bool(asked.needs) or len(things) == 1) and self.true(asked)
 
     def true(self, asked: GoalCondition) -> bool:
-        """Check whether what a condition asks for holds now."""
+        """Check whether a goal condition holds in the present scene; False if it requires no fact."""
         positive = asked.needs or asked.shown
         return bool(positive) and positive <= self.facts
 
     def anywhere(self, thing: str, place: str) -> bool:
-        """Check whether a thing is at a place, by any preposition."""
+        """Check whether a thing is at a place in the sense of any preposition."""
         return any(self.holds(p, thing, place) for p in self.frames.prepositions)
 
     # By words
 
     def _called(self, noun: Noun, about: About, mentions: Mentions) -> list[str]:
-        """Things by the words of a description."""
+        """Return the things that fit the words of a noun phrase."""
         every = [n for n in self.labels.of if not (noun.other and n in mentions.every)]
         if not noun.words:
             words = mentions.words[-1:] if noun.other else mentions.words
@@ -138,7 +139,7 @@ class Resolver:
         raise self._unknown(noun, [n for n in every if fits[n]])
 
     def _layers(self, noun: Noun, about: About, mentions: Mentions) -> list[str]:
-        """Parts of the referent of a description: "the top layer of the cabinet" is a drawer."""
+        """Return parts of the things that a noun phrase means: "the top layer of the cabinet" is a drawer."""
         owners = [n for k in noun.links if k.relation == "of" for n in self.pool(k.nouns[0], _anything, mentions)]
         found = [n for n in owners if about(n) and self.scene.world.thing(n).joint is not None] or self._parts(owners, about)
         if not found:
@@ -146,13 +147,13 @@ class Resolver:
         return found
 
     def _parts(self, wholes: Iterable[str], about: About) -> list[str]:
-        """Parts of things on a joint that can be meant: of a stove its knob."""
+        """Return the parts on joints of some things, such as a stove's knob, that suit the request."""
         inside = set(wholes)
         return [t.name for t in self.scene.world.things if t.joint is not None and t.joint.parent in inside and about(t.name)]
 
     def _unknown(self, noun: Noun, unsuited: list[str]) -> Refusal:
         if unsuited:
-            return Refusal(FALSE, f"'{noun.said}' is {listed(unsuited)}, of which this cannot be asked")
+            return Refusal(FALSE, f"'{noun.said}' is {listed(unsuited)}, for which the request makes no sense")
         words = self.labels.unknown(noun.words)
         alike = [n for n in self.labels.of if self.labels.fits(n, noun.words[-1:])]
         if alike and not self.labels.unknown(noun.words[-1:]):
@@ -171,7 +172,7 @@ class Resolver:
     # By relations
 
     def _related(self, names: list[str], link: Link, mentions: Mentions) -> list[str]:
-        """Given things that are in a relation to others."""
+        """Return those of some things that are in a relation to others, such as "on the stove"."""
         if link.relation == "colour":
             return [n for n in names if self.labels.describes(n, link.words)]
         if link.relation == "state":
@@ -189,20 +190,20 @@ class Resolver:
         return [n for n in names if any(self._relates(n, o, link) if n != o else link.relation == "of" for o in others)]
 
     def _without(self, names: list[str], link: Link, mentions: Mentions) -> list[str]:
-        """Things without those that are left out, which must be among them."""
+        """Return some things without the excepted ones, which must be among them."""
         left_out = self.things(link.nouns[0], lambda n: n in names, mentions)
         if not {*left_out.names} <= {*names}:
             raise Refusal(FALSE, f"'{link.nouns[0].said}' is {left_out.listed}, which is not among {listed(names, 'and')}")
         return [n for n in names if n not in left_out.names]
 
     def _having(self, names: list[str], noun: Noun) -> list[str]:
-        """Those of some things that have a feature, such as a hole."""
+        """Return those of some things that have a feature, such as a hole."""
         word = noun.words[-1:]
         its = {n: self.scene.world.thing(n).features for n in names}
         return [n for n, features in its.items() if word and any(word[0] in words_of(local_name(f.type)) for f in features)]
 
     def _hollow(self, place: str) -> bool:
-        """Whether there is something inside of a place, for its own features or for those of its parts."""
+        """Check whether a place has a cavity, its own or that of a mounted part."""
         world = self.scene.world
         parts = (t for t in world.things if t.name == place or (t.joint is not None and t.joint.parent == place))
         return any("inside" in self.scene.taxonomy.fillers(f.type, BEARS) for t in parts for f in t.features)
@@ -242,12 +243,12 @@ class Resolver:
 
     def _gaps(self, names: list[str], others: Sequence[str], link: Link) -> str:
         said = [f"{n} is {1000 * self.space.gap(n, o):.0f} mm from {o}" for n in names for o in others if n != o]
-        return f"{listed(said, 'and')}; 'next to' is said up to 350 mm" if said else f"nothing is {' '.join(link.words)} it"
+        return f"{listed(said, 'and')}; 'next to' means at most 350 mm" if said else f"nothing is {' '.join(link.words)} it"
 
     # By position among others
 
     def _placed(self, names: list[str], noun: Noun, mentions: Mentions) -> list[str]:
-        """Given things that a size, a side or an ordinal picks."""
+        """Return those of some things that a size, a side or an ordinal selects."""
         if noun.size:
             names = self._sized(names, noun)
         sides = [(s, None) for s in noun.sides] + [(k.words[0], k) for k in noun.links if k.relation == "side"]
@@ -266,7 +267,8 @@ class Resolver:
         return names
 
     def _numbered(self, names: list[str], ordinal: int) -> list[str]:
-        """The thing whose name has the number of an ordinal, where all have one."""
+        """Return the thing whose name has a given number: can 2 for "the second can"; empty unless all names
+        have numbers."""
         numbers = {n: {h[-1] for h in self.labels.of[n].names if len(h) > 1 and h[-1].isdigit()} for n in names}
         return [n for n in names if str(ordinal) in numbers[n]] if all(numbers.values()) else []
 
@@ -304,7 +306,7 @@ class Resolver:
         return found
 
     def _on_whole(self, names: list[str], noun: Noun, link: Link, mentions: Mentions) -> tuple[list[str], str]:
-        """Things on the referent of a side: "on the left side of the table"."""
+        """Return the things that are on the thing whose side is named: "on the left side of the table"."""
         wholes = self.pool(link.nouns[0], _anything, mentions)
         found = [n for n in names if any(n != w and self.space.gap(n, w) == 0 for w in wholes)]
         if not found:
@@ -319,7 +321,7 @@ class Resolver:
             return Referents(noun.said, tuple(names), some=int(len(names) > 1))
         if noun.quantity in ("all", "none") or (noun.quantity == "the" and noun.several):
             if len(names) == 1 and noun.several and not noun.elided and self._one(noun, names[0]):
-                raise Refusal(FALSE, f"'{noun.said}' are several, but there is only {self.space.place(names[0])}")
+                raise Refusal(FALSE, f"'{noun.said}' is a plural, but there is only {self.space.place(names[0])}")
             if (count and len(names) != count) or (noun.quantity == "all" and count == 2 and len(names) != 2):
                 places = listed([self.space.place(n) for n in names], "and")
                 raise Refusal(FALSE, f"'{noun.said}' are {count}, but there are {len(names)}: {places}")
@@ -333,11 +335,11 @@ class Resolver:
         return Referents(noun.said, tuple(names))
 
     def _one(self, noun: Noun, name: str) -> bool:
-        """Whether what is said in the plural is one thing, whose own name is not in the plural."""
+        """Check whether a plural may mean a single thing: its noun is not in the thing's name."""
         return bool(noun.words) and noun.words != ANYTHING and noun.words[-1] not in name.lower()
 
     def which(self, noun: Noun, names: list[str]) -> str:
-        """Question which of several things is meant, with the properties that would tell them apart."""
+        """Return a question which of several things is meant, with a property that tells one apart."""
         kind = noun.words[-1] if noun.words else "one"
         tell = [s for s in ("left", "right", "front", "back", "top", "bottom") if len(self.space.most(names, s)) == 1]
         said = f"'the {tell[0]} {singular(kind)}'" if tell else f"its name, '{names[0]}'"
@@ -345,7 +347,7 @@ class Resolver:
         return f"'{noun.said}' may be {places}; say {said}" + (f", as seen from {self.space.view.name}" if tell else "")
 
     def _meant_before(self, noun: Noun, about: About, mentions: Mentions) -> Referents:
-        """Things that a pronoun stands for: the last that it can be said of."""
+        """Return the things that a pronoun refers to: the last ones named that suit the request."""
         def known(group: tuple[str, ...]) -> tuple[str, ...]:
             wholes = tuple(dict.fromkeys(map(thing_of, group)))
             return wholes if all(map(about, wholes)) else tuple(self._parts(wholes, about))
@@ -365,7 +367,7 @@ class Resolver:
             single = [g for g in groups if len(g) == 1]
             found = single[0] if single else ()
         if not found or (noun.count and len(found) != noun.count):
-            raise Refusal(OPEN, f"'{noun.said}' stands for nothing that was named before and that this could be asked of; name it")
+            raise Refusal(OPEN, f"'{noun.said}' refers to nothing named before for which the request makes sense; name the thing")
         return Referents(noun.said, found)
 
 
@@ -374,7 +376,7 @@ def _anything(_name: str) -> bool:
 
 
 def _unpacked(noun: Noun) -> Noun:
-    """A description by its packaging, as one of the product: "a can of soup"."""
+    """Return a noun phrase of a packaging as one of the packaged product: "a can of soup" means a soup."""
     if not noun.words or singular(noun.words[-1]) not in PACKAGES or singular(noun.words[-1]) in REGIONS:
         return noun
     for k, link in enumerate(noun.links[:1]):

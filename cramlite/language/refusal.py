@@ -1,4 +1,4 @@
-"""Reasons why a description, or a whole sentence, is not understood."""
+"""Refusals: reasons why a noun phrase or a whole sentence is not understood."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ otherwise than the sentence says; things are not where they are to be taken from
 
 
 class Refusal(Exception):
-    """Reading that was dropped.
+    """Refusal of one reading of a sentence.
 
     Args:
         rank: how far it came.
@@ -21,5 +21,5 @@ class Refusal(Exception):
 
 
 def listed(names: list[str], joined: str = "or") -> str:
-    """Return names as people list them: "a, b or c"."""
+    """Join names to a list in words: "a, b or c"."""
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} {joined} {names[-1]}" if names else "none"

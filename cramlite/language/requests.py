@@ -1,4 +1,4 @@
-"""Grammar of a request: a verb with its things and places, or what is said of a thing."""
+"""Grammar of a request: a verb with its things and places, or a statement about a thing."""
 
 from __future__ import annotations
 
@@ -39,7 +39,8 @@ class RequestParser:
         self._nouns = NounParser(words, frames.prepositions, frames.states, names)
 
     def _contrasted(self, at: int) -> Iterator[int]:
-        """Where ends what is said not to be meant: "on the tray, not in the basket", "the red block, not the blue one"."""
+        """Yield the position after a contrast, whose words are not meant: "not in the basket" in "on the
+        tray, not in the basket"."""
         for start in starts(self.words, at, english.CONTRAST):
             stated = [f.stated for f in self.frames.unary]
             yield from (end for way in stated for end in starts(self.words, start, way))
@@ -68,7 +69,8 @@ class RequestParser:
             yield from self._nouns.nouns(start)
 
     def _converse(self, frame: Frame, verb: Words, at: int) -> Iterator[Found]:
-        """The place as the object of the verb: "empty the drawer", "fill the basket with tins"."""
+        """Yield requests whose verb has the place as its object: "empty the drawer", "fill the basket with
+        tins"."""
         several = len({f.phrase for f, *_ in self.frames.verbs(verb, 0) if f.converse and f.after}) > 1
         words = ("to",) if several else verb  # "fill" leaves open whether it is in or on the place
         for place, end in self._nouns.nouns(at):
@@ -79,14 +81,14 @@ class RequestParser:
                 yield self._clause(frame, verb, self._contents(place), place, "phrase", verb), end
 
     def _purpose(self, theme: Noun, at: int) -> Iterator[Found]:
-        """Purpose of a move of a theme: "turn the cup so that it is upside down"."""
+        """Yield states given as the purpose of a move: "turn the cup so that it is upside down"."""
         for start in starts(self.words, at + (self.words[at : at + 1] == ("over",)), AIMS):
             for stands, end in self._nouns.nouns(start):
                 for begin in starts(self.words, end, english.BE) if stands.pronoun else ():
                     yield from self._predicates(theme, begin)
 
     def _complements(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
-        """Complements behind a verb and its theme."""
+        """Yield the clauses that the words after a verb and its object complete."""
         if frame.amount:
             yield from self._amounts(frame, verb, theme, at)
         elif frame.place:
@@ -99,7 +101,7 @@ class RequestParser:
             yield from ((self._clause(frame, (*verb, *a), theme), end) for a in frame.after for end in starts(self.words, at, (a,)))
 
     def _posed(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
-        """Places with a state before or behind them: "upside down on the tray"."""
+        """Yield places with a state before or after them: "upside down on the tray"."""
         for unary in self.frames.unary:
             for begin in starts(self.words, at, unary.stated) if self.words[at : at + 1] and self.words[at] not in english.PLACED else ():
                 yield from ((replace(c, state=unary.phrase), end) for c, end in self._places(frame, verb, theme, begin))
@@ -108,7 +110,8 @@ class RequestParser:
                 yield from ((replace(clause, state=unary.phrase), end) for end in starts(self.words, last, unary.stated))
 
     def _between(self, at: int) -> tuple[int, ...]:
-        """Where a place may begin behind its theme: adverbs, commas and "down", "back" may be between."""
+        """Return the positions after a verb's object at which a place may begin; adverbs and commas may be
+        skipped."""
         ends = [at]
         if self.words[at : at + 1] == (",",):
             ends.append(at + 1)
@@ -141,7 +144,7 @@ class RequestParser:
                 yield self._clause(frame, verb, theme, place, "under", self.words[at:start]), end
 
     def _adverbs(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
-        """Adverbs in the place of a place: "put the cup inside", "there", "on top"."""
+        """Yield clauses with an adverb as the place: "put the cup inside", "there", "on top"."""
         for text, word in THERE:
             phrase = tuple(text.split())
             end = at + len(phrase)
@@ -155,7 +158,7 @@ class RequestParser:
             yield self._clause(frame, verb, theme, Noun(word, (word,)), "phrase", ("on",)), at + 1
 
     def _place_first(self, frame: Frame, verb: Words, at: int) -> Iterator[Found]:
-        """Imperatives with the place first: "put on the plate the cup"."""
+        """Yield imperatives with the place before the object: "put on the plate the cup"."""
         for start in starts(self.words, at, frame.prepositions):
             for place, end in self._nouns.nouns(start, joined=False):
                 for theme, last in self._nouns.nouns(end):
@@ -176,7 +179,8 @@ class RequestParser:
         return Noun(f"everything in {place.said}", english.ANYTHING, "all", links=(Link("at", (), (place,)),))
 
     def _predicates(self, theme: Noun, at: int) -> Iterator[Found]:
-        """Predicate of a theme: "open", "on the plate", "put into the basket"."""
+        """Yield the predicates that may be stated about a thing: "open", "on the plate", "put into the
+        basket"."""
         begins = [at, at + 1] if at < len(self.words) and self.words[at] in english.PLACED else [at]
         for begin in begins:
             if self.words[begin : begin + 1] == ("from",):

@@ -1,4 +1,4 @@
-"""A sentence becomes goals: every reading of the grammar is tried on the scene; the only one that makes sense is understood."""
+"""Understanding of sentences: every reading of the grammar is tried on the scene, and the only one that makes sense is taken."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ LONGEST = 60
 
 
 class Understood(Value):
-    """Sentence with the goals that it was understood as.
+    """Sentence with the goals as which it was understood.
 
     Args:
         sentence: as it was said.
@@ -41,12 +41,12 @@ class Understood(Value):
 
     @property
     def goals(self) -> tuple[str, ...]:
-        """Goals in the words of goals."""
+        """Goals in the goal language, each once."""
         return tuple(dict.fromkeys(one.goal for one in self.literals))
 
 
 class NotUnderstood(UserError):
-    """Sentence that is not understood: ambiguous, false of the scene, or in words that are not known.
+    """Refusal of a sentence that is not understood: ambiguous, untrue in the scene, or with unknown words.
 
     Args:
         text: what there is, and what to say.
@@ -60,7 +60,7 @@ class NotUnderstood(UserError):
 
 
 def understand(sentence: str, scene: SymbolicWorld, fluents: Fluents, view: str = "") -> Understood:
-    """Understand a sentence in a scene.
+    """Return the goals that a sentence means in a scene.
 
     Args:
         fluents: with the goal phrases.
@@ -90,7 +90,8 @@ def understand(sentence: str, scene: SymbolicWorld, fluents: Fluents, view: str 
 def _meanings(
     parsers: Sequence[ClauseParser], resolver: Resolver, fluents: Fluents, refused: list[Refusal], *, brief: bool = False
 ) -> dict[tuple[str, ...], tuple[Literal, ...]]:
-    """Goals -> these with their origins, of the readings that make sense; the others' refusals are appended.
+    """Return the goals of each reading that makes sense, with the words they come from; append the other
+    readings' refusals.
 
     A description says no more than it takes to tell a thing apart: of several readings, those with the fewest needless relations.
     """
@@ -110,7 +111,7 @@ def _meanings(
 
 
 def _viewed(words: english.Words, view: str) -> tuple[english.Words, str]:
-    """The words without those that name a view, and that view."""
+    """Remove the words that name a view, such as "from the camera", and return that view."""
     for name, phrases in english.VIEWS.items():
         for k in range(len(words)):
             for end in english.starts(words, k, phrases):
@@ -119,7 +120,7 @@ def _viewed(words: english.Words, view: str) -> tuple[english.Words, str]:
 
 
 def _without_phrases(words: english.Words) -> english.Words:
-    """The words without those that are only polite: "whenever you are ready"."""
+    """Return the words without polite phrases: "whenever you are ready"."""
     left, k = list[str](), 0
     while k < len(words):
         ends = (*english.starts(words, k, english.POLITE), *english.starts(words, k, english.CLOSING))
@@ -139,10 +140,11 @@ def _check_words(sentence: str, words: english.Words) -> None:
 
 
 def _refusal(sentence: str, words: english.Words, parser: ClauseParser, resolver: Resolver, refused: Sequence[Refusal]) -> NotUnderstood:
-    """The reason of the reading that came farthest; of those that were not read through, the words that deny."""
+    """Return the refusal of the reading that came farthest; if the sentence denies something, a refusal about
+    that."""
     denied = [w for w in words if w in english.NEGATIVE]
     if denied and not any(r.rank == OPEN for r in refused):
-        said = f"'{sentence}' says what shall not be ('{denied[0]}')"
+        said = f"'{sentence}' says what shall not hold ('{denied[0]}')"
         advice = "say what shall hold instead, or 'the tin should not be on the tray'."
         return NotUnderstood(f"{said}; {advice}")
     if refused:

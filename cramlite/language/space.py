@@ -25,7 +25,7 @@ Plane = tuple[float, float]
 
 
 class View(Value):
-    """View from which left and right are told.
+    """View of an observer, from which left, right, front and back are judged.
 
     Args:
         name: of it, for people: "the robot", "the camera".
@@ -38,7 +38,9 @@ class View(Value):
 
 
 def view_of(world: World, name: str = "") -> View:
-    """Return a view by its name: "robot", "camera", or "x, y", a point of the world [m]; by default a fixed camera's, else the robot's.
+    """Return the view named "robot", "camera", or "x, y" (a point of the world [m]).
+
+    Without a name it is that of a fixed camera, else the robot's.
 
     Raises:
         UserError: there is no such view.
@@ -72,7 +74,7 @@ def centre(box: Box) -> tuple[float, float, float]:
 
 
 class Space:
-    """Places of things, for a view.
+    """Positions of things as a view sees them.
 
     Args:
         world: with the things at their believed poses.
@@ -86,19 +88,20 @@ class Space:
         self._loose = [t.name for t in world.things if t.movable and t.joint is None and t.geoms]
 
     def along(self, name: str, side: str) -> float:
-        """Return how far a thing is to a side: "left", "right", "front", "back", "top" or "bottom" [m]."""
+        """Return the coordinate of a thing's centre towards a side ("left", "right", "front", "back", "top"
+        or "bottom") [m]."""
         x, y, z = centre(self._boxes[name])
         right = x * self.view.right[0] + y * self.view.right[1]
         away = x * self.view.away[0] + y * self.view.away[1]
         return {"right": right, "left": -right, "back": away, "front": -away, "top": z, "bottom": -z}[side]
 
     def place(self, name: str) -> str:
-        """Say where a thing is, for people."""
+        """Return a thing's name with its position, for people."""
         x, y, _ = self._at[name] if name in self._loose else centre(self._boxes[name])
         return f"{name} at ({x:.2f}, {y:.2f}) m"
 
     def below(self, name: str, furniture: Sequence[str]) -> str:
-        """Return the highest furniture that a thing stands over; "" for none."""
+        """Return the highest furniture that is below a thing; "" if there is none."""
         x, y, _ = centre(self._boxes[name])
         floor = self._boxes[name][0][2] + MARGIN
         found = [
@@ -114,16 +117,17 @@ class Space:
         return math.hypot(*beside)
 
     def apart(self, one: str, other: str) -> float:
-        """Return the distance between the middles of two things, seen from above [m]."""
+        """Return the horizontal distance between the centres of two things [m]."""
         return math.dist(centre(self._boxes[one])[:2], centre(self._boxes[other])[:2])
 
     def most(self, names: Sequence[str], side: str) -> list[str]:
-        """Return the things that are farthest to a side, with those that come within the margin of the farthest."""
+        """Return the things farthest to a side: the farthest and all within ``MARGIN`` of it."""
         far = {n: self.along(n, side) for n in names}
         return [n for n in names if far[n] > max(far.values()) - MARGIN]
 
     def middle(self, names: Sequence[str]) -> list[str]:
-        """Return the things in the middle of an odd number of them, first in the direction in which they are spread most."""
+        """Return the middle one of an odd number of things, along the direction in which they are spread
+        most."""
         if len(names) % 2 == 0 or len(names) < 3:
             return []
         spread = {side: max(v) - min(v) for side in ("right", "back", "top") for v in ([self.along(n, side) for n in names],)}
@@ -135,13 +139,14 @@ class Space:
         return list(names)
 
     def nearest(self, names: Sequence[str], other: str, *, far: bool = False) -> list[str]:
-        """Return the things that are nearest to another, with those within the margin of the nearest; or the farthest ones."""
+        """Return the things nearest to another thing (or farthest from it), with all within ``MARGIN`` of the
+        nearest."""
         sign = -1.0 if far else 1.0
         off = {n: sign * self.apart(n, other) for n in names}
         return [n for n in names if off[n] < min(off.values()) + MARGIN]
 
     def from_observer(self, names: Sequence[str], *, robot: bool, far: bool) -> list[str]:
-        """Return the things that are nearest to, or farthest from, the robot's base, or the observer."""
+        """Return the things nearest to the robot's base or to the observer; with ``far`` the farthest."""
         if not robot:
             return self.most(names, "back" if far else "front")
         x, y, _ = self._base.inverse().position
@@ -149,7 +154,8 @@ class Space:
         return [n for n in names if off[n] < min(off.values()) + MARGIN]
 
     def is_at(self, name: str, side: str) -> bool:
-        """Check whether the only thing of its kind is on a side of all that can be moved, or in their middle."""
+        """Check whether a thing is clearly on a side of all movable things, or in their middle, so that "the
+        left mug" fits an only mug."""
         if side in ("top", "bottom"):
             return True
         if side == "middle":
@@ -157,7 +163,8 @@ class Space:
         return self._off(name, side) > ASIDE
 
     def _off(self, name: str, side: str) -> float:
-        """How far a thing is to a side of the middle of all, as a share of their spread."""
+        """Return how far a thing is from the middle of all movable things towards a side, as a share of their
+        extent."""
         every = [self.along(n, side) for n in {*self._loose, name}]
         low, high = min(every), max(every)
         return (self.along(name, side) - (low + high) / 2) / max(high - low, 1e-9)
@@ -181,13 +188,14 @@ class Space:
         return 0.1 < share < 0.9 and aside < long / 2
 
     def size(self, name: str, *, height: bool) -> float:
-        """Return the height of a thing [m], or the largest side of its box."""
+        """Return the height of a thing, or the cube root of its box's volume [m]."""
         low, high = self._boxes[name]
         sides = [b - a for a, b in zip(low, high, strict=True)]
         return sides[2] if height else float(np.prod(sides)) ** (1 / 3)
 
     def side_word(self, relation: str) -> str:
-        """Return the side, as the robot's frame has it, for a relation told from the view: goals are said in the robot's frame."""
+        """Return the word for a relation in the robot's frame, which goals use, from the relation as the view
+        sees it."""
         ahead = {"left of": (-1.0, 0.0), "right of": (1.0, 0.0), "in front of": (0.0, -1.0), "behind": (0.0, 1.0)}[relation]
         x = ahead[0] * self.view.right[0] + ahead[1] * self.view.away[0]
         y = ahead[0] * self.view.right[1] + ahead[1] * self.view.away[1]

@@ -1,4 +1,4 @@
-"""Surface of a sentence: fillers, self-corrections, numbers of things and other ways of writing become what the grammar reads."""
+"""Normalisation of sentences before parsing: fillers, self-corrections, numbers and other variants become words of the grammar."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Ends = Callable[[Words, int], tuple[int, ...]]
 
 
 class Surface:
-    """Surface of sentences about one scene.
+    """Normaliser of sentences about one scene.
 
     Args:
         names: single words that are names of things, which mean nothing else.
@@ -27,7 +27,8 @@ class Surface:
         self._names, self._kinds, self._verb, self._preposition = names, kinds, verb, preposition
 
     def variants(self, words: Words) -> tuple[Words, ...]:
-        """Return what a sentence may say, in the words of the grammar: several where it is open what was corrected."""
+        """Return the normalised readings of a sentence; several if it is unclear which words a
+        self-correction replaces."""
         return tuple(dict.fromkeys(self._plain(v) for v in self._repaired(words)))
 
     def _plain(self, words: Words) -> Words:
@@ -46,7 +47,7 @@ class Surface:
     # Numbers
 
     def _numbered(self, words: Words) -> Words:
-        """Words with one noun for each number: "cans one and two" becomes "can 1 and can 2"."""
+        """Repeat a noun for each number: "cans one and two" becomes "can 1 and can 2"."""
         left, k, last = list[str](), 0, ""
         while k < len(words):
             noun, found, end = english.singular(words[k]), list[str](), k + 1
@@ -78,7 +79,8 @@ class Surface:
     # Corrections
 
     def _repaired(self, words: Words) -> tuple[Words, ...]:
-        """Sentences with what was corrected in its place: "on the tray, no, in the basket"."""
+        """Return the sentences that a self-correction may leave: "on the tray, no, in the basket" becomes "in
+        the basket"."""
         for at in range(len(words)):
             if at == 0 or words[at - 1] in STOPS or words[at] in ("oops", "whoops", "scratch"):
                 end = self._marked(words, at)
@@ -90,7 +92,7 @@ class Surface:
         return (words,)
 
     def _marked(self, words: Words, at: int) -> int:
-        """End of the words that announce a correction."""
+        """Return the position after the words that announce a self-correction, such as "no" or "I mean"."""
         end, strong = at, False
         while end < len(words):
             ends = starts(words, end, english.REPAIRS)
@@ -117,13 +119,13 @@ class Surface:
         return found or ((*before, RETRACT, *after),)
 
     def _begun(self, words: Words) -> list[int]:
-        """Where descriptions begin."""
+        """Return the positions at which noun phrases begin."""
         behind = {e for k in range(len(words)) for e in (*self._verb(words, k)[:1], *self._preposition(words, k)[:1])}
         every = {k for k, w in enumerate(words) if w in english.THE or k in behind}
         return sorted(k for k in every if k < len(words) and not (k - 1 in every and words[k - 1] in english.THE))
 
     def _ended(self, words: Words, at: int) -> int:
-        """Where a plain description ends."""
+        """Return the position after a plain noun phrase that begins at a position."""
         k = at + 1
         while k < len(words) and words[k] not in STOPS and words[k] != "and" and not self._preposition(words, k):
             k += 1
@@ -131,7 +133,7 @@ class Surface:
 
 
 def _alike(one: Words, other: Words) -> bool:
-    """Whether two descriptions tell things apart by the same kind of word, or have the same noun."""
+    """Check whether two noun phrases share their noun, or use the same kind of word, such as two colours."""
     kinds = (english.ORDINALS, english.SIDES, english.SIZES, english.HUES)
     shared = any({*one} & {*kind} and {*other} & {*kind} for kind in kinds)
     nouns = {english.singular(w) for w in one} & {english.singular(w) for w in other} - english.THE - english.ONE
@@ -139,19 +141,20 @@ def _alike(one: Words, other: Words) -> bool:
 
 
 def _digits(word: str) -> str:
-    """A number as digits; "" for another word."""
+    """Return a number word as digits; "" for another word."""
     return word if word.isdigit() else str(english.NUMBERS.get(word, "1" if word == "one" else ""))
 
 
 def _bare(words: Words) -> Words:
-    """Words without separators at their end."""
+    """Return words without the separators at their end."""
     while words and words[-1] in STOPS:
         words = words[:-1]
     return words
 
 
 def _sided(words: Words) -> Words:
-    """Words with "to the left of it" for "to its left", and numbers for "a couple of"."""
+    """Replace variants by words of the grammar: "to its left" by "to the left of it", "a couple of" by
+    "two"."""
     said = " ".join(words)
     said = re.sub(r"\b(?:to|on|at|by|onto) (?:its|their|his|her) (left|right)(?: hand)?(?: side)?\b", r"to the \1 of it", said)
     said = re.sub(r"\ba (?:couple|pair)(?: of)?\b", "two", said)
@@ -162,7 +165,8 @@ def _sided(words: Words) -> Words:
 
 
 def _without_prelude(words: Words) -> Words:
-    """Words behind an announcement: "a tower, please: the red block on the blue one"."""
+    """Return the words after an announcement: "the red block on the blue one" of "a tower, please: the red
+    block on the blue one"."""
     if ":" in words:
         k = words.index(":")
         if {*words[:k]} <= english.PRELUDE | STOPS | english.FILLERS.vocabulary:
@@ -171,7 +175,7 @@ def _without_prelude(words: Words) -> Words:
 
 
 def _stopped(words: Words) -> Words:
-    """Words with one separator where fillers left several."""
+    """Reduce several separators in a row, which removed fillers leave, to one."""
     found: list[str] = []
     for word in words:
         if word in STOPS and (not found or found[-1] in STOPS or found[-1] in ("the", "a", "an", "my", "on", "in", "into", "onto", "to")):

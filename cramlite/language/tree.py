@@ -1,4 +1,4 @@
-"""Content of a sentence before anybody looks at the scene: descriptions of things, and requests about them."""
+"""Syntax tree of a sentence, before the scene is consulted: noun phrases, their relations, and clauses."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class Link(Value):
-    """Relation of a description to others: "on the stove", "between the plate and the cup", "on the left".
+    """Relation of a noun phrase to others: "on the stove", "between the plate and the cup", "on the left".
 
     Args:
         relation: "phrase" (a preposition of goal phrases), "side" (a position among others), "of" (part and whole), "with" (the converse:
@@ -28,7 +28,7 @@ class Link(Value):
 
 
 class Noun(Value):
-    """Description of things.
+    """Noun phrase: a description of things.
 
     Args:
         said: as it was said.
@@ -64,7 +64,7 @@ class Noun(Value):
 
 
 class Clause(Value):
-    """Request about things.
+    """Clause: a request or statement about things.
 
     Args:
         said: its words, without those of its descriptions.

@@ -1,4 +1,4 @@
-"""Examples of a task, and counterexamples: marked stretches of episodes, and actions that known tasks explain."""
+"""Examples of a task and counterexamples: marked spans of episodes, and actions that known tasks explain."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ BESIDE = 0.2
 
 
 class Marked(Value):
-    """Episode with the marked interval of the task.
+    """Episode in which the interval of the task to be learned is marked.
 
     Args:
         episode: with the task.
@@ -40,7 +40,7 @@ class Marked(Value):
 
 
 class Known(Value, eq=False):
-    """Action of an episode that known tasks explain, or none.
+    """Action of an episode, with the known task that explains it, if any.
 
     Args:
         span: of the action.
@@ -60,7 +60,7 @@ class Known(Value, eq=False):
 
 
 class Example(Value, eq=False):
-    """Stretch in which the task was done.
+    """Span of an episode in which the task to be learned was done.
 
     Args:
         span: that was marked.
@@ -78,7 +78,7 @@ class Example(Value, eq=False):
 
 
 def example(marked: Marked, rules: Sequence[Rule], taxonomy: Taxonomy) -> Example:
-    """Return the marked stretch with the actions in it and beside it.
+    """Return the example in a marked episode: its span, with the actions inside and beside it.
 
     Raises:
         UserError: the interval is empty, or outside of the episode.
@@ -103,12 +103,12 @@ def example(marked: Marked, rules: Sequence[Rule], taxonomy: Taxonomy) -> Exampl
 
 
 def holds(rule: Rule, span: Span) -> bool:
-    """Check whether a rule holds of a span under some filling of its roles."""
+    """Check whether a rule holds in a span for some fillers of its roles."""
     return bool(solutions(rule, span))
 
 
 def solutions(rule: Rule, span: Span) -> list[Binding]:
-    """Return the bindings under which a rule holds of a span."""
+    """Return the bindings of variables under which a rule holds in a span."""
     bindings: list[Binding] = [{}]
     for clause in rule.quick_order:
         bindings = [found for b in bindings for found in clause.condition.solve(span.phases[clause.phase], b)]
@@ -116,7 +116,8 @@ def solutions(rule: Rule, span: Span) -> list[Binding]:
 
 
 class Library:
-    """Known episodes whose actions are no examples, where known tasks explain them; facts of each stretch are found once.
+    """Library of known episodes, whose explained actions are counterexamples; facts of each span are computed
+    once.
 
     Args:
         episodes: with or without actions that they name.
@@ -130,7 +131,8 @@ class Library:
         self._spans: dict[tuple[int, float, float], Span] = {}
 
     def known(self, rules: Sequence[Rule]) -> tuple[Known, ...]:
-        """Return the actions of the episodes with the task that rules read, or that the recording names."""
+        """Return the actions of the episodes, each with the task that known rules recognise or the recording
+        names."""
         return tuple(k for number in range(len(self.episodes)) for k in self._known(number, rules))
 
     def _known(self, number: int, rules: Sequence[Rule]) -> Iterator[Known]:
@@ -157,8 +159,10 @@ def _unnamed(episode: Episode) -> Episode:
 
 
 def _read(timeline: Timeline, rules: Sequence[Rule]) -> Iterator[tuple[float, float, Match | None]]:
-    """Actions of an episode, each with the task of the best reading by the known rules; else with an idle task
-    that fits."""
+    """Yield start, end and task of each action of an episode.
+
+    The task is that of the best reading by known rules; else a task without changes that fits; else None.
+    """
     read = interpret(timeline.episode, rules, timeline.taxonomy)
     best = next(read.sequences(), None)
     explained = [k for k, a in enumerate(read.actions) if not a.unexplained]
@@ -169,7 +173,7 @@ def _read(timeline: Timeline, rules: Sequence[Rule]) -> Iterator[tuple[float, fl
 
 
 def _explained(span: Span, rules: Mapping[str, Rule], match: Match | None, strict: bool = False, named: bool = False) -> Known:
-    """Stretch with the changes that a task explains, those that predicates imply included."""
+    """Return an action with the changes that its task explains, with those that predicates imply."""
     if match is None:
         return Known(span, strict=strict)
     rule = rules[match.task]
@@ -181,5 +185,5 @@ def _explained(span: Span, rules: Mapping[str, Rule], match: Match | None, stric
 
 
 def _share(first: float, last: float, start: float, end: float) -> float:
-    """Share of a stretch that lies in an interval."""
+    """Return the share of a span that lies in an interval."""
     return max(min(last, end) - max(first, start), 0.0) / max(last - first, 1e-9)

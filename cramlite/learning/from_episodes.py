@@ -1,4 +1,4 @@
-"""Learning of a task from episodes: from demonstrations to a proposal."""
+"""Learning of a task from episodes: demonstrations give a proposal of a task."""
 
 from __future__ import annotations
 
@@ -71,7 +71,8 @@ def learn_task(
 
 
 def _named_apart(episodes: Sequence[Episode]) -> dict[int, Episode]:
-    """Episodes by identity; of several with one name, all but the first with a number behind it."""
+    """Return the episodes by their ``id()``; of those with equal names all but the first get a number after
+    their name."""
     found: dict[int, Episode] = {}
     taken: Counter[str] = Counter()
     for one in {id(e): e for e in episodes}.values():
@@ -81,8 +82,8 @@ def _named_apart(episodes: Sequence[Episode]) -> dict[int, Episode]:
 
 
 def _unlike(learned: Learned) -> str:
-    """What differs in examples without a change in common, if each is explained by known tasks, and none by the same; "" where they are
-    alike."""
+    """Return an objection if the examples share no change and known tasks explain each, but no task explains
+    all; else ""."""
     tasks = [{task for task, _ in one.tasks} for one in learned.examples]
     if learned.cast.changes or len(tasks) < 2 or not all(tasks) or set.intersection(*tasks):
         return ""
@@ -91,8 +92,12 @@ def _unlike(learned: Learned) -> str:
 
 
 def _motion(examples: Sequence[Example], rules: Sequence[Rule]) -> ShownMotion | None:
-    """The motion that the examples share, all or all but one that may be wrong, unless known tasks explain it: a stroke, any of them;
-    more than that, one about the same thing whose rule measures what happens meanwhile."""
+    """Return the motion that all examples share, or all but one that may be wrong; None if known tasks
+    explain the motion.
+
+    Any known task explains a straight stroke; a bent path only a task about the same thing whose rule
+    measures the motion.
+    """
     sets = [[e for k, e in enumerate(examples) if k not in out] for out in left_out(len(examples))]
     each = [(m, kept) for kept in sets if (m := shown_motion([e.span for e in kept])) is not None]
     if not each:
@@ -109,13 +114,14 @@ def _motion(examples: Sequence[Example], rules: Sequence[Rule]) -> ShownMotion |
 
 
 def _rest(examples: Sequence[Example]) -> ShownRest | None:
-    """The rest with which all examples end, or all but one that may be wrong."""
+    """Return the rest with which all examples end, or all but one that may be wrong."""
     sets = ([e.span for k, e in enumerate(examples) if k not in out] for out in left_out(len(examples)))
     return next((found for kept in sets if (found := shown_rest(kept)) is not None), None)
 
 
 def compared(proposal: Proposal, shown: Shown, knowledge: Knowledge) -> tuple[Deviation, ...]:
-    """Return the deviations of another demonstration, or of an execution, from a learned task's procedure.
+    """Return the deviations of another demonstration, or of an execution, from the procedure of a learned
+    task.
 
     Raises:
         UserError: an interval is empty, the demonstration is not of the task, or no known tasks explain the examples.
@@ -123,6 +129,6 @@ def compared(proposal: Proposal, shown: Shown, knowledge: Knowledge) -> tuple[De
     one = example(Marked(*shown), knowledge.rules, knowledge.taxonomy)
     fillers = covers(proposal.learned, one.span)
     if proposal.procedure is None or not fillers:
-        why = "known tasks do not explain every example" if proposal.procedure is None else f"the learned rule does not hold of {one.span}"
+        why = "known tasks do not explain every example" if proposal.procedure is None else f"the learned rule does not hold in {one.span}"
         raise UserError(f"'{shown[0].name}' cannot be compared: {why}.")
     return tuple(deviations(proposal.procedure, steps_of(one, fillers[0], proposal.roles)))

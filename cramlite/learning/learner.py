@@ -1,4 +1,4 @@
-"""Learner of rules: from stretches in which a task was done to the shortest rule that tells them from all that is known."""
+"""Learner of rules: the shortest rule that separates the spans in which a task was done from all known other actions."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ BOUNDS = 3
 
 
 class Learned(Value, eq=False):
-    """Rule that was learned.
+    """Rule that was learned, with the examples and counterexamples that it separates.
 
     Args:
         literals: its conditions.
@@ -59,7 +59,7 @@ class Learned(Value, eq=False):
 
 
 def language_of(predicates: Sequence[Predicate], taxonomy: Taxonomy, spans: Sequence[Span], motion: Predicate | None = None) -> Language:
-    """Return the language in which rules about some spans are written.
+    """Return the language of conditions for rules about some spans.
 
     Args:
         motion: the predicate of the motion that the examples show.
@@ -82,7 +82,7 @@ def learn(
     examples: Sequence[Example], others: Sequence[Known], predicates: Sequence[Predicate], taxonomy: Taxonomy,
     motion: Predicate | None = None,
 ) -> Learned:
-    """Learn the shortest rule that covers the examples, and of the rest nothing that known tasks explain.
+    """Learn the shortest rule that holds in all examples and in no action that known tasks explain.
 
     Args:
         motion: the predicate of the motion that the examples show.
@@ -102,7 +102,8 @@ def learn(
 
 
 def left_out(count: int) -> list[tuple[int, ...]]:
-    """Return the sets of examples that may be wrong, by their numbers: none first, then one each."""
+    """Return the sets of examples that may be left out as wrong, as tuples of indices: first none, then each
+    single one."""
     return [(), *((k,) for k in range(count) if count >= WRONG_OF)]
 
 
@@ -133,8 +134,11 @@ def _learned(
 
 
 def _sure(rest: Sequence[Known], tables: Tables | None, cast: Cast, idle: frozenset[str]) -> list[bool]:
-    """Whether a known task explains an action and the changes that the examples have; if not, it may be the
-    learned task. Idle readings explain, unless the examples are idle in the same way."""
+    """Return for each other action whether it certainly is no example, because a known task explains it.
+
+    An action with the examples' changes must be explained in these changes, else it may be the learned task.
+    A task without changes explains, unless the examples have the same one.
+    """
     if tables is None:
         return []
     alike = tables.truths(cast.changes, cast.roles).all(axis=0) & tables.valid(cast.roles)
@@ -178,7 +182,7 @@ def _problem(
 
 
 def _groups(shown: Tables, literals: Sequence[Literal], cast: Cast) -> list[Group]:
-    """Group of the wrong fillings of the roles in each example, which a rule has to refute."""
+    """Return for each example the group of wrong role fillers, which a rule must refute."""
     refuted, valid = ~shown.truths(literals, cast.roles), shown.valid(cast.roles)
     found = []
     for k, place in enumerate(cast.places):
@@ -189,13 +193,14 @@ def _groups(shown: Tables, literals: Sequence[Literal], cast: Cast) -> list[Grou
 
 
 def _happens(language: Language, literal: Literal) -> bool:
-    """Whether a condition tells an event from a state: a beginning, an end, something during the action, or an actor at rest."""
+    """Check whether a condition is about an event: a beginning, an end, something during the action, or an
+    actor at rest."""
     still = language.predicates[literal.predicate].phases == {"run"} and not literal.roles and ANY not in literal.slots
     return literal.kind in ("begins", "ends") or (literal.phase == "run" and (still or not literal.denied))
 
 
 def of_motion(language: Language, literal: Literal) -> bool:
-    """Check whether a condition says that two roles show the motion of the examples."""
+    """Check whether a condition requires the motion of the examples between two roles."""
     return literal.predicate == language.motion and not literal.denied and len(literal.roles) == len(literal.slots)
 
 
@@ -204,7 +209,7 @@ def _tells(language: Language, one: Literal, change: Literal) -> bool:
 
 
 def _classes(taxonomy: Taxonomy, shown: Tables, cast: Cast) -> Iterator[Literal]:
-    """Classes that the fillers of a role, or parts of these, have in common."""
+    """Yield conditions on classes that all fillers of a role, or parts of the fillers, have in common."""
     for predicate in shown.language.predicates.values():
         for role in range(cast.roles if predicate.classes else 0):
             shared: set[str] | None = None
@@ -217,7 +222,7 @@ def _classes(taxonomy: Taxonomy, shown: Tables, cast: Cast) -> Iterator[Literal]
 
 
 def _bounds(tables: Tables, cast: Cast, others: Sequence[Span]) -> Iterator[Literal]:
-    """Bounds half way between the values of the examples and the next values of the counterexamples."""
+    """Yield bounds on measured values, half way between the examples and the nearest counterexample."""
     for predicate in tables.language.predicates.values():
         if not predicate.value or predicate.arity > cast.roles:
             continue
@@ -240,7 +245,7 @@ def _between(low: float, high: float, others: Sequence[float]) -> Iterator[tuple
 
 
 def _rounded(low: float, high: float) -> float:
-    """The middle of two numbers with as few digits as lie between them."""
+    """Return a number near the middle of two numbers, with the fewest digits that keep it between them."""
     middle = (low + high) / 2
     for digits in range(1, 16):
         short = float(f"{middle:.{digits}g}")
@@ -252,20 +257,20 @@ def _rounded(low: float, high: float) -> float:
 def _nothing(examples: Sequence[Example], tables: Tables) -> str:
     names = "; ".join(str(e.span) + _begun(own_changes(tables, k)) for k, e in enumerate(examples))
     return (
-        f"The examples have nothing in common that begins, ends or happens: {names}. Either one of them shows another task, or what makes "
-        "the task is in no predicate; 'cramlite new predicate' writes one of your own."
+        f"The examples have nothing in common that begins, ends or happens: {names}. Either one of them shows another task, or no "
+        "predicate describes what makes the task; 'cramlite new predicate' writes one of your own."
     )
 
 
 def _begun(changes: Sequence[Literal]) -> str:
-    """Clause on what begins and ends in an example."""
+    """Return a clause that names the predicates that begin and end in an example."""
     names = {kind: sorted({c.predicate for c in changes if c.kind == kind}) for kind in ("begins", "ends")}
     said = [f"{kind} {', '.join(found)}" for kind, found in names.items() if found]
     return f": {' and '.join(f'there {words}' for words in said)}" if said else ""
 
 
 def covers(learned: Learned, span: Span, literals: Sequence[Literal] | None = None) -> tuple[tuple[str, ...], ...]:
-    """Return the fillings of the roles under which a rule holds in a span.
+    """Return the role fillers for which a rule holds in a span.
 
     Args:
         literals: instead of the rule's own.
@@ -277,8 +282,8 @@ def covers(learned: Learned, span: Span, literals: Sequence[Literal] | None = No
 
 
 def conditions(learned: Learned, names: Sequence[str]) -> Mapping[str, list[str]]:
-    """Return the conditions as a rule file writes them: phase -> texts; ``names`` are those of the agent and
-    the roles."""
+    """Return the conditions of a rule as its file writes them: phase -> texts; ``names`` are those of agent
+    and roles."""
     found: dict[str, list[str]] = {phase: [] for phase in PHASES}
     language = learned.language
     if language.hand and any(0 in one.slots for one in learned.literals):

@@ -1,4 +1,4 @@
-"""Conditions that a learned rule may have: their text, their length in bits, and the language that they are from."""
+"""Conditions that a learned rule may have: their text, their description length in bits, and the language they form."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ role could be named. In a denial an open argument costs nothing: "nothing suppor
 
 
 class Literal(Value, order=True):
-    """Condition on the roles of a task.
+    """Condition of a learned rule on the roles of a task.
 
     Args:
         predicate: its name.
@@ -50,11 +50,12 @@ class Literal(Value, order=True):
 
     @property
     def binds(self) -> frozenset[int]:
-        """Roles that the condition binds to a filler; a denial and a bound only test."""
+        """Roles to which the condition gives fillers; a denial or a bound only tests them."""
         return frozenset() if self.denied or self.kind in ("at_least", "at_most") else self.roles
 
     def texts(self, names: Sequence[str]) -> Iterator[tuple[PhaseName, str]]:
-        """Yield the condition as rule files write it, with its phase; ``names`` are of hand and roles."""
+        """Yield the condition as rule files write it, each text with its phase; ``names`` are those of agent
+        and roles."""
         arguments = ["_" if s == ANY else names[s] for s in self.slots]
         if self.kind == "class":
             arguments.append(self.class_)
@@ -69,7 +70,7 @@ class Literal(Value, order=True):
 
 
 class Language(Value):
-    """Predicates in which conditions are written, and how many classes there are.
+    """Language of conditions: the predicates that may be used, and the number of classes.
 
     Args:
         predicates: by name; those that hold of classes among them.
@@ -86,7 +87,7 @@ class Language(Value):
     motion: str | None = None
 
     def bits(self, literal: Literal, roles: int) -> float:
-        """Return the description length of a condition in a rule with so many roles."""
+        """Return the description length of a condition in a rule with a number of roles [bits]."""
         predicate = self.predicates[literal.predicate]
         bits = math.log2(len(self.predicates)) + math.log2(roles + 2) * len(literal.slots) + LOOK * predicate.cost
         bits += OPEN * max(literal.slots.count(ANY) - literal.denied, 0)
@@ -97,7 +98,7 @@ class Language(Value):
         return bits + (NEGATED if literal.denied else 0.0)
 
     def literals(self, roles: int) -> Iterator[Literal]:
-        """Yield the conditions without numbers and classes that a rule with so many roles may have."""
+        """Yield the conditions without numbers and classes that a rule with a number of roles may have."""
         slots = (ANY, *([HAND] if self.hand else []), *range(1, roles + 1))
         for predicate in self.predicates.values():
             if predicate.value or predicate.classes or predicate.name == self.hand:
@@ -108,8 +109,8 @@ class Language(Value):
 
 
 def _sensible(predicate: Predicate, slots: tuple[int, ...]) -> bool:
-    """Whether a condition is about the agent or a role, relates no thing to itself, and is the first of two
-    ways to write a symmetric relation."""
+    """Check whether a condition is worth considering: about the agent or a role, with different things, and a
+    symmetric one in one order only."""
     named = [s for s in slots if s != ANY]
     if len(set(named)) < len(named) or (slots and not named):
         return False

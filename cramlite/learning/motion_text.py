@@ -1,4 +1,4 @@
-"""Text of a learned motion: its path, its parameters, its steps and its predicate, as the module of a package has them."""
+"""Source text for a learned motion in the module of a package: its path, parameters, steps and predicate."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ PRESSED = (
 
 
 def motion_words(proposal: Proposal, name: str) -> Mapping[str, str]:
-    """Return the words of the module of a task that is done by a learned motion; none for others.
+    """Return the words of the module's template for a task that is done by a learned motion; empty for other
+    tasks.
 
     Args:
         name: of the package.
@@ -52,7 +53,7 @@ def _hook(made: str) -> str:
 
 
 def said(proposal: Proposal) -> str:
-    """Return what is known of a proposal's motion, as a sentence; "" where known tasks alone explain it."""
+    """Return a sentence on the motion of a proposal; "" if known tasks alone explain the task."""
     if proposal.rest is not None:
         return f"At the end the hand rests for {proposal.rest.duration_s:g} s."
     if proposal.moving is None:
@@ -61,13 +62,14 @@ def said(proposal: Proposal) -> str:
     path = motion.path
     where = path.anchor.part.split(":")[-1] or "frame"
     frame = f"in the frame of the {where} of {about}{', at its bottom' if path.anchor.deep else ''}"
-    often = f"gone round {' '.join(f'{c:g}' for c in motion.counts)} times" if path.closed else "gone along once"
+    counts = " ".join(f"{c:g}" for c in motion.counts)
+    often = f"the examples went round {counts} times" if path.closed else "the examples went along it once"
     unit = "; x and y in halves of its width" if path.anchor.scaled else ""
-    return f"Path of the foot of {mover} {frame}{unit}: {often}; the examples differ by {1000 * motion.spread:.1f} mm."
+    return f"Path of the bottom centre of {mover} {frame}{unit}: {often}; the examples differ by {1000 * motion.spread:.1f} mm."
 
 
 def path_text(path: ShownPath) -> str:
-    """Return a path as an expression, one corner a line."""
+    """Return a path as a Python expression with one corner per line."""
     points = "".join(f"\n        ({x:g}, {y:g}, {z:g})," for x, y, z in path.points)
     a = path.anchor
     return (
@@ -79,7 +81,7 @@ def path_text(path: ShownPath) -> str:
 
 
 def _steps(path: ShownPath, mover: str, about: str) -> list[str]:
-    """Lines of the decomposition: above the beginning, down, along, up."""
+    """Return the lines of a decomposition: move above the path's start, down, along the path, and up."""
     lines = [
         f'moved, about = action.roles["{mover}"], action.roles["{about}"]',
         "if belief.held is None or belief.held.thing != moved.entity:",

@@ -1,4 +1,4 @@
-"""Package of a learned task: installable, with class, rule, decomposition where one was shown, tests, and a page with the evidence."""
+"""Package of a learned task, ready to install: class, rule, decomposition if known, tests, and a page with the evidence."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def write_package(proposal: Proposal, name: str, out: Path | None = None) -> tup
 
 
 def page_text(proposal: Proposal) -> str:
-    """Return the page about a learned task as HTML: the rule, the evidence for each condition, dropped
+    """Return the page about a learned task as HTML: its rule, the evidence for each condition, dropped
     conditions, open questions."""
     return html_template((files(__package__) / "learned.html.j2").read_text(encoding="utf-8")).render(
         found=proposal, plan=plan_text(proposal.procedure) if proposal.procedure and not proposal.moving else "",
@@ -65,7 +65,8 @@ def _words(proposal: Proposal, name: str) -> Mapping[str, str]:
 
 
 def _imports(proposal: Proposal, classes: bool) -> tuple[str, str]:
-    """Names of the model and of the plugin door that the module uses."""
+    """Return the names that the task's module imports from ``cramlite.model`` and from
+    ``cramlite.plugin``."""
     if proposal.moving:
         model = "Action, Anchor, Belief, Location, Motion, ShownPath, Stage"
         return model, "Decomposition, Parameter, Predicate, Role, TaskType, Unresolvable, hookimpl, path_predicate"
@@ -76,13 +77,13 @@ def _imports(proposal: Proposal, classes: bool) -> tuple[str, str]:
 
 
 def thing_name(role: str) -> str:
-    """Return the name that a role's thing has in the package's scenario."""
+    """Return the name of a role's filler in the package's scenario."""
     return f"some_{role.lower()}"
 
 
 def _things(proposal: Proposal) -> Iterator[str]:
-    """Things for the roles, as lines of a scenario: blocks for those that a demonstration moved, tables for the
-    others."""
+    """Yield lines of a scenario with a thing for each role: a block where a demonstration moved the filler,
+    else a table."""
     span = proposal.learned.examples[0].span
     for k, role in enumerate(proposal.roles):
         y, shown = -0.35 + 0.25 * k, proposal.fillers[0][k]

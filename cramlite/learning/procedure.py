@@ -1,4 +1,4 @@
-"""Procedures: several demonstrations of one job as a partial order of steps, with optional and alternative ones and repetitions.
+"""Procedures: demonstrations of one job as a partial order of steps, some of them optional, alternative or repeated.
 
 A step comes before another if it does so in every demonstration that has both; who was seen in both orders is exchangeable. Another
 demonstration is compared with that.
@@ -21,7 +21,7 @@ so."""
 
 
 class Step(Value, order=True):
-    """Step of a job.
+    """Step of a job: a task with its fillers.
 
     Args:
         task: its class.
@@ -57,7 +57,7 @@ class Deviation(Value):
 
 
 class Procedure(Value):
-    """Procedure of a job.
+    """Procedure of a job: its steps and their partial order.
 
     Args:
         steps: of all demonstrations, in an order that contradicts none.
@@ -75,18 +75,19 @@ class Procedure(Value):
 
     @property
     def order(self) -> frozenset[tuple[Step, Step]]:
-        """The partial order: first and second step."""
+        """Pairs of steps of which the first always came first."""
         return frozenset(self.before)
 
     def repeated(self) -> dict[tuple[str, tuple[tuple[str, str], ...]], tuple[int, int]]:
-        """Return the steps that were done more than once: task and fillers -> how often at least and at most."""
+        """Return the steps that were done more than once: (task, fillers) -> least and greatest number of
+        times."""
         most = Counter((s.task, s.fillers) for s in self.steps)
         least = Counter((s.task, s.fillers) for s in self.steps if s not in self.optional)
         return {key: (least[key], times) for key, times in most.items() if times > 1}
 
 
 def numbered(steps: Sequence[Step]) -> tuple[Step, ...]:
-    """Return steps with each occurrence of the same one counted."""
+    """Number the occurrences of equal steps."""
     seen: Counter[tuple[str, tuple[tuple[str, str], ...]]] = Counter()
     found = []
     for step in steps:
@@ -121,7 +122,8 @@ def procedure(demonstrations: Sequence[Sequence[Step]]) -> Procedure:
 
 
 def _linear(every: Sequence[Step], before: dict[tuple[Step, Step], int], shown: Sequence[Sequence[Step]]) -> tuple[Step, ...]:
-    """The steps in an order that contradicts none of the pairs where that can be, near to the first demonstrations'."""
+    """Sort steps so that no pair of a partial order is contradicted, as near to the first demonstrations'
+    order as possible."""
     rank = {s: next((k, steps.index(s)) for k, steps in enumerate(shown) if s in steps) for s in every}
     left, found = list(every), list[Step]()
     while left:
@@ -133,7 +135,7 @@ def _linear(every: Sequence[Step], before: dict[tuple[Step, Step], int], shown: 
 
 def deviations(known: Procedure, steps: Sequence[Step]) -> Iterator[Deviation]:
     """Yield the deviations of a demonstration from a procedure: mistakes, and notices of an order not seen
-    otherwise."""
+    before."""
     done = numbered(steps)
     place = {s: k for k, s in enumerate(done)}
     for step in known.steps:
@@ -154,8 +156,7 @@ def deviations(known: Procedure, steps: Sequence[Step]) -> Iterator[Deviation]:
 
 
 def plan_text(known: Procedure) -> str:
-    """Return the procedure in the plan language, as scenarios write tasks, in an order that contradicts none of
-    the demonstrations.
+    """Return the procedure in the plan language of scenarios, in an order that contradicts no demonstration.
 
     Alternatives, and neighbours that are exchangeable, are a ``choose``; what was done several times in a row in every demonstration is a
     ``repeat``; optional steps are left out, and named in a comment.

@@ -1,5 +1,4 @@
-"""Proposal of a task: the learned rule in the words of a rule file, with names of its roles, its superclass,
-and the evidence."""
+"""Proposal of a task: the learned rule as a rule file has it, with names of roles, a superclass, and the evidence."""
 
 from __future__ import annotations
 
@@ -46,7 +45,7 @@ class Evidence(Value):
 
 
 class Proposal(Value, eq=False):
-    """Task that was learned, to be read and changed by a knowledge engineer.
+    """Proposal of a learned task, to be read and changed by a knowledge engineer.
 
     Args:
         task: its class.
@@ -80,12 +79,13 @@ class Proposal(Value, eq=False):
 
     @property
     def told(self) -> Literal | None:
-        """The condition of the rule that says the motion."""
+        """Condition of the rule that requires the motion of the examples; None if there is none."""
         return next((one for one in self.learned.literals if of_motion(self.learned.language, one)), None)
 
     @property
     def moving(self) -> tuple[ShownMotion, str, str] | None:
-        """The motion along a path with the roles of what moves and about what, where the rule says it."""
+        """Motion along a path with the roles of its mover and reference thing; None unless the rule requires
+        it."""
         names = list(self.roles)
         if self.told is None or not isinstance(self.motion, ShownMotion):
             return None
@@ -93,17 +93,18 @@ class Proposal(Value, eq=False):
 
     @property
     def rest(self) -> ShownRest | None:
-        """The rest at the end, where the rule says it."""
+        """Rest at the end of all examples; None unless the rule requires it."""
         return self.motion if self.told is not None and isinstance(self.motion, ShownRest) else None
 
     @property
     def done(self) -> bool:
-        """Whether it is known how the task is done: by known tasks, by a motion, or, where nothing else happens, by resting."""
+        """Whether it is known how the task is done: by known tasks, by a motion, or just by resting."""
         return bool(self.steps or self.moving or (self.rest and not self.learned.cast.changes))
 
     @property
     def steps(self) -> tuple[Step, ...]:
-        """The known tasks that no example does without, in an order that contradicts none; none where the motion says how it is done."""
+        """Known tasks that every example contains, in an order that contradicts none; empty if a motion does
+        the task."""
         if self.moving:
             return ()
         return tuple(s for s in self.procedure.steps if s not in self.procedure.optional) if self.procedure else ()
@@ -113,7 +114,7 @@ def propose(
     task: str, learned: Learned, rules: Sequence[Rule], taxonomy: Taxonomy, wrong: Sequence[Span] = (),
     motion: ShownMotion | ShownRest | None = None,
 ) -> Proposal:
-    """Return a learned rule as the proposal of a task.
+    """Return the proposal of a task from a learned rule.
 
     Args:
         task: its class, such as "cram:Stirring".
@@ -132,8 +133,8 @@ def propose(
 
 
 def _called(learned: Learned, names: Sequence[tuple[str, str]]) -> dict[str, str]:
-    """Names of the roles in the order of the rule's variables; the role that is moved farthest gets the first
-    name."""
+    """Return role -> class for the rule's variables in their order; the role that is moved farthest gets the
+    first name."""
     shown = list(zip(learned.examples, learned.cast.fillers, strict=True))
     order = sorted(range(learned.cast.roles), key=lambda k: (-max(_moved(e.span, f[k]) for e, f in shown), k))
     called = dict(zip(order, names, strict=False))
@@ -141,13 +142,13 @@ def _called(learned: Learned, names: Sequence[tuple[str, str]]) -> dict[str, str
 
 
 def _moved(span: Span, thing: str) -> float:
-    """Distance of a thing from its place at the start of a span [m], to the millimetre."""
+    """Return how far a thing was moved between start and end of a span [m], rounded to a millimetre."""
     before, after = (span.timeline.episode.pose_at(thing, t) for t in (span.start, span.end))
     return 0.0 if before is None or after is None else round(math.dist(before.position, after.position), 3)
 
 
 def _names(rules: Sequence[Rule]) -> list[tuple[str, str]]:
-    """Names of roles with their classes, in the order in which most known tasks name theirs."""
+    """Return names of roles with their classes, in the order in which most known tasks name their roles."""
     found: list[tuple[str, str]] = []
     for place in range(max((len(r.roles) for r in rules), default=0)):
         asked = Counter(pair for r in rules for pair in list(r.roles.items())[place : place + 1] if pair[0] not in dict(found))
@@ -158,7 +159,8 @@ def _names(rules: Sequence[Rule]) -> list[tuple[str, str]]:
 
 
 def _above(learned: Learned, rules: Sequence[Rule], taxonomy: Taxonomy) -> str:
-    """The most special task whose rule holds of all examples and speaks of all that changes in them; else a task."""
+    """Return the most special known task whose rule holds in all examples and mentions all that changes in
+    them; else the class of all tasks."""
     changes = {c.predicate for c in learned.cast.changes}
     spoken = [r for r in rules if r.roles and changes <= {a.predicate.name for c in r.clauses for a in atoms(c.condition)}]
     found = [r.task for r in spoken if all(_recognised(r, e.span, f) for e, f in zip(learned.examples, learned.cast.fillers, strict=True))]
@@ -171,8 +173,8 @@ def _recognised(rule: Rule, span: Span, fillers: Sequence[str]) -> bool:
 
 
 def _evidence(learned: Learned, names: Sequence[str], wrong: Sequence[Span]) -> tuple[Evidence, ...]:
-    """Evidence for each condition: the examples in which it holds, and the counterexamples that it alone
-    excludes."""
+    """Return the evidence for each condition: examples in which it holds, and counterexamples that only this
+    condition excludes."""
     roles, rest = learned.cast.roles, [k.span for k in learned.others]
     shown = [e.span for e in learned.examples]
     tables = Tables(learned.language, [*rest, *shown])
@@ -203,7 +205,7 @@ def _without(excludes: Sequence[str], fillers: Sequence[str], literal: Literal, 
 
 
 def _dropped(learned: Learned, names: Sequence[str]) -> tuple[str, ...]:
-    """Conditions about a role that hold in all examples and exclude nothing beyond the rule."""
+    """Return the conditions about a role that hold in all examples but exclude no counterexample."""
     bits = learned.language.bits
     left = sorted((one for one in learned.cast.common if one not in learned.literals and one.binds and "_" not in _said(one, names)),
                   key=lambda one: (one.kind == "holds", bits(one, learned.cast.roles), one))  # fmt: skip
@@ -215,17 +217,18 @@ def _said(literal: Literal, names: Sequence[str]) -> str:
 
 
 def _undecided(learned: Learned, evidence: Sequence[Evidence], names: Sequence[str]) -> tuple[str, ...]:
-    """Open questions for one more demonstration: conditions on little evidence, and bounds."""
+    """Return open questions that another demonstration may answer: on conditions with little evidence, and on
+    bounds."""
     found = []
     for one, known in zip(learned.literals, evidence, strict=True):
         said = _said(one, names)
         if one.kind in ("at_least", "at_most"):
-            found.append(f"where the bound of '{said}' lies: show one with a value nearer to {one.bound:g}")
+            found.append(f"where the bound of '{said}' lies: show an example with a value nearer to {one.bound:g}")
         elif len(known.excludes) <= 1 and one not in learned.cast.changes:
-            found.append(f"whether '{said}' belongs to the task: show one in which it does not hold")
+            found.append(f"whether '{said}' belongs to the task: show an example in which it does not hold")
     for k, name in enumerate(names[1:]):
         if len({f[k] for f in learned.cast.fillers}) == 1:
-            found.append(f"whether {name} may be anything but '{learned.cast.fillers[0][k]}': show it with another thing")
+            found.append(f"whether {name} may be anything but '{learned.cast.fillers[0][k]}': show an example with another thing")
     return tuple(found)
 
 
@@ -239,13 +242,16 @@ def _covered(learned: Learned) -> list[str]:
 
 
 def _procedure(learned: Learned, roles: Mapping[str, str]) -> Procedure | None:
-    """Procedure of known tasks that explain all examples; their roles are filled by ours or by classes."""
+    """Return the procedure of known tasks, if they explain all examples.
+
+    Their roles are filled by roles of the learned task, or by classes.
+    """
     shown = [steps_of(e, f, roles) for e, f in zip(learned.examples, learned.cast.fillers, strict=True)]
     return procedure(shown) if all(shown) else None
 
 
 def steps_of(one: Example, fillers: Sequence[str], roles: Mapping[str, str]) -> tuple[Step, ...]:
-    """Return the known tasks that explain an example, in order, in the words of a proposal.
+    """Return the known tasks that explain an example, in order, with fillers named by the proposal's roles.
 
     Args:
         fillers: of the roles in the example.
@@ -255,7 +261,7 @@ def steps_of(one: Example, fillers: Sequence[str], roles: Mapping[str, str]) -> 
 
 
 def _ours(span: Span, fillers: Sequence[str], name: str, roles: Mapping[str, str]) -> str:
-    """Name of the role that a thing fills; else the thing's class; "" for the agent."""
+    """Return the proposal's role that a thing fills; else the thing's class; "" for the agent."""
     whole = span.timeline.episode.whole(name)
     if whole in fillers:
         return list(roles)[fillers.index(whole)]

@@ -1,4 +1,4 @@
-"""Repetition in a path: its periodic part, and the mean of its rounds."""
+"""Repetition in a path: its periodic part, and the mean of the periods."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ROUND = 48
 
 
 class Rounds(Value, eq=False):
-    """Periodic part of a path.
+    """Periodic part of a path: the mean of its rounds, and their number.
 
     Args:
         mean: (ROUND, 3) places of the mean round [m].
@@ -35,7 +35,7 @@ class Rounds(Value, eq=False):
 
 
 def evenly(times: Floats, points: Floats) -> tuple[Floats, Floats]:
-    """Return times (M,) and places (M, 3) at even distances along a smoothed path."""
+    """Return times (M,) and positions (M, 3) at even distances along a smoothed path."""
     count = max(round(SMOOTHED / float(np.median(np.diff(times)))) | 1, 1) if len(times) > 2 else 1
     padded = np.pad(points, ((count // 2, count // 2), (0, 0)), mode="edge")
     smooth = np.stack([np.convolve(padded[:, k], np.ones(count) / count, mode="valid") for k in range(3)], axis=1)
@@ -50,7 +50,7 @@ def evenly(times: Floats, points: Floats) -> tuple[Floats, Floats]:
 
 
 def rounds(points: Floats) -> Rounds | None:
-    """Return the longest periodic part of a path with two rounds at least; None where there is none.
+    """Return the longest periodic part of a path that has at least two rounds; None if there is none.
 
     Args:
         points: (M, 3) at even distances ``STEP``.
@@ -71,7 +71,8 @@ def rounds(points: Floats) -> Rounds | None:
 
 
 def _alike(points: Floats, lag: int) -> tuple[int, int, int, float] | None:
-    """The longest part in which each place is again there one round later: first and last place, round, and mean distance [m]."""
+    """Return the longest part of a path that repeats after a number of positions, as indices of its first and
+    last position, that number, and the mean distance between rounds [m]."""
     apart = np.linalg.norm(points[lag:] - points[:-lag], axis=1)
     extents = _extents(points, lag)[: len(apart)]
     close = np.concatenate([[False], apart <= ALIKE * extents, [False]])
@@ -87,7 +88,7 @@ def _alike(points: Floats, lag: int) -> tuple[int, int, int, float] | None:
 
 
 def _extents(points: Floats, lag: int) -> Floats:
-    """Largest side of the box around the round that begins at each place [m]."""
+    """Return for each position the largest side of the box around the round that begins there [m]."""
     from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
     ahead = {"size": lag, "axis": 0, "mode": "nearest", "origin": -(lag // 2)}

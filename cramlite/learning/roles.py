@@ -1,4 +1,4 @@
-"""Roles of a task that is learned: the things that change in an example, and which things of the other examples are in the same roles."""
+"""Roles of a learned task: the things that change in one example, and which things of the other examples correspond to them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,8 @@ TRIED = 2
 
 
 class Cast(Value, eq=False):
-    """Fillers of the roles in each example, with the conditions on them that hold in all examples.
+    """Cast: the fillers of the roles in each example, with the conditions on fillers that hold in all
+    examples.
 
     Args:
         fillers: for each example the things in the roles.
@@ -53,7 +54,7 @@ class Cast(Value, eq=False):
 
 
 def casts(tables: Tables, roles: int) -> list[Cast]:
-    """Return the best choices of fillers for so many roles, by the examples' agreement; none if they have too
+    """Return the casts with the most conditions in common, for a number of roles; empty if an example has too
     few things.
 
     Args:
@@ -72,7 +73,8 @@ def casts(tables: Tables, roles: int) -> list[Cast]:
 
 
 def _who_changes(tables: Tables) -> list[int]:
-    """Things of the first span that change or that the agent is at, the most changed first."""
+    """Return the indices of things of the first span that change or that the agent acts on, the most changed
+    first."""
     language = tables.language
     literals = [one for one in language.literals(1) if one.roles and (_moving(language, one) or _with_hand(language, one))]
     weights = np.array([_weight(tables.language, one) for one in literals])
@@ -82,17 +84,19 @@ def _who_changes(tables: Tables) -> list[int]:
 
 
 def _with_hand(language: Language, literal: Literal) -> bool:
-    """Whether a condition asks for a recorded state between the agent and a role throughout the task."""
+    """Check whether a condition requires a recorded state between the agent and a role throughout the
+    task."""
     return literal.phase == "run" and HAND in literal.slots and not literal.denied and recorded(language, literal)
 
 
 def _moving(language: Language, literal: Literal) -> bool:
-    """Whether a condition says that something changes, or happens while the task is done."""
+    """Check whether a condition requires a change, or something that happens during the task."""
     return literal.kind in ("begins", "ends") or (not literal.denied and language.predicates[literal.predicate].phases == {"run"})
 
 
 def _weight(language: Language, literal: Literal) -> float:
-    """Weight of a common condition as evidence for the roles; changes weigh more than lasting states."""
+    """Return the weight of a common condition as evidence for the roles; changes weigh more than lasting
+    states."""
     if not literal.roles:
         return 0.0
     if literal.kind in ("begins", "ends"):
@@ -128,13 +132,13 @@ def _cast(
 
 
 def _distinct(things: int, roles: int) -> Truths:
-    """Mask of the fillings in which each role has a thing of its own."""
+    """Return a mask of the role fillings in which no thing fills two roles."""
     found = np.array([len(set(k)) == roles for k in np.ndindex(*(things,) * roles)], dtype=np.bool_)
     return found.reshape(1, -1)
 
 
 def _changes(language: Language, common: Sequence[Literal]) -> Iterator[Literal]:
-    """Recorded states between the agent and the roles that begin or end, without those that another change
+    """Yield recorded states of agent and roles that begin or end, without those that another change
     implies."""
     changes = [one for one in common if one.kind in ("begins", "ends") and ANY not in one.slots and recorded(language, one)]
     for one in changes:
@@ -143,7 +147,8 @@ def _changes(language: Language, common: Sequence[Literal]) -> Iterator[Literal]
 
 
 def own_changes(tables: Tables, span: int) -> tuple[Literal, ...]:
-    """Return recorded states between the actor and up to two things of a span that begin or end in it, whichever the things are."""
+    """Return the changes of recorded states between the agent and up to two things in a span, in terms of
+    roles instead of things."""
     asked = [one for one in tables.language.literals(2) if one.kind in ("begins", "ends") and ANY not in one.slots]
     literals = [one for one in asked if recorded(tables.language, one)]
     if not literals or not tables.size:
@@ -153,8 +158,10 @@ def own_changes(tables: Tables, span: int) -> tuple[Literal, ...]:
 
 
 def _measured(language: Language, common: Sequence[Literal], roles: int) -> tuple[tuple[Literal, ...], ...]:
-    """Sets of changes, each of which a rule should tell one of: those of each moving role alone, else all changes of named
-    things."""
+    """Return sets of changes; a rule should explain one change of each set.
+
+    There is a set for each role that moves, else a single set of all changes.
+    """
     changes = [one for one in common if one.kind in ("begins", "ends") and ANY not in one.slots]
     moving = {one.slots for one in common if one.kind == "holds" and _moving(language, one)}
     alone = [tuple(one for one in changes if one.slots == (role,) and one.slots in moving) for role in range(1, roles + 1)]
@@ -162,7 +169,7 @@ def _measured(language: Language, common: Sequence[Literal], roles: int) -> tupl
 
 
 def follows(language: Language, literal: Literal, other: Literal) -> bool:
-    """Check whether a change follows from another one, by the declarations of its predicate."""
+    """Check whether one change follows from another by the declarations of the other's predicate."""
     fluent = language.predicates[other.predicate].fluent
     if set(literal.slots) != set(other.slots) or literal.kind != other.kind:
         return False

@@ -1,4 +1,4 @@
-"""Shortest set of conditions that describes examples: a weighted hitting set with exceptions, solved exactly as an integer program.
+"""Shortest set of conditions that describes examples: a weighted hitting set with exceptions, solved as an integer program.
 
 Each filling of the roles in a stretch that is no example must be refuted by a chosen condition, or is an exception that is told beside the
 rule. A rule's length is the bits of its conditions and of its exceptions. (SciPy's ``milp``: HiGHS, branch and bound.)
@@ -20,7 +20,7 @@ TIE = 1e-5
 
 
 class Group(Value, eq=False):
-    """Bindings that count as one exception, unless all of them are refuted.
+    """Group of bindings that counts as one exception unless all of them are refuted.
 
     Args:
         refuted: for each filling the conditions that refute it, as bits of a whole number.
@@ -34,7 +34,7 @@ class Group(Value, eq=False):
 
 
 class Wish(Value, eq=False):
-    """Preference: the chosen conditions should all hold in one of some alternatives, or else bits are paid.
+    """Wish: the chosen conditions should all hold in one of several alternatives, or bits are paid.
 
     Args:
         false: of alternatives, the conditions that do not hold in each, as bits of a whole number.
@@ -46,7 +46,7 @@ class Wish(Value, eq=False):
 
 
 class Problem(Value, eq=False):
-    """Problem of the shortest rule.
+    """Problem of finding the shortest rule.
 
     Args:
         bits: (conditions,) the length of each.
@@ -64,20 +64,23 @@ class Problem(Value, eq=False):
 
 
 class Shortest(Value):
-    """Solution of a problem: the conditions chosen, in the order of the language, and the bits of everything."""
+    """Solution of a problem: the indices of the chosen conditions, and the total bits of the rule."""
 
     chosen: tuple[int, ...]
     bits: float
 
 
 def masks(refuted: Truths) -> list[int]:
-    """Return for each column which rows are true, as bits of a whole number."""
+    """Return for each column of a table the set of rows that are true, as the bits of an integer."""
     packed = np.packbits(refuted, axis=0, bitorder="little")
     return [int.from_bytes(column.tobytes(), "little") for column in packed.T]
 
 
 def minimal(found: Iterable[int]) -> frozenset[int]:
-    """Return the sets without proper subsets among the others: a choice that refutes these refutes all."""
+    """Return the sets that have no proper subset among the given sets (sets are bits of integers).
+
+    A choice that meets all of these meets all given ones.
+    """
     kept: list[int] = []
     for mask in sorted(set(found), key=lambda m: (m.bit_count(), m)):
         if not any(mask & other == other for other in kept):
@@ -90,7 +93,7 @@ def _rows_of(mask: int) -> list[int]:
 
 
 def merged(groups: Iterable[Group]) -> list[Group]:
-    """Return the groups, those with equal refutations merged and their bits added."""
+    """Merge groups with equal refutations and add their bits."""
     found: dict[frozenset[int], Group] = {}
     for group in groups:
         if group.refuted:
@@ -133,7 +136,8 @@ def shortest(problem: Problem) -> Shortest:
 
 
 def _wish(wish: Wish, weights: list[float], rows: _Rows, lower: list[float]) -> None:
-    """Add a wish to the program: in one alternative every chosen condition holds, or the bits are paid."""
+    """Add a wish to the integer program: in one alternative every chosen condition holds, or the wish's bits
+    are paid."""
     first = len(weights)
     weights += [0.0] * len(wish.false)
     for k, mask in enumerate(wish.false):
@@ -147,8 +151,8 @@ def _wish(wish: Wish, weights: list[float], rows: _Rows, lower: list[float]) -> 
 
 
 def widened(problem: Problem, chosen: Sequence[int]) -> tuple[int, ...]:
-    """Return the conditions and further ones, each of which saves more bits of narrowly refuted fillings than it costs, best
-    first."""
+    """Add further conditions, best first, that cost fewer bits than they save on bindings which only one
+    condition refutes; return all."""
     groups = [g for g in merged(problem.groups) if g.narrow]
     bits, found = problem.bits + TIE * np.arange(len(problem.bits)), set(chosen)
     while True:

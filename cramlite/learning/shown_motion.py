@@ -1,4 +1,4 @@
-"""Motions that demonstrations share: a path of what is held about another thing, the one about which they differ least."""
+"""Motions that demonstrations share: a path of the held thing in the frame of the thing about which the examples differ least."""
 
 from __future__ import annotations
 
@@ -52,7 +52,11 @@ class ShownMotion(Value, eq=False):
     bent: bool
 
     def apart_from(self, refused: Sequence[Span]) -> ShownMotion:
-        """Return the motion with a least count half way between the examples and spans in which it was not done, where these come near."""
+        """Return the motion with a higher least number of rounds, if it occurs in spans that are not the
+        task.
+
+        The number is half way between theirs and the examples'.
+        """
         found = (
             gone_through(self.path, span.timeline.episode, one, other, (span.start, span.end))
             for span in refused for one, other in permutations(span.things, 2)
@@ -63,7 +67,7 @@ class ShownMotion(Value, eq=False):
 
 
 class _Core(Value, eq=False):
-    """Part of one example that is the motion: places in the frame of the other thing."""
+    """Part of one example's path that is the motion, in the frame of the reference thing."""
 
     places: Floats
     closed: bool
@@ -80,7 +84,8 @@ def shown_motion(spans: Sequence[Span]) -> ShownMotion | None:
 
 
 def _casts(spans: Sequence[Span]) -> Iterator[tuple[tuple[str, str], ...]]:
-    """For each example what is moved and about what: the same names in all, else things of the same classes."""
+    """Yield for each example a pair of mover and reference thing: equal names in all examples, else things of
+    equal classes."""
     each = [_pairs(span) for span in spans]
     for pair in each[0]:
         types = [spans[0].timeline.types(n)[:1] for n in pair]
@@ -92,7 +97,7 @@ def _casts(spans: Sequence[Span]) -> Iterator[tuple[tuple[str, str], ...]]:
 
 
 def _pairs(span: Span) -> list[tuple[str, str]]:
-    """What the hand has all along, with each other thing."""
+    """Return each thing that the hand holds throughout a span, paired with each other thing."""
     episode, times = span.timeline.episode, np.linspace(span.start, span.end, 50)[:-1]
     held = [n for n in span.things if span.effector and related(episode, span.effector, n, times).mean() >= HELD]
     return [(one, other) for one in held for other in span.things if other != one]
@@ -124,14 +129,16 @@ def _of_pairs(spans: Sequence[Span], pairs: tuple[tuple[str, str], ...]) -> tupl
 
 
 def _anchors(classes: Sequence[str] | dict[str, None]) -> Iterator[Anchor]:
-    """Frames in which a path may be told: of parts, at their bottom first, and of the thing."""
+    """Yield frames for a path: those of the reference thing's parts, at their bottom first, then that of the
+    thing."""
     for scaled in (False, True):
         yield from (Anchor(class_, deep, scaled) for class_ in classes for deep in (True, False))
     yield Anchor()
 
 
 def _core(span: Span, mover: str, about: str) -> _Core | None:
-    """Periodic part of a path, or all of it that touches."""
+    """Return the periodic part of a mover's path; if there is none, the part in which it touches the
+    reference thing."""
     episode = span.timeline.episode
     found = followed(episode, mover, about, (span.start, span.end))
     if found is None:
@@ -153,14 +160,15 @@ def _core(span: Span, mover: str, about: str) -> _Core | None:
 
 
 def _within(places: Floats, frame: tuple) -> Floats:  # type: ignore[type-arg]
-    """Places in the frame of an anchor, x and y in its unit."""
+    """Transform positions to the frame of an anchor, with x and y in the anchor's unit of length."""
     pose, metres = frame
     inside = (places - np.array(pose.position)) @ pose.rotation
     return np.asarray(inside / (metres, metres, 1.0))
 
 
 def _mean(places: Sequence[Floats], closed: bool, metres: float) -> tuple[Floats, float, bool]:
-    """Mean of the examples' places, their spread about it [m], and whether some went round the other way."""
+    """Return the mean of the examples' paths, their spread about it [m], and whether some went round the
+    other way."""
     unit = np.array([metres, metres, 1.0])
     aligned, reversed_ = [places[0]], [False]
     for one in places[1:] if closed else ():
@@ -194,7 +202,8 @@ def _motion(
 
 
 def _corners(line: Floats) -> list[int]:
-    """Places that a line is told by, within ``EXACT`` (Douglas and Peucker 1973)."""
+    """Return the indices of the points that approximate a line within ``EXACT`` (Douglas and Peucker
+    1973)."""
     kept, open_ = {0, len(line) - 1}, [(0, len(line) - 1)]
     while open_:
         a, b = open_.pop()

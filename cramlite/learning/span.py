@@ -1,4 +1,4 @@
-"""Spans of episodes with the facts that hold in them: tables over the things of an episode, one for each predicate and phase."""
+"""Spans of episodes with the facts that hold in them: one table over the things for each predicate and phase."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ Truths = npt.NDArray[np.bool_]
 
 
 class Span:
-    """Stretch of an episode that a task may fill, with the facts just before it, throughout, and just after it.
+    """Span of an episode that a task may fill, with the facts just before it, throughout it, and just after
+    it.
 
     Args:
         timeline: of the episode.
@@ -35,12 +36,14 @@ class Span:
         return f"{self.timeline.episode.name} ({self.start:.2f} to {self.end:.2f} s)"
 
     def elsewhere(self, thing: str) -> bool:
-        """Check whether a thing is elsewhere at the end than at the start (``ELSEWHERE``)."""
+        """Check whether a thing's position at the end differs by more than ``ELSEWHERE`` from that at the
+        start."""
         before, after = (self.timeline.episode.pose_at(thing, t) for t in (self.start, self.end))
         return before is not None and after is not None and math.dist(before.position, after.position) > ELSEWHERE
 
     def holds(self, predicate: Predicate, phase: PhaseName) -> Truths:
-        """Return for which things, and the effector as the last one, a predicate holds: a table with one axis for each argument."""
+        """Return a table of the things for which a predicate holds, with one axis for each argument; the
+        effector has the last index."""
         key = (predicate.name, phase)
         if key not in self._holds:
             table = np.zeros((len(self.things) + 1,) * predicate.arity, dtype=np.bool_)
@@ -52,7 +55,8 @@ class Span:
         return self._holds[key]
 
     def of_class(self, predicate: Predicate, class_: str) -> Truths:
-        """Return the things for which a predicate of a thing and a class holds; the effector is the last one."""
+        """Return a mask of the things for which a predicate of thing and class holds; the effector has the
+        last index."""
         key = (predicate.name, class_)
         if key not in self._holds:
             phase, place = self.phases["pre"], predicate.classes[0]
@@ -64,7 +68,8 @@ class Span:
         return self._holds[key]
 
     def values(self, predicate: Predicate, phase: PhaseName) -> npt.NDArray[np.float64]:
-        """Return the largest value of a value predicate for each filling of its arguments; not a number where there is none."""
+        """Return a table of the largest value of a value predicate for each combination of arguments; NaN
+        without a value."""
         key = (predicate.name, phase)
         if key not in self._values:
             self._values[key] = self._valued(predicate, phase)

@@ -1,4 +1,4 @@
-"""Tables of facts of many spans at once: for each predicate and phase, for which things of each span it holds.
+"""Tables of facts of many spans at once, one for each predicate and phase.
 
 Spans have few things each, so all are padded to the same number; who acts has the last place.
 """
@@ -15,7 +15,7 @@ from .span import Span, Truths
 
 
 class Tables:
-    """Facts of some spans, computed when they are first asked for.
+    """Facts of some spans; each table is computed at its first use.
 
     Args:
         language: whose predicates are asked.
@@ -28,7 +28,7 @@ class Tables:
         self._known: dict[tuple[str, str], npt.NDArray] = {}  # type: ignore[type-arg]
 
     def valid(self, roles: int) -> Truths:
-        """Return (spans, fillings) which fillings of the roles are things of a span, and not padding."""
+        """Return a mask (spans, fillings) of the role fillings with things of the span, without padding."""
         one = np.arange(self.size)[None, :] < np.array([len(s.things) for s in self.spans])[:, None]
         found = np.ones((len(self.spans), *(1,) * roles), dtype=np.bool_)
         for role in range(roles):
@@ -36,7 +36,7 @@ class Tables:
         return found.reshape(len(self.spans), -1)
 
     def truths(self, literals: Sequence[Literal], roles: int) -> Truths:
-        """Return (conditions, spans, fillings) which conditions hold."""
+        """Return a mask (conditions, spans, fillings) of where conditions hold."""
         shape = (len(self.spans), *(self.size,) * roles)
         found = np.empty((len(literals), *shape), dtype=np.bool_)
         for k, literal in enumerate(literals):
@@ -44,7 +44,8 @@ class Tables:
         return found.reshape(len(literals), len(self.spans), self.size**roles)
 
     def truth(self, literal: Literal, roles: int) -> Truths:
-        """Return for which spans and fillings a condition holds; an axis along which nothing changes has length 1."""
+        """Return a mask of the spans and role fillings for which a condition holds; axes of roles that it
+        does not mention have length 1."""
         if literal.kind in ("begins", "ends"):
             before, after = (self._of_slots(self._holds(literal, p), literal.slots, roles) for p in ("pre", "post"))
             return ~before & after if literal.kind == "begins" else before & ~after
@@ -75,7 +76,8 @@ class Tables:
         return span.values(predicate, phase) if predicate.value else span.holds(predicate, phase)  # type: ignore[arg-type]
 
     def _of_slots(self, table: Truths, slots: tuple[int, ...], roles: int) -> Truths:
-        """Table of a predicate over roles: open arguments are quantified, the agent is fixed."""
+        """Return a predicate's table over roles: "_" arguments are existentially quantified, the agent is
+        fixed."""
         places = (self.size if s == HAND else slice(None) if s == ANY else slice(self.size) for s in slots)
         picked = table[(slice(None), *places)]
         left = [s for s in slots if s != HAND]
@@ -85,11 +87,11 @@ class Tables:
         return np.asarray(picked).reshape([len(self.spans), *(self.size if r in named else 1 for r in range(1, roles + 1))])
 
     def place(self, span: int, fillers: Sequence[str]) -> int:
-        """Return the place of a filling by names."""
+        """Return the index of a role filling that is given by names."""
         things = self.spans[span].things
         return int(np.ravel_multi_index([things.index(f) for f in fillers], (self.size,) * len(fillers))) if fillers else 0
 
     def names(self, span: int, place: int, roles: int) -> tuple[str, ...]:
-        """Return the names of a filling by its place."""
+        """Return the names of the role filling with an index."""
         things = self.spans[span].things
         return tuple(things[int(k)] for k in np.unravel_index(place, (self.size,) * roles)) if roles else ()

@@ -1,4 +1,4 @@
-"""Trials of a learned task: a robot does it in new worlds, and the learned rule reads the run."""
+"""Trials of a learned task: a robot does the task in new worlds, and the learned rule must recognise the run."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Trial(Value):
 
 
 def trials(proposal: Proposal, module: Path, scenario: Scenario, seeds: range) -> Iterator[Trial]:
-    """Yield the outcome of a learned task in worlds of a scenario, one for each seed.
+    """Yield a trial of a learned task for each seed, in the worlds of a scenario.
 
     The scenario's own tasks are done where the learned task is one of them; else it is done alone. Goals do not count.
 
@@ -71,7 +71,8 @@ def trials(proposal: Proposal, module: Path, scenario: Scenario, seeds: range) -
 
 
 def _own(proposal: Proposal, scenario: Scenario, engine: Engine) -> list[TaskSpec]:
-    """Tasks of a scenario, if the learned one is among them; rules over tasks are none."""
+    """Return the tasks of a scenario if the learned task is among them and none is under a rule of the plan
+    language; else none."""
     entries = scenario.spec.tasks or ()
     tasks = [t for t in entries if isinstance(t, TaskSpec)]
     return tasks if len(tasks) == len(entries) and any(_is(t, proposal, engine) for t in tasks) else []
@@ -82,7 +83,7 @@ def _is(task: TaskSpec, proposal: Proposal, engine: Engine) -> bool:
 
 
 def _when(candidate: Candidate, place: int, count: int, whole: tuple[float, float]) -> tuple[float, float]:
-    """When a task of several ran [s]; of one alone the whole run."""
+    """Return start and end of a task's part of a run [s]; of a single task the whole run."""
     rollout, code = candidate.rollout, candidate.code
     if count == 1 or rollout is None or code is None:
         return whole
@@ -92,7 +93,8 @@ def _when(candidate: Candidate, place: int, count: int, whole: tuple[float, floa
 
 
 def _fillers(proposal: Proposal, world: World, taxonomy: Taxonomy) -> Iterator[tuple[str, str]]:
-    """For each role a thing of the world: of the name that it had in an example, else of its class."""
+    """Yield each role with a thing of the world: one with the filler's name in an example, else one of its
+    class."""
     taken: set[str] = set()
     for k, role in enumerate(proposal.roles):
         names = [f[k] for f in proposal.fillers]
@@ -107,11 +109,13 @@ def _fillers(proposal: Proposal, world: World, taxonomy: Taxonomy) -> Iterator[t
 
 
 def _unread(proposal: Proposal, span: Span, task: TaskSpec, found: int) -> str:
-    """Sentence on the condition of the rule that the run does not fulfil, with the demonstration to show next."""
+    """Return a sentence on the rule's condition that the run does not fulfil, with advice which demonstration
+    to show next."""
     if found:
         return "proven, but the learned rule finds other things in the roles; show what tells them apart"
     for evidence, literal in zip(proposal.evidence, proposal.learned.literals, strict=True):
         if tuple(task.roles.get(r, "") for r in proposal.roles) not in covers(proposal.learned, span, [literal]):
             said = " and ".join(f"{phase}: {text}" for phase, text in evidence.texts)
-            return f"proven, but '{said}' does not hold of the run: show one in which it does not hold, if it does not belong to the task"
+            return (f"proven, but '{said}' does not hold in the run: if it does not belong to the task, "
+                    "show an example in which it does not hold")  # fmt: skip
     return "proven, but no condition alone fails: the run is none of this task"

@@ -1,4 +1,5 @@
-"""State that planning refused since two bodies would be too near one another: enough to draw it again."""
+"""Collision that planning found: two bodies that are too near one another, with the robot's state, so that it
+can be drawn."""
 
 from __future__ import annotations
 

@@ -18,7 +18,8 @@ BROWN = 0.68
 
 
 def colour_of(thing: Thing) -> str:
-    """Return the colour of most geoms of a thing; "" where they are grey, as geoms are of which no colour is known."""
+    """Return the colour word of most geoms of a thing; "" if they are grey, which is also the colour of geoms
+    that state none."""
     found = Counter(word for g in thing.geoms if not g.part and (word := colour_word(g.rgba[:3])))
     return found.most_common(1)[0][0] if found else ""
 

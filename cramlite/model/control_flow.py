@@ -132,8 +132,8 @@ def monitor(
 
 
 class Way(Value):
-    """One expansion of a compound, as a ``Decomposition`` is of an action: items for the agenda, reason,
-    and cost."""
+    """Expansion of a compound into items for the agenda, with reason and cost; it is to a compound what a
+    ``Decomposition`` is to an action."""
 
     steps: tuple[Designator | Mark, ...]
     reason: str
@@ -141,7 +141,8 @@ class Way(Value):
 
 
 def ways(item: Compound) -> Iterator[Way]:
-    """Yield the expansions of a compound: the alternatives of choose, else one with markers."""
+    """Yield the expansions of a compound: each alternative of a choice by itself, else all branches with
+    marks between them."""
     if item.kind == "sequence":
         yield Way(item.branches[0], "in this order")
     elif item.kind == "choose":

@@ -33,6 +33,7 @@ def enclosing_names(name: str) -> Iterator[str]:
 
 
 def freed_name(name: str) -> str:
-    """Return the name that a part of a task has as a task of its own: "3.Placing" for "3.PickAndPlace/Placing"; others keep theirs."""
+    """Return the name that a part of a task gets as a task of its own: "3.Placing" for
+    "3.PickAndPlace/Placing"; other names stay."""
     whole, _, own = name.rpartition(BETWEEN)
     return f"{whole.partition('.')[0]}.{own}" if whole else name

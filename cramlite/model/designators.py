@@ -51,18 +51,20 @@ class Object(Value):
 
     @property
     def wanted(self) -> str:
-        """Description of the request, in words."""
+        """Description of the object that is asked for, in words: "block", or "tools:Cup with handle"."""
         what = " or ".join(self.types or self.like) or "anything"
         having = f" with {', '.join(self.features)}" if self.features else ""
         return f"{self.entity or what}{having}"
 
     @property
     def thing(self) -> str:
-        """Thing that the designator names, itself or by a part; "" where it names none."""
+        """Name of the thing that the designator is about, also where it names a part of the thing; "" if it
+        names none."""
         return thing_of(self.entity or "")
 
     def merged(self, other: Object) -> Object:
-        """Return the designator that combines the demands of both."""
+        """Return a designator with the features and affordances that either asks for, and the types of the
+        first that states any."""
         features = tuple(dict.fromkeys((*self.features, *other.features)))
         affords = tuple(dict.fromkeys((*self.affords, *other.affords)))
         filled = self.filled or other.filled
@@ -128,7 +130,7 @@ class Place(Value):
     via: tuple[Pose, ...] = ()
 
     def __post_init__(self) -> None:
-        """Take the grip from ``values`` where a plugin says it there."""
+        """Set ``grip`` from the key "width_m" of ``values``, if a plugin stated the opening there."""
         if self.grip is None and "width_m" in self.values:
             force_setattr(self, "grip", GripFacts(self.values["width_m"]))
 
@@ -196,12 +198,12 @@ class Action(Value):
         return f"{self.task.split(':')[-1]}({', '.join(f'{k}={v.name}' for k, v in self.roles.items())})"
 
     def inside(self, name: str) -> str:
-        """Return the name of a designator that belongs to this action."""
+        """Return the name of a part of this action: "3.Grasping/approach" for "approach"."""
         return part_name(self.name, name)
 
 
 class Late(Value):
-    """Object designator whose pose is bound at run time.
+    """Object designator whose pose the program asks for when it runs.
 
     Args:
         query: what to look for.
@@ -215,7 +217,7 @@ class Late(Value):
 
     @property
     def name(self) -> str:
-        """Name of the query's designator."""
+        """Name of the designator that describes the object."""
         return self.query.name
 
     def __str__(self) -> str:

@@ -155,7 +155,10 @@ class Episode(Value, dict=True):
         return self._entities.get(name)
 
     def whole(self, name: str) -> str:
-        """Return the thing that something is a part or feature of; itself if of none. A cycle ends where it closes."""
+        """Return the thing that an entity is a part or feature of; the entity itself if it is no part.
+
+        In a cycle of parts the last entity before the cycle closes.
+        """
         seen = {name}
         entity = self.known(name)
         while entity is not None and entity.part_of is not None and entity.part_of not in seen:
@@ -204,7 +207,8 @@ class Episode(Value, dict=True):
 
     @cached_property
     def _starts(self) -> tuple[list[float], list[float], list[Event]]:
-        """Starts, the latest end so far, and the events, by start."""
+        """Events in the order of their starts, behind two lists for bisection: their starts, and the latest
+        end up to each."""
         ordered = sorted(self.events, key=lambda e: e.start)
         return [e.start for e in ordered], list(accumulate((e.end for e in ordered), max)), ordered
 

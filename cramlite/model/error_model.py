@@ -104,11 +104,11 @@ class ErrorModel(Value):
         return replace(self, scale=self.scale * factor)
 
     def of(self, thing: str) -> PoseError:
-        """Return the pose error of a thing, without ``scale``."""
+        """Return the declared pose error of a thing, not yet multiplied by ``scale``."""
         return self.things.get(thing, self.pose)
 
     def only(self, source: str) -> ErrorModel:
-        """Return the model without the errors of all other sources.
+        """Return the error model with the errors of one source only.
 
         Raises:
             KeyError: ``SOURCES`` has no such source.
@@ -134,7 +134,7 @@ def sources(model: type[ErrorModel]) -> Mapping[str, tuple[str, ...]]:
 
 
 def without_errors(model: type[M]) -> M:
-    """Return a model of a type in which nothing is off."""
+    """Return an error model of a type with all errors at zero."""
     nothing: dict[str, Any] = {name: source.nothing for name, source in declared(model).items()}
     return model(**nothing)
 

@@ -28,7 +28,7 @@ STEEPEST = 0.2
 
 
 class Size(Value):
-    """Size of an error in files, from 0 on.
+    """Kind and largest value of an error's size in scenario files; the smallest is 0.
 
     Args:
         kind: of quantity; a "rate" is any number, a "share" is less than ``most``.
@@ -52,7 +52,7 @@ class Around(Value):
 
 
 class ErrorSource(Value):
-    """Declaration of a source of error, at a field of ``ErrorModel`` whose default is its size.
+    """Source of error, declared in a field of ``ErrorModel`` that holds the error's size.
 
     Args:
         name: for people and of its random numbers; fields of one name are one source.

@@ -53,7 +53,7 @@ class Trigger(Value):
     within: float = 0.0
 
     def __str__(self) -> str:
-        """Return the moment of the trigger as a clause; "" for at once."""
+        """Return the conditions of the trigger as a clause; "" if the fault begins at once."""
         said = [f"at '{self.line}'"] if self.line else []
         said += [f"at {self.force:g} N"] if self.force else []
         said += [f"{self.within:g} m from '{self.near}'"] if self.near else []
@@ -110,18 +110,18 @@ _SAID: Mapping[FaultKind, Callable[[Fault], str]] = {
     FaultKind.MOVED: lambda f: f"'{f.thing}' is moved by {_vector(f)} m",
     FaultKind.ADDED: lambda f: f"'{f.thing}' appears",
     FaultKind.FALLEN: lambda f: f"'{f.thing}' falls over",
-    FaultKind.PAYLOAD: lambda f: f"the flange bears {f.mass:+g} kg more than is told",
-    FaultKind.TOOL: lambda f: f"the tool is mounted {_vector(f)} m off",
+    FaultKind.PAYLOAD: lambda f: f"the flange bears {f.mass:+g} kg more than the program states",
+    FaultKind.TOOL: lambda f: f"the tool is mounted {_vector(f)} m from its nominal place",
     FaultKind.SENSOR: lambda f: f"the force sensor's zero is off by {_vector(f)} N",
     FaultKind.GRIP_LOST: lambda f: f"the fingers open for {f.lasts:g} s",
     FaultKind.SLIP: lambda f: f"the fingers press with {f.share:g} of their force for {f.lasts:g} s",
-    FaultKind.CLOSES_SHORT: lambda f: f"the fingers come no nearer than {f.most:g} m",
+    FaultKind.CLOSES_SHORT: lambda f: f"the fingers come no nearer to each other than {f.most:g} m",
     FaultKind.STICKING: lambda f: f"'{f.thing}' takes {f.most:g} N or Nm to be moved",
     FaultKind.FRICTION: lambda f: f"all friction is {f.share:g} of what it was",
     FaultKind.FROZEN: lambda f: f"readings freeze for {f.lasts:g} s",
     FaultKind.LOST: lambda f: f"there are no readings for {f.lasts:g} s",
     FaultKind.STOP: lambda f: f"a protective stop at {f.after:g} s",
-    FaultKind.CONNECTION: lambda f: f"no connection from {f.after:g} s on for {f.lasts:g} s",
+    FaultKind.CONNECTION: lambda f: f"the controller takes no connection from {f.after:g} s on for {f.lasts:g} s",
     FaultKind.KILLED: lambda f: "the program is killed",
     FaultKind.GOAL: lambda f: f"the goal becomes {' and '.join(f.goal)}",
     FaultKind.CANCELLED: lambda f: "the task is cancelled",

@@ -1,4 +1,4 @@
-"""Robot that another program described, in the words of this one."""
+"""Robot read from another program's file, as a robot model of cramlite."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from .robot import Robot
 
 
 class ImportedRobot(Value):
-    """Robot read from a file, with notes on the parts that the file had and lacked.
+    """Robot read from a file, with notes on what the file stated and what was missing.
 
     Args:
         robot: joints count as its Denavit-Hartenberg table does; ``axis_zeros`` is where the file counts zero.

@@ -1,4 +1,4 @@
-"""Scene that another program wrote, in the words of this one."""
+"""Scene read from another program's file, as things of cramlite."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .world import Thing
 
 
 class StatedJoint(Value):
-    """Joint of a scene file as a user states it, in place of the reader's finding.
+    """Joint of a scene file as the user states it in place of what the reader finds.
 
     Args:
         closed: at which end of its range it is closed, as the file counts; None where the reader is to find it.

@@ -28,5 +28,5 @@ class JudgingLimits(Value):
     of_scenario: tuple[str, ...] = ()
 
     def source(self, name: str) -> str:
-        """Source of a limit, for people: "of the scenario", or "by default"."""
+        """Source of a limit in words: "of the scenario", or "by default"."""
         return "of the scenario" if name in self.of_scenario else "by default"

@@ -1,4 +1,4 @@
-"""Known kinds of a library: the parts of each file that were taken, and those that were not."""
+"""Known kinds of a library: the files that became kinds, and those that could not."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from .geometry import Vector3
 
 
 class KnownKind(Value):
-    """A kind as a library took it, for people.
+    """Object model of a library, described for people.
 
     Args:
         name: of the object model.
@@ -36,7 +36,7 @@ class KnownKind(Value):
 
 
 class BuiltLibrary(Value):
-    """A library that was made or added to.
+    """Library that was made, or to which kinds were added.
 
     Args:
         kinds: those of the folders that were added.

@@ -1,4 +1,4 @@
-"""Words of motion designators for meanings rather than amounts, each with a sentence."""
+"""Words that motion designators use as parameter values, each with a sentence."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from ..base.word import Word
 
 
 class Stage(Word):
-    """End of a linear motion to a place: "stage"."""
+    """Values of the parameter "stage" of a linear motion: which pose of the place it ends at."""
 
     BEFORE = "before", "the stand-off of the place"
     VIA = "via", "the last pose on the way from the stand-off; the tool stays where there is none"
@@ -15,7 +15,7 @@ class Stage(Word):
 
 
 class Fingers(Word):
-    """Goal of a gripper motion: "to"."""
+    """Values of the parameter "to" of a gripper motion: how far the fingers open or close."""
 
     OPEN = "open", "as wide as there is room to let go, else as far as they open"
     SHUT = "shut", "on nothing"
@@ -24,21 +24,22 @@ class Fingers(Word):
 
 
 class Tilt(Word):
-    """Goal of a tilt: "to"."""
+    """Values of the parameter "to" of a tilting motion: which end of the place's path it leads to."""
 
     TILTED = "tilted", "the end of the place's path"
     UPRIGHT = "upright", "the beginning of the place's path"
 
 
 class Hang(Word):
-    """Goal of a swing: "to"."""
+    """Values of the parameter "to" of a swinging motion, which lets a held thing hang from the fingers or
+    lays it down."""
 
     HANGS = "hangs", "lifted until it hangs from the fingers"
     LIES = "lies", "led down until it lies"
 
 
 class ExpectedGrip(Word):
-    """End of a gripper motion that is no failure: "expect"."""
+    """Values of the parameter "expect" of a gripper motion: whether an object has to stop the fingers."""
 
     OBJECT = "object", "an object stopped the fingers"
     NONE = "none", "no object stopped the fingers"
@@ -46,7 +47,7 @@ class ExpectedGrip(Word):
 
 
 class ExpectedContact(Word):
-    """End of a guarded motion that is no failure: "expect"."""
+    """Values of the parameter "expect" of a guarded motion: whether a contact has to end it."""
 
     CONTACT = "contact", "something was felt"
     ANY = "any", "either: felt, or gone to the end"

@@ -1,4 +1,5 @@
-"""Facts of a place: the grip there, the release of a payload, things that move along, the fit of a peg."""
+"""Facts of a place: the grip there, the release of a payload, things that the hand moves along, the fit of a
+hole on a peg."""
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ from .geometry import Pose
 
 
 class GripFacts(Value):
-    """Grip of the thing at a place.
+    """Grip by which the hand holds a thing at a place.
 
     Args:
         width_m: between the pads.
@@ -39,7 +40,7 @@ class Release(Value):
 
 
 class CarriedAlong(Value):
-    """Things that come along with a hand on the way through a place.
+    """Movement of things that a hand pushes or pulls along on its way through a place.
 
     Args:
         pushed_m: of the place's thing, straight on along the approach.

@@ -1,4 +1,5 @@
-"""Plans: task sequences with types, roles and constraints, and nothing of the instance that they came from."""
+"""Plans: task sequences with types, roles and constraints, without the things of the demonstration that they
+came from."""
 
 from __future__ import annotations
 
@@ -52,6 +53,7 @@ def _task(action: Action) -> str:
 
 
 def _call(action: Action) -> str:
-    """The task with its fillers: things by name, else the class that is asked for or that its name suggests."""
+    """Format a task with its fillers: things by name, else the wanted class, else a class that the name
+    suggests."""
     fillers = ", ".join(o.entity or next(iter((*o.types, *o.like)), o.name) for o in action.roles.values())
     return f"{_task(action)}({fillers})" if fillers else _task(action)

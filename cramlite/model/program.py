@@ -15,7 +15,7 @@ from .steps import (
 
 
 class Section(Value):
-    """Steps of one task: ``steps`` [first, last).
+    """Section of a program: the steps of one task, from index ``first`` up to, but without, index ``last``.
 
     Args:
         task: the task designator's name, e.g. "3.Grasping".
@@ -29,7 +29,7 @@ class Section(Value):
 
 
 class Snapshot(Value):
-    """Pose that the program relies on: snapshot mode states each in the code's header.
+    """Pose of a thing that the program relies on; the header of the program's text states it.
 
     Args:
         thing: name in the robot's world.
@@ -91,7 +91,7 @@ class Program(Value):
 
     @property
     def force_limit_source(self) -> str:
-        """Source of the force limit, for people: "of robot 'ur5e'", or "of the scenario"."""
+        """Source of the force limit in words: "of robot 'ur5e'", or "of the scenario"."""
         return "of the scenario" if self.force_limit_of == "scenario" else f"of robot '{self.robot_type}'"
 
 
@@ -111,8 +111,8 @@ class Code(Value):
     suffix: str
 
     def lines_of(self, first: int) -> tuple[str, ...]:
-        """Return the lines of the step that begins at a line, but for comments and blank lines; empty where its code was
-        taken out.
+        """Return the lines of the step that begins at a line, without comments and blank lines; empty if the
+        step's code was removed.
 
         Args:
             first: a line of ``origins``.

@@ -1,4 +1,5 @@
-"""Typed programs as JSON text, and back: the text of robots and devices that have no native language here.
+"""Typed programs as JSON text, and back: the program text of robots and devices without a language of their
+own here.
 
 One object with the fields of ``Program``; every step is an object with its class under "step", on a line of its own. What
 is written is read back equal: numbers have as many digits as they need.
@@ -53,7 +54,7 @@ def write_program(program: Program) -> str:
 
 
 def typed_code(program: Program) -> Code:
-    """Return the JSON text of a program as code: ``origins`` lead from the line of each step to its origin."""
+    """Return a program as JSON code, with the origin of each step's line."""
     text = write_program(program)
     back = read_program(text)
     origins = {back.lines[id(s)]: s.origin for s in walk(back.program.steps) if s.origin}
@@ -143,14 +144,14 @@ def _parse(text: str) -> tuple[Any, _Where]:
 
 
 class _Wrong(Exception):
-    """JSON that Python's parser takes and a program may not contain."""
+    """Error for JSON that Python's parser accepts, but that no program may contain."""
 
 
 def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     result: dict[str, Any] = {}
     for key, value in pairs:
         if key in result:
-            raise _Wrong(f'"{key}" is said twice in one object')
+            raise _Wrong(f'"{key}" appears twice in one object')
         result[key] = value
     return result
 
@@ -166,7 +167,8 @@ def _skip(text: str, i: int) -> int:
 
 
 def _walk(text: str, i: int, decoder: json.JSONDecoder) -> tuple[_Where, int]:
-    """The lines of a value that begins at a position of text that was found to be JSON, and where it ends."""
+    """Return the lines of a JSON value that begins at a position of a valid text, and the position where the
+    value ends."""
     line, opened, inner, count = text.count("\n", 0, i) + 1, text[i], {}, 0
     if opened not in "{[":
         return _Where(line, {}), decoder.raw_decode(text, i)[1]
@@ -221,7 +223,8 @@ def _tuple(kinds: tuple[Any, ...], value: Any, where: _Where, name: str, lines: 
 
 
 def _chosen(hint: Any, value: Any, where: _Where, name: str, lines: dict[int, int]) -> Any:
-    """A member of a union: None, a step by its class's name, or the one type that takes the value."""
+    """Decode the value of a union type: None, a step by its class's name, or the first other type that
+    accepts the value."""
     if value is None and type(None) in get_args(hint):
         return None
     kinds = [k for k in get_args(hint) if k is not type(None)]

@@ -1,4 +1,5 @@
-"""Safety rules of typed programs, whatever the robot's safety configuration lets through; checked before any text is written.
+"""Safety rules of typed programs, independent of the robot's own safety configuration; checked before any
+text is written.
 
 Every rule gives the steps that break it, with numbers and units. Limits without a robot of their own:
 TCP speed 1.5 m/s (Universal Robots' factory preset of the e-Series' safety configuration); 0.25 m/s while feeling (reduced
@@ -74,7 +75,8 @@ def _first_load(program: Program, robot: Robot) -> Iterator[str]:
 
 
 def _joint_speeds(program: Program, robot: Robot) -> Iterator[str]:
-    """The leading axis has the commanded speed, the others their share of it."""
+    """Yield joint motions in which a joint exceeds its speed limit, where the fastest joint moves at the
+    commanded speed."""
     here = program.start
     for step in walk(program.steps):
         if isinstance(step, MoveJoints):
@@ -119,7 +121,8 @@ def _speed(step: AnyStep, program: Program, robot: Robot) -> Iterator[str]:
 
 
 def _workspace(step: AnyStep, program: Program, robot: Robot) -> Iterator[str]:
-    """No point is farther from the base than the arm and its tool are long: necessary, not sufficient."""
+    """Yield targets farther from the base than arm and tool are long; a nearer target may still be out of
+    reach."""
     high = math.hypot(*robot.root.position) + abs(robot.dh[0][1]) if robot.dh else 0.4
     longest = robot.reach + math.hypot(*program.tcp.position) + high
     targets = [step.target] if isinstance(step, MoveLinear) else getattr(step, "waypoints", ())
@@ -154,7 +157,7 @@ def _time(step: AnyStep, program: Program, robot: Robot) -> Iterator[str]:
         if value is not None and not 0 < value <= LONGEST:
             yield f"{name} {value:g} s is not in 0 .. {LONGEST:g} s"
     if isinstance(step, MoveUntilContact) and step.speed > 0 and step.distance / step.speed > step.timeout:
-        yield f"its way takes {step.distance / step.speed:.1f} s, longer than its time-out of {step.timeout:g} s"
+        yield f"the motion takes {step.distance / step.speed:.1f} s, longer than its time-out of {step.timeout:g} s"
     if isinstance(step, Repeat) and not 0 < step.count <= MOST:
         yield f"{step.count} repetitions are not in 1 .. {MOST}"
 
@@ -171,7 +174,7 @@ def _gripper(step: AnyStep, program: Program, robot: Robot) -> Iterator[str]:
 
 
 def _ends(step: AnyStep, program: Program, robot: Robot) -> Iterator[str]:
-    """Every path through a control step has steps, and no two of them move the same thing at once."""
+    """Yield control steps with an empty branch, or with parallel branches that move the same part."""
     if isinstance(step, Control):
         if not all(branches(step)) or not branches(step):
             yield "a branch has no steps"

@@ -37,12 +37,12 @@ class ProofDoubts(Value):
 
     @property
     def runs(self) -> int:
-        """Runs at most: the nominal one and one in each twin."""
+        """Largest number of runs: the nominal one and one in each twin."""
         return 1 + self.twins
 
     @property
     def needed(self) -> int:
-        """Runs that must succeed."""
+        """Number of runs that must succeed."""
         return math.ceil(self.at_least * self.runs - 1e-9)
 
     def decided(self, succeeded: int, ran: int) -> bool:

@@ -98,9 +98,9 @@ class Watch(Protocol):
     """Time between two readings [s]."""
 
     def see(self, readings: Readings) -> Notice | None:
-        """Return why the arm must stop; None while all is as it should be."""
+        """Return the notice that must stop the arm; None while the readings are as expected."""
         ...
 
     def rest(self, readings: Readings) -> None:
-        """Take the readings of the arm at rest, however the run ended."""
+        """Take the last readings of a run, with the arm at rest, however the run ended."""
         ...

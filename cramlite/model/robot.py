@@ -153,12 +153,13 @@ class Robot(Value):
             raise ValueError(f"robot '{self.type}': conditioning {self.conditioning:g} is not in 0 .. 1")
 
     def start(self, mount: RobotMount) -> tuple[tuple[float, ...], float]:
-        """Return the joint position [rad] and the gripper's opening [m] at the start: at home and open, else as the
-        mount says."""
+        """Return the joint position [rad] and the gripper's opening [m] at the start: those that the mount
+        states, else home and open."""
         return mount.joints or self.home, self.gripper.opening[1] if mount.opening is None else mount.opening
 
     def arm_at(self, stand: Pose) -> Pose:
-        """Return the pose of the arm's base in the world when the robot stands somewhere: a platform's frame, or the arm itself."""
+        """Return the pose of the arm's base in the world from where the robot stands: the pose of its
+        platform, or of the arm itself."""
         return stand * self.platform.arm if self.platform else stand
 
     def stand_of(self, arm: Pose) -> Pose:

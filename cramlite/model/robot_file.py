@@ -31,7 +31,7 @@ class HandFile(Value):
 
 
 class Stated(Value):
-    """Statements of an arm's data sheet that its file lacks; angles count as the file counts.
+    """Data of an arm's data sheet that its file does not state; angles count from the file's zero.
 
     Args:
         payload: of the arm, gripper included [kg]; 0 where nobody says it, which is refused.

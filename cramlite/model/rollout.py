@@ -157,12 +157,13 @@ class Rollout(Value, dict=True):
 
     @cached_property
     def awake_touches(self) -> tuple[tuple[Touch, ...], ...]:
-        """Touches of each sample without those of ``asleep``: those that hands and moved things take part in."""
+        """Touches of each sample that hands or moved things take part in; those of ``asleep`` are left out."""
         idle = {id(t) for still in {id(s): s for s in self.asleep}.values() for t in still}
         return tuple(tuple(t for t in touches if id(t) not in idle) for touches in self.touches) if idle else self.touches
 
     def contact_force(self) -> Floats:
-        """Return the (N,) magnitude of the contact force [N]: ``force``, or that of ``wrench`` where nobody tared a sensor."""
+        """Return the magnitude of the contact force (N,) [N]: ``force``, or that of ``wrench`` in runs
+        without a tared sensor."""
         norm: Floats = (self.wrench[:, :3] ** 2).sum(axis=1) ** 0.5
         return norm if self.force is None else self.force
 

@@ -40,13 +40,13 @@ class Reached(Value):
 
 
 def reached(peaks: RunPeaks, robot: Robot, force_limit: float, force_source: str) -> Iterator[Reached]:
-    """Yield the value that a run reached of each limit of its robot.
+    """Yield, for each limit of the robot, the value that the run reached.
 
     Args:
         force_limit: protective limit on the TCP force [N], and ``force_source``, whose it is.
     """
     yield Reached("tool_speed", "", "m/s", peaks.tool_speed, TOOL_SPEED, "factory preset", peaks.tool_speed_line)
     yield Reached("tool_force", "", "N", peaks.force, force_limit, force_source, peaks.force_line)
-    source = f"of robot '{robot.type}', and {OVERSHOOT - 1:.0%}"
+    source = f"of robot '{robot.type}', plus {OVERSHOOT - 1:.0%} for overshoot"
     for name, speed, limit in zip(robot.joints, peaks.joint_speeds, robot.velocity, strict=False):
         yield Reached("joint_speed", name, "rad/s", speed, limit * OVERSHOOT, source)

@@ -50,8 +50,11 @@ def peaks_of(rollout: Rollout) -> RunPeaks | None:
 
 
 def _rates(values: Floats, times: Floats) -> Floats:
-    """Rates of change of values (N, n) over two periods: a sample is up to a control cycle late, which is
-    20 % of one period at 50 samples and 125 cycles a second; two periods are a whole number of cycles."""
+    """Return the rates of change of values (N, n), each over two sampling periods.
+
+    A sample is up to a control cycle late, which is 20 % of one period at 50 samples and 125 cycles a second;
+    two periods are a whole number of cycles.
+    """
     span = min(2, len(times) - 1)
     rates: Floats = (values[span:] - values[:-span]) / (times[span:] - times[:-span])[:, None]
     return rates

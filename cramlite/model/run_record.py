@@ -1,4 +1,4 @@
-"""Record of a run, for exporters: motions, forces, and steps of the program."""
+"""Record of a run, for exporters: motions, forces, and the spans of the program's steps."""
 
 from __future__ import annotations
 
@@ -50,19 +50,19 @@ class RunRecord(Value, dict=True):
 
     @cached_property
     def steps(self) -> tuple[TimeSpan, ...]:
-        """Steps in the order in which they ran; one that ran twice is there twice."""
+        """Time spans of the steps in the order in which they ran; a step that ran twice has two."""
         return self._spans([self._origin(int(line)) for line in self.rollout.lines])
 
     @cached_property
     def tasks(self) -> tuple[TimeSpan, ...]:
-        """Tasks in the order in which they ran."""
+        """Time spans of the tasks in the order in which they ran."""
         return self._spans([task_of(self._origin(int(line))) for line in self.rollout.lines])
 
     def _origin(self, line: int) -> str:
         return self.code.origin_of(line) if self.code is not None and line else ""
 
     def _spans(self, names: list[str]) -> tuple[TimeSpan, ...]:
-        """Indices at which the name changes; a stretch ends where the next begins."""
+        """Return the time spans in which the name stays the same; a span ends where the next begins."""
         times, last = self.rollout.times, len(names) - 1
         starts = [k for k, name in enumerate(names) if not k or names[k - 1] != name]
         ends = [*starts[1:], last]

@@ -1,4 +1,5 @@
-"""Paths that demonstrations showed: of a moved thing's foot, in the frame of a thing that it is about."""
+"""Paths that demonstrations showed: of the middle of a moved thing's lower face, in the frame of another
+thing."""
 
 from __future__ import annotations
 
@@ -22,7 +23,7 @@ Part = tuple[str, Pose, Mapping[str, float]]
 
 
 class Anchor(Value):
-    """Frame in which a path is told: of a part of a thing, or of the thing.
+    """Frame in which a path's points are given: that of a thing, or of a part of it.
 
     Args:
         part: class of the part; "" for the thing's own frame.
@@ -35,7 +36,8 @@ class Anchor(Value):
     scaled: bool = False
 
     def frame(self, parts: Iterable[Part]) -> tuple[Pose, float] | None:
-        """Return the pose of the frame in the thing's, and how many metres one of x and y is; None where the thing lacks the part."""
+        """Return this frame's pose in the thing's frame, and the length [m] of one unit of x and y; None if
+        the thing has no such part."""
         if not self.part:
             return Pose(), 1.0
         for class_, pose, size in parts:
@@ -46,7 +48,7 @@ class Anchor(Value):
 
 
 class ShownPath(Value):
-    """Path that the foot of a thing follows about another one, as demonstrations showed it.
+    """Path of the middle of a thing's lower face about another thing, as demonstrations showed it.
 
     Args:
         points: corners in the anchor's frame; z [m], x and y [m] or, of a scaled anchor, shares.
@@ -104,7 +106,7 @@ def length(points: Floats) -> float:
 
 
 def passes(path: ShownPath, points: Floats, counts: np.ndarray, metres: float = 1.0) -> float:
-    """Return how often points, in their order, went through a path.
+    """Return how often a series of points went through a path.
 
     Args:
         points: (N, 3) in the anchor's frame; x and y as the path has them.
@@ -126,7 +128,7 @@ def passes(path: ShownPath, points: Floats, counts: np.ndarray, metres: float = 
 
 
 def _open(off: Floats, near: np.ndarray, rows: np.ndarray) -> float:
-    """Share of an open path that was gone through, from its beginning."""
+    """Return the share of an open path that was gone through, from its beginning."""
     last, at = off.shape[1] - 1, 0
     ahead = max(round(AHEAD * last), 2)
     for row in rows.tolist():
@@ -137,7 +139,7 @@ def _open(off: Floats, near: np.ndarray, rows: np.ndarray) -> float:
 
 
 def _around(off: Floats, tolerance: float, rows: np.ndarray) -> float:
-    """How often a closed path was gone through, from wherever it was entered."""
+    """Return how often a closed path was gone through, from wherever it was entered."""
     size = off.shape[1]
     ahead = np.arange(max(round(AHEAD * size), 2) + 1)
     at, done = int(np.argmin(off[rows[0]])), 0

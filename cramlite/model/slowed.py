@@ -1,4 +1,4 @@
-"""A typed program at a share of its speed: the same places, forces and decisions, later."""
+"""Typed program at a share of its speed: the same places, forces and decisions, at later times."""
 
 from __future__ import annotations
 

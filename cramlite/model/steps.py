@@ -19,7 +19,7 @@ Joints = tuple[float, ...]
 
 
 class Step(Value, kw_only=True):
-    """Base of all steps.
+    """Base class of all steps of typed programs.
 
     Args:
         origin: the designator that this step grounds, e.g. "3.Grasping/approach"; a code line leads back to it.

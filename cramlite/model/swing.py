@@ -27,5 +27,5 @@ class Swing(Value):
         return Pose((x, y, z), turned.quaternion)
 
     def part(self, first: float, last: float) -> Swing:
-        """Return the turn between two shares of it, whichever comes first."""
+        """Return the part of the swing between two shares of it (0 to 1); backwards if ``first`` is larger."""
         return Swing(self.at(first), self.at(last), self.pivot)

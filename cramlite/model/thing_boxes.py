@@ -28,8 +28,8 @@ def extents(thing: Thing) -> Vector3:
 
 
 def turns_in_place(thing: Thing) -> bool:
-    """Return whether a thing takes the same room at any joint position, as a knob does: its middle is near the
-    axis."""
+    """Return whether a thing takes up the same space at any joint position, as a knob does: its middle is
+    near the joint's axis."""
     if thing.joint is None or thing.joint.kind != "hinge" or not thing.geoms:
         return False
     low, high = around([box(thing.joint.pose.inverse() * g.pose, g) for g in thing.geoms])

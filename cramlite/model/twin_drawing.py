@@ -33,7 +33,7 @@ class Draw(Value):
 
     @property
     def share(self) -> float:
-        """Value as a share of the largest possible, -1 to 1."""
+        """Drawn value as a share of the largest possible one, -1 to 1."""
         return self.value / self.size if self.size else 0.0
 
     def __str__(self) -> str:
@@ -61,8 +61,8 @@ class Drawing:
         return self._random[source]
 
     def number(self, source: str, name: str, size: float, unit: str, per: float) -> float:
-        """Draw uniformly in plus or minus ``size`` times the scale; the trace shows it in ``unit``, of which one SI unit has
-        ``per``."""
+        """Draw uniformly from minus to plus ``size`` times the scale; the trace shows the draw in ``unit``,
+        with ``per`` units to one SI unit."""
         return self._noted(source, name, float(self.random(source).uniform(-1, 1)), size, unit, per)
 
     def share(self, source: str, name: str, size: float) -> float:

@@ -40,13 +40,14 @@ class TwinRun(Value):
     remedy: Remedy | None = None
 
     def largest(self, count: int = 3) -> str:
-        """Name the draws that are largest for their range, those of known causes if there are any."""
+        """Name the draws that are nearest to the ends of their ranges; if causes are known, only draws of the
+        causes."""
         asked = [d for d in self.draws if not self.causes or d.source in self.causes]
         return ", ".join(map(str, sorted(asked, key=lambda d: -abs(d.share))[:count]))
 
     @property
     def text(self) -> str:
-        """Outcome, in one clause."""
+        """Outcome of the run in one clause: "succeeded", or why it failed, with its largest draws."""
         if self.succeeded:
             return "succeeded"
         alone = f"; broken by {' or '.join(self.causes)} alone" if self.causes else "; no source of error breaks it alone" * self.looked_for
@@ -66,12 +67,12 @@ class TwinVerdict(Value):
 
     @property
     def ran(self) -> int:
-        """Runs, the nominal one counted."""
+        """Number of runs, the nominal one included."""
         return 1 + len(self.twins)
 
     @property
     def succeeded(self) -> int:
-        """Runs that succeeded, the nominal one counted."""
+        """Number of runs that succeeded, the nominal one included."""
         return 1 + sum(t.succeeded for t in self.twins)
 
     @property
@@ -96,7 +97,7 @@ class TwinVerdict(Value):
 
     @property
     def text(self) -> str:
-        """Share with its interval, for people."""
+        """Number of runs that succeeded, with the interval of the probability of success, in words."""
         low, high = self.interval
         left = self.doubts.runs - self.ran
         spared = f"; {left} not run: the verdict is certain" if left else ""
@@ -104,7 +105,8 @@ class TwinVerdict(Value):
 
     @property
     def reason(self) -> str:
-        """Outcome as the text of a finding: the share, the demanded one, and why runs failed."""
+        """Outcome as the text of a finding: the share of runs that succeeded, the demanded share, and why
+        runs failed."""
         asked = f"{share_text(self.doubts.at_least)} of {self.doubts.runs} required"
         why = "; ".join(f"twin {t.number}: {t.text}" for t in self.failed)
         return f"{self.text}; {asked}" + (f"; {why}" if why else "")

@@ -52,7 +52,7 @@ class Finding(Value):
     remedy: Remedy | None = None
 
     def as_advice(self) -> Finding:
-        """Return an objection as advice: it is told, and refuses nothing."""
+        """Return an objection as advice, which is reported, but does not refuse the program."""
         return self if self.passed else replace(self, passed=True, advice=True, reason=f"{ADVICE}{self.reason}")
 
 
@@ -71,7 +71,8 @@ class Verdict(Value):
 
     @property
     def passed(self) -> bool:
-        """True when something was checked and nobody objects: no finding is no success."""
+        """Whether something was checked and no validator objects; without any finding the program has not
+        passed."""
         return bool(self.findings) and all(f.passed for f in self.findings)
 
     @property
@@ -81,7 +82,7 @@ class Verdict(Value):
 
     @property
     def advice(self) -> tuple[Finding, ...]:
-        """Objections that refuse nothing."""
+        """Objections of advisory validators, which do not refuse the program."""
         return tuple(f for f in self.findings if f.advice)
 
     @property

@@ -1,4 +1,5 @@
-"""Camera views: the RGB-D image of a depth camera, its intrinsics and its pose. All that a perception expert is given."""
+"""Camera views, the only data that perception experts get: the RGB-D image of a depth camera, its intrinsics
+and its pose."""
 
 from __future__ import annotations
 
@@ -144,12 +145,13 @@ class View(Value, eq=False, dict=True):
 
     @cached_property
     def cloud(self) -> Points:
-        """(height, width, 3) organised point cloud, optical frame [m]; NaN where depth is."""
+        """Organised point cloud (height, width, 3) in the optical frame [m]; NaN where the depth image is
+        NaN."""
         return self.intrinsics.rays * self.depth[..., None]
 
     @cached_property
     def world_cloud(self) -> Points:
-        """(height, width, 3) organised point cloud, world frame [m]; NaN where depth is."""
+        """Organised point cloud (height, width, 3) in the world frame [m]; NaN where the depth image is NaN."""
         return self.camera.apply(self.cloud)
 
     def points(self, mask: Mask | None = None) -> Points:
@@ -172,7 +174,7 @@ class View(Value, eq=False, dict=True):
 
 
 class CameraOffset(Value):
-    """Offset of a camera from where it is believed, as fixtures in its picture tell it.
+    """Offset of a camera from its believed pose, estimated from the fixtures in its picture.
 
     Args:
         camera: where it is, optical frame in the world.

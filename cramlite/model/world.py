@@ -88,7 +88,7 @@ class Geom(Value):
 
 
 class Inertia(Value):
-    """Inertia of a thing, where its geoms do not say it well enough.
+    """Inertia of a thing whose geoms would give a wrong one.
 
     Args:
         centre: of mass, in the thing's frame [m].
@@ -215,7 +215,8 @@ class Thing(Value):
 
     @property
     def least_friction(self) -> float:
-        """Sliding friction coefficient of the thing's smoothest geom (a ratio of forces); parts, such as a tab, apart."""
+        """Least sliding friction coefficient (a ratio of forces) of the thing's geoms, those of parts such as
+        a tab excepted."""
         own = [self.friction if g.friction is None else g.friction for g in self.geoms if not g.part]
         return min(own, default=self.friction)
 
@@ -353,7 +354,7 @@ class Camera(Value):
 
 
 class World(Value):
-    """World model: everything that a simulator needs, and nothing about how it is solved.
+    """World model: all that a simulator needs to know of a scene, and nothing of how a task in it is solved.
 
     Args:
         things: furniture before what stands on it.

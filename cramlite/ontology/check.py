@@ -1,4 +1,4 @@
-"""Checks of ontologies: consistency, agreement of the fast taxonomy with OWL-RL, and with the originals.
+"""Checks of ontologies: consistency, and agreement of the fast taxonomy with an OWL-RL closure and with the original ontologies.
 
 This is slow (an OWL-RL closure takes seconds), so results are cached by content and nothing
 at start-up or over an episode asks for it.
@@ -25,7 +25,7 @@ ORIGINALS = ("soma:", "dul:")
 
 
 class OntologyReport(Value):
-    """Result of a check. Every list is empty when all is well.
+    """Report of a check of ontologies; every list is empty if nothing was found.
 
     Args:
         contradictions: what OWL-RL reports, and classes that nothing can belong to.
@@ -47,7 +47,7 @@ class OntologyReport(Value):
 
     @property
     def sound(self) -> bool:
-        """Whether nothing needs a person's attention; repairs do not."""
+        """Whether no finding needs a person's attention; repairs do not need any."""
         return not (self.contradictions or self.lost or self.invented or self.missing or self.unsupported)
 
 
@@ -96,7 +96,8 @@ def report_lines(report: OntologyReport) -> list[str]:
 def _compare(
     files: list[Path], ours: Taxonomy, originals: list[Path], cache: Path | None
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Names that the original ontologies lack, and subclass claims about their names that do not follow from them."""
+    """Return names that the original ontologies do not have, and subclass claims about their names that do
+    not follow from them."""
     theirs, folder = load_taxonomy(originals, cache), cache or cache_folder()
     known = set(_cached("names-1", originals, folder, _names)["names"]) | theirs.classes
     missing = tuple(n for n in _cached("names-1", files, folder, _names)["names"] if n not in known)
@@ -107,7 +108,7 @@ def _compare(
 
 
 def _names(files: list[tuple[Path, bytes]]) -> dict[str, Any]:
-    """Every name of SOMA and DUL that is written in some files, sorted."""
+    """Return every name of SOMA and DUL that occurs in some files, sorted."""
     import rdflib
 
     from .owl_files import parse, prefixes_of
@@ -120,7 +121,7 @@ def _names(files: list[tuple[Path, bytes]]) -> dict[str, Any]:
 
 
 def _cached(kind: str, files: list[Path], cache: Path, make: Callable[[list[tuple[Path, bytes]]], Any]) -> Any:
-    """Result computed from some files, kept by their content."""
+    """Return a result computed from some files, from the cache if a result for equal contents is stored."""
     contents = [content_of(file) for file in files]
     digest = hashlib.sha256(kind.encode() + b"".join(hashlib.sha256(c).digest() for c in contents))
     stored = cache / f"{kind}-{digest.hexdigest()[:32]}.json"
@@ -133,7 +134,8 @@ def _cached(kind: str, files: list[Path], cache: Path, make: Callable[[list[tupl
 
 
 def _closure(files: list[tuple[Path, bytes]]) -> dict[str, Any]:
-    """The OWL-RL closure's named subclass pairs, without literal subjects, and its contradictions."""
+    """Return the subclass pairs of named classes in the OWL-RL closure of some files, and the contradictions
+    in it."""
     import owlrl
     import rdflib
     from rdflib.namespace import OWL, RDF, RDFS

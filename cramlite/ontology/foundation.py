@@ -1,4 +1,4 @@
-"""Classes of the upper ontology (DUL, and SOMA upon it) in whose terms the model is written.
+"""Classes of the upper ontologies DUL and SOMA that the code names.
 
 All others are found by what ontologies say of them, or are named by plugins.
 """

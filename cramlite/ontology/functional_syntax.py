@@ -1,4 +1,4 @@
-"""Reader of OWL 2 functional syntax, in which SOMA and many others publish their ontologies: py-horned-owl makes RDF/XML of it.
+"""Reader of OWL 2 functional syntax, in which SOMA and many others are published: py-horned-owl converts it to RDF/XML.
 
 Its readers of OWL/XML and Manchester syntax are not used: a file that was cut off took them 22 GB (py-horned-owl 2.0.0).
 """
@@ -22,7 +22,8 @@ _SPAN = re.compile(r'ValidityError\("(.*?)", ByteSpan\((\d+)\.\.(\d+)\)\)')
 
 
 def is_functional(text: str) -> bool:
-    """Check whether a text is in functional syntax: its first word, behind comments, is ``Prefix(`` or ``Ontology(``."""
+    """Check whether a text is in OWL functional syntax: its first word after comments is ``Prefix(`` or
+    ``Ontology(``."""
     return re.match(r"\ufeff?(?:\s|#[^\n]*\n)*(?:Prefix|Ontology)\s*\(", text) is not None
 
 
@@ -52,16 +53,16 @@ def _check_depth(text: str) -> None:
     for found in _BRACKET.finditer(text):
         depth += {"(": 1, ")": -1}.get(found[0], 0)
         if depth > DEEPEST:
-            raise ValueError(f"line {text.count(chr(10), 0, found.start()) + 1}: it is nested more than {DEEPEST} deep")
+            raise ValueError(f"line {text.count(chr(10), 0, found.start()) + 1}: the text is nested more than {DEEPEST} deep")
 
 
 def _complaint(error: str, text: str, added: int) -> str:
-    """Complaint of py-horned-owl, with the line and its text."""
+    """Return py-horned-owl's error message with the line and the text of its place."""
     if found := _PLACE.search(error):
         line, column = int(found[2]), int(found[3]) - (added if found[2] == "1" else 0)
         rest = text[added:].split("\n")[line - 1][column - 1 :].strip()
         return f"line {line}: expected {found[1].replace(', ', ' or ')}, found {rest[:40]!r}" if rest else (
-            f"line {line}: the text ends there, and expected is {found[1].replace(', ', ' or ')}"
+            f"line {line}: the text ends where the syntax needs {found[1].replace(', ', ' or ')}"
         )
     if found := _SPAN.search(error):
         content = text.encode()

@@ -1,5 +1,4 @@
-"""Parsing of ontology files with rdflib, and extraction of the taxonomy's data. Imported only on a cache
-miss."""
+"""Parsing of ontology files with rdflib, and extraction of the taxonomy's data; imported only if the cache has no data."""
 
 from __future__ import annotations
 
@@ -59,8 +58,8 @@ def parse(files: list[tuple[Path, bytes]], origins: dict[Node, tuple[str, int]] 
 
 
 def _check(path: Path, syntax: str, data: bytes | str) -> None:
-    """Refuse text that would make a parser open another file or an address, or take far more memory than
-    the file's size."""
+    """Refuse text that makes a parser open other files or addresses, or take far more memory than the file's
+    size."""
     if isinstance(data, bytes):
         check_xml(path, data)
     elif syntax == "json-ld":
@@ -96,7 +95,8 @@ def _text(path: Path, content: bytes) -> str:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Silence rdflib's log of bad IRIs; the error that follows has them, and the file."""
+    """Silence rdflib's log of malformed IRIs in this block; the error that follows names the IRIs and the
+    file."""
     logger = logging.getLogger("rdflib.term")
     before, logger.disabled = logger.disabled, True
     try:
@@ -106,7 +106,8 @@ def _quiet() -> Iterator[None]:
 
 
 def _complaint(error: Exception) -> tuple[str, str]:
-    """Place, as ":line" or "", and complaint of a parser of rdflib, without the bytes that it shows."""
+    """Return the place (":line" or "") and the message of an rdflib parser's error, without the file content
+    that it quotes."""
     if isinstance(error, SAXParseException):
         return f":{error.getLineNumber()}", error.getMessage()
     before = getattr(error, "lines", None)  # of Turtle: lines that end before
@@ -114,7 +115,8 @@ def _complaint(error: Exception) -> tuple[str, str]:
 
 
 def prefixes_of(graph: rdflib.Graph) -> dict[str, str]:
-    """Return our prefixes and those that the files add; ours cannot be given another meaning."""
+    """Return cramlite's prefixes and those that the files add; a file cannot redefine a prefix of
+    cramlite."""
     prefixes = dict(PREFIXES)
     for prefix, namespace in graph.namespaces():
         if prefix and prefix not in prefixes and str(namespace) not in prefixes.values():
@@ -171,7 +173,8 @@ def _superclasses(graph: rdflib.Graph, prefixes: dict[str, str]) -> Iterator[tup
 
 
 def _members(graph: rdflib.Graph, node: Node, seen: set[Node]) -> Iterator[Node]:
-    """The node, and the members of its intersections: a class below an intersection is below each member."""
+    """Yield a node and the members of its intersections, since a subclass of an intersection is a subclass of
+    each member."""
     if node in seen:
         return
     seen.add(node)
@@ -199,7 +202,8 @@ def _restriction(graph: rdflib.Graph, node: Node, prefixes: dict[str, str]) -> I
 
 
 def _aliases(graph: rdflib.Graph, prefixes: dict[str, str]) -> dict[str, str]:
-    """Alternative labels, and the last parts of foreign names that are a close match of ours."""
+    """Return alternative label -> class; and for classes of other ontologies that are a close match of a
+    known class, last part of the name -> known class."""
     found: dict[str, str] = {}
     for subject, label in sorted(graph.subject_objects(SKOS.altLabel), key=str):
         if isinstance(subject, rdflib.URIRef):
@@ -211,7 +215,8 @@ def _aliases(graph: rdflib.Graph, prefixes: dict[str, str]) -> dict[str, str]:
 
 
 def _synonyms(graph: rdflib.Graph) -> list[list[list[str]]]:
-    """Labels of each concept: its synonyms, then hidden labels, which people may say of other concepts, too."""
+    """Return the labels of each concept: its synonyms, and hidden labels, which may also mean other
+    concepts."""
     concepts = sorted(graph.subjects(RDF.type, SKOS.Concept), key=lambda c: sorted(map(str, graph.objects(c, SKOS.altLabel))))
     found = []
     for concept in concepts:
@@ -242,7 +247,8 @@ def _strays(graph: rdflib.Graph) -> list[str]:
 
 
 def _cycles(graph: rdflib.Graph, prefixes: dict[str, str]) -> list[str]:
-    """Classes that subClassOf axioms alone put below themselves: legal OWL, and nearly always a slip."""
+    """Return complaints about cycles of subClassOf axioms, which are legal OWL but nearly always a
+    mistake."""
     above = {
         s: {o for o in graph.objects(s, RDFS.subClassOf) if isinstance(o, rdflib.URIRef) and o != s}
         for s in set(graph.subjects(RDFS.subClassOf))

@@ -25,7 +25,10 @@ def local_name(name: str) -> str:
 
 
 def curie(iri: str, prefixes: dict[str, str]) -> str:
-    """Convert an IRI to its CURIE, with SOMA's stray slash IRIs read as meant; unchanged if no prefix fits."""
+    """Convert an IRI to its CURIE; unchanged if no prefix fits.
+
+    IRIs of SOMA with a slash in the place of "#" are read as those with "#".
+    """
     iri = iri.replace("http://www.ease-crc.org/ont/SOMA.owl/", PREFIXES["soma"])
     for prefix, namespace in prefixes.items():
         if iri.startswith(namespace) and len(iri) > len(namespace):

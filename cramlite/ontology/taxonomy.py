@@ -31,7 +31,8 @@ _CACHE_FORMAT = "5"
 
 
 def words_of(name: str) -> tuple[str, ...]:
-    """Split a name as programmers write them into words, in lower case and without numbers: "akita_black_bowl_1", "MilkBottle"."""
+    """Split an identifier into words, in lower case and without numbers: "akita_black_bowl_1",
+    "MilkBottle"."""
     return tuple(w.lower() for w in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", name))
 
 
@@ -87,12 +88,12 @@ class Taxonomy(Value, dict=True):
 
     @cached_property
     def classes(self) -> frozenset[str]:
-        """Every class that is mentioned."""
+        """Every class that is mentioned in the ontologies."""
         return frozenset(self.parents) | {p for ps in self.parents.values() for p in ps}
 
     @cached_property
     def _locals(self) -> dict[str, str]:
-        """Last part of a class name -> class, where only one class of that name is known."""
+        """Last part of a class name -> class, for parts that only one class has."""
         found: dict[str, str] = {}
         for name in sorted(self.classes):
             local = local_name(name)
@@ -127,7 +128,10 @@ class Taxonomy(Value, dict=True):
         return self.aliases.get(local) or self._locals.get(local)
 
     def thing_named(self, name: str) -> tuple[str, str] | None:
-        """Return the class of things whose label is in a thing's name, and that label; the longest, of several the last."""
+        """Return the class of things whose label occurs in a thing's name, and the label.
+
+        The longest label wins; of several as long, the last.
+        """
         words = words_of(name)
         for count in range(len(words), 0, -1):
             for start in range(len(words) - count, -1, -1):  # what a thing is stands last: a black bowl is a bowl
@@ -255,7 +259,8 @@ def load_taxonomy(paths: Iterable[Path | str], cache: Path | None = None) -> Tax
 
 
 def cache_folder() -> Path:
-    """Return the folder where parsed files are kept: $CRAMLITE_CACHE, else the platform's cache folder. Deleting it is always safe."""
+    """Return the folder of cached files: $CRAMLITE_CACHE, else the platform's cache folder. It can be deleted
+    at any time."""
     if "CRAMLITE_CACHE" in os.environ:
         return Path(os.environ["CRAMLITE_CACHE"])
     base = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA")
@@ -263,7 +268,7 @@ def cache_folder() -> Path:
 
 
 def _read_cache(path: Path) -> dict[str, Any] | None:
-    """Stored result, or None if there is none or it is damaged: it is rebuilt then."""
+    """Return the cached data of a taxonomy; None if there is none or it is damaged."""
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
         complete = {"parents", "restrictions", "aliases", "types", "prefixes", "repairs", "synonyms"} <= set(data)
@@ -273,7 +278,7 @@ def _read_cache(path: Path) -> dict[str, Any] | None:
 
 
 def write_cache(path: Path, data: dict[str, Any]) -> None:
-    """Write a cache file atomically; a folder that cannot be written only costs time."""
+    """Write a cache file atomically; if the folder is not writable, nothing is cached."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile("w", dir=path.parent, delete=False, encoding="utf-8") as file:
@@ -284,7 +289,7 @@ def write_cache(path: Path, data: dict[str, Any]) -> None:
 
 
 def ontology_files(paths: Iterable[Path | str]) -> list[Path]:
-    """List the ontology files that some paths mean: a folder stands for those in it.
+    """Return the ontology files at some paths: files, and all ontology files of folders.
 
     Raises:
         UserError: there is no such file, or none in a folder.
@@ -304,7 +309,7 @@ def ontology_files(paths: Iterable[Path | str]) -> list[Path]:
 
 
 def content_of(path: Path) -> bytes:
-    """Read an ontology file, unless it is too large to be one."""
+    """Read an ontology file; refuse one that is too large to be an ontology."""
     limit = 200_000_000  # bytes; the largest published ontology in the field (SOMA, all modules) has 2 million
     if path.stat().st_size > limit:
         raise UserError(

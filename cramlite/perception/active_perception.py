@@ -44,7 +44,7 @@ over 0.6 few are wrong (docs/figures/perception_pose.yaml)."""
 
 
 class Picture(Value):
-    """Camera image of the real world, and where it was taken.
+    """Camera image of the real world, with the camera, the fixtures and the robot's state at the time.
 
     Args:
         view: what the camera saw.
@@ -66,7 +66,7 @@ class Picture(Value):
 
 
 class Look(Value):
-    """Observations so far, and the world that is believed since.
+    """Observations so far, and the world that is believed from them.
 
     Args:
         pictures: in the order in which they were taken.
@@ -106,7 +106,7 @@ class Look(Value):
 
     @property
     def state(self) -> State | None:
-        """Search state of the robot at the last picture, with the steps that led there."""
+        """Robot state at the last picture, with the steps that led to it; None without a picture."""
         return self.pictures[-1].state if self.pictures else None
 
 
@@ -149,7 +149,7 @@ def look(
 def _best(
     scenario: Scenario, query: ObjectQuery, seen: Look, robot: Robot, knowledge: Knowledge, seed: int
 ) -> Picture:
-    """A picture whose poses are sure enough, else the one in which they are surest."""
+    """Return the first picture with sufficiently confident poses, else that with the most confident ones."""
     earlier = {t.name: (t.type, t.pose.position) for t in seen.known.things if not t.furniture}
     best: tuple[float, Picture | None] = (-1.0, None)
     for taken in islice(pictures(scenario, query, seen, robot, knowledge, seed), VIEWS):
@@ -164,7 +164,7 @@ def _best(
 def look_into(
     seen: Look, place: str, state: State, camera: Camera, now: World, knowledge: Knowledge, seed: int
 ) -> Look:
-    """Return the belief after a picture of furniture whose content was hidden before.
+    """Return the belief after a picture into furniture, such as a drawer, whose content was hidden before.
 
     What is recognised there is believed to have been there at the start, where the furniture then was.
 
@@ -198,7 +198,7 @@ def look_into(
 
 
 def _wary(seen: Look, taken: Picture, there: tuple[Thing, ...], container: str, knowledge: Knowledge) -> Look:
-    """Belief with the unrecognised bodies of a changed world: those in a container become parts of it, others fixed things.
+    """Return the belief with a picture's unrecognised bodies: those in a container become its parts, others fixed things.
 
     Args:
         there: what is known, as it stood when the picture was taken.
@@ -217,7 +217,7 @@ def _wary(seen: Look, taken: Picture, there: tuple[Thing, ...], container: str, 
 
 
 def _is_in(pose: Pose, container: Thing, knowledge: Knowledge) -> bool:
-    """Whether a thing is in the cavity of a container, or reaches out of it by less than a hand's breadth."""
+    """Check whether a thing is in the cavity of a container, or protrudes from it by less than 0.1 m."""
     for feature in (f for f in container.features if INSIDE in knowledge.taxonomy.fillers(f.type, BEARS)):
         x, y, z = (container.pose * feature.pose).inverse().apply(pose.position)
         if abs(x) <= feature.size["width"] / 2 and abs(y) <= feature.size["depth"] / 2 and -feature.size["height"] <= z <= 0.1:
@@ -226,7 +226,7 @@ def _is_in(pose: Pose, container: Thing, knowledge: Knowledge) -> bool:
 
 
 def _with(before: Look, taken: Picture, knowledge: Knowledge) -> Look:
-    """Belief after one more picture."""
+    """Return the belief after one more picture."""
     assert taken.perceived is not None
     answers = taken.perceived.answers
     found = {n: (t, p) for p in answers if (known := thing_from_percept(p, knowledge)) for n, t in [known]}
@@ -245,7 +245,7 @@ def _with(before: Look, taken: Picture, knowledge: Knowledge) -> Look:
 
 
 def _beware(seen: Look, knowledge: Knowledge) -> Look:
-    """Belief with unexplained points of the pictures as obstacles."""
+    """Return the belief with obstacles at those points of the pictures that known things do not explain."""
     if not any("obstacles" in e.outputs for e in knowledge.experts):
         return seen
     fixed, moved = (tuple(t for t in seen.known.things if t.furniture == kind) for kind in (True, False))
@@ -267,8 +267,8 @@ def _free_names(seen: Look, obstacles: Iterable[Thing]) -> Iterator[str]:
 
 
 def _unexplained(taken: Picture, fixed: Iterable[Thing], moved: Iterable[Thing], knowledge: Knowledge) -> tuple[Thing, ...]:
-    """Bodies around points of a picture that fixed and recognised things do not explain; () if no expert
-    answers."""
+    """Return bodies around the points of a picture that fixed and recognised things do not explain; () if no
+    expert can tell."""
     if not any("obstacles" in e.outputs for e in knowledge.experts):
         return ()
     query = ObjectQuery(wanted=("obstacles",))
@@ -277,7 +277,7 @@ def _unexplained(taken: Picture, fixed: Iterable[Thing], moved: Iterable[Thing],
 
 
 def _fixtures(taken: Picture, perceived: Perceived, before: Look) -> tuple[tuple[Thing, ...], dict[str, Estimate]]:
-    """Furniture, with moved parts at the pose at which one picture showed them."""
+    """Return the furniture; its moved parts are at the poses at which a picture first showed them."""
     said = perceived.scene.get("refined")
     seen: Mapping[str, Judged] = said.value if said is not None else {}
     moved = {n: judged for n, judged in seen.items() if n not in before.estimates}
@@ -292,7 +292,7 @@ def _fixtures(taken: Picture, perceived: Perceived, before: Look) -> tuple[tuple
 def pictures(
     scenario: Scenario, query: ObjectQuery, seen: Look, robot: Robot, knowledge: Knowledge, seed: int
 ) -> Iterator[Picture]:
-    """Generate pictures of the real world by the scenario's camera.
+    """Yield pictures of the real world by the scenario's camera.
 
     A flange camera is brought to one place after another from which it sees the places of the query.
 
@@ -321,7 +321,7 @@ def pictures(
 
 
 def places_of(query: ObjectQuery, furniture: World, knowledge: Knowledge) -> tuple[str, ...]:
-    """Return the furniture that a query names, by name or class; else all that things can hang from or be inside."""
+    """Return the furniture that a query names; else all on which things can hang or into which they can be put."""
     classes = knowledge.taxonomy
     wanted = [str(c.value) for c in query.conditions if c.key in RELATIONS]
     known = [classes.resolve(w) for w in wanted]
@@ -332,7 +332,7 @@ def places_of(query: ObjectQuery, furniture: World, knowledge: Knowledge) -> tup
 def go_and_look(
     around: tuple[str, ...], seen: Look, robot: Robot, camera: Camera, knowledge: Knowledge, seed: int
 ) -> Iterator[State]:
-    """Generate states in which the camera sees some places, one viewpoint after another.
+    """Yield robot states in which the camera sees some places, one viewpoint after another.
 
     The task that looks is resolved in a world of which only furniture, and what was seen before, is known.
 
@@ -372,7 +372,7 @@ def go_and_look(
 
 
 def _looking(knowledge: Knowledge) -> str:
-    """Task that brings a camera to a viewpoint.
+    """Return the name of the task that brings a camera to a viewpoint.
 
     Raises:
         UserError: no plugin offers one.

@@ -1,4 +1,4 @@
-"""Check of cameras: whether one is where it is believed, by the fixtures in its picture."""
+"""Check whether a camera is where it is believed to be, from the fixtures in its picture."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ OFFSET = "camera_offset"
 def camera_offset(
     view: View, fixtures: tuple[Thing, ...], knowledge: Knowledge, robot: Depth | None = None
 ) -> tuple[CameraOffset | None, str]:
-    """Return how far the camera of a view is off, or None where fixtures do not tell; with the reason in a clause.
+    """Return the error of a camera's believed pose, or None if fixtures do not show it; and the reason as a
+    clause.
 
     Args:
         fixtures: things whose poses are known.
@@ -37,7 +38,8 @@ def camera_offset(
 
 
 def camera_warning(view: View, fixtures: tuple[Thing, ...], knowledge: Knowledge, robot: Depth | None = None) -> str:
-    """Return a warning where a camera is off by more than programs are proven for, else nothing."""
+    """Return a warning if a camera's pose error is larger than the one for which programs are proven; else
+    ""."""
     if not fixtures:
         return ""
     offset, reason = camera_offset(view, fixtures, knowledge, robot)
@@ -47,6 +49,6 @@ def camera_warning(view: View, fixtures: tuple[Thing, ...], knowledge: Knowledge
 
 
 def moved_text(moved: Pose) -> str:
-    """Return a motion of a camera in its own frame as a clause."""
+    """Format a motion of a camera in its own frame as a clause."""
     (right, down, forward), turn = (1000 * v for v in moved.position), math.degrees(moved.distance(Pose())[1])
     return f"{right:+.1f} mm to the right, {down:+.1f} mm down, {forward:+.1f} mm forward, turned by {turn:.2f} deg"

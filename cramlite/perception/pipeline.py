@@ -1,4 +1,4 @@
-"""Perception pipelines: experts chosen by backward chaining from a query, cheapest first, value domains checked."""
+"""Perception pipelines: experts are chosen by backward chaining from a query, the cheapest first, if their value domains fit."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ INFINITE = float("inf")
 
 
 class NoPipeline(CramliteError):
-    """No chain of experts answers the query; says which input of which expert nobody makes."""
+    """Failure to find experts that can answer a query; the message names the input that no expert makes."""
 
     exit_code = 1
 
@@ -85,7 +85,7 @@ def plan_pipeline(
 
 
 class _Planner(Struct, dict=True):
-    """The search for one query."""
+    """Planner of the pipeline for one query."""
 
     experts: tuple[Expert, ...]
     priors: Mapping[str, Any]
@@ -97,7 +97,8 @@ class _Planner(Struct, dict=True):
         self._settle()
 
     def _settle(self) -> None:
-        """Costs to a fixed point: an expert costs its own time and that of its inputs (Bellman and Ford)."""
+        """Compute the cost of each value: an expert costs its own time and that of its inputs (Bellman and
+        Ford)."""
         changed = True
         while changed:
             changed = False
@@ -111,12 +112,12 @@ class _Planner(Struct, dict=True):
         return self._costs.get(output, INFINITE)
 
     def _needs(self, expert: Expert) -> tuple[str, ...]:
-        """Inputs of a provider; the segments, too, if it looks at one object."""
+        """Return the inputs of an expert, with the segmentation if it works on single objects."""
         extra = () if expert.scope == "view" else (SEGMENTS,)
         return tuple(dict.fromkeys((*extra, *(i for i in expert.inputs if i not in (SEGMENT, OBJECTS)))))
 
     def providers(self, output: str) -> list[Expert]:
-        """Providers of a value whose inputs can be made, the cheapest with all its needs first."""
+        """Return the experts that make a value and whose inputs can be made, the cheapest in total first."""
         able = [
             (e.cost_ms + sum(self.cost(i) for i in self._needs(e)), e)
             for e in self.experts
@@ -128,8 +129,8 @@ class _Planner(Struct, dict=True):
         return tuple(PipelineStage(o, tuple(p), p[0].cost_ms) for o in outputs if (p := self.providers(o)))
 
     def before(self, output: str, order: list[str], open_: Collection[str] = ()) -> None:
-        """Append a value to the order, after the inputs of its cheapest provider and the others that this
-        takes into account."""
+        """Append a value to the order of computation, after the inputs and optional inputs of its cheapest
+        expert."""
         if output in self.priors or output == OBJECTS or output in order or output in open_:
             return
         for provider in self.providers(output)[:1]:
@@ -139,7 +140,7 @@ class _Planner(Struct, dict=True):
         order.append(output)
 
     def _unfit(self, expert: Expert, output: str) -> str:
-        """Reason why an expert can never answer a condition with a value; empty if it can."""
+        """Return why an expert can never make a value that fulfils the query's condition; "" if it can."""
         domain = expert.domain(output, self.priors)
         if domain is None:
             return ""
@@ -147,7 +148,7 @@ class _Planner(Struct, dict=True):
             if condition.output == output and not self._within(condition.value, condition.check, condition.key, domain):
                 said = ", ".join(domain) or "nothing"
                 hint = did_you_mean(str(condition.value), domain)
-                return f"expert '{expert.name}' never says {condition.key} '{condition.value}'; {hint}it says: {said}"
+                return f"expert '{expert.name}' never gives {condition.key} '{condition.value}'; {hint}its values are: {said}"
         return ""
 
     def _within(self, value: str | float, check: Check, key: str, domain: tuple[str, ...]) -> bool:
@@ -163,7 +164,7 @@ class _Planner(Struct, dict=True):
         return [why for e in self.experts for o in e.outputs if (why := self._unfit(e, o))]
 
     def why(self, output: str, open_: tuple[str, ...] = ()) -> str:
-        """Chain of experts down to the input that nobody makes."""
+        """Return why a value cannot be made: the chain of experts down to the input that no expert makes."""
         makers = [e for e in self.experts if output in e.outputs]
         if not makers:
             return f"no expert makes '{output}', and no prior value gives it"

@@ -1,4 +1,4 @@
-"""Object queries: conditions on a camera's view, from an object designator or from text."""
+"""Object queries: conditions on the objects in a camera's view, from an object designator or from text."""
 
 from __future__ import annotations
 
@@ -52,17 +52,17 @@ class Condition(Value):
         return "relations" if self.key in RELATIONS else self.key
 
     def holds(self, judged: Judged, taxonomy: Taxonomy) -> bool:
-        """Check whether the value itself satisfies the condition."""
+        """Check whether the best hypothesis of a value satisfies the condition."""
         return _TESTS[self.check](judged.value, self, taxonomy)
 
     def possible(self, judged: Judged, taxonomy: Taxonomy) -> bool:
-        """Check whether the value, or a hypothesis that lost against it, satisfies the condition."""
+        """Check whether the best or a less likely hypothesis of a value satisfies the condition."""
         rest = (o for o in judged.others if o.confidence >= POSSIBLE)
         return self.holds(judged, taxonomy) or any(self.holds(o, taxonomy) for o in rest)
 
 
 class ObjectQuery(Value):
-    """Object query: conditions on an object, and the values that an answer should have.
+    """Object query: conditions on an object, and the values that are asked for.
 
     Args:
         conditions: all must hold.
@@ -83,7 +83,8 @@ class ObjectQuery(Value):
 
     @property
     def outputs(self) -> tuple[str, ...]:
-        """Names of the values that an answer takes, those that decide first; the segments if nothing else is asked."""
+        """Names of the values that an answer needs, those of conditions first; the segments if the query
+        names none."""
         return tuple(dict.fromkeys((*(c.output for c in self.conditions), *self.wanted))) or (SEGMENTS,)
 
 
@@ -120,7 +121,8 @@ def parse_query(text: str, taxonomy: Taxonomy, experts: Iterable[Expert], where:
 
 
 def _condition(word: str, taxonomy: Taxonomy, known: Collection[str], where: str) -> Condition:
-    """One condition; ``known`` are the attributes that there are, ``where`` is the place of a mistake."""
+    """Parse one condition; ``known`` are the valid attributes, ``where`` names the condition's place in
+    messages."""
     found = re.fullmatch(r"([\w-]+)(>=|<=|==|=|~)(.+)", word)
     if found is None:
         raise UserError(f"{where} is no condition of a query; write KEY=VALUE, e.g. colour=red, or KEY>=NUMBER.")
@@ -153,8 +155,8 @@ def _number(text: str, where: str) -> float:
 
 
 def _contains(value: Any, condition: Condition, taxonomy: Taxonomy) -> bool:
-    """Whether a value contains another: a relation is (predicate, object) with classes or names, other
-    values are words."""
+    """Check whether a value contains the condition's value: one of several words, or a relation to an object
+    of that name or class."""
     entries = value if isinstance(value, tuple | list | frozenset) else (value,)
     for entry in entries:
         if isinstance(entry, tuple):
@@ -166,7 +168,7 @@ def _contains(value: Any, condition: Condition, taxonomy: Taxonomy) -> bool:
 
 
 def _means(own: str, wanted: str, taxonomy: Taxonomy) -> bool:
-    """Whether a name or class is the wanted one: itself, a subclass, or its local name."""
+    """Check whether a name or class is a wanted name or class, or a subclass of it."""
     if own == wanted:
         return True
     known = taxonomy.resolve(wanted)
@@ -174,7 +176,8 @@ def _means(own: str, wanted: str, taxonomy: Taxonomy) -> bool:
 
 
 def _equal(value: Any, condition: Condition, taxonomy: Taxonomy) -> bool:
-    """Whether two numbers are equal within a tenth, as extents from a depth camera are."""
+    """Check whether two numbers differ by at most a tenth, the accuracy of extents from a depth camera; other
+    values must be equal."""
     if isinstance(value, float | int) and isinstance(condition.value, float | int):
         return abs(value - condition.value) <= 0.1 * abs(condition.value)
     return str(value) == str(condition.value)

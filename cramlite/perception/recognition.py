@@ -24,7 +24,7 @@ neighbouring products is 70 mm along a peg, 160 mm across."""
 
 
 def least_pose_confidence(perceived: Perceived) -> float:
-    """Return the confidence of the least sure pose.
+    """Return the confidence of the least certain pose of a perception result.
 
     0 where something that could be an answer has none, 1 where nothing is seen.
     """
@@ -35,7 +35,7 @@ def least_pose_confidence(perceived: Perceived) -> float:
 
 
 def thing_from_percept(percept: Percept, knowledge: Knowledge) -> tuple[str, Thing] | None:
-    """Return a recognised object's name and thing; None if no model explains it, or it has no pose."""
+    """Return the name and thing of a recognised object; None if it has no model or no pose."""
     model = next((t for t in knowledge.products if t.name == percept.value("model")), None)
     pose, name = percept.value("pose"), percept.value("instance")
     if model is None or pose is None or name is None:
@@ -52,7 +52,7 @@ def estimate(percept: Percept) -> Estimate:
 
 
 def facts(name: str, percept: Percept, fixtures: tuple[Thing, ...]) -> tuple[Relation, ...]:
-    """Return the relations of a percept to fixtures."""
+    """Return the relations of a percept to fixtures, as facts of the belief."""
     known = {t.name for t in fixtures}
     said = percept.value("relations", ())
     hanging = {n for p, n, _ in said if p == "hangs_on"}
@@ -60,7 +60,8 @@ def facts(name: str, percept: Percept, fixtures: tuple[Thing, ...]) -> tuple[Rel
 
 
 def renamed(real: World, belief: World) -> World:
-    """Return the real world under the names of the believed one, for validators: a believed thing is the nearest real one.
+    """Return the real world with the names of the believed one, for validators; a believed thing is matched
+    with the nearest real one.
 
     Nobody who decides sees this: physics and controllers do not know names.
     """

@@ -48,7 +48,7 @@ class Percept(Value):
     missing: Mapping[str, str] = field(default_factory=dict)
 
     def value(self, name: str, default: Any = None) -> Any:
-        """Return a value by name; ``default`` if nobody gave it."""
+        """Return a value by name; ``default`` if no expert gave it."""
         return self.values[name].value if name in self.values else default
 
     @property
@@ -58,7 +58,7 @@ class Percept(Value):
 
 
 class Run(Value):
-    """Run of an expert: number of objects, CPU time [ms], and failures."""
+    """Run of an expert: number of objects that it was asked about, CPU time [ms], and failures."""
 
     expert: str
     output: str
@@ -121,7 +121,7 @@ def _value_lines(answer: Percept, found: Perceived) -> Iterator[str]:
 
 
 def in_words(value: Any) -> str:
-    """Return a plain value as text."""
+    """Format a plain value as text."""
     if isinstance(value, dict) and "position" in value:
         x, y, z = value["position"]
         w, *v = value["quaternion"]

@@ -1,5 +1,4 @@
-"""Running a perception pipeline: experts are asked about a view, and unfit objects are dropped with the
-reason."""
+"""Execution of a perception pipeline: experts are asked about a view, and objects that do not fit are dropped with the reason."""
 
 from __future__ import annotations
 
@@ -47,7 +46,7 @@ def perceive(
 
 
 class _Object(Struct):
-    """An object while the pipeline runs."""
+    """Object of a view while the pipeline runs: its values so far, and why it was dropped."""
 
     number: int
     values: dict[str, Annotation]
@@ -57,7 +56,7 @@ class _Object(Struct):
 
 
 class _Running(Struct):
-    """A pipeline under way."""
+    """Perception pipeline during its execution."""
 
     pipeline: Pipeline
     taxonomy: Taxonomy
@@ -70,7 +69,7 @@ class _Running(Struct):
     making: list[str] = field(default_factory=list)
 
     def make(self, output: str) -> None:
-        """Ask the providers in order, each about the objects that still lack the value.
+        """Ask the experts for a value in order, each about the objects that do not have the value yet.
 
         A value that is being made is not made for its own sake: what an expert uses may depend on what it makes.
         """
@@ -133,7 +132,8 @@ class _Running(Struct):
         return []
 
     def _scene(self, expert: Expert) -> list[str]:
-        """Ask an expert about the whole scene; it answers with one entry for each object, None where it says nothing of one."""
+        """Ask an expert about the whole scene; it answers with one entry for each object, None for an object
+        that it does not know."""
         declared = {*expert.inputs, *expert.uses}
         table = tuple({k: s.judged for k, s in o.values.items() if k in declared} for o in self.objects)
         seen = {**self.scene, OBJECTS: Annotation(Judged(table), "engine")}
@@ -150,7 +150,8 @@ class _Running(Struct):
     def _ask(
         self, expert: Expert, known: Mapping[str, Annotation], *, raw: bool = False
     ) -> tuple[dict[str, Annotation] | None, str]:
-        """Answer of an expert that sees its declared inputs only; or None and the reason."""
+        """Return the answer of an expert, which sees its declared inputs only; None and the reason if it
+        fails."""
         missing = [i for i in expert.inputs if i not in known]
         if missing:
             return None, f"expert '{expert.name}' lacks {', '.join(missing)}"
@@ -171,7 +172,8 @@ class _Running(Struct):
             return None, self.on_fault(expert.name, error)
 
     def prune(self) -> None:
-        """Drop objects of which a condition cannot hold any more; scene experts are to see all, so not before them."""
+        """Drop objects for which a condition cannot hold any more, once all experts that need the whole scene
+        were asked."""
         pending = [s for s in self.pipeline.stages if any(p.scope == "scene" for p in s.providers)]
         made = {r.output for r in self.runs}
         if any(s.output not in made for s in pending):
@@ -190,7 +192,8 @@ class _Running(Struct):
             thing.passed += 1
 
     def result(self) -> Perceived:
-        """The answers: every condition holds of the best hypothesis, with the confidence that is asked for."""
+        """Return the answers: objects for whose best hypotheses every condition holds with enough
+        confidence."""
         percepts = [self._percept(o) for o in self.objects]
         answers = sorted((p for p in percepts if not p.dropped), key=lambda p: (-p.confidence, p.number))
         order = {o.number: -o.passed for o in self.objects}
@@ -224,7 +227,8 @@ def _as_judged(value: Any) -> Judged:
 
 
 def _replacing(said: Annotation, before: Annotation | None) -> Annotation:
-    """A later answer about the same value; the replaced one is kept among those that lost."""
+    """Return a later annotation of a value; the annotation that it replaces is kept as a less likely
+    hypothesis."""
     if before is None or before.value == said.value:
         return said
     lost = Judged(before.value, before.judged.confidence, f"{before.expert}: {before.judged.reason}")
@@ -241,7 +245,8 @@ def _words(value: Any) -> str:
 
 
 def _not(condition: Condition, said: Annotation, how: str) -> str:
-    """Reason why a condition does not hold; it lists only those of the object's relations that are asked for."""
+    """Return why a condition does not hold; of an object's relations only those of the condition's kind are
+    listed."""
     if condition.output != "relations":
         return f"{condition.output} is {_words(said.value)}, {how} {condition}" + _because(said)
     near = tuple(f for f in said.value if f[0] == condition.key)

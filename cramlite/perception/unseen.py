@@ -1,4 +1,4 @@
-"""Unseen places: areas above furniture behind occluders, and how much of them a camera would see."""
+"""Unseen places: volumes above furniture that occluders hide, and the share of them that a camera would see."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def places_above(thing: Thing, taxonomy: Taxonomy) -> Points:
 
 
 def hidden_behind(thing: Thing, points: Points, pictures: Sequence[Picture]) -> Points:
-    """Return those of the points (n, 3) [m] that a thing hides in some picture, and that none shows."""
+    """Return those of some points (n, 3) [m] that a thing hides in some picture and that no picture shows."""
     unseen, hidden = np.ones(len(points), bool), np.zeros(len(points), bool)
     for taken in pictures:
         view = taken.view
@@ -54,7 +54,11 @@ def unknown_body(name: str, points: Points) -> Thing:
 
 
 def share_shown(points: Points, depth: Depth, camera: Pose, intrinsics: Intrinsics) -> float:
-    """Return the share of points (n, 3) [m] that a noiseless depth image [m] shows from an optical frame's pose; NaN is infinitely far."""
+    """Return the share of points (n, 3) [m] that a noiseless depth image [m] shows from an optical frame's
+    pose.
+
+    A depth of NaN means infinitely far.
+    """
     far = np.where(np.isnan(depth), np.inf, depth)
     return float(_shown(points, far, camera, intrinsics).mean()) if len(points) else 0.0
 
@@ -67,8 +71,8 @@ def _shown(points: Points, depth: Depth, camera: Pose, intrinsics: Intrinsics) -
 
 
 def _depths(points: Points, depth: Depth, camera: Pose, intrinsics: Intrinsics) -> tuple[Points, Points]:
-    """Depth of points along the optical axis, and depth of the image in their direction; NaN outside of
-    the image."""
+    """Return the depth of points along the optical axis, and the image's depth at the same pixels; NaN
+    outside of the image."""
     local = camera.inverse().apply(points)
     pixels = np.nan_to_num(np.round(intrinsics.project(local)), nan=-1.0).astype(int)
     within = (pixels >= 0).all(axis=-1) & (pixels < (intrinsics.width, intrinsics.height)).all(axis=-1)

@@ -1,4 +1,4 @@
-"""Object queries of a plan: targets, and the furniture to look at."""
+"""Object queries for a plan: the things to look for, and the furniture at which to look."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Queries = tuple[tuple[ObjectQuery, ...], ...]
 
 
 def queries_of(plan: Plan, furniture: World, taxonomy: Taxonomy, tasks: Mapping[str, TaskType]) -> Queries:
-    """Return the queries to a camera for all that a plan needs and the map does not have.
+    """Return the camera queries for all things that a plan needs and that are not in the map.
 
     For each thing they stand in the order in which they are asked until one is answered; before them one for each kind
     of furniture of which a peg is used, to see where it really is, behind them one for each piece of furniture that
@@ -59,27 +59,28 @@ def queries_of(plan: Plan, furniture: World, taxonomy: Taxonomy, tasks: Mapping[
 
 
 def queries_everywhere(furniture: World, taxonomy: Taxonomy) -> Queries:
-    """Return a query for each piece of furniture that bears things: for all that is there."""
+    """Return a query for everything on or in each piece of furniture that can carry things."""
     return tuple((query_from(Object(""), **_at(p, furniture, taxonomy)),) for p in _views(furniture.things, taxonomy))
 
 
 def _at(place: str, furniture: World, taxonomy: Taxonomy) -> dict[str, str]:
-    """Condition of being at a place: in an open container, else on it."""
+    """Return the condition that an object is at a place: "in" an open container, else "on" the place."""
     thing = next((t for t in furniture.things if t.name == place), None)
     hollow = thing is not None and bears(thing, taxonomy, INSIDE) and not bears(thing, taxonomy, STANDING)
     return {"in" if hollow else "on": place}
 
 
 def _things(wanted: Object, furniture: World, taxonomy: Taxonomy) -> tuple[Thing, ...]:
-    """The furniture that a designator can mean: the named thing, or all of its class."""
+    """Return the furniture that an object designator can mean: the named thing, or all things of its
+    class."""
     if wanted.entity:
         return tuple(t for t in furniture.things if t.name == wanted.entity)
     return tuple(t for t in furniture.things if any(taxonomy.is_a(t.type, c) for c in wanted.types))
 
 
 def _named_together(wanted: Object, plan: Plan, tasks: Mapping[str, TaskType], put: bool) -> Iterator[str]:
-    """Variables that tasks name together with a thing, in order, placing tasks apart from others; parts stand
-    for their wholes."""
+    """Yield the objects that tasks name together with an object, in order, for placing tasks or for all
+    others; parts count as their wholes."""
     wholes = {o.name: o.part_of or o.name for o in plan.objects}
     for action in _actions(plan.actions):
         names = [o.name for o in action.roles.values()]
@@ -97,7 +98,8 @@ def _actions(steps: Iterable[Designator]) -> Iterator[Action]:
 
 
 def bears(thing: Thing, taxonomy: Taxonomy, *ways: str) -> bool:
-    """Check whether a part of a thing bears others in one of these ways: "hanging", "standing", "inside"."""
+    """Check whether a thing has a feature that carries others in one of the given ways: "hanging",
+    "standing", "inside"."""
     return _borne((f.type for f in thing.features), taxonomy, *ways)
 
 
@@ -106,8 +108,8 @@ def _borne(features: Iterable[str], taxonomy: Taxonomy, *ways: str) -> bool:
 
 
 def _views(things: tuple[Thing, ...], taxonomy: Taxonomy) -> Iterator[str]:
-    """Targets of single pictures: pegs of one class at once; else one thing after another, the smallest
-    first."""
+    """Yield what a single picture should show: all hangers of one class, else one thing after another, the
+    smallest first."""
     hangers = [t for t in things if bears(t, taxonomy, HANGING)]
     carriers = [t for t in things if t not in hangers and bears(t, taxonomy, STANDING, INSIDE)]
     yield from dict.fromkeys(t.type for t in hangers)

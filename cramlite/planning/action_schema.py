@@ -33,7 +33,7 @@ TableRow = tuple[str, ...]
 
 
 class Table(Value):
-    """Static condition as a relation, with the entities of a world for which it holds.
+    """Table of a static condition: the entities of a world for which it holds.
 
     Args:
         name: of the relation, made of the condition's words.
@@ -49,7 +49,8 @@ class Table(Value):
 
 
 class Universal(Value):
-    """Condition that ``every given -> then`` makes of a fact about some other entity, ``OTHER``.
+    """Condition ``every given -> then`` of a rule: each fact ``given`` about any other entity, ``OTHER``,
+    requires ``then`` of that entity.
 
     Args:
         given: the fact, one entity of it ``OTHER``.
@@ -86,22 +87,24 @@ class ActionSchema(Value):
 
     @property
     def doing(self) -> str:
-        """Class of the schema's task, and whether it puts a thing down elsewhere than the goal asks."""
+        """Class of the action schema's task, marked if the task puts a thing down elsewhere than the goal
+        asks."""
         return doing(self.task, self.elsewhere)
 
     @property
     def parameters(self) -> dict[str, str]:
-        """Variable -> parameter, without the effector."""
+        """Map each variable to its parameter; the effector has none."""
         return {v: t.rpartition(BETWEEN)[2] for v, t in self.terms.items() if t != EFFECTOR}
 
     @property
     def in_hand(self) -> frozenset[str]:
-        """Terms of the things that are in the hand at some time."""
+        """Terms of the things that are in the hand at some time of the task."""
         return held_in(conditions_of(self.rule), self.terms)
 
     @property
     def wholes(self) -> list[str]:
-        """Variables of parts; the things that they are parts of are further parameters, behind all others."""
+        """Variables that stand for parts; the things that they are parts of become further parameters, after
+        all others."""
         return [v for v, t in self.terms.items() if BETWEEN in t]
 
 
@@ -147,7 +150,7 @@ def _term(variable: str, kind: str) -> str:
 
 
 class _Tabulation:
-    """Evaluation of the static conditions of one schema.
+    """Evaluator of the static conditions of one action schema.
 
     Args:
         scene: whose entities are asked about.
@@ -163,11 +166,12 @@ class _Tabulation:
 
     @property
     def open(self) -> list[str]:
-        """Variables that entities fill."""
+        """Variables that things or their parts can fill: all but the effector."""
         return [v for v, t in self.terms.items() if t != EFFECTOR]
 
     def table(self, condition: Condition, other: str = "") -> Table:
-        """Return a condition as a table over no more columns than it depends on.
+        """Return a static condition as a table of entities, with only those columns that the condition
+        depends on.
 
         Args:
             other: a variable that stands for every entity of the scene.
@@ -187,7 +191,8 @@ class _Tabulation:
         return Table(f"{_name(inner)} {reduced}", names, left, denied)
 
     def every(self, given: Atom, then: Condition) -> Universal:
-        """Return ``every given -> then`` with a table of the rows that ``then`` allows."""
+        """Return the condition ``every given -> then``, with a table of the entities for which ``then``
+        holds."""
         (other,) = [v for v in variables(given) if v not in self.terms]
         binding = {**self.terms, other: "?other"}
         fact = (given.predicate.name, *(str(a) for a in given.arguments(dict(binding))))
@@ -200,7 +205,7 @@ class _Tabulation:
 
 
 def _matters(rows: set[TableRow], column: int, choices: int) -> bool:
-    """Whether a table is not the same for every entity in a column."""
+    """Check whether it matters for a table which entity stands in a column."""
     left = {(*row[:column], *row[column + 1 :]) for row in rows}
     return len(left) * choices != len(rows)
 

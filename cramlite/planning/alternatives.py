@@ -1,4 +1,4 @@
-"""Groundings of one designator by all plugins: generated lazily, merged by cost."""
+"""Groundings of a designator: generated lazily by all plugins, and merged by cost."""
 
 from __future__ import annotations
 
@@ -83,7 +83,8 @@ class Alternatives(Value):
             point.say("fault", fault.plugin, str(fault))
 
     def _fits(self, point: ChoicePoint, action: Action) -> bool:
-        """Whether a task of this name exists, and is not part of itself."""
+        """Check that the action's task exists, and that the action is not part of an action with the same
+        task and fillers."""
         opened = (i.action for i in point.state.agenda if isinstance(i, Effect))
         above = [a for a in opened if is_part_of(action.name, a.name)]
         reason = misfit(action, above, self.tasks)
@@ -93,7 +94,8 @@ class Alternatives(Value):
         return not reason
 
     def _asked(self, point: ChoicePoint) -> Iterator[tuple[str, Iterable[Any]]]:
-        """The answers of each plugin that says "mine"; of an action its own task type's come last."""
+        """Yield the answers of each plugin that grounds the designator; for an action those of its own task
+        type come last."""
         item, state = point.item, point.state
         context = replace(
             self.context,
@@ -110,7 +112,7 @@ class Alternatives(Value):
             yield owner, self.registry.guarded(owner, "decompose", item.name, self._own(item, state))
 
     def _plugins(self, item: Designator, belief: Belief, context: Context) -> Iterator[tuple[str, Iterable[Any] | Unresolvable]]:
-        """The answers of a hook, and of the kind of a location."""
+        """Yield the answers of the plugins' hook, and those of the location kind that declares the relation."""
         hook = HOOKS[type(item)]
         yield from self.registry.alternatives(hook, item, belief=belief, context=context)
         if isinstance(item, Location) and item.relation in self.relations:
@@ -125,8 +127,8 @@ class Alternatives(Value):
         return f": no relation '{item.relation}'; {nearest(item.relation, self.relations)}" if isinstance(item, Location) else ""
 
     def _accepted(self, plugin: str, answers: Iterable[Any], point: ChoicePoint) -> Iterator[Alternative]:
-        """Accept the answers of one plugin; their dependences follow from the item's domain unless the plugin
-        gives them."""
+        """Yield the valid answers of one plugin, and record what its refusals depend on: the choices that a
+        refusal names, else the point's domain."""
         made = {name for name, _ in point.state.choices}
         earlier = point.domain if isinstance(point.item, Motion) else made
         try:
@@ -165,7 +167,10 @@ class Alternatives(Value):
 
 
 def wrong_with(answer: object, item: Designator) -> str:
-    """Return a clause on why an answer is no valid grounding, so that its later users are not blamed; empty if it is valid."""
+    """Return why a plugin's answer is no valid grounding, as a clause; "" if it is one.
+
+    An invalid answer is refused at once, so that plugins which would use it later are not blamed.
+    """
     kind, value = type(item).__name__, getattr(answer, "value", None)
     if not isinstance(answer, Grounding):
         return f"an answer is a Grounding or a Refused, not {_short(answer)}"
@@ -189,7 +194,7 @@ def _short(value: object) -> str:
 
 
 def _check_way(way: Any) -> None:
-    """A decomposition is made of designators.
+    """Check that a decomposition consists of designators.
 
     Raises:
         TypeError: it is not; the task type's plugin is to blame.
@@ -216,7 +221,7 @@ def misfit(action: Action, inside: Iterable[Action], tasks: Mapping[str, object]
         return ""
     above = list(inside)
     if action.task not in tasks:
-        whose = f", which '{above[0].task}' is to be made of" if above else ""
+        whose = f", which the decomposition of '{above[0].task}' names" if above else ""
         return f"there is no task '{action.task}'{whose}; {nearest(action.task, tasks)}"
     for k, one in enumerate(above):
         if _meaning(one) == _meaning(action):

@@ -1,4 +1,4 @@
-"""Answers of plugins, kept: a question that was answered is not asked again, in whichever task sequence and round it comes up.
+"""Kept answers of plugins: a question that was answered is not asked again in a later task sequence or round.
 
 What an answer depends on is what its plugin looked at: the designator, the belief, and those bindings and that agenda which it
 read ("verifying traces" of Mokhov et al. 2018, "Build systems a la carte"). Another seed alone makes no other question.
@@ -28,7 +28,7 @@ Streams = Iterable[tuple[str, Iterable[Any] | Unresolvable]]
 
 
 class Read(Mapping[str, Any]):
-    """Bindings as a plugin sees them, with a note of its look-ups.
+    """Bindings as a plugin sees them; they record which of them the plugin reads.
 
     Args:
         now: the bindings.
@@ -54,13 +54,13 @@ class Read(Mapping[str, Any]):
         return len(self.now)
 
     def suits(self, other: Mapping[str, Any]) -> bool:
-        """Check whether all that was looked at is the same in other bindings."""
+        """Check whether other bindings have the same values for all names that were read."""
         same = all(_same(other.get(name, NOTHING), value) for name, value in self.values_read.items())
         return same and self.names_read in (None, tuple(other))
 
 
 class ReadAhead(Sequence[Designator]):
-    """Agenda as a plugin sees it, with a note of whether it looked."""
+    """Agenda as a plugin sees it; it records whether the plugin reads it."""
 
     def __init__(self, now: Sequence[Designator]) -> None:
         self.now, self.read = now, False
@@ -79,7 +79,7 @@ class ReadAhead(Sequence[Designator]):
 
 
 class Kept(Struct):
-    """Answers of one plugin to one question, as far as they were asked for.
+    """Answers of one plugin to one question, as far as the search has taken them.
 
     Args:
         source: gives the others.
@@ -93,7 +93,7 @@ class Kept(Struct):
     ended: bool = False
 
     def at(self, number: int) -> Any:
-        """Return an answer by its number, from 0; ``NOTHING`` behind the last.
+        """Return an answer by its number, from 0; ``NOTHING`` after the last.
 
         Raises:
             Unresolvable: the plugin says so behind the last.
@@ -134,8 +134,8 @@ class Question(Struct):
 
     @property
     def refused_anywhere(self) -> bool:
-        """Whether all answers of a place at a thing are refused for its surroundings: then they are so for
-        every arm pose."""
+        """Whether the question is for a place at a thing and all answers are refusals because of other
+        things, so that they hold for any arm position."""
         return isinstance(self.item, Location) and bool(self.item.of) and all(k.ended and self._about_things(k) for k in self.kept.values())
 
     def _about_things(self, kept: Kept) -> bool:
@@ -170,7 +170,7 @@ class Answers(Struct):
         return self.asked == asked_before, told
 
     def _question(self, item: Designator, belief: Belief, context: Context, ask: Callable[[Context], Streams]) -> Question:
-        """Earlier question that is equal, else the present one."""
+        """Return the earlier question with the same inputs, else a new one that the plugins are asked."""
         key = (item.name, belief.joints, belief.held.thing if belief.held else "")
         here = self.known.setdefault(key, [])
         found = next((q for q in here if q.suits(item, belief, context)), None)
@@ -186,12 +186,14 @@ class Answers(Struct):
         return new
 
     def _refused_before(self, item: Designator, belief: Belief, context: Context) -> Question | None:
-        """The same question with the arm elsewhere, where that makes no difference."""
+        """Return an earlier question that differs in the arm position only and was refused for any arm
+        position; None without one."""
         others = (q for (name, *_), asked in self.known.items() if name == item.name for q in asked)
         return next((q for q in others if q.refused_anywhere and q.suits(item, _as_near(belief, q.belief), context)), None)
 
     def _told(self, question: Question, plugin: str, context: Context, ask: Callable[[Context], Streams]) -> Iterator[Any]:
-        """Answers of a plugin; later look-ups use the bindings of the query that asks for the next answer."""
+        """Yield the answers of a plugin; each further answer is computed with the bindings of the query that
+        asks for it."""
         number = 0
         while True:
             if not question.suits(question.item, question.belief, context):
@@ -209,7 +211,8 @@ def same_belief(one: Belief, other: Belief) -> bool:
 
 
 def _as_near(belief: Belief, other: Belief) -> Belief:
-    """Belief with the arm, and joints within rounding, where another belief has them."""
+    """Return the belief with the arm position of another belief, and with the other's poses where the two
+    differ by rounding only."""
     poses = {
         name: other.poses[name] if name in other.poses and _near(estimate, other.poses[name]) else estimate
         for name, estimate in belief.poses.items()

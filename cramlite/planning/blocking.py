@@ -23,7 +23,7 @@ AnyOf = tuple[tuple[Track, ...], ...]
 
 
 class Blocking(Value):
-    """Task that is refused while things are as they are (a no-good over tasks).
+    """Blocking: a task is refused as long as certain things stay as they are (a no-good over tasks).
 
     Args:
         task: that is refused.
@@ -41,20 +41,21 @@ class Blocking(Value):
         return tuple(dict.fromkeys(t for any_of in self.sets for tracks in any_of for t in tracks))
 
     def bars(self, before: Sequence[Operator], step: Operator) -> bool:
-        """Check whether a task is refused after others: they left one thing of each set unchanged."""
+        """Check whether a blocking refuses a task after others: these left at least one alternative of each
+        set unchanged."""
         if done(step) != self.task:
             return False
         same = {t for t in self.tracks if history(before, t.thing) == t.past}
         return all(any(same.issuperset(tracks) for tracks in any_of) for any_of in self.sets)
 
     def left_shut(self) -> Blocking:
-        """Return the blocking that holds as long as nothing is opened to make room: closed joints take the
-        least room."""
+        """Return the blocking without the sets that name a shut thing, so that opening one does not end it:
+        closed joints take the least room."""
         return replace(self, sets=tuple(any_of for any_of in self.sets if all(tracks[0].thing not in self.shut for tracks in any_of)))
 
     def while_others_stay(self) -> Blocking:
-        """Return the blocking as long as no other obstacle is moved: the task's own things would meet those obstacles from
-        anywhere."""
+        """Return the blocking that holds as long as no other obstacle is moved; moving the task's own things
+        does not end it."""
         own = {thing_of(e) for _, e in self.task[1]}
         others = tuple(any_of for any_of in self.sets if own.isdisjoint(tracks[0].thing for tracks in any_of))
         return replace(self, sets=others) if others else self
@@ -94,7 +95,8 @@ def blocking_of(
 
 
 def _tracks(thing: str, before: Sequence[Operator], facts: frozenset[Fact], loose: frozenset[str]) -> tuple[Track, ...]:
-    """Tasks done so far to a thing, the first in the list, and to all that moves with it."""
+    """Return the tasks done so far to a thing, as the first track, and to each loose thing that facts tie to
+    it."""
     pairs = [frozenset(map(thing_of, f[1:])) & loose for f in facts]
     known = {thing}
     while more := {n for names in pairs if names & known for n in names} - known:

@@ -1,4 +1,5 @@
-"""Blockings in PDDL: facts on how far along its track each thing is, which actions change, and the tasks that these facts bar."""
+"""Blockings in PDDL: facts on which stage of its track each thing is at, actions that change it, and tasks
+that are blocked there."""
 
 from __future__ import annotations
 
@@ -15,7 +16,10 @@ ENTITY = "entity"
 
 
 class BlockingText:
-    """Blockings of a domain as derived predicates. A thing is at one stage of a track; at none once it has another history.
+    """Blockings of a domain as derived predicates.
+
+    A track lists the tasks done to a thing. The thing is at one stage of the track, or at none once other
+    tasks were done to it.
 
     Args:
         atom: writes a predicate and its terms.
@@ -33,23 +37,23 @@ class BlockingText:
 
     @property
     def named(self) -> set[str]:
-        """Entities that conditions and effects name."""
+        """Entities that the conditions and effects of blockings name."""
         tasks = [*(b.task for b in self.blocked), *(one for t in self.tracks for one in t.past)]
         return {t.thing for t in self.tracks} | {e for task in tasks for _, e in task[1]}
 
     def initial(self) -> Iterator[str]:
-        """Generate the facts that hold at first: nothing has been done to anything."""
+        """Generate the initial facts: every thing is at the first stage of its tracks."""
         yield from (self._at(track, (0, "")) for track in self.tracks)
 
     def conditions(self, schema: ActionSchema) -> Iterator[str]:
-        """Generate the precondition of an action that blockings are about."""
+        """Generate the precondition that a task with blockings is not blocked."""
         if any(b.task[0] == schema.doing for b in self.blocked):
             terms = [schema.terms[r] for r in sorted(schema.rule.roles)]
             yield f"(not {self.atom(_name(schema.doing), [t for t in terms if t != EFFECTOR])})"
 
     def derived(self) -> Iterator[str]:
-        """Generate the derived predicates: a thing is unchanged; any one of some things is; a task is blocked
-        with its things.
+        """Generate the derived predicates: a thing is unchanged; any of several things is unchanged; a task
+        is blocked with its fillers.
 
         Each "or" has a predicate of its own: planners write conditions out as alternatives of "and", of which there would be many.
         """
@@ -79,7 +83,8 @@ class BlockingText:
         return self.atom(f"one of tracks {' '.join(names)} is done", ())
 
     def effects(self, schema: ActionSchema, fluents: Fluents) -> Iterator[str]:
-        """Generate the effects of an action on the tracks of things: to the next stage, or off the track."""
+        """Generate the effects of an action on the stages of things: to the next stage of a track, or to
+        none."""
         change = schema.change
         for term, how in handled(change.needs, change.adds, change.removes, fluents, change.moves).items():
             for track in self.tracks if term.startswith("?") else ():
@@ -87,8 +92,11 @@ class BlockingText:
                     yield from (e for stage in (*track.stages(), None) for e in self._step(schema, term, how, track, stage))
 
     def _step(self, schema: ActionSchema, term: str, how: Handling, track: Track, stage: Stage | None) -> Iterator[str]:
-        """Effects that lead from a stage of a track, None for another history, to the next: for the fillers of its tasks,
-        and for all others."""
+        """Generate the conditional effects that lead from one stage of a track (None for no stage) to the
+        next.
+
+        The fillers of the track's own tasks lead along it, all other fillers off it.
+        """
         here, otherwise = f"(= {term.rpartition(BETWEEN)[2]} {self.object_of(track.thing)})", track.after(stage, how, None)
         own = {self._fillers(schema, t): track.after(stage, how, t) for t in track.past if t[0] == schema.doing}
         own = {same: after for same, after in own.items() if same and after != otherwise}
@@ -102,7 +110,8 @@ class BlockingText:
                 yield f"(when (and {case}{before}) (and {' '.join([*ends, *begins])}))"
 
     def _fillers(self, schema: ActionSchema, task: Done) -> str:
-        """Condition that an action is a task that was done; "" where the task cannot be in this problem."""
+        """Return the PDDL condition that an action has the fillers of a task that was done; "" if the problem
+        lacks one of these entities."""
         if not self.entities.issuperset(e for _, e in task[1]):
             return ""
         roles = ((schema.terms[r].rpartition(BETWEEN)[2], e) for r, e in task[1] if e != EFFECTOR)

@@ -89,8 +89,8 @@ def budget_from(asked: Mapping[str, int], where: Callable[[str], str]) -> Budget
 
 
 def until_late(budget: Budget, trace: Trace, stop: Stop) -> Stop:
-    """Return ``stop``, or a function that also stops once a budget of seconds is spent; the trace then
-    says so."""
+    """Return ``stop``; with a budget of seconds a function that also stops once they are spent, and records
+    that in the trace."""
     if not budget.seconds:
         return stop
     end, told = time.monotonic() + budget.seconds, list[bool]()
@@ -111,7 +111,7 @@ def is_late(trace: Trace) -> bool:
 
 
 class BudgetSpent(Exception):
-    """End of a search because a counted budget is used up.
+    """Signal that a search ends because a counted budget is used up.
 
     Args:
         budget: its name in ``Budget``.

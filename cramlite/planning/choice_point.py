@@ -75,7 +75,7 @@ KINDS: dict[type, Kind] = {
 
 
 class ChoicePoint(Struct):
-    """Choice point: a designator that is being resolved in a state.
+    """Choice point of the search: a designator whose alternatives are tried in a state.
 
     Args:
         item: the designator.
@@ -109,12 +109,13 @@ class ChoicePoint(Struct):
 
     @property
     def cap(self) -> int:
-        """Largest number of alternatives that are tried; all branches of a compound."""
+        """Largest number of alternatives that are tried; of a compound all branches."""
         return len(self.item.branches) if isinstance(self.item, Compound) else self.breadth * CAPS[type(self.item)]
 
     @property
     def domain(self) -> set[str]:
-        """Choices that the set of alternatives itself depends on: places do not depend on how the arm got there."""
+        """Choices that the set of alternatives depends on; for a place, for example, not how the arm got
+        there."""
         item, made = self.item, {name for name, _ in self.state.choices}
         if isinstance(item, Object | Late):
             part_of = item.part_of if isinstance(item, Object) else None
@@ -126,7 +127,7 @@ class ChoicePoint(Struct):
         return made - (self.state.passed - {item.to.name if isinstance(item, Motion) and item.to else ""})
 
     def blamed(self, answer: Grounding | Refused) -> set[str]:
-        """Return the choices of the domain that an answer depends on."""
+        """Return the choices of ``domain`` that an answer depends on."""
         if isinstance(answer, Refused) and answer.blocking is not None:
             return self.about(answer.blocking) | self.asked_by
         if isinstance(answer, Grounding) and answer.anew:
@@ -135,8 +136,8 @@ class ChoicePoint(Struct):
         return self.domain
 
     def about(self, things: Collection[str | Collection[str]]) -> set[str]:
-        """Return the choices of the domain that settled the places of some things, the asked one, and the
-        payload."""
+        """Return those choices of ``domain`` that settled where the given things, the designator's own thing,
+        and the payload are."""
         own = self.state.bindings.get(getattr(self.item, "of", None) or "", "")
         held = self.state.belief.held
         named = (t for one in things for t in ([one] if isinstance(one, str) else one))
@@ -150,8 +151,8 @@ class ChoicePoint(Struct):
 
     @property
     def _held_before(self) -> set[str]:
-        """Places at which earlier tasks held or touched a thing on a joint before they moved it; only the
-        joint's value matters now."""
+        """Places at which earlier tasks held or touched a thing on a joint before they moved it; now only the
+        joint's value matters."""
         now, earlier = {i.action.name for i in self.state.agenda if isinstance(i, Effect)}, dict[str, Place]()
         for name in takewhile(lambda n: n not in now, (n for n, _ in self.state.choices)):
             if isinstance(place := self.state.bindings.get(name), Place) and isinstance(self.item, Location):
@@ -162,12 +163,13 @@ class ChoicePoint(Struct):
 
     @property
     def asked_by(self) -> set[str]:
-        """Choices that the designator is part of: made otherwise, it may not be asked for."""
+        """Choices whose grounding contains the designator: another alternative there may not need it."""
         return {name for name, _ in self.state.choices if is_part_of(self.item.name, name)}
 
     @property
     def unfit(self) -> set[Unfit]:
-        """Named thing that was refused whatever else was chosen, and not for the state of the world."""
+        """Thing that was asked for by name and refused, whatever else was chosen and whatever state the world
+        is in; empty for none."""
         named = self.item.entity if isinstance(self.item, Object) else None
         depends = any(isinstance(c, str) or (isinstance(c, AsItIs) and ANY in c.things) for c in self.conflict)
         return {Unfit(named)} if named and not depends else set()
@@ -192,13 +194,13 @@ class ChoicePoint(Struct):
 
 
 def _was_moved(thing: str, belief: Belief) -> bool:
-    """Whether a thing is believed to be elsewhere than at first."""
+    """Check whether a thing is believed to be elsewhere than in the world at the start."""
     first = next((t.pose for t in belief.world.things if t.name == thing), None)
     return first is not None and (thing not in belief.poses or belief.poses[thing].pose != first)
 
 
 def _is_about(name: str, things: Collection[str], bindings: Mapping[str, Any], actions: Mapping[str, Action]) -> bool:
-    """Whether a choice is about one of some things, or may be."""
+    """Check whether a choice concerns one of the given things; True where that is not known."""
     value = bindings.get(name)
     if isinstance(value, Place):
         return value.thing in things

@@ -1,4 +1,4 @@
-"""Folding of compounds into control steps: the one place where the plan language meets the agenda.
+"""Folding of compounds of the plan language into control steps of the program.
 
 A compound that is decided at run time lies between marks (``cramlite.model.control_flow``): where a branch begins a frame remembers the
 steps and the belief, and at the end what came since becomes one control step. What a branch needs beyond that, a way back
@@ -29,7 +29,8 @@ MOVED = 0.005  # things that are at the same place [m]: the accuracy with which 
 
 
 def state_after_mark(state: State, mark: Mark) -> State:
-    """Return the state behind a mark at the front of the agenda.
+    """Return the state after the mark at the front of the agenda: a branch of a compound begins, or the
+    compound ends.
 
     Raises:
         Unresolvable: branches do not end at the same place, or need the same device at the same time.
@@ -49,7 +50,7 @@ def state_after_mark(state: State, mark: Mark) -> State:
 
 
 def _back(state: State, frame: Frame, name: str) -> Motion:
-    """The motion from anywhere on the latest branch to where the compound began."""
+    """Return the motion from any pose on the latest branch back to the pose where the compound began."""
     return _motion_back(frame, name, state.steps[frame.starts[-1] :])
 
 
@@ -61,7 +62,8 @@ def _motion_back(frame: Frame, name: str, after: tuple[AnyStep, ...]) -> Motion:
 
 
 def _folded(state: State, frame: Frame, rest: tuple[Item, ...]) -> State:
-    """The end of a compound: its steps become one, unless it was decided while planning."""
+    """Return the state after a compound: its steps become one control step, unless the search itself decided
+    it."""
     closed = replace(state, agenda=rest, frames=state.frames[:-1])
     if not frame.compound.decided_at_run_time:
         return closed
@@ -102,7 +104,7 @@ def _control(compound: Compound, parts: tuple[tuple[AnyStep, ...], ...]) -> Cont
 
 
 def _differ(one: Belief, other: Belief) -> str:
-    """Differences of two beliefs that matter afterwards; empty if there are none."""
+    """Return the first difference of two beliefs that later tasks would notice, as a clause; "" for none."""
     apart = max((abs(a - b) for a, b in zip(one.joints, other.joints, strict=True)), default=0.0)
     held = [b.held.thing if b.held else "nothing" for b in (one, other)]
     if held[0] != held[1]:
@@ -110,10 +112,10 @@ def _differ(one: Belief, other: Belief) -> str:
     if apart > SAME:
         return f"a joint is {apart:.2f} rad apart, more than {SAME:.2f} rad"
     if abs(one.opening - other.opening) > MOVED:
-        return f"the fingers are {1000 * one.opening:.0f} and {1000 * other.opening:.0f} mm open"
+        return f"the fingers are {1000 * one.opening:.0f} mm open after one, {1000 * other.opening:.0f} mm after the other"
     if one.at != other.at:
         return "the robot stands elsewhere"
     for name in one.poses.keys() & other.poses.keys():
         if (way := math.dist(one.poses[name].pose.position, other.poses[name].pose.position)) > MOVED:
-            return f"'{name}' is {1000 * way:.0f} mm apart"
+            return f"the two places of '{name}' are {1000 * way:.0f} mm apart"
     return "" if one.relations == other.relations else "what holds between things differs"

@@ -11,8 +11,8 @@ NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?: m?m\b)?")  # a length is told in m o
 
 
 def how_it_ended(entries: Sequence[Entry]) -> str:
-    """Return whether all alternatives were refused, or the earlier end of the search and how to raise its
-    limit."""
+    """Describe how a search ended: all alternatives were refused, or a budget ended it, with the setting that
+    raises the budget."""
     capped = _left_out(entries)
     late = any(e.kind == "budget" and "seconds" in e.numbers for e in capped)
     if any(e.kind == "stop" for e in capped) and not late:
@@ -23,7 +23,7 @@ def how_it_ended(entries: Sequence[Entry]) -> str:
         raised = ", ".join(f"{name}: {2 * limit}" for name, limit in spent.items())
         called = ", ".join(f"{name}={2 * limit}" for name, limit in spent.items())
         return (
-            f"the search was cut short by its budget {limits}, other alternatives may do; "
+            f"the search was cut short by its budget {limits}, untried alternatives may succeed; "
             f"raise it with 'budget: {{{raised}}}' in the scenario, or Budget({called}) in Python"
         )
     if capped:
@@ -32,15 +32,15 @@ def how_it_ended(entries: Sequence[Entry]) -> str:
 
 
 def _left_out(entries: Sequence[Entry]) -> list[Entry]:
-    """End of the search, or alternatives that no wider round of the same task sequence took up again."""
+    """Return the entries of used-up budgets, stops, and alternatives left out that no wider round of their
+    task sequence tried."""
     widened = {e.candidate: e.number for e in entries if e.kind == "sequence" and e.outcome == "asked"}
     capped = [e for e in entries if e.outcome == "capped"]
     return [e for e in capped if e.kind in ("budget", "stop") or e.number > widened.get(e.candidate, 0)]
 
 
 def nearest_miss(entries: Sequence[Entry]) -> Entry | None:
-    """Return the refusal after the most choices, preferably one with a remedy or a collision; a refused program
-    comes before all others."""
+    """Return the nearest miss: a refused program, else the refusal that came after the most choices."""
     known = {e.number: e for e in entries}
     reasons = [
         e
@@ -55,7 +55,7 @@ def nearest_miss(entries: Sequence[Entry]) -> Entry | None:
 
 
 def _says_more(entry: Entry) -> bool:
-    """Whether a refusal has a remedy or a collision to show."""
+    """Check whether a refusal has a remedy or a collision to show."""
     return entry.remedy is not None or entry.collision is not None
 
 
@@ -67,7 +67,7 @@ def _depth(entries: Mapping[int, Entry], entry: Entry) -> int:
 
 
 def task_of(entry: Entry | None, known: Mapping[int, Entry]) -> int:
-    """Return the task of the plan, from 1, in which a question was asked; 0 before all tasks."""
+    """Return the number, from 1, of the plan's task in which a question was asked; 0 before all tasks."""
     while entry is not None and "task" not in entry.numbers:
         entry = known.get(entry.parent)
     return int(entry.numbers["task"]) if entry is not None else 0

@@ -1,4 +1,5 @@
-"""Endings: all facts that end where a task ends one, by the predicates' declarations (``Fluent``).
+"""Endings: the facts that end when a task ends one of them, according to the predicates' declarations
+(``Fluent``).
 
 ``Fluents.after`` says the same of one state; here it is said of all states, as the conditional effects of an action schema.
 """
@@ -24,7 +25,7 @@ Kinds = Mapping[tuple[str, int], frozenset[str]]
 
 
 class Ending(Value):
-    """Fact that ends under conditions, for all entities in the place of its free variables.
+    """Ending: a fact that a task ends under conditions, for all entities in the place of its free variables.
 
     Args:
         fact: with terms; free variables are "?other" and "?any1", "?any2", ...
@@ -44,7 +45,7 @@ class Ending(Value):
 
 
 def is_free(term: str) -> bool:
-    """Check whether a term is a variable of its own rather than a parameter."""
+    """Check whether a term is a free variable rather than a parameter."""
     return term.startswith(("?any", "?other"))
 
 
@@ -87,7 +88,7 @@ def endings(schema: ActionSchema, fluents: Fluents, kinds: Kinds) -> tuple[Endin
 
 
 def _denied(schema: ActionSchema, fluents: Fluents) -> Iterator[Ending]:
-    """Denials of a rule, and facts that cannot hold beside those that it adds."""
+    """Generate the endings of the facts that a rule denies, and of those that exclude a fact that it adds."""
     for pattern in sorted(schema.change.removes, key=str):
         yield Ending((str(pattern[0]), *(p if p is not None else f"?any{k}" for k, p in enumerate(pattern[1:]))))
     for every in schema.after:
@@ -99,8 +100,8 @@ def _denied(schema: ActionSchema, fluents: Fluents) -> Iterator[Ending]:
 
 
 def _following(ending: Ending, fluents: Fluents) -> Iterator[Ending]:
-    """Facts that end with a fact: its mirror image, those that it undoes, its wholes, and those that imply
-    it."""
+    """Generate the endings (facts that a task ends) that follow from one: of the mirrored fact, of facts that
+    it undoes, of wholes, and of facts that imply it."""
     name, *terms = ending.fact
     fluent, when = fluents[name], ending.when | {ending.fact}
     if fluent.symmetric:
@@ -134,7 +135,8 @@ def _with(fact: Fact, k: int, term: str) -> Fact:
 
 
 def _tidy(ending: Ending) -> Ending:
-    """Ending with its free variables numbered in the order in which they appear."""
+    """Return an ending (a fact that a task ends) with its free variables numbered in the order in which they
+    appear."""
     names = {v: v if v == "?other" else f"?any{k}" for k, v in enumerate(ending.free, 1)}
 
     def renamed(fact: Fact) -> Fact:

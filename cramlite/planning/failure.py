@@ -69,12 +69,13 @@ def misses(entries: Sequence[Entry]) -> list[tuple[Entry, ...]]:
 
 
 def _cause(entry: Entry) -> tuple[str, str]:
-    """Common part of two misses that differ in numbers only."""
+    """Return the designator and reason of a miss without numbers: misses that agree in both have the same
+    cause."""
     return without_numbers(entry.designator) if entry.kind != "proof" else "", without_numbers(entry.reason)
 
 
 def _miss(same: Sequence[Entry], reason: str = "") -> str:
-    """A miss with its candidates, designator and plugin; ``reason`` in the place of its own."""
+    """Format misses of one cause as one line: candidates, designator, reason and plugin."""
     first, numbers = same[0], [e.candidate for e in same]
     which = f"candidate {numbers[0]}" if len(numbers) == 1 else f"candidates {_listed(numbers)}"
     return f"{which}, {first.designator}: {reason or first.reason} [{first.plugin}]"
@@ -88,6 +89,6 @@ def _listed(numbers: Sequence[int]) -> str:
 
 
 def _once(answers: Iterable[GoalAnswer], told: Sequence[Entry]) -> Iterator[GoalAnswer]:
-    """Answers of the goals, without a reason that was told with the nearest miss."""
+    """Yield the answers for the goals; a reason that was told as the nearest miss becomes "see above"."""
     said = f"{told[0].designator}: {told[0].reason}" if told else ""
     yield from (a.without_reason() if a.reason == said else a for a in answers)

@@ -53,7 +53,8 @@ def literals_of_plan(
 
 
 def _lasting(action: Action, clause: Clause | None) -> GoalLiteral | None:
-    """A postcondition with the things of an action; None where the rule has it no longer."""
+    """Return a postcondition with the things of an action in place of variables; None if the rule no longer
+    has it."""
     if clause is None:
         return None
     binding = {r: str(o.entity) for r, o in action.roles.items() if r in mentions(clause.condition)}

@@ -1,4 +1,4 @@
-"""Goals in words, "tin on counter near hook": the declared phrase of each, and its demands."""
+"""Parsing of goals in words, such as "tin on counter near hook", by the phrases that predicates declare."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def parse_goal(text: str, grounder: Grounder, where: str = "") -> ParsedGoal:
 
 
 def _denied(goal: ParsedGoal, where: str) -> ParsedGoal:
-    """The contrary of a goal.
+    """Return the negation of a goal.
 
     Raises:
         UserError: it is made of more than one relation, so that it could fail in several ways.
@@ -113,7 +113,7 @@ def _ring(goals: Sequence[ParsedGoal], grounder: Grounder, places: Sequence[str]
 
 
 def _two_manners(one: ParsedGoal, other: ParsedGoal) -> str:
-    """Conflict of two manners of putting down one thing; "" without one."""
+    """Describe how two goals ask for different ways of putting down the same thing; "" if they do not."""
     first, second = (g.meaning.manner.where if g.meaning.manner else {} for g in (one, other))
     if one.things[0] != other.things[0]:
         return ""
@@ -134,8 +134,8 @@ def _places(phrase: GoalPhrase) -> list[str]:
 
 
 def _pattern(phrase: GoalPhrase) -> str:
-    """Form as a regular expression with groups for its things, and for a place also for a side and the thing
-    there."""
+    """Return the regular expression of a goal's form: groups for its things, and behind a place also for a
+    side and a thing."""
     words_of = {AMOUNT: NUMBER, PLACE: r"(\w+(?:/\w+)?)"}
     first, *words = (words_of.get(w, r"(\w+)") if w.isupper() else re.escape(w) for w in phrase.form.split())
     verbs = f"(?:(?:{'|'.join(map(re.escape, phrase.verbs))}) )?" if phrase.verbs else ""
@@ -146,7 +146,7 @@ def _pattern(phrase: GoalPhrase) -> str:
 def _meaning(
     phrase: GoalPhrase, things: tuple[str, ...], amount: tuple[str, ...], other: str, grounder: Grounder, what: str
 ) -> GoalCondition:
-    """Meaning of a phrase for the things of the world."""
+    """Return the meaning of a goal phrase with things of the world as its arguments."""
     for name in filter(None, (*things, other)):
         known = grounder.things if name == thing_of(name) else grounder.scene.types
         if name not in known:
@@ -162,7 +162,7 @@ def _check_side(goal: ParsedGoal, what: str) -> None:
         return
     side = next(words for words, key in SIDES.items() if key == goal.side)
     if not goal.meaning.spot:
-        raise UserError(f"{what}: '{side}' chooses a spot on a surface or in a container, and there is none here.")
+        raise UserError(f"{what}: '{side}' chooses a spot on a surface or in a container, and this goal names none.")
     if goal.other in goal.things:
         own = " and ".join(f"'{t}'" for t in goal.things)
-        raise UserError(f"{what}: what it is '{side}' must be another thing than {own}.")
+        raise UserError(f"{what}: the thing after '{side}' must be another one than {own}.")

@@ -33,7 +33,7 @@ WORDS: Mapping[Answer, str] = {
 
 
 class GoalAnswer(Value):
-    """Answer for one part of a goal.
+    """Answer for one part of a goal: whether it holds or is achieved, by which tasks, or why not.
 
     Args:
         says: the part in words.
@@ -49,7 +49,7 @@ class GoalAnswer(Value):
     reason: str = ""
 
     def without_reason(self) -> GoalAnswer:
-        """Return the answer without its reason, where that was said before."""
+        """Return the answer with "see above" as its reason, for reasons that were told before."""
         return replace(self, reason="see above")
 
     def __str__(self) -> str:
@@ -60,18 +60,18 @@ class GoalAnswer(Value):
 
 
 def trace_parts(problem: PlanningProblem, plan: TaskPlan, trace: Trace) -> None:
-    """Add to a trace which tasks of a plan bring about which part of its goal."""
+    """Record in a trace which tasks of a plan bring about which part of its goal."""
     for says, wanted in problem.parts():
         tasks = serving(wanted, problem.facts, plan.steps)
         first, last = (tasks[0], tasks[-1]) if tasks else (0, 0)
-        said = f"holds after task {last}, tasks {first} to {last} are for it" if last else "holds at the start"
+        said = f"holds after task {last}, tasks {first} to {last} bring it about" if last else "holds at the start"
         others = {f"{OTHER}{k}": k for k in range(first, last) if k not in tasks}
         trace.add(0, PART, says, "asked", "engine", said, kind="goal", numbers={"first": first, "last": last, **others})
 
 
 def serving(goal: GoalFacts, facts: frozenset[Fact], steps: Sequence[Operator]) -> tuple[int, ...]:
-    """Return the steps that a goal needs, from 1, up to the one after which it holds for good; none if it holds
-    before."""
+    """Return the numbers, from 1, of the steps that a goal needs, up to the step after which it holds for
+    good; () if it holds at the start."""
     states = list(accumulate(steps, lambda state, step: step.apply(state), initial=facts))
     last = next((k for k in range(len(steps), 0, -1) if not goal.met(states[k - 1])), 0)
     found: list[int] = []
@@ -84,7 +84,8 @@ def serving(goal: GoalFacts, facts: frozenset[Fact], steps: Sequence[Operator]) 
 
 
 def goal_answers(trace: Trace, proven: int = 0) -> tuple[GoalAnswer, ...]:
-    """Return the answer for each part of a goal, in its order; of a goal of which nothing was proven the nearest miss first.
+    """Return an answer for each part of a goal: in the order of the parts, or, if nothing was proven, nearest
+    misses first.
 
     Args:
         trace: of the search; empty answers where it was not for a goal.
@@ -104,7 +105,7 @@ def _rank(answer: GoalAnswer) -> int:
 
 
 def _nearest(answer: GoalAnswer) -> tuple[bool, int]:
-    """Sort key of answers: misses come first, those of the last tasks before others."""
+    """Return the sort key of an answer: missed parts come first, among them those with the latest tasks."""
     return answer.answer != "missed", -answer.tasks[1] if answer.tasks and answer.answer == "missed" else 0
 
 
@@ -118,7 +119,7 @@ def _proven(entry: Entry) -> GoalAnswer:
 
 
 def _unproven(parts: Iterable[Entry], entries: Sequence[Entry]) -> Iterator[GoalAnswer]:
-    """Answer of each tried candidate to each part."""
+    """Yield an answer for each part of the goal from each candidate that was tried."""
     known = {e.number: e for e in entries}
     of = {c: [e for e in entries if e.candidate == c and e.kind != "goal"] for c in {e.candidate for e in parts}}
     misses = {c: nearest_miss(there) for c, there in of.items()}
@@ -136,7 +137,8 @@ def _unproven(parts: Iterable[Entry], entries: Sequence[Entry]) -> Iterator[Goal
 
 
 def _by(says: str, tasks: tuple[int, int], others: Set[int], miss: Entry, known: dict[int, Entry]) -> GoalAnswer:
-    """Answer for a part of the goal by the nearest miss of a candidate in the tasks of that part."""
+    """Return the answer for a part of the goal after a candidate failed: missed if the nearest miss lies in
+    the part's own tasks, else reached or untried."""
     said = f"{miss.designator}: {miss.reason}"
     if miss.kind == "proof":
         own = [c for c in miss.reason.split("; ") if f"'{says}' is not reached" in c]
@@ -146,13 +148,13 @@ def _by(says: str, tasks: tuple[int, int], others: Set[int], miss: Entry, known:
     if any(tasks[0] <= task <= tasks[1] and task not in others for task in at):
         return GoalAnswer(says, "missed", tasks, said)
     if at and min(at) > tasks[1] and task_of(miss, known):
-        return GoalAnswer(says, "reached", tasks, f"what failed came later, in task {at[0]}")
+        return GoalAnswer(says, "reached", tasks, f"a later task failed, task {at[0]}")
     return GoalAnswer(says, "untried", tasks)
 
 
 def _at(miss: Entry, known: Mapping[int, Entry]) -> tuple[int, ...]:
-    """Tasks of the plan that a miss is about: the task in which it came up, or the first and last that need an
-    object."""
+    """Return the numbers of the plan's tasks that a miss is about: the task in which it came up, or the first
+    and last task that need an object."""
     if task := task_of(miss, known):
         return (task,)
     asked = known.get(miss.parent, miss).numbers

@@ -29,7 +29,7 @@ NEEDLESS = "no step asks for what it changes"
 
 
 class TaskConstraint(Value):
-    """Constraint that a goal puts on the task that brings something about.
+    """Constraint of a goal on the task that achieves it, such as a side of a place or a parameter.
 
     Args:
         where: what the place that it chooses must be like.
@@ -42,12 +42,13 @@ class TaskConstraint(Value):
     makes: frozenset[Fact]
 
     def suits(self, task: TaskType) -> bool:
-        """Check whether a task takes the constraint: it has the parameters, and chooses a place where one is constrained."""
+        """Check whether a task can meet the constraint: it has the constrained parameters, and chooses a
+        place if one is constrained."""
         return set(self.parameters) <= {p.name for p in task.parameters} and (task.places or not self.where)
 
 
 class GoalFacts(Value):
-    """Goal facts: facts that must hold in the end, and patterns that may not.
+    """Goal as facts: those that must hold in the end, and patterns of facts that must not.
 
     Args:
         constraints: fact that something was brought about as it was asked for -> what that asks of the task.
@@ -72,7 +73,7 @@ class GoalFacts(Value):
 
 
 class TaskPlan(Value):
-    """Sequence of operators that achieves a goal, each with why it is there."""
+    """Sequence of operators that achieves a goal, with the reason for each."""
 
     steps: tuple[Operator, ...]
     reasons: tuple[str, ...]
@@ -101,7 +102,8 @@ def parse_goals(goals: Iterable[str], grounder: Grounder, where: str = "") -> Go
 
 
 def constraint_facts(goal: GoalFacts, schema: ActionSchema, task: TaskType) -> frozenset[Fact]:
-    """Return the facts, with terms, of a task that is done in the goal's manner."""
+    """Return the facts, in the schema's terms, by which its task meets the goal's constraints, such as a side
+    of a place or a parameter."""
     found: set[Fact] = set()
     for fact, asked in goal.constraints.items():
         if asked.suits(task):
@@ -113,7 +115,8 @@ def constraint_facts(goal: GoalFacts, schema: ActionSchema, task: TaskType) -> f
 
 
 def taken_places(goal: GoalFacts, schema: ActionSchema, things: Mapping[str, Thing], aside: Iterable[str]) -> Iterator[Table]:
-    """Generate tables of what a task would put aside onto a loose thing where the goal asks for another: there is no room for both."""
+    """Generate tables that keep a task from putting things aside onto a loose thing on which the goal wants
+    another thing: both do not fit."""
     loose = {n for n, t in things.items() if t.movable}
     for fact in sorted(f for f in schema.change.adds - schema.change.needs if len(f) > 2):
         wanted = {f for f in goal.needs if f[0] == fact[0]}
@@ -125,7 +128,7 @@ def taken_places(goal: GoalFacts, schema: ActionSchema, things: Mapping[str, Thi
 
 
 def constrained(goal: GoalFacts, operator: Operator, task: TaskType, held: frozenset[str]) -> Operator:
-    """Return an operator with the facts of the goal's manner.
+    """Return an operator with the facts of the goal's constraints that its task meets.
 
     Args:
         held: things that are in the hand at some time.
@@ -135,7 +138,8 @@ def constrained(goal: GoalFacts, operator: Operator, task: TaskType, held: froze
 
 
 def reasons(goal: GoalFacts, facts: frozenset[Fact], steps: tuple[Operator, ...]) -> Iterator[str]:
-    """Generate why each step is in a plan: the first fact that it makes and that a later step, or the goal, needs."""
+    """Generate the reason for each step of a plan: the first fact that it makes and that a later step, or the
+    goal, needs."""
     for k, step in enumerate(steps):
         after = step.apply(facts)
         made, gone = sorted(after - facts), sorted(facts - after)
@@ -151,7 +155,8 @@ def reasons(goal: GoalFacts, facts: frozenset[Fact], steps: tuple[Operator, ...]
 
 
 def surplus(goal: GoalFacts, facts: frozenset[Fact], steps: tuple[Operator, ...]) -> frozenset[tuple[bool, Fact]]:
-    """Return the facts that steps make, or end, and that neither a later step nor the goal asks for; True where one is made.
+    """Return the facts that steps make (True) or end (False), and that neither a later step nor the goal
+    needs.
 
     What follows from a change that is asked for, as predicates declare it, is none of them.
     """
@@ -178,8 +183,8 @@ def say(fact: Fact) -> str:
 
 
 def as_tasks(plan: TaskPlan, tasks: Mapping[str, TaskType], goal: GoalFacts | None = None) -> list[TaskSpec]:
-    """Return the tasks of a plan as a scenario lists them, with the goal's demands on each: ``where`` and
-    parameters."""
+    """Return the tasks of a plan in the form of a scenario's task list, with the goal's constraints on each:
+    ``where`` and parameters."""
     return [_spec(step, tasks[step.task], goal.constraints if goal else {}) for step in plan.steps]
 
 
@@ -208,7 +213,8 @@ def ground_goal(goal: Goal, objects: Mapping[str, ObjectSpec], grounder: Grounde
 
 
 def _things(spec: ObjectSpec, grounder: Grounder) -> list[str]:
-    """Things that an object may mean: those of its class first, then those with the needed features."""
+    """Return the things that fit a described object: those of its class first, then others with the needed
+    features."""
     if spec.entity:
         return [spec.entity]
     fit = [n for n in grounder.things if all(grounder.scene.has(n, f) for f in spec.features)]

@@ -47,14 +47,15 @@ def _meanings(goal: str, grounder: Grounder, facts: frozenset[Fact]) -> Iterator
 
 
 def _of_things(goal: str, grounder: Grounder, facts: frozenset[Fact]) -> Iterator[Says]:
-    """The choices of things for a quantifier; a denied one is the other of the denied goals (De Morgan)."""
+    """Generate the goals for each choice of things that a quantifier allows; "not each" becomes "any" of the
+    denied goals, and the reverse (De Morgan)."""
     found = FORM.fullmatch(goal)
     if found is None:
         yield (goal,)
         return
     denied, quantifier, class_, rest = (g or "" for g in found.groups())
     if denied and quantifier not in ("each", "any"):
-        raise UserError(f"the goal '{goal}' denies a number of things; say how many it shall hold of, or 'not any', 'not each'.")
+        raise UserError(f"the goal '{goal}' denies a number of things; state how many things it shall hold for, or 'not any', 'not each'.")
     quantifier = {"each": "any", "any": "each"}[quantifier] if denied else quantifier
     things = [t for t in _of_class(class_, goal, grounder) if t not in rest.split()]
     count = len(things) if quantifier == "each" else 1 if quantifier == "any" else int(quantifier.split()[0])
@@ -66,8 +67,8 @@ def _of_things(goal: str, grounder: Grounder, facts: frozenset[Fact]) -> Iterato
 
 
 def _holds(goal: str, grounder: Grounder, facts: frozenset[Fact]) -> bool:
-    """Whether a goal about things holds at the start; a sentence that is no goal is refused when it is
-    planned."""
+    """Check whether a goal about things holds at the start; False for a sentence that is no goal, which
+    planning refuses later."""
     try:
         said = parse_goal(goal, grounder)
     except UserError:

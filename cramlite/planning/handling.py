@@ -1,5 +1,5 @@
-"""Handling of things by tasks: the tasks that brought a thing to its place and into the hand, by their
-rules.
+"""Handling of things by tasks: the tasks, found by their rules, that brought a thing to its place or into the
+hand.
 
 How the hand holds a thing is settled when it is taken, where it lies when it is let go of, and how far a joint is open by
 the last task that changes it, whatever was before. What happens in between, while it is in the hand, makes no difference;
@@ -24,7 +24,7 @@ not moved since."""
 
 
 class Handling(Value):
-    """Effect of a task on a thing.
+    """Effect of a task on a thing: whether it is grasped, held, moved or let go.
 
     Args:
         takes, lets_go: whether it begins, or ends, to be held.
@@ -43,7 +43,8 @@ class Handling(Value):
 def handled(
     needs: Iterable[Fact], adds: Iterable[Fact], removes: Iterable[Pattern], fluents: Fluents, moves: Iterable[str] = ()
 ) -> dict[str, Handling]:
-    """Return the effect of a task on each thing, or parameter, by its preconditions and effects.
+    """Return the effect of a task on each thing, or on each parameter, derived from the task's preconditions
+    and effects.
 
     Held is what a fluent ``in_hand`` is about; it is displaced where a relation to anything but the hand begins or ends. What is
     not held is where a state of it alone ends, such as that a joint is closed, and what a task says that it moves, such as what is pushed.
@@ -90,7 +91,7 @@ def history(steps: Iterable[Operator], thing: str) -> tuple[Done, ...]:
 
 
 class Track(Value):
-    """History of a thing that is followed step by step.
+    """Track of a thing: the tasks that changed it, to be compared with later tasks one by one.
 
     Args:
         thing: its name.
@@ -104,11 +105,12 @@ class Track(Value):
         return f"'{self.thing}' " + (f"after {', '.join(map(task_text, self.past))}" if self.past else "as it was")
 
     def stages(self) -> list[Stage]:
-        """Return all that a thing may be at while it can still come to this history."""
+        """Return the stages of a thing that may still go through the whole track: tasks of the track done,
+        and how the thing was taken since."""
         return [(k, how) for k in range(len(self.past) + 1) for how in ("", "taken", "other")]
 
     def after(self, stage: Stage | None, how: Handling, task: Done | None) -> Stage | None:
-        """Return the stage after a task; None where the thing has another history then.
+        """Return the stage of the thing after a further task; None if the thing has left the track.
 
         Args:
             stage: before it; None for another history, which may be forgotten.
@@ -132,6 +134,6 @@ class Track(Value):
         return (number, "" if how.lets_go else taken)
 
     def at_its_end(self) -> list[Stage]:
-        """Return the stages at which the thing has this history."""
+        """Return the stages in which exactly the tasks of the track were done to the thing."""
         ends: list[Stage] = [(len(self.past), "")]
         return [*ends, (len(self.past) - 1, "taken")] if self.past else ends

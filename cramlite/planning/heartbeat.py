@@ -1,4 +1,5 @@
-"""Heartbeat of a search: it ends when its caller wants, and tells the current work every few seconds."""
+"""Heartbeat of a search: every few seconds the search tells its current work, and asks whether the caller
+wants it to end."""
 
 from __future__ import annotations
 
@@ -23,13 +24,14 @@ BEHIND = {"proof": "searching: what to do otherwise after the last program", "se
 
 
 class NowDone(str):
-    """Line of progress on the current work; other lines are events, and come once."""
+    """Progress line on the current work, which the next one replaces; lines of other types are events, and
+    are shown once."""
 
     __slots__ = ()
 
 
 class Heartbeat:
-    """Heartbeat of a search.
+    """Heartbeat of a search: it tells progress, and asks whether to stop.
 
     Args:
         trace: of the search, which fills it meanwhile.
@@ -46,11 +48,12 @@ class Heartbeat:
         self._last = time.monotonic()
 
     def __call__(self) -> AbstractContextManager[Pulse]:
-        """Return a context within which the heart beats."""
+        """Return a context in which the caller is regularly told of progress and asked whether to stop."""
         return pulse(self._stop, self._tell)
 
     def over(self, items: Iterable[T]) -> Iterator[T]:
-        """Yield items; the heart beats while each is computed. When the caller stops it they end, and the trace says so.
+        """Yield items, with progress lines while each is computed; when the caller stops the search they end,
+        and the trace records that.
 
         Raises:
             Stopped: the work around this is to end.
@@ -78,8 +81,8 @@ class Heartbeat:
 
 
 def searching_text(trace: Trace, tasks: int = 0) -> str:
-    """Return a progress line of a search: the last question, and the most frequent refusal since the last
-    program or sequence.
+    """Return a progress line of a search: the last question, and the most frequent reason of refusals since
+    the last program or task sequence.
 
     Args:
         tasks: how many the sequence has that is tried; 0 where that is not known.
@@ -97,20 +100,21 @@ def searching_text(trace: Trace, tasks: int = 0) -> str:
 
 
 def _recent(entries: list[Entry]) -> list[Entry]:
-    """The entries behind the last program that ran, and behind the last sequence that ended."""
+    """Return the trace entries after the last program that ran or task sequence that ended, whichever is
+    later."""
     entries = list(entries)
     ends = (k for k in range(len(entries) - 1, -1, -1) if entries[k].kind in ("proof", "sequence"))
     return entries[next(ends, -1) + 1 :]
 
 
 def _on_the_way(entries: Iterable[Entry]) -> str:
-    """Refusals before a running program, as a clause; "" without any."""
+    """Count the refusals before a running program, as a clause with the most frequent reason; "" without any."""
     total, most = _refused(entries)
-    return f"; on the way to it {total} alternatives were, {most}" if total else ""
+    return f"; {total} alternatives were refused before it ran, {most}" if total else ""
 
 
 def _refused(entries: Iterable[Entry]) -> tuple[int, str]:
-    """Number of refused alternatives, and the most frequent reason."""
+    """Return the number of refused alternatives, and the most frequent reason."""
     reasons = Counter((e.reason, e.plugin) for e in entries if e.outcome in REFUSED)
     if not reasons:
         return 0, ""
@@ -119,8 +123,10 @@ def _refused(entries: Iterable[Entry]) -> tuple[int, str]:
 
 
 def interrupted_text(trace: Trace) -> str:
-    """Return the state of an interrupted search, its nearest miss, and remedies. Once a program runs, only
-    programs count as misses; the number of refusals on the way to the first one is told."""
+    """Describe an interrupted search: the work that it was at, its nearest miss, and a remedy.
+
+    Once a program runs, only programs count as misses; before, the number of refusals is told.
+    """
     runs = next((e.text for e in trace.entries if e.kind == "stop" and e.text), "")
     entries = [e for e in trace.entries if e.kind == "proof" or not runs]
     miss = nearest_miss(entries)

@@ -38,7 +38,8 @@ OTHER = "?other"
 
 
 def doing(task: str, elsewhere: bool) -> str:
-    """Return the class of a task, and whether it puts a thing down elsewhere than the goal asks, as blockings tell tasks apart."""
+    """Return a task's class, marked if the task puts a thing down elsewhere than the goal asks: blockings
+    distinguish these two."""
     return f"{task} elsewhere" if elsewhere else task
 
 
@@ -71,14 +72,14 @@ class Operator(Value):
 
     @property
     def doing(self) -> str:
-        """Class of the operator's task, and whether it puts a thing down elsewhere than the goal asks."""
+        """Class of the operator's task, marked if the task puts a thing down elsewhere than the goal asks."""
         return doing(self.task, self.elsewhere)
 
     def __str__(self) -> str:
         return f"{self.doing.split(':')[-1]}({', '.join(f'{r}={e}' for r, e in self.roles.items() if e != EFFECTOR)})"
 
     def barred_by(self, fact: Fact, facts: frozenset[Fact]) -> bool:
-        """Check whether a fact, among others that hold, keeps a precondition from holding."""
+        """Check whether a fact, added to facts that hold, would violate a precondition."""
         if any(matches(fact, p) for p in self.without):
             return True
         about = [pair for pair in self.never if fact[0] in (pair[0][0], pair[1][0])]
@@ -101,12 +102,14 @@ class Operator(Value):
         return next(iter(missing), "")
 
     def apply(self, facts: frozenset[Fact]) -> frozenset[Fact]:
-        """Return the facts afterwards, with all that follows from the change as predicates declare it."""
+        """Return the facts after the task, with all that follows from its effects by the predicates'
+        declarations."""
         return self.fluents.after(facts, self.adds, self.removes)
 
 
 def _others(fact: Fact, pattern: Fact) -> list[str]:
-    """Entity that ``OTHER`` stands for in a matching fact."""
+    """Return the entity that ``OTHER`` stands for if the fact matches the pattern, in a list; else an empty
+    list."""
     bare = tuple(None if p == OTHER else p for p in pattern)
     return [e for e, p in zip(fact, pattern, strict=True) if p == OTHER] if matches(fact, bare) else []
 
@@ -116,7 +119,8 @@ def _with(pattern: Fact, entity: str) -> Fact:
 
 
 class Change(Value):
-    """Preconditions and effects of a task as facts, and the things that it moves: the sets of an operator.
+    """Preconditions and effects of a task as facts, and the things that the task moves, in the form of an
+    operator's fields.
 
     Args:
         needs, without, adds, removes, never, moves: as ``Operator`` has them.
@@ -131,7 +135,7 @@ class Change(Value):
 
 
 class Grounder:
-    """Grounding of task rules over the things of one world into planning operators.
+    """Grounder of task rules: it makes planning operators by filling roles with the things of one world.
 
     Args:
         scene: whose things and features fill roles.
@@ -152,7 +156,7 @@ class Grounder:
         return self.fluents.initial(self.scene)
 
     def among(self, names: Collection[str]) -> Grounder:
-        """Return the grounder of a world that has some of the things only."""
+        """Return a grounder for the world with only some of its things."""
         world = replace(self.scene.world, things=tuple(t for t in self.scene.world.things if t.name in names))
         types = {e: c for e, c in self.scene.types.items() if thing_of(e) in names}
         return Grounder(replace(self.scene, world=world, types=types), self.predicates)
@@ -168,7 +172,8 @@ class Grounder:
                 yield found
 
     def candidates(self, rule: Rule, task: TaskType) -> dict[str, list[str]]:
-        """Return the entities that may fill each variable of a rule, as far as conditions on one alone decide."""
+        """Return the entities that may fill each variable of a rule, by those conditions that are about one
+        variable alone."""
         clauses = conditions_of(rule)
         atoms = [c for _, c in clauses if isinstance(c, Atom)]
         asked = [a for a in atoms if a.predicate.static]
@@ -207,12 +212,12 @@ class Grounder:
         return Operator(rule.task, roles, change.needs, without, change.adds, removes, self.fluents, change.never, change.moves)
 
     def can_be_held(self, name: str) -> bool:
-        """Check whether a thing may be in the hand: it is one that can move."""
+        """Check whether a thing can be held in the hand: it must be movable."""
         return name in self.things and self.things[name].movable
 
     def change(self, rule: Rule, task: TaskType, binding: Mapping[str, str], ends: bool = False) -> Change | None:
-        """Return needs and changes of a task with some fillers, which may be parameters; without
-        conditions on classes.
+        """Return preconditions and effects of a task with the given fillers, which may be parameters; class
+        conditions are not checked.
 
         Args:
             ends: whether it ends something beside what it denies by itself.
@@ -233,7 +238,8 @@ class Grounder:
     def _facts(
         self, clauses: Iterable[tuple[str, Condition]], phase: str, binding: Mapping[str, str]
     ) -> tuple[frozenset[Fact], frozenset[Pattern]]:
-        """Facts that must hold, and that may not, among those that tasks change."""
+        """Return the facts that must hold in a phase, and the patterns that must not, from the conditions
+        that tasks can change."""
         yes: set[Fact] = set()
         no: set[Pattern] = set()
         for condition in (c for p, c in clauses if p == phase and not is_static(c)):
@@ -252,7 +258,8 @@ class Grounder:
         return frozenset().union(*found)
 
     def _others(self, given: Atom, then: Condition, binding: Mapping[str, str], scene: SymbolicWorld) -> set[Pattern]:
-        """Facts that ``every given -> then`` forbids: those of entities for which ``then`` does not hold."""
+        """Return the facts that ``every given -> then`` forbids: ``given`` of each entity for which ``then``
+        does not hold."""
         (free,) = [v for v in variables(given) if v not in binding] or [""]
         if not free:
             return set()
@@ -261,7 +268,7 @@ class Grounder:
 
 
 def conditions_of(rule: Rule) -> list[tuple[str, Condition]]:
-    """Return the conditions before and after a rule's task, each with its phase; all of them must hold."""
+    """Return all conditions of a rule that must hold before or after its task, each with its phase."""
     return [(c.phase, part) for c in (*rule.clauses, *rule.planned) if c.phase != "run" for part in _parts(c.condition)]
 
 
@@ -272,7 +279,8 @@ def held_in(clauses: Iterable[tuple[str, Condition]], binding: Mapping[str, str]
 
 
 def universal(clauses: Iterable[tuple[str, Condition]]) -> Iterator[tuple[str, Atom, Condition]]:
-    """Generate the phase, premise and conclusion of conditions such as ``every touches(X, Y) -> chain(Y)``."""
+    """Generate phase, premise and conclusion of each condition of the form ``every touches(X, Y) ->
+    chain(Y)``."""
     for phase, condition in clauses:
         match condition:
             case Every(Atom() as given, then):
@@ -280,7 +288,8 @@ def universal(clauses: Iterable[tuple[str, Condition]]) -> Iterator[tuple[str, A
 
 
 def is_static(condition: Condition) -> bool:
-    """Check whether a condition, denied or compared or as it is, is decided before anything is done."""
+    """Check whether a condition (an atom, its negation or its comparison) is static: tasks do not change its
+    truth."""
     match condition:
         case Atom(predicate) | Not(Atom(predicate)):
             return predicate.static is not None
@@ -307,7 +316,8 @@ def _static(atom: Atom, binding: Mapping[str, str], scene: SymbolicWorld) -> boo
 
 
 def _parts(condition: Condition) -> Iterator[Condition]:
-    """The conditions that must all hold; of alternatives the first, which is about joints rather than lids."""
+    """Yield the conditions that must all hold; of alternatives ("or") only the first, since rules name joints
+    first and lids later."""
     match condition:
         case And(parts):
             for part in parts:
@@ -319,7 +329,8 @@ def _parts(condition: Condition) -> Iterator[Condition]:
 
 
 def variables(condition: Condition) -> list[str]:
-    """Return the variables that an atom, or the atom that is compared, names; those under 'not' and 'every' bind nothing."""
+    """Return the variables in an atom or a compared atom; none for 'not' and 'every', which bind no
+    variables."""
     atom = condition.left if isinstance(condition, Compare) else condition
     return [t.name for t in atom.terms if isinstance(t, Variable) and t.name != "_"] if isinstance(atom, Atom) else []
 
@@ -329,7 +340,7 @@ def _pattern(atom: Atom, binding: Mapping[str, str]) -> Pattern:
 
 
 def _pair(given: Atom, then: Condition, binding: Mapping[str, str]) -> tuple[Fact, Fact]:
-    """Facts of ``every given -> not denied`` that may not both hold."""
+    """Return the two facts that ``every given -> not then`` forbids to hold together."""
     if not isinstance(then, Not) or not isinstance(then.inner, Atom):
         raise UserError("In rules for planning, 'every' ends in a class, or in 'not' and a relation: every in(X, Y) -> not shut(Y).")
     free = {**dict.fromkeys(variables(given), OTHER), **binding}

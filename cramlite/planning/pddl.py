@@ -23,7 +23,7 @@ HAND, THING, PART = "hand", "body", "component"
 
 
 class PddlText(Value):
-    """Domain and problem in PDDL.
+    """PDDL domain and problem of a planning problem, with the meaning of their names.
 
     Args:
         domain, problem: texts.
@@ -38,13 +38,13 @@ class PddlText(Value):
 
 
 class Names:
-    """Names in PDDL, which knows no capitals and few signs: each text gets one of its own."""
+    """Names in PDDL, which has no capitals and few special characters: each text gets a name of its own."""
 
     def __init__(self) -> None:
         self._of: dict[str, str] = {}
 
     def __call__(self, text: str) -> str:
-        """Return the name of a text, the same each time."""
+        """Return the PDDL name of a text, which stays the same for the same text."""
         if text not in self._of:
             plain = re.sub(r"[^a-z0-9_]+", "_", text.lower()).strip("_")
             plain = plain if plain[:1].isalpha() else f"x{plain}"
@@ -68,7 +68,7 @@ class PlanStep(Value):
 
     @property
     def key(self) -> tuple[str, ...]:
-        """Task and fillers, in the order of its parameters."""
+        """Class of the step's task and its fillers, in the order of the schema's parameters."""
         return (self.schema.task, *(self.binding[v] for v in self.schema.parameters))
 
 
@@ -77,7 +77,7 @@ def write_pddl(
     needs: Iterable[Fact], without: Iterable[Pattern], *, earlier: Sequence[Sequence[PlanStep]] = (), refused: Sequence[PlanStep] = (),
     blocked: Sequence[Blocking] = (),
 ) -> PddlText:  # fmt: skip
-    """Write a planning problem.
+    """Write a planning problem in PDDL.
 
     Args:
         entities: of the problem; facts about others are left out.
@@ -130,7 +130,7 @@ class _Writer:
         return PddlText(self._domain(actions, derived), "\n".join(problem) + "\n", self.actions, self.objects)
 
     def _constants(self) -> list[str]:
-        """Entities that actions are written about."""
+        """Return the entities that actions name directly, which PDDL declares as constants."""
         return [e for e in self.entities if e == EFFECTOR or e in self.blocked.named | self.done]
 
     def _domain_name(self) -> str:
@@ -187,7 +187,8 @@ class _Writer:
         return self._all(ending.free, [ending.fact, *ending.when], effect, ending.tables)
 
     def _all(self, free: Sequence[str], facts: Sequence[Fact], said: str, tables: Iterable[Table] = ()) -> str:
-        """A formula for all entities in the place of its free variables, typed by the facts that they stand in."""
+        """Quantify a formula over all entities for its free variables, each typed by the facts that it occurs
+        in."""
         typed = [f"{v} - {_widest(kinds_of_free(v, facts, tables, self.kinds))}" for v in free]
         return f"(forall ({' '.join(typed)}) {said})" if typed else said
 
@@ -226,7 +227,7 @@ class _Writer:
         return self._atom(f"{mark} {step.schema.task}", step.key[1:])
 
     def _whole(self, steps: Sequence[PlanStep]) -> str:
-        """Condition that all steps of a plan are done.
+        """Format the condition that all steps of a plan were done.
 
         In the goal itself, planners would multiply the ways to leave one step out of each plan.
         """
@@ -244,8 +245,8 @@ class _Writer:
 
 
 def _attainable(schemas: Sequence[ActionSchema], facts: Iterable[Fact]) -> list[ActionSchema]:
-    """Leave out schemas that need a relation that neither holds nor is ever made: planners ground the rest
-    faster."""
+    """Return the action schemas without those that need a relation which neither holds at the start nor is
+    made by any; planners ground the rest faster."""
     known = {f[0] for f in (*facts, *(f for s in schemas for f in s.change.adds))}
     kept = [s for s in schemas if known.issuperset(f[0] for f in s.change.needs)]
     return kept if len(kept) == len(schemas) else _attainable(kept, facts)

@@ -1,4 +1,4 @@
-"""Plans from interpreted task sequences, or from a scenario's tasks and rules."""
+"""Making of plans from interpreted task sequences, or from a scenario's tasks and rules."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class TaskCall(Value):
 
 
 class RuleCall(Value):
-    """Rule of the plan language over calls.
+    """Call of a control structure of the plan language, such as a retry or a choice, over task calls.
 
     Args:
         rule: as the scenario has it; it becomes part of the compound's name.
@@ -47,7 +47,8 @@ Call = TaskCall | RuleCall
 
 
 def task_calls(calls: Iterable[Call], *, alternatives: bool = True) -> Iterator[TaskCall]:
-    """Return the tasks in order, those under rules included; with or without those that the search may leave out."""
+    """Yield the task calls in order, also those inside rules; with ``alternatives=False`` without those of a
+    choice, which the search may leave out."""
     for call in calls:
         if isinstance(call, TaskCall):
             yield call
@@ -87,12 +88,13 @@ def build_plan(name: str, calls: Sequence[Call], objects: Mapping[str, Object]) 
 
 
 def _in_order(objects: Iterable[Object]) -> tuple[Object, ...]:
-    """Wholes before their parts."""
+    """Return the objects sorted so that wholes come before their parts."""
     return tuple(sorted(objects, key=lambda o: (o.part_of is not None, o.name)))
 
 
 def _action(call: Call, objects: Mapping[str, Object], numbers: Iterator[int], whole: str = "") -> Action:
-    """The designator of a call, numbered in order; parts of attempts belong to their compound."""
+    """Return the designator of a task or rule call, numbered in order; calls inside a fallback are named as
+    its parts."""
     if isinstance(call, TaskCall):
         roles = {r: objects[f] for r, f in call.roles.items() if f in objects}
         name = part_name(whole, f"{next(numbers)}.{call.task.task.split(':')[-1]}")
@@ -117,8 +119,11 @@ Ahead = tuple[Location, Action | None]
 
 
 def _with_goals(actions: Sequence[Any], types: Mapping[str, TaskType], ahead: Ahead) -> tuple[tuple[Any, ...], Ahead]:
-    """Actions whose free motions have a goal, the start of the next task or, for the last one, ``ahead``; and the first of
-    these starts."""
+    """Return the actions with a goal for each free motion, which is where the next task starts; and the first
+    of these starts.
+
+    A free motion leads to where the next task starts; the last one leads to ``ahead``.
+    """
     result: list[Action] = []
     for action in reversed(actions):
         if isinstance(action, Compound):
@@ -135,13 +140,13 @@ def _with_goals(actions: Sequence[Any], types: Mapping[str, TaskType], ahead: Ah
 
 
 def _effectors(episode: Episode) -> set[str]:
-    """The effector and its parts."""
+    """Return the names of the effector and its parts."""
     own = {e.name for e in episode.entities if e.part_of == episode.effector}
     return own | ({episode.effector} if episode.effector else set())
 
 
 def _variables(fillers: Iterable[str], entities: Mapping[str, Entity]) -> dict[str, str]:
-    """entity -> variable, in order of first appearance; the whole of a part gets one too."""
+    """Map each entity to a variable, in order of first appearance; a part's whole gets a variable too."""
     names: dict[str, str] = {}
     for filler in fillers:
         whole = entities[filler].part_of
@@ -157,8 +162,8 @@ def _describe(variables: Mapping[str, str], entity: Entity, taxonomy: Taxonomy) 
 
 
 def _suggested(name: str, taxonomy: Taxonomy) -> tuple[str, ...]:
-    """Class whose label is in a name, with its nearest known superclasses: without a plate other crockery
-    will do, not any artifact."""
+    """Return the class whose label occurs in a thing's name, and its nearest superclasses that restrict
+    anything: other crockery may replace a plate."""
     if (named := taxonomy.thing_named(name)) is None:
         return ()
     above = taxonomy.parents.get(named[0], ())

@@ -14,7 +14,7 @@ from .planning_problem import PlanningProblem
 
 
 def handed_plan(problem: PlanningProblem, file: Path) -> TaskPlan:
-    """Return the plan of a file, each step with why it is there.
+    """Read a plan from a PDDL plan file, with the reason for each step.
 
     Raises:
         UserError: there is no such file, or it is no plan for the goal.
@@ -67,7 +67,8 @@ def _step(said: str, text: PddlText, where: str) -> PlanStep:
 
 
 def checked_steps(problem: PlanningProblem, steps: Iterable[PlanStep], where: str) -> tuple[Operator, ...]:
-    """Return the operators of a plan, each applicable where it stands, and the goal met after the last.
+    """Return the operators of a plan's steps, checked: each is applicable in its turn, and the goal holds
+    after the last.
 
     Raises:
         UserError: it is no plan; it says which step needs what.

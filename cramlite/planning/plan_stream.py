@@ -1,4 +1,4 @@
-"""Task sequences for a goal, lazily, each from a further call of the planner that forbids the earlier ones."""
+"""Task sequences for a goal, lazily: each from another call of the planner, which excludes the earlier plans."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def task_plans(
 def _stream(
     given: _Given, added: bool, progress: Callable[[str], None], most: int, trace: Trace | None
 ) -> Iterator[TaskPlan]:
-    """Generate further sequences, with the tasks of all plugins or without the added ones."""
+    """Generate further task sequences for a goal, with the tasks of added plugins or without."""
     known, level, missed = len(given.unexplained), 0, 0
     while len(given.unexplained) < known + most and missed < WRONG:
         checkpoint()
@@ -89,7 +89,7 @@ def _stream(
 
 
 class _Given:
-    """Sequences that were given to the caller.
+    """Record of the task sequences that the caller has received, and of what their failures rule out.
 
     Args:
         problem: with what the failures of some have ruled out.
@@ -103,17 +103,19 @@ class _Given:
         """Sequences that gave no reason for a failure, whether they failed or not."""
 
     def new(self, plan: TaskPlan | None) -> bool:
-        """Whether a plan has no needless step and contains no sequence that was given."""
+        """Check whether a plan has no needless step and does not contain a sequence that the caller has
+        received."""
         return plan is not None and NEEDLESS not in plan.reasons and not any(_is_with_detours(e, plan.steps) for e in self.unexplained)
 
     def hopeless(self, trace: Trace | None) -> bool:
-        """Whether a thing of the goal's open part can play no role: every sequence needs a task with it."""
+        """Check whether no sequence can succeed, since a thing that unmet goals need was found to fit no
+        role."""
         found = trace.refutation if trace is not None else None
         lacking = {thing_of(e) for fact in self.problem.wanted.needs - self.problem.facts for e in fact[1:]}
         return found is not None and any(thing_of(name) in lacking for name in found.unfit)
 
     def learn(self, plan: TaskPlan, trace: Trace | None) -> bool:
-        """Whether the failure of a sequence rules something out that was not known."""
+        """Record what the failure of a task sequence rules out; return whether any of it is new."""
         found = trace.refutation if trace is not None else None
         new = self.problem.blockings(plan.steps, found) if found is not None else ()
         if trace is not None:
@@ -128,7 +130,7 @@ FoundPlan = tuple[TaskPlan | None, list[PlanStep]]
 
 
 def _planned(given: _Given, problem: PlanningProblem, scope: Scope, progress: Callable[[str], None]) -> FoundPlan | None:
-    """The planner's plan with the things and tasks of a scope; None where there is none."""
+    """Return the planner's plan within a scope of things and tasks; None if it finds none."""
     return _answer(problem.pddl(scope, given.earlier), problem, scope, progress)
 
 
@@ -138,7 +140,8 @@ def _answer(text: PddlText, problem: PlanningProblem, scope: Scope, progress: Ca
 
 
 def _better(given: _Given, problem: PlanningProblem, scope: Scope, found: FoundPlan, progress: Callable[[str], None]) -> FoundPlan:
-    """Plan, or the shorter one with added tasks if that has no further effects that nothing asks for.
+    """Return the plan, or a shorter one with tasks of added plugins if it has no further effects that nobody
+    asked for.
 
     Where plans are not the shortest, their lengths say nothing; and after a plan that failed, the known tasks' others come first.
     """
@@ -155,13 +158,14 @@ def _better(given: _Given, problem: PlanningProblem, scope: Scope, found: FoundP
 
 
 def few_things(problem: PlanningProblem, scope: Scope) -> bool:
-    """Return whether so few things can be moved that the shortest plan is found among all."""
+    """Check whether so few things can be moved that the planner's search for the shortest plan is complete."""
     things = [problem.grounder.things[n] for n in scope.things]
     return sum(ON_JOINT if t.joint is not None else t.movable for t in things) < FEW + ON_JOINT / 2  # thirds do not add up to ones
 
 
 def _plan(problem: PlanningProblem, steps: list[PlanStep]) -> FoundPlan:
-    """A planner's plan as the engine sees it, without needless steps and shutting first, and the steps that are left of it."""
+    """Check a planner's plan, drop its needless steps and move its closing tasks forward; return it with the
+    kept steps, or None for an invalid plan."""
     found = [(s, o) for s in steps if (o := problem.operator(s)) is not None]
     operators = [o for _, o in found]
     if len(found) < len(steps) or problem.failing(operators):
@@ -171,6 +175,6 @@ def _plan(problem: PlanningProblem, steps: list[PlanStep]) -> FoundPlan:
 
 
 def _is_with_detours(short: tuple[Operator, ...], long: tuple[Operator, ...]) -> bool:
-    """Whether a sequence is another one with detours."""
+    """Check whether a task sequence contains all steps of another one in the same order."""
     rest = iter(long)
     return all(any(str(step) == str(other) for other in rest) for step in short)

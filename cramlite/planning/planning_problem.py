@@ -1,4 +1,4 @@
-"""Symbolic planning problems: present facts, wanted facts, and tasks that change them; as PDDL, and plans
+"""Symbolic planning problems: initial facts, goal facts and task rules; written as PDDL, and plans for them
 checked."""
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ less certain."""
 
 
 class Scope(Value):
-    """Limits of the plans of one attempt.
+    """Scope of the plans of one call of the planner: which things and ways of moving they may use.
 
     Args:
         things: by name.
@@ -84,10 +84,13 @@ class PlanningProblem(Value, eq=False):
     blocked: tuple[Blocking, ...] = ()
 
     def scopes(self) -> Iterator[Scope]:
-        """Generate scopes of plans, the least first: things of the goal and obstacles, with their supports and
-        payloads, put where the goal says or on furniture; the same, pushed there, too; put on anything; and all
-        things. An obstacle that is a closed drawer stays closed at first, since an open one takes more room;
-        and obstacles are moved themselves at first, since a moved payload would meet them again."""
+        """Generate scopes of plans, the narrowest first.
+
+        First only things of the goal and obstacles, with their supports and payloads, are put where the goal
+        says or on furniture. The next scopes also push them there, put them on anything, and use all things.
+        At first a closed drawer that is an obstacle stays closed, since an open one takes more room; and
+        obstacles are moved themselves, since a moved payload would meet them again.
+        """
         names = {e for f in (*self.wanted.needs, *self.wanted.without) for e in f[1:] if e is not None}
         names |= {w for asked in self.wanted.constraints.values() for w in asked.where.values()}
         names |= {t.thing for b in self.blocked for t in b.tracks}
@@ -110,12 +113,12 @@ class PlanningProblem(Value, eq=False):
             yield Scope(every)
 
     def within(self, scope: Scope) -> PlanningProblem:
-        """Return the problem with no more ways round the refusals than a scope leaves."""
+        """Return the problem with only those ways around blockings that a scope allows."""
         blocked = tuple(b.left_shut() for b in self.blocked) if scope.left_shut else self.blocked
         return replace(self, blocked=tuple(b.while_others_stay() for b in blocked) if scope.others_moved else blocked)
 
     def _asked_about(self, facts: frozenset[Fact]) -> frozenset[Fact]:
-        """Facts whose predicates rules ask about."""
+        """Return the facts of predicates that the conditions of rules name."""
         asked = {a.predicate.name for r in self.knowledge.goal_rules for _, c in conditions_of(r) for a in atoms(c)}
         return frozenset(f for f in facts if f[0] in asked)
 
@@ -144,8 +147,11 @@ class PlanningProblem(Value, eq=False):
         )  # fmt: skip
 
     def _here(self, schema: ActionSchema, scope: Scope) -> Iterator[ActionSchema]:
-        """Schema with the effects that the goal asks for, and the fillers of a scope. With obstacles also
-        one without the goal's effects: two things that change places need a third."""
+        """Generate an action schema with only the fillers that a scope allows, and with the goal's
+        constraints as effects.
+
+        With obstacles also a schema without these effects: two things that change places need a third place.
+        """
         change, task = schema.change, self.knowledge.tasks[schema.task]
         asked = constraint_facts(self.wanted, schema, task)
         cost = ASIDE * schema.cost if not asked and _may_push(schema, self._in_the_way, self.grounder.fluents) else schema.cost
@@ -161,20 +167,23 @@ class PlanningProblem(Value, eq=False):
 
     @property
     def _in_the_way(self) -> frozenset[str]:
-        """Things that appear in refusals of tasks."""
+        """Things that kept a task from being done, according to the known blockings."""
         return frozenset(t.thing for b in self.blocked for t in b.tracks)
 
     @property
     def _put_aside(self) -> frozenset[str]:
-        """Loose things that may have to be put aside: those in refusals of tasks, and those that other loose things carry."""
+        """Movable things that may have to be put aside: those that blockings name, and those that lie on
+        other movable things."""
         fluents, things = self.grounder.fluents, self.grounder.things
         carried = (fluents.carries(f) for f in self.facts if fluents[f[0]].carrier is not None)
         on_loose = {upper for lower, upper in carried if lower in things and things[lower].movable}
         return frozenset(n for n in (self._in_the_way | on_loose) & things.keys() if things[n].movable)
 
     def _allowed(self, schema: ActionSchema, table: Table, scope: Scope) -> Table:
-        """Table of fillers without movable things, except those that the goal asks for. A thing that only the
-        task is about, such as the drawer that it opens, is no place."""
+        """Return a table of fillers without movable things as places, except where the goal asks for them.
+
+        A thing that the task merely acts on, such as the drawer that it opens, is no place.
+        """
         new = [f for f in schema.change.adds - schema.change.needs if len(f) > 2]
         made = [(f[0], k) for f in new for k, t in enumerate(f) if (t,) == table.terms]
         if not scope.on_fixed or not made or table.terms[0] in schema.in_hand | _moved_unheld(schema, self.grounder.fluents):
@@ -185,7 +194,7 @@ class PlanningProblem(Value, eq=False):
         return replace(table, rows=rows)
 
     def parts(self) -> Iterator[tuple[str, GoalFacts]]:
-        """Generate the parts of the goal, each in words and as facts."""
+        """Generate the parts of the goal, each as its sentence and as facts."""
         yield from ((says, parse_goals((says,), self.grounder)) for says in self.says)
 
     def alone(self, says: str, wanted: GoalFacts) -> PlanningProblem:
@@ -193,7 +202,7 @@ class PlanningProblem(Value, eq=False):
         return replace(self, says=(says,), wanted=wanted)
 
     def operator(self, step: PlanStep) -> Operator | None:
-        """Return the operator of a step in the whole world; None where it is none."""
+        """Return the operator of a plan step in the whole world; None if the step is not possible there."""
         task = self.knowledge.tasks[step.schema.task]
         fixed = {v: t for v, t in step.schema.terms.items() if t == EFFECTOR}
         found = self.grounder.operator(step.schema.rule, task, {**fixed, **step.binding})
@@ -204,23 +213,23 @@ class PlanningProblem(Value, eq=False):
         return replace(found, elsewhere=True, removes=found.removes | (whole.adds - found.adds))
 
     def failing(self, steps: Sequence[Operator]) -> str:
-        """Return why operators are no plan; "" where they are one."""
+        """Explain why a sequence of operators is no plan; "" if it is one."""
         return self._failing(steps, self.facts)
 
     def _failing(self, steps: Sequence[Operator], facts: frozenset[Fact], before: Sequence[Operator] = ()) -> str:
         for number, step in enumerate(steps, 1):
             if unmet := step.unmet(facts):
-                return f"'{step}', its step {number}, needs {unmet}, which does not hold there"
+                return f"'{step}', step {number} of the plan, needs {unmet}, which does not hold there"
             if bar := next((b for b in self.blocked if b.bars([*before, *steps[: number - 1]], step)), None):
-                return f"'{step}', its step {number}, was refused: {bar}"
+                return f"'{step}', step {number} of the plan, was refused: {bar}"
             facts = step.apply(facts)
         missing = [pattern_text(f) for f in sorted(self.wanted.needs - facts)]
         if not missing and matching(facts, self.wanted.without):
             missing += ["not " + pattern_text(f) for p in self.wanted.without for f in sorted(matching(facts, [p]))]
-        return f"it ends without {missing[0]}, which the goal asks for" if missing else ""
+        return f"the plan ends without {missing[0]}, which the goal asks for" if missing else ""
 
     def shortened(self, steps: Sequence[Operator]) -> tuple[Operator, ...]:
-        """Return a plan without the steps, up to three in a row, that it can do without.
+        """Return a plan without needless steps, removed singly or up to three in a row.
 
         This is greedy action elimination (Nakhost and Mueller 2010): what is left has the same order.
         """
@@ -250,8 +259,8 @@ class PlanningProblem(Value, eq=False):
         return steps
 
     def _missed(self, without: Iterable[Operator], rest: Iterable[Operator], facts: frozenset[Fact]) -> bool:
-        """Whether a later step, or the goal, needs an effect that is missing without some steps; quicker than applying all
-        later steps."""
+        """Check whether a later step, or the goal, needs an effect of the removed steps; quicker than
+        applying all later steps."""
         lacking = {f for step in without for f in step.adds} - facts
         for step in rest:
             if lacking & step.needs:
@@ -260,16 +269,16 @@ class PlanningProblem(Value, eq=False):
         return bool(lacking & self.wanted.needs)
 
     def plan(self, steps: Sequence[Operator]) -> TaskPlan:
-        """Return operators as a plan, each with why it is there."""
+        """Return operators as a plan, with the reason for each."""
         found = tuple(reasons(self.wanted, self.facts, tuple(steps)))
         return TaskPlan(tuple(steps), tuple(self._out_of_the_way(steps, k) or reason for k, reason in enumerate(found)))
 
     def surplus(self, steps: Sequence[Operator]) -> frozenset[tuple[bool, Fact]]:
-        """Return the effects of operators beyond the needs of later ones and the goal."""
+        """Return the effects of a plan that neither its later steps nor the goal need."""
         return surplus(self.wanted, self.facts, tuple(steps))
 
     def _out_of_the_way(self, steps: Sequence[Operator], k: int) -> str:
-        """Task that a step makes possible where geometry refused it before; "" without one."""
+        """Name the blocked task that a step makes possible, as a reason for the step; "" without one."""
         for later in range(k + 1, len(steps)):
             for b in self.blocked:
                 if not b.bars(steps[:later], steps[later]) and b.bars([*steps[:k], *steps[k + 1 : later]], steps[later]):
@@ -277,8 +286,8 @@ class PlanningProblem(Value, eq=False):
         return ""
 
     def blocking(self, steps: Sequence[Operator], found: Refutation) -> Blocking | None:
-        """Return the blocking that follows from the failure of a task sequence; None without a refused
-        task, or if it is known."""
+        """Return the blocking that the failure of a task sequence proves; None if no task was refused, or the
+        blocking is known."""
         facts = [self.facts]
         for step in steps:
             facts.append(step.apply(facts[-1]))
@@ -290,7 +299,7 @@ class PlanningProblem(Value, eq=False):
         return new if new not in self.blocked else None
 
     def _shut(self, blocking: Blocking, facts: frozenset[Fact]) -> frozenset[str]:
-        """Closed things on a joint that blocked a task about another thing on a joint."""
+        """Return the closed things on joints that blocked a task about another thing on a joint."""
         own = {thing_of(e) for _, e in blocking.task[1]}
         joints = {n for n, t in self.grounder.things.items() if t.joint is not None}
         tasks = self.knowledge.tasks
@@ -309,7 +318,8 @@ class PlanningProblem(Value, eq=False):
         return tuple(b for b in (new, part and new and replace(new, task=part)) if b is not None and b not in self.blocked)
 
     def _part(self, found: Refutation) -> Done | None:
-        """Part of a task that a refutation names, as plans name it; None if plans have no such part."""
+        """Return a task's refused part with all its role fillers, in the form of plan steps; None if plans
+        have no such task."""
         task, fillers = found.part or WHOLE
         rule = next((r for r in self.knowledge.goal_rules if r.task == task), None)
         roles = {} if rule is None else {r: dict(fillers).get(r, EFFECTOR) for r in rule.roles}
@@ -337,24 +347,25 @@ def planning_problem(goal: Goal, scene: SymbolicWorld, knowledge: Knowledge) -> 
 
 
 def problem_of(goal: Goal, grounder: Grounder, knowledge: Knowledge, where: str = "") -> PlanningProblem:
-    """Return the planning problem of a goal in a world that is grounded; ``where`` stands before each message."""
+    """Return the planning problem of a goal in a grounded world; errors begin with ``where``."""
     wanted = parse_goals(goal.says, grounder, where)
     return PlanningProblem(goal.says, grounder.initial() | wanted.given, wanted, grounder, knowledge)
 
 
 def why_unreachable(problem: PlanningProblem) -> str:
-    """Return why no sequence was found: a fact that no task brings about, or that no sequence leads there."""
+    """Explain why no task sequence was found: no task brings a goal fact about, or no sequence leads to the
+    goal."""
     schemas = action_schemas(problem.grounder, problem.knowledge.goal_rules, problem.knowledge.tasks)
     made = [(s, f) for s in schemas for f in s.change.adds]
     missing = [f for f in sorted(problem.wanted.needs - problem.facts) if not any(_may_make(s, a, f) for s, a in made)]
     missing = [f for f in missing if f not in problem.wanted.constraints]
     if missing:
-        return f"no task's rule makes {pattern_text(missing[0])} so with these things"
-    return "no sequence of tasks leads from what holds to it, whatever the things"
+        return f"no task's rule makes {pattern_text(missing[0])} true with the things of this world"
+    return "no sequence of tasks leads from the initial state to the goal, with whatever things"
 
 
 def _may_make(schema: ActionSchema, added: Fact, fact: Fact) -> bool:
-    """Whether a schema's effect can be a fact, by the possible fillers of its parameters."""
+    """Check whether an effect of an action schema is a given fact for some fillers of its parameters."""
     tables = {t.terms: t.rows for t in schema.tables if len(t.terms) == 1 and not t.denied}
     return added[0] == fact[0] and all(
         t == e or (t.startswith("?") and (e,) in tables.get((t,), {(e,)})) for t, e in zip(added[1:], fact[1:], strict=True)
@@ -362,8 +373,10 @@ def _may_make(schema: ActionSchema, added: Fact, fact: Fact) -> bool:
 
 
 def _relevant(goal: GoalFacts, schemas: Sequence[ActionSchema], fluents: Fluents, blocked: bool) -> list[ActionSchema]:
-    """Schemas that change something asked by the goal or a relevant schema; with blocked tasks also those
-    that move things outside the hand, such as a drawer with its content."""
+    """Return the action schemas that change facts which the goal or another relevant schema asks for.
+
+    If tasks are blocked, also those that move things on joints, such as a drawer with its content.
+    """
     asked = {p[0] for p in (*goal.needs, *goal.without)}
     changing = [s for s in schemas if _changes(s, fluents)]
     moving = [s for s in changing if blocked and _moves_joint(s, fluents)]
@@ -376,7 +389,7 @@ def _relevant(goal: GoalFacts, schemas: Sequence[ActionSchema], fluents: Fluents
 
 
 def _changes(schema: ActionSchema, fluents: Fluents) -> bool:
-    """Whether a schema changes anything: an effect may follow from its needs, or be forbidden before."""
+    """Check whether an action schema changes any fact: its effects may already follow from its preconditions."""
     change = schema.change
     ends = [p for p in change.removes if p not in change.without]
     return bool(ends or schema.after or change.adds - fluents.implied(change.needs, schema.in_hand))
@@ -388,15 +401,14 @@ def _moves_joint(schema: ActionSchema, fluents: Fluents) -> bool:
 
 
 def _moved_unheld(schema: ActionSchema, fluents: Fluents) -> frozenset[str]:
-    """Terms of things that a schema moves without holding them and without a fact about it; not of things
-    on a joint."""
+    """Return the terms of things that an action schema pushes: moved, but neither held nor on a joint."""
     change = schema.change
     told = handled(change.needs, change.adds, change.removes, fluents)
     return frozenset(t for t in change.moves if t not in told or not told[t].displaces)
 
 
 def _may_push(schema: ActionSchema, things: frozenset[str], fluents: Fluents) -> bool:
-    """Whether a schema may push one of some things, by the possible fillers of its parameters."""
+    """Check whether an action schema pushes one of the given things for some fillers of its parameters."""
     pushed = _moved_unheld(schema, fluents)
     tables = [t.rows for t in schema.tables if not t.denied and len(t.terms) == 1 and t.terms[0] in pushed]
     return bool(pushed) and any(all((thing,) in rows for rows in tables) for thing in things)

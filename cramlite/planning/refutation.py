@@ -1,4 +1,5 @@
-"""Refutations: conflict sets of whole task sequences, as tasks of them and things as they then were."""
+"""Refutations: why a whole task sequence failed, in terms of its tasks and of the state of things at that
+time."""
 
 from __future__ import annotations
 
@@ -19,7 +20,7 @@ WHOLE: Part = ("", ())
 
 
 class InTask(Value):
-    """Part of a conflict set: something was refused in a task of the plan.
+    """Part of a conflict set: something was refused in this task of the plan.
 
     Args:
         number: of the task, counted from 1.
@@ -31,30 +32,31 @@ class InTask(Value):
 
 
 class AsItIs(Value):
-    """Part of a conflict set: something was refused while any one of these things, or ``ANY``, was unmoved and
-    unchanged."""
+    """Part of a conflict set: something was refused while at least one of these things, or ``ANY`` thing, was
+    unmoved and unchanged."""
 
     things: frozenset[str]
 
 
 class Unfit(Value):
-    """Part of a conflict set: a thing that is asked for by name can play no role, whatever tasks there are."""
+    """Part of a conflict set: a thing named by the goal or plan can fill no role, in whatever task sequence."""
 
     entity: str
 
 
 class Capped(Value):
-    """Part of a conflict set: alternatives were left out, so that a wider round may have more to say."""
+    """Part of a conflict set: alternatives were left out, which a wider round may try."""
 
 
 class Later(Value):
-    """Part of a conflict set: another choice here may change it, but those for the other choices are to be tried before."""
+    """Part of a conflict set: another alternative of this choice may avoid the failure, but alternatives of
+    all other blamed choices are tried first."""
 
     choice: str
 
 
 class Refutation(Value):
-    """Failure of every grounding of a task sequence, as far as the budget and the caps let them be tried.
+    """Refutation of a task sequence: all its groundings failed, as far as budget and caps let them be tried.
 
     Args:
         tasks: in which something was refused, counted from 1, in order.
@@ -73,14 +75,15 @@ class Refutation(Value):
 
 
 def as_they_are(things: InTheWay) -> frozenset[AsItIs]:
-    """Return the part of a conflict set that blames things, as plugins state it (``Refused.blocking``)."""
+    """Return the part of a conflict set that blames things in the way, from what plugins state in
+    ``Refused.blocking``."""
     sets = [ANY] if things is None else things
     return frozenset(AsItIs(frozenset([one] if isinstance(one, str) else one)) for one in sets)
 
 
 def refutation(conflict: Iterable[object], reason: str = "") -> Refutation:
-    """Return the refutation that a conflict set means; of its sets of things only the minimal ones, which say
-    the most."""
+    """Return the refutation that follows from a conflict set; of its sets of things only the minimal ones,
+    which tell the most."""
     found = tuple(conflict)
     sets = {c.things for c in found if isinstance(c, AsItIs)}
     least = sorted(tuple(sorted(s)) for s in sets if not any(other < s for other in sets))

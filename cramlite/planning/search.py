@@ -33,7 +33,7 @@ Below = Generator[State, Conflict | None, Conflict]
 
 
 class Effort(Struct):
-    """Effort that was spent on one task sequence, in all rounds, and its lessons.
+    """Effort spent on one task sequence in all rounds, with the no-goods that it found.
 
     Args:
         breadth: how many times as many alternatives are tried as in the first round.
@@ -51,7 +51,8 @@ class Effort(Struct):
     objected: frozenset[int] | None = None
 
     def judged(self, conflict: Conflict) -> None:
-        """Take over which tasks the validators of one more program objected to."""
+        """Record which tasks the validators objected to in one more program; only tasks that all programs
+        share are kept."""
         tasks = frozenset(c.number for c in conflict if isinstance(c, InTask))
         self.objected = tasks if self.objected is None else self.objected & tasks
 
@@ -134,14 +135,15 @@ class Search(Struct, dict=True):
         return conflict
 
     def _come_to(self, number: int) -> int:
-        """Note that the tasks of the plan before one were done; return its number."""
+        """Record that the search has reached a task of the plan, and forget failures in earlier tasks; return
+        the task's number."""
         if number > self._farthest:
             self._farthest, self._failures = number, []
         return number
 
     def _failed(self, state: State, conflict: Conflict | None) -> Conflict:
-        """Remember that a grounded state failed; return the choices to blame, with a cap for those that are
-        still postponed."""
+        """Record that a fully grounded state failed; return the choices to blame, marked as capped if
+        alternatives of some are still postponed."""
         everything = _everything(state)
         said = everything if conflict is None else conflict
         later = frozenset(c.choice for c in said if isinstance(c, Later)) & everything
@@ -153,7 +155,8 @@ class Search(Struct, dict=True):
         return found | {Capped()}
 
     def _closed(self, state: State, effect: Effect, parent: int) -> Below:
-        """Go on behind an action; a task type whose effects break is to blame for all that was chosen."""
+        """Continue the search after an action; if the task type's ``effects`` raises, blame everything that
+        was chosen."""
         action = effect.action
         try:
             after = state_after_action(state, action, self.tasks)
@@ -164,7 +167,8 @@ class Search(Struct, dict=True):
         return (yield from self._descend(after, parent))
 
     def _passed(self, state: State, mark: Mark, parent: int) -> Below:
-        """Go on behind a mark; how branches end depends on everything in them."""
+        """Continue the search after a mark of a compound; if its branches do not fit together, blame
+        everything that was chosen."""
         try:
             after = state_after_mark(state, mark)
         except Unresolvable as impossible:
@@ -206,8 +210,8 @@ class Search(Struct, dict=True):
         return frozenset(point.conflict)
 
     def _within(self, item: Designator, state: State) -> dict[str, int]:
-        """Number of the task of the plan that an item belongs to, and of the actions open around it, rules
-        not counted."""
+        """Return the number of the plan's task that an item belongs to, and the number of open actions around
+        it, compounds not counted."""
         behind = [k for k, i in enumerate(state.agenda, 1) if isinstance(i, Effect)]
         if not behind and not isinstance(item, Action):
             return _needed_by(item, state)
@@ -216,8 +220,8 @@ class Search(Struct, dict=True):
         return {"task": self._planned - left, "depth": depth}
 
     def _part(self, item: Designator, state: State, tried: int) -> Part | None:
-        """Part of a plan's task in which something came up: the subtask with its fillers, ``WHOLE`` for the
-        task itself; None for a task that was tried."""
+        """Return the subtask, with its fillers, in which a refusal came up; ``WHOLE`` for the plan's task
+        itself, None if its alternatives were tried."""
         opened = [i.action for i in reversed(state.agenda) if isinstance(i, Effect)]
         tasks = [a for a in (*opened, item) if isinstance(a, Action) and not isinstance(a, Compound)]
         inner = tasks[1] if len(tasks) > 1 else None
@@ -227,7 +231,7 @@ class Search(Struct, dict=True):
         return inner.task, tuple(sorted((name, filler.entity or "") for name, filler in roles.items()))
 
     def _count(self) -> None:
-        """Count a node that is expanded: a designator that plugins are asked about.
+        """Count an expanded node: a designator for which plugins are asked.
 
         Raises:
             BudgetSpent: there are too many.
@@ -241,7 +245,8 @@ class Search(Struct, dict=True):
 
 
 def _needed_by(item: Designator, state: State) -> dict[str, int]:
-    """Numbers of the first and the last task with an item in a role; the item is chosen before all tasks."""
+    """Return the numbers of the first and the last task in which an object plays a role; such objects are
+    chosen before all tasks."""
     actions = [i for i in state.agenda if isinstance(i, Action)]
     tasks = [k for k, action in enumerate(actions, 1) if item.name in {o.name for o in action.roles.values()}]
     return {"first_task": tasks[0], "last_task": tasks[-1]} if tasks else {}

@@ -48,7 +48,8 @@ def _goals(text: str, scene: SymbolicWorld, knowledge: Knowledge, where: str, tr
 
 
 def understand(sentence: str, scene: SymbolicWorld, knowledge: Knowledge, view: str = "", where: str = "") -> Understood:
-    """Understand a sentence: by the grammar, and where its words are not known, by the first plugin that reads it (``read_sentence``).
+    """Understand a sentence by the grammar, or, if it has unknown words, by the first plugin that reads it
+    (``read_sentence``).
 
     Args:
         view: from where left and right are told: "robot", "camera" or "x, y"; by default that of a fixed camera, else the robot's.
@@ -70,7 +71,7 @@ def understand(sentence: str, scene: SymbolicWorld, knowledge: Knowledge, view: 
 
 
 def _checked(sentence: str, goals: tuple[str, ...], grounder: Grounder, where: str) -> Understood:
-    """Goals that a plugin read, if they are about things that there are."""
+    """Return the goals that a plugin read from a sentence, checked to be about things of the scene."""
     from ..language.reading import Literal
     from ..language.sentence import NotUnderstood, Understood
 

@@ -1,4 +1,4 @@
-"""Search states, and their successors after a choice, an action or a change of grip.
+"""Search states, and their successors after a choice, a motion, an action or a change of grip.
 
 The search works off the agenda from the front and appends steps.
 """
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 class Effect(Value):
-    """Agenda item behind an action's steps, at which its effects on the belief are applied."""
+    """Agenda item after an action's steps, at which the action's effects change the belief."""
 
     action: Action
 
@@ -37,7 +37,8 @@ Item = Designator | Effect | Mark
 
 
 class Frame(Value):
-    """Open compound: where the steps of each branch begin, and the beliefs before and after them."""
+    """Open compound: the index at which the steps of each branch begin, and the beliefs before and after the
+    branches."""
 
     compound: Compound
     starts: tuple[int, ...]
@@ -46,7 +47,7 @@ class Frame(Value):
 
 
 class State(Value):
-    """Search state: finished items, and open ones.
+    """State of the search: the groundings and steps so far, and the agenda of open items.
 
     Args:
         grip: what was held when the last action of the plan ended.
@@ -86,7 +87,7 @@ class State(Value):
 
     @property
     def folding(self) -> bool:
-        """True while steps are collected that will be part of a control step."""
+        """Whether the steps being collected will become part of a control step."""
         return any(f.compound.decided_at_run_time for f in self.frames)
 
 
@@ -110,13 +111,14 @@ def state_after_choice(state: State, item: Designator, answer: Grounding, choice
 
 
 def _state_believed(state: State, belief: Belief, by: str, **changes: Any) -> State:
-    """The state with another belief, and the handovers that led to it."""
+    """Return the state with another belief, and with the handovers between the two beliefs."""
     new = handovers(state.belief, belief, by, optional=state.folding)
     return replace(state, belief=belief, handovers=(*state.handovers, *new), **changes)
 
 
 def state_after_action(state: State, done: Action, tasks: Mapping[str, TaskType]) -> State:
-    """Return the state after an action: its effects applied to the belief, its section of the program closed."""
+    """Return the state after an action: its effects change the belief, and its steps become a section of the
+    program."""
     action, first, top = ground_roles(done, state.bindings), state.opened[done.name], task_of(done.name) == done.name
     if top and not state.folding and not (isinstance(action, Compound) and not action.decided_at_run_time):
         section = Section(action.name, describe(action), first, len(state.steps))
@@ -134,7 +136,10 @@ def state_after_action(state: State, done: Action, tasks: Mapping[str, TaskType]
 
 
 def _state_led_on(state: State, motion: Motion, after: State, anew: bool) -> State:
-    """State after a motion: earlier choices, which only led the arm elsewhere, no longer decide where it is."""
+    """Return the state after a motion.
+
+    Earlier choices that only led the arm elsewhere no longer decide where the arm is.
+    """
     place = frozenset({motion.to.name}) if motion.to is not None else frozenset()
     moved = after.belief.joints != state.belief.joints
     only = moved and replace(after.belief, joints=state.belief.joints) == state.belief
@@ -148,14 +153,14 @@ def _state_led_on(state: State, motion: Motion, after: State, anew: bool) -> Sta
 
 
 def _state_used_at(state: State, motion: Motion, after: State) -> State:
-    """State after a motion; its place counts as used if the motion did more there than lead the arm to it."""
+    """Return the state after a motion; its place counts as used unless the motion only led the arm there."""
     place = motion.to.name if motion.to is not None else state.here
     leads = all(isinstance(s, MoveJoints | MoveLinear) for s in after.bindings[motion.name]) and _at_rest(state, after)
     return replace(after, here=place, used=state.used if leads else state.used | {place})
 
 
 def _at_rest(state: State, after: State) -> bool:
-    """Whether two states differ in the arm's position at most."""
+    """Check whether two states differ in nothing but the arm's position and the opening."""
     one, other = state.belief, after.belief
     return one.poses == other.poses and one.held == other.held and one.at == other.at
 
@@ -175,7 +180,8 @@ def describe(action: Action) -> str:
 
 
 def renew_places(state: State, first: int = 0) -> State:
-    """Return the state after an action of the plan, in which places are numbered anew if the grip or the stand changed.
+    """Return the state after an action of the plan, with new numbers for places if the payload or the robot's
+    stand changed.
 
     If it took or let go of something, or drove, the places bound so far are history: the same thing stands elsewhere,
     or is held in another way, and whoever asks for its grasp again gets a new answer.
@@ -193,7 +199,7 @@ def renew_places(state: State, first: int = 0) -> State:
 
 
 def renewed(item: Item, state: State) -> Item:
-    """Return a place, or a motion to one, under the name that it has since the grip changed."""
+    """Return a place, or a motion to one, under the name that it got since the payload or the stand changed."""
     if isinstance(item, Location):
         return _renewed(item, state)
     if isinstance(item, Motion) and item.to is not None:

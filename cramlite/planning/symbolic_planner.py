@@ -104,7 +104,7 @@ def fast_downward(
         if code == TOO_LARGE:
             raise NoSolution(_too_large())
         if code == FULL:
-            progress(f"no plan among as many states as {ROOM} of memory hold")
+            progress(f"no plan among the states that fit into {ROOM} of memory")
         if code is None or code in (*UNSOLVABLE, FULL):
             return PlannerAnswer(None, seconds)
         end = " ".join(log.read_text(encoding="utf-8", errors="replace").split()[-60:])
@@ -135,16 +135,16 @@ def has_planner() -> bool:
 
 
 def _too_large() -> str:
-    """Sentence on a translation that takes too much memory."""
+    """Explain that the translation of a planning problem takes too much memory."""
     return (
-        f"the planning problem takes more than {TRANSLATOR_ROOM} of memory before any plan is searched: too much can be done with its "
-        "things. Ask for less at a time, leave things out of the scenario that the goal does not need, or name tasks under 'tasks'."
+        f"the planning problem takes more than {TRANSLATOR_ROOM} of memory before any plan is searched: too many tasks are possible with "
+        "its things. Ask for less at a time, leave things out of the scenario that the goal does not need, or name tasks under 'tasks'."
     )
 
 
 def _room() -> tuple[str, ...]:
-    """The options that limit memory, where the system can: neither macOS nor Windows does (notes in the driver's ``limits.py``), and
-    ``LONGEST`` ends a search there."""
+    """Return the options that limit the planner's memory; none on macOS and Windows, which cannot limit it
+    (notes in the driver's ``limits.py``) and where ``LONGEST`` ends a search."""
     return () if sys.platform in ("darwin", "win32") else ("--translate-memory-limit", TRANSLATOR_ROOM, "--search-memory-limit", ROOM)
 
 
@@ -162,7 +162,8 @@ def _driver() -> Path:
 
 
 def _wait(process: subprocess.Popen[bytes], began: float) -> int | None:
-    """The exit code, also that of a translator whose memory stays used up; None where it was ended here, since it took too long."""
+    """Wait for the planner and return its exit code; ``TOO_LARGE`` for a translator whose memory stays used
+    up, None if the time limit ended it."""
     full, looked = 0, began
     try:
         while (now := time.monotonic()) - began < LONGEST:

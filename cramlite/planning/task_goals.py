@@ -1,4 +1,4 @@
-"""Goals given as tasks: a scenario's task list, a list of tasks, or a single one become a plan."""
+"""Plans of goals that are given as tasks: a scenario's task list, a list of tasks, or a single task."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Tasks = Scenario | Sequence[Entry] | Entry
 
 
 class Goal(Value):
-    """Goal as facts that should hold, in words, for ``Engine.resolve``.
+    """Goal as sentences about facts that should hold, for ``Engine.resolve``.
 
     Args:
         says: such as "coffee on hook", "tin in basket", "cup held", "drawer open"; all of it.
@@ -35,7 +35,8 @@ class Goal(Value):
 
     @classmethod
     def said(cls, sentence: str, view: str = "") -> Goal:
-        """Return a goal from a sentence, "put both cups onto the tray"; its meaning is found in the setting.
+        """Return a goal from a sentence such as "put both cups onto the tray"; ``Engine.resolve`` finds its
+        meaning in the setting.
 
         Args:
             view: from where left and right are told: "robot", "camera" or "x, y"; by default that of a fixed camera, else the robot's.
@@ -86,7 +87,7 @@ def plan_from_tasks(name: str, goal: Tasks, tasks: Mapping[str, TaskType], world
 
 
 def _listed(goal: Tasks) -> list[tuple[Entry, Path]]:
-    """Tasks, each with where it stands in the scenario."""
+    """Return the tasks of a goal, each with its position in the scenario."""
     if isinstance(goal, Entry):
         return [(goal, ())]
     if not isinstance(goal, Scenario):
@@ -127,7 +128,7 @@ def _call(
 
 
 def _own_roles(task: TaskType, given: Mapping[str, str]) -> dict[str, str]:
-    """Fillers by the task's own names of its roles, for which scenarios may write aliases."""
+    """Return the fillers by the task's own role names, aliases of which scenarios may use."""
     meant = {alias: role.name for role in task.roles for alias in role.aliases}
     found: dict[str, str] = {}
     for name, filler in given.items():
@@ -139,7 +140,7 @@ def _own_roles(task: TaskType, given: Mapping[str, str]) -> dict[str, str]:
 
 
 def _check_call(call: TaskCall) -> None:
-    """Roles are known and complete."""
+    """Check that the roles of a task call exist, and that all required ones have fillers."""
     names = {r.name for r in call.task.roles}
     for role in call.roles:
         if role not in names:
@@ -161,7 +162,7 @@ def _check_parameters(task: TaskType, given: Mapping[str, float], where: str = "
 
 
 def _object(name: str, objects: Mapping[str, ObjectSpec], world: World) -> Object:
-    """A declared object, or a thing (or "thing/feature") of the world by name."""
+    """Return the designator of a declared object, or of a thing or feature ("thing/feature") of the world."""
     if name in objects:
         return Object(name, **objects[name].model_dump())
     features = {str(EntityName(t.name, f.name)) for t in world.things for f in t.features}

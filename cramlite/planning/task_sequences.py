@@ -68,12 +68,13 @@ def plans_from_interpretation(
         plan = plan_from_episode(name, calls, episode, found.taxonomy)
         yield replace(plan, lasting=tuple(lasting_of(sequence.matches, plan.actions, rules, timeline))), sequence
     if not listed:
-        said = f"{found.count()} readings, none agrees with itself; {len(found.unexplained_actions)} actions unexplained"
+        said = f"{found.count()} readings, none of them consistent; {len(found.unexplained_actions)} actions that no task explains"
         trace.add(0, "sequence", found.episode, "refused", "engine", said, kind="sequence")
 
 
 def _meant(found: Interpretation, reading: int | str | None) -> Iterator[TaskSequence]:
-    """Sequences that read the demonstration as the scenario states, by number or text; all if it states nothing."""
+    """Generate the readings of the demonstration that match the scenario's 'reading', a number or a task; all
+    if it states none."""
     if reading is None:
         yield from islice(found.sequences(), LISTED)
         return
@@ -91,7 +92,8 @@ def _meant(found: Interpretation, reading: int | str | None) -> Iterator[TaskSeq
 
 
 def _shown(task: TaskType, match: Match, rule: Rule | None, action: Interpreted, timeline: Timeline) -> dict[str, float]:
-    """Parameters of a task that the demonstration shows: those named like a value that its rule compares."""
+    """Return parameters of a task as the demonstration shows them: values that the task's rule compares under
+    a parameter's name."""
     from ..interpretation.matching import measured
     from ..interpretation.timeline import Segment
 
@@ -139,7 +141,7 @@ def plans_for_goal(
 
 
 def examine_goal(goal: Goal | Scenario, scene: SymbolicWorld, knowledge: Knowledge) -> None:
-    """Check whether a goal can be planned for; nothing is planned.
+    """Check whether a goal can be planned for, without planning.
 
     Args:
         scene: what holds at the start.
@@ -153,7 +155,8 @@ def examine_goal(goal: Goal | Scenario, scene: SymbolicWorld, knowledge: Knowled
 def _problems(
     asked: _Asked, scene: SymbolicWorld, knowledge: Knowledge, trace: Trace | None = None
 ) -> Iterator[tuple[Goal, PlanningProblem]]:
-    """The planning problem of each choice of things for a goal's objects; the errors are those of ``examine_goal``."""
+    """Generate the planning problem of each choice of things for a goal's objects; errors are those of
+    ``examine_goal``."""
     from .goal_parser import contradiction
     from .goal_planner import ground_goal
     from .operators import Grounder
@@ -176,8 +179,7 @@ def _problems(
 
 
 class _Asked(NamedTuple):
-    """Goal, statements of the scenario about its objects, lines of its parts, and the plan that it hands
-    over."""
+    """Goal with what the scenario states for it: its objects, the file lines of its parts, and a plan file."""
 
     goal: Goal
     objects: Mapping[str, ObjectSpec] = MappingProxyType({})
@@ -186,7 +188,8 @@ class _Asked(NamedTuple):
     handed: Path | None = None
 
     def at(self, choice: Goal) -> Sequence[str]:
-        """Place in the scenario of each part of a grounded goal; one sentence may be about many things."""
+        """Return the place in the scenario of each part of a grounded goal; parts made of one sentence share
+        its place."""
         return self.places if len(self.places) == len(choice.says) else list(self.places[:1]) * len(choice.says)
 
 
@@ -203,7 +206,7 @@ def _asked(goal: Goal | Scenario) -> _Asked:
 
 
 def _trace_unreachable(choice: Goal, problem: PlanningProblem, trace: Trace, progress: Callable[[str], None]) -> None:
-    """Why no tasks achieve a goal, and which of its parts could be achieved alone."""
+    """Record why no tasks achieve a goal, and which of its parts could be achieved alone."""
     from .planning_problem import why_unreachable
 
     trace.add(0, "goal", str(choice), "refused", "engine", why_unreachable(problem), kind="goal")
@@ -212,7 +215,7 @@ def _trace_unreachable(choice: Goal, problem: PlanningProblem, trace: Trace, pro
 
 
 def _trace_alone(problem: PlanningProblem, trace: Trace, progress: Callable[[str], None]) -> None:
-    """Why each part of a goal is not achieved, where no tasks achieve all of it."""
+    """Record for each part of a goal why it is not achieved, or which tasks would achieve it alone."""
     from .goal_parts import PART
     from .plan_stream import task_plans
     from .planning_problem import why_unreachable
@@ -224,7 +227,7 @@ def _trace_alone(problem: PlanningProblem, trace: Trace, progress: Callable[[str
             continue
         plan = next(task_plans(part, progress, 1), None)
         names = " -> ".join(s.task.split(":")[-1] for s in plan.steps) if plan is not None else ""
-        why = f"alone {names} would do, but not with the other parts" if plan is not None else why_unreachable(part)
+        why = f"{names} would achieve this part alone, but not together with the other parts" if plan is not None else why_unreachable(part)
         trace.add(0, PART, says, "refused", "engine", why, kind="goal")
 
 

@@ -1,4 +1,4 @@
-"""Trace of a resolution: answers with their plugins, and reasons of refusals."""
+"""Trace of a search: the answers of plugins, and the reasons of refusals."""
 
 from __future__ import annotations
 
@@ -114,11 +114,11 @@ class Trace(Struct):
         return number
 
     def answered_before(self, number: int) -> None:
-        """Say of the entry of a question that plugins were not asked, since the answers are known."""
+        """Mark the entry of a question whose answers were known, so that no plugin was asked."""
         self.entries[number - 1] = replace(self.entries[number - 1], reason=KNOWN)
 
     def spent(self, budget: str, limit: int, reason: str) -> None:
-        """Append an entry that a budget is used up.
+        """Append an entry that a budget was used up.
 
         Args:
             budget: its name in ``Budget``.
@@ -134,26 +134,28 @@ class Trace(Struct):
         Args:
             breadth: how many times as many alternatives of each designator are tried as in the first round.
         """
-        said = f"tried again with {breadth} times as many alternatives of each choice as at first"
+        said = f"tried again with {breadth} times as many alternatives of each choice as in the first round"
         self.add(0, "sequence", plan, "asked", "engine", said, kind="sequence", numbers={"breadth": breadth})
 
     def stopped(self, work: str = "") -> None:
-        """Append an entry that the caller stopped the search, and the work that was under way, such as "program 2 runs"."""
+        """Append an entry that the caller stopped the search, with the work that it interrupted, such as
+        "program 2 runs"."""
         self.add(0, "budget", work, "capped", "engine", STOPPED, kind="stop")
 
     def refuted(self, plan: str, found: Refutation) -> None:
-        """Append an entry that every grounding of the task sequence that is being tried failed."""
+        """Append an entry that all groundings of the present task sequence failed."""
         sets = [" or ".join(f"'{t}'" for t in any_of) for any_of in found.things or ()]
         things = "things that no plugin named" if found.things is None else ", ".join(sets) or "no other thing"
         unfit = ", ".join(f"'{name}'" for name in found.unfit)
-        said = f"it depends on tasks {', '.join(map(str, found.tasks)) or 'none'}, and on {things}"
+        said = f"the failure depends on tasks {', '.join(map(str, found.tasks)) or 'none'}, and on {things}"
         said = f"no task can be done with {unfit}" if unfit else said
         number = self.add(0, "sequence", plan, "failed", "engine", said, kind="sequence")
         self.entries[number - 1] = replace(self.entries[number - 1], refutation=found)
 
     @property
     def refutation(self) -> Refutation | None:
-        """Why the task sequence that is being tried, or was last, failed; None where it was not tried to its end."""
+        """Refutation of the task sequence that is being tried, or was tried last; None if it was not tried to
+        its end."""
         own = (e.refutation for e in reversed(self.entries) if e.candidate == self.candidate)
         return next((r for r in own if r is not None), None)
 

@@ -14,7 +14,8 @@ PROCESSES = Path("/proc")
 
 
 def is_full(group: int, room: str) -> bool:
-    """Check whether a translator in a group of processes has all of its memory, so that nothing more can be made in it.
+    """Check whether Fast Downward's translator, one of a group of processes, has used up the memory that it
+    may have.
 
     One was then seen to go on for six minutes in one line of its own, with requests for memory that all failed, instead of ending
     (Python 3.11; the cause is not known). False on systems without ``/proc``.

@@ -1,4 +1,4 @@
-"""Remedies after a search that found nothing, from the missing quantities of its refusals."""
+"""Remedies after a search that found nothing, from the missing quantities that its refusals state."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ ROUNDED = 0.0005  # depth of a collision that is told in whole millimetres [m]
 
 
 def what_to_try(entries: Sequence[Entry], most: int = MOST) -> tuple[str, ...]:
-    """Return remedies: of programs' objections first, then of refusals, the most frequent cause first, each
-    once with the least that is missing.
+    """Return remedies for a failed search, against objections to programs first; each cause once, with the
+    least missing amount, the most frequent first.
 
     Only refusals in the task that a candidate failed in count. Where none of them knows a remedy, the most frequent reasons are told.
     """
@@ -34,7 +34,7 @@ def what_to_try(entries: Sequence[Entry], most: int = MOST) -> tuple[str, ...]:
 
 
 def _parted(refusals: Iterable[Entry]) -> tuple[list[Entry], list[Entry]]:
-    """Refusals in two lists: programs that ran and were refused, and other refusals."""
+    """Split refusals into those of programs that ran, and all others."""
     found: tuple[list[Entry], list[Entry]] = [], []
     for e in refusals:
         found[e.kind != "proof"].append(e)
@@ -42,7 +42,8 @@ def _parted(refusals: Iterable[Entry]) -> tuple[list[Entry], list[Entry]]:
 
 
 def _against(ran: Sequence[Entry]) -> Iterator[str]:
-    """Remedies against the objections to programs, with their number; the most frequent cause first."""
+    """Generate remedies against the objections to programs, each with the number of such programs; the most
+    frequent cause first."""
     told = [(e, e.remedy or Remedy(without_numbers(_first_objection(e)), _first_objection(e))) for e in ran]
     often = Counter(_about(e, remedy) for e, remedy in told)
     for (_, count), says in zip(often.most_common(), _told(told), strict=True):
@@ -50,16 +51,16 @@ def _against(ran: Sequence[Entry]) -> Iterator[str]:
 
 
 def _first_objection(proof: Entry) -> str:
-    """Advice on the first objection to a program that ran, from which others may follow; of a program that
-    failed in twins, on that of the first failed twin."""
+    """Return advice to remove the first objection to a program, from which others may follow; if it failed in
+    twins, that of the first failed twin."""
     said = proof.reason.split("; ")
     first = next((part for part in said if IN_TWIN.match(part)), said[0])
-    return f"mend the first objection, others may follow from it: {first}"
+    return f"remove the first objection, others may follow from it: {first}"
 
 
 def decisive(entries: Sequence[Entry]) -> list[Entry]:
-    """Return the refusals of one candidate in its last task; of one with programs that ran, the objections to
-    these."""
+    """Return the refusals that decided a candidate's failure: those of its programs, else those in its last
+    task."""
     known = {e.number: e for e in entries}
     if ran := [e for e in entries if e.kind == "proof" and e.outcome == "failed"]:
         return ran
@@ -74,7 +75,8 @@ def _candidates(entries: Sequence[Entry]) -> Iterator[list[Entry]]:
 
 
 def _distinct(entries: Iterable[Entry]) -> Iterator[Entry]:
-    """Each refusal once, since several rounds and candidates give the same; those of programs all, since each is of another program."""
+    """Yield each refusal once, since rounds and candidates repeat them; refusals of programs are all kept, as
+    each is of another program."""
     found: dict[tuple[str, str, str, int], Entry] = {}
     for e in entries:
         found.setdefault((e.designator, e.text, e.reason, e.number if e.kind == "proof" else 0), e)
@@ -82,7 +84,8 @@ def _distinct(entries: Iterable[Entry]) -> Iterator[Entry]:
 
 
 def _told(found: Sequence[tuple[Entry, Remedy]]) -> Iterator[str]:
-    """Remedies, one for each cause: that with the smallest amount to change; the most frequent cause first."""
+    """Generate one remedy for each cause, the one with the smallest missing amount; the most frequent cause
+    first."""
     least: dict[str, tuple[float, str]] = {}
     causes = [(_about(e, remedy), remedy.missing, f"{'' if remedy.about else f'{e.designator}: '}{remedy}") for e, remedy in found]
     for about, missing, says in causes:
@@ -102,8 +105,11 @@ def _room(collision: Collision) -> Remedy:
 
 
 def _reasons(refusals: Sequence[Entry], most: int) -> Iterator[str]:
-    """Most frequent reasons of refusals without a remedy, one for each text apart from numbers; none for a
-    single refusal, which the nearest miss tells."""
+    """Generate the most frequent reasons of refusals without a remedy; reasons that differ only in numbers
+    count as one.
+
+    A single refusal gives none, since it is told as the nearest miss.
+    """
     first = _each_once(f"{e.designator}: {e.reason}" for e in refusals)
     counted = Counter(without_numbers(f"{e.designator}: {e.reason}") for e in refusals)
     nearest = nearest_miss(refusals)
@@ -114,7 +120,7 @@ def _reasons(refusals: Sequence[Entry], most: int) -> Iterator[str]:
 
 
 def _each_once(said: Iterable[str]) -> dict[str, str]:
-    """First of the texts that differ in numbers only, by their common part."""
+    """Return the first text of each group of texts that differ only in numbers, by the text without numbers."""
     found: dict[str, str] = {}
     for text in said:
         found.setdefault(without_numbers(text), text)

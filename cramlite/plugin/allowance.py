@@ -1,4 +1,4 @@
-"""Allowances: things that a task may touch and move while it runs."""
+"""Allowances: the things that a task may touch and move while it runs."""
 
 from __future__ import annotations
 

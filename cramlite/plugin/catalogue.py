@@ -1,4 +1,4 @@
-"""Knowledge of an engine, from its plugins: task types, robots, object models, backends, validators, classes, rules."""
+"""Knowledge of an engine, collected from its plugins: task types, robots, object models, backends, validators, classes, rules."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 class Knowledge:
-    """Declarations of all plugins of one registry, each kind collected when it is first needed.
+    """Declarations of all plugins of one registry; each kind is collected at its first use.
 
     Args:
         registry: whose plugins are asked.
@@ -48,7 +48,7 @@ class Knowledge:
 
     @cached_property
     def task_owners(self) -> Mapping[str, str]:
-        """Task class -> plugin. Names and aliases are unique."""
+        """Task class -> name of the plugin that declares it; names and aliases of tasks are unique."""
         owners: dict[str, str] = {}
         for plugin, task in self.registry.collect("task_types"):
             for name in (task.task, task.task.split(":")[-1], *task.aliases):
@@ -68,11 +68,12 @@ class Knowledge:
 
     @cached_property
     def robots(self) -> Mapping[str, Robot]:
-        """Type -> robot model."""
+        """Type of a robot -> robot model."""
         return self.registry.named("robots", "type")
 
     def robots_of(self, world: World) -> Mapping[str, Robot]:
-        """Return type -> robot model, with those that robots of a world are read from files of.
+        """Return robot type -> robot model: those of plugins, and those of a world's robots that are read
+        from files.
 
         Raises:
             UserError: a file cannot be used.
@@ -81,7 +82,8 @@ class Knowledge:
         return {**self.robots, **files} if files else self.robots
 
     def read_robot(self, file: RobotFile) -> ImportedRobot:
-        """Read a robot with the first plugin that knows its file's format. Read once, until it changes.
+        """Read a robot with the first plugin that knows its file's format; the result is cached until the
+        file changes.
 
         Its type is the model's name with the file's.
 
@@ -102,7 +104,7 @@ class Knowledge:
 
     @cached_property
     def models(self) -> Mapping[str, ModelMaker]:
-        """Name -> parametric object model, those of libraries among them.
+        """Name -> parametric object model, of plugins and of libraries.
 
         Raises:
             UserError: a library cannot be used, or has a name that another one or a plugin has.
@@ -110,7 +112,7 @@ class Knowledge:
         return self._with_libraries(self.registry.named("object_models", "name"), self.registry.models)
 
     def models_with(self, libraries: Iterable[Path]) -> Mapping[str, ModelMaker]:
-        """Return the object models with those of further libraries, as a scenario names them.
+        """Return the object models with those of further libraries, which a scenario names.
 
         Raises:
             UserError: as ``models``.
@@ -130,20 +132,20 @@ class Knowledge:
         return found
 
     def _library(self, path: Path) -> Sequence[ModelMaker]:
-        """Kinds of a library, by the first plugin that reads it."""
+        """Return the object models of a library, read by the first plugin that knows its format."""
         found: Sequence[ModelMaker] | None = self.registry.first("read_models", path=path)
         if found is None:
-            raise UserError(f"'{path}' is no library of known kinds; make one with 'cramlite library add FOLDER --out {path}'.")
+            raise UserError(f"'{path}' is no library of object models; make one with 'cramlite library add FOLDER --out {path}'.")
         return found
 
     @cached_property
     def record_scripts(self) -> Mapping[str, RecordScript]:
-        """Name, or class of the task that it shows -> script of the simulated person."""
+        """Name of a script, or class of the task that it shows -> script of the simulated person."""
         return self.registry.named("record_scripts", "name")
 
     @cached_property
     def products(self) -> tuple[Thing, ...]:
-        """Products that perception can recognise, each at the origin, its name that of its model."""
+        """Products that perception can recognise, each at the origin and named after its model."""
         return tuple(m.make(name=n, pose=Pose()) for n, m in self.models.items() if m.product)
 
     @cached_property
@@ -153,7 +155,7 @@ class Knowledge:
 
     @cached_property
     def driver(self) -> Driver:
-        """First backend that drives robots of other processes."""
+        """First declared backend that can also drive a robot through another process."""
         for backend in self.backends.values():
             if isinstance(backend, Driver):
                 return backend
@@ -161,7 +163,7 @@ class Knowledge:
 
     @cached_property
     def location_kinds(self) -> Mapping[str, LocationKind]:
-        """Relation -> its kind of location."""
+        """Relation -> kind of location that declares it."""
         return self.registry.named("location_kinds", "name")
 
     @cached_property
@@ -191,7 +193,8 @@ class Knowledge:
 
     @cached_property
     def left_out(self) -> tuple[str, ...]:
-        """Names of shipped validators that are not asked, because their plugins are blocked and no other has that name."""
+        """Names of the shipped validators that are not asked, because their plugins are blocked and no other
+        plugin replaces them."""
         asked = {v.name for v in self.validators}
         return tuple(v.name for v in self.registry.left_out("validators") if v.name not in asked)
 
@@ -202,7 +205,7 @@ class Knowledge:
 
     @cached_property
     def expert_owners(self) -> Mapping[str, str]:
-        """Expert -> plugin."""
+        """Name of an expert -> name of the plugin that declares it."""
         return {expert.name: plugin for plugin, expert in self.registry.collect("experts")}
 
     @cached_property
@@ -221,14 +224,15 @@ class Knowledge:
 
     @cached_property
     def ontology_paths(self) -> list[Path]:
-        """The shipped ontologies, those of plugins, and further ones."""
+        """Ontology files: the shipped ones, those of plugins, and further ones."""
         shipped = sorted(data_folder("ontologies").glob("*.ttl"))
         offered = [Path(path) for _, path in self.registry.collect("ontologies")]
         return [*shipped, *offered, *self._ontologies]
 
     @cached_property
     def taxonomy(self) -> Taxonomy:
-        """Taxonomy of all classes; a plugin's task that no ontology has is one below ``TaskType.above``."""
+        """Taxonomy of all classes; a plugin's task that no ontology has becomes a subclass of its
+        ``TaskType.above``."""
         from ..ontology.taxonomy import load_taxonomy
 
         found = load_taxonomy(self.ontology_paths)
@@ -237,7 +241,7 @@ class Knowledge:
 
     @property
     def predicates(self) -> list[Predicate]:
-        """Predicates that rules may ask for."""
+        """Predicates that conditions of rules may use."""
         return [p for _, p in self.registry.collect("predicates")]
 
     @cached_property
@@ -253,7 +257,8 @@ class Knowledge:
 
     @property
     def goal_rules(self) -> tuple[Rule, ...]:
-        """Rules in the order in which goals try their tasks: those of preferred plugins, the shipped ones, all others.
+        """Rules in the order in which the search for a goal tries their tasks: those of preferred plugins,
+        the shipped ones, all others.
 
         So where sequences are equally long, the installation of a further plugin changes none of them.
         """
@@ -264,7 +269,7 @@ class Knowledge:
 
     @cached_property
     def added_tasks(self) -> frozenset[str]:
-        """Classes of tasks of plugins that are neither shipped nor preferred."""
+        """Classes of the tasks whose plugins are neither shipped nor preferred."""
         from .entry_points import OWN_DISTRIBUTION
 
         known = {i.name for i in self.registry.infos if i.distribution == OWN_DISTRIBUTION} | {*self.registry.preferred}
@@ -272,7 +277,7 @@ class Knowledge:
 
 
 def pick(kind: str, table: Mapping[str, Any], name: str, where: str = "") -> Any:
-    """Return an entry by name.
+    """Return the entry of a table with a given name, such as a backend.
 
     Raises:
         UserError: there is none; the nearest valid names are listed.

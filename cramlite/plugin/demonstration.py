@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Hand(Protocol):
-    """Second hand of a performer: its orders are queued, and done while the first one acts."""
+    """Second hand of a performer: its movements are queued, and executed while the first hand moves."""
 
     @property
     def aim(self) -> Pose:
@@ -48,7 +48,7 @@ class Performer(Protocol):
 
     @property
     def rng(self) -> np.random.Generator:
-        """Generator that all variety comes from."""
+        """Random generator from which all variation of the performance is drawn."""
         ...
 
     @property
@@ -58,16 +58,17 @@ class Performer(Protocol):
 
     @property
     def aim(self) -> Pose:
-        """Target of the tool frame of the hand that acts, in the world."""
+        """Target of the active hand's tool frame in the world."""
         ...
 
     @property
     def opening(self) -> float:
-        """Target opening of that hand's fingers [m]."""
+        """Target opening of the active hand's fingers [m]."""
         ...
 
     def between(self, low: float, high: float) -> float:
-        """Draw a number between two limits, uniformly, from the performance's own generator; in the unit of the limits."""
+        """Draw a number uniformly between two limits, in the unit of the limits, from the performance's own
+        generator."""
         ...
 
     def pose(self, thing: str) -> Pose:
@@ -75,43 +76,48 @@ class Performer(Protocol):
         ...
 
     def tool(self) -> Pose:
-        """Return the tool frame of the hand that acts, in the world."""
+        """Return the tool frame of the active hand in the world."""
         ...
 
     def touches(self, thing: str) -> bool:
-        """Check whether anything of the hand that acts is in contact with a thing."""
+        """Check whether any part of the active hand is in contact with a thing."""
         ...
 
     def holds(self, thing: str) -> bool:
-        """Check whether both fingers of the hand that acts are in contact with a thing."""
+        """Check whether both fingers of the active hand are in contact with a thing."""
         ...
 
     def fits(self, tool: Pose, opening: float) -> bool:
-        """Check that the hand, with its fingers at an opening [m], would touch nothing at a pose of its tool frame."""
+        """Check that the active hand, with its fingers at an opening [m], would touch nothing at a pose of
+        its tool frame."""
         ...
 
     def move(self, path: Sequence[Pose], speed: float, *, curved: bool = False) -> None:
-        """Move the hand from its target along poses with a mean speed [m/s]; curved, those between are control points of a Bézier curve."""
+        """Move the active hand from its target along poses with a mean speed [m/s].
+
+        If ``curved``, the poses before the last are control points of a Bézier curve.
+        """
         ...
 
     def follow(self, path: Sequence[Pose], seconds: float) -> None:
-        """Move the hand from its target through poses, evenly, place and turn together, within a time [s]."""
+        """Move the active hand from its target through poses within a time [s], position and orientation
+        together at constant speed."""
         ...
 
     def grip(self, opening: float, seconds: float) -> None:
-        """Move the fingers to an opening [m] within a time [s]."""
+        """Move the active hand's fingers to an opening [m] within a time [s]."""
         ...
 
     def wait(self, seconds: float) -> None:
-        """Keep still for a time [s], but for drift and tremor."""
+        """Keep the active hand still for a time [s], except for drift and tremor."""
         ...
 
     def wait_for_other(self) -> None:
-        """Keep still until the other hand has done its orders."""
+        """Keep the active hand still until the other hand has executed its queued movements."""
         ...
 
     def change_hands(self) -> None:
-        """Make the other hand the one that acts."""
+        """Make the other hand the active one."""
         ...
 
     def shake(self, share: float) -> None:
@@ -120,7 +126,7 @@ class Performer(Protocol):
 
 
 class Performance(Value):
-    """Performance of a script in one world with one generator.
+    """Performance of a script in one world with one random generator.
 
     Args:
         act: moves the hands.
@@ -153,7 +159,7 @@ class RecordScript(Value):
 
 
 class Shown(Value):
-    """One thing to show in a demonstration.
+    """Part of a demonstration: a script of the simulated person, with its fillers.
 
     Args:
         script: of the person.

@@ -20,7 +20,10 @@ OWN_DISTRIBUTION = "cramlite"
 
 
 class Point(Value):
-    """Entry point with the name and version of its distribution, which takes long to read."""
+    """Entry point of a plugin, with the name and version of its distribution.
+
+    They are kept here because reading them takes long.
+    """
 
     name: str
     value: str
@@ -30,7 +33,7 @@ class Point(Value):
     load: Callable[[], Any]
 
     def defines(self, function: str) -> bool:
-        """Check whether the text of its module defines a function; the module is not loaded to find out."""
+        """Check whether the source of the plugin's module defines a function, without loading the module."""
         try:
             spec = importlib.util.find_spec(self.value.partition(":")[0])
         except Exception:  # its package breaks when it is imported: nobody can read what its module would define
@@ -39,19 +42,21 @@ class Point(Value):
         return f"\ndef {function}(" in text
 
     def taken(self) -> str:
-        """Return why a file cannot have this name too."""
+        """Return why a plugin file cannot have the same name as this installed plugin."""
         return (
             f"there is a plugin '{self.name}' already, of {self.distribution} {self.version} ({self.value}), and two of one name "
             f"cannot be told apart; rename the file, and if it is to stand for that one, add --block {self.name}"
         )
 
     def outdated(self) -> str:
-        """Return why the plugin's distribution is not for this version; "" if it is."""
+        """Return why the plugin's distribution is not made for this cramlite version; "" if it is."""
         return "" if self.dist is None or self.distribution == OWN_DISTRIBUTION else made_for_another_version(self.dist)
 
 
 def entry_points() -> list[Point]:
-    """List the entry points of all plugins, third parties first; sorted, because a file system lists distributions in no order.
+    """List the entry points of all plugins, those of third parties first.
+
+    They are sorted, because a file system lists distributions in no fixed order.
 
     They are read again once a folder of ``sys.path`` has changed, as an installation changes it.
     """
@@ -59,7 +64,7 @@ def entry_points() -> list[Point]:
 
 
 def _changed_at(folder: str) -> int:
-    """Time of the last change of a folder [ns]; 0 without one."""
+    """Return the time at which a folder last changed [ns]; 0 if there is no folder."""
     try:
         return os.stat(folder or ".").st_mtime_ns
     except OSError:
@@ -79,7 +84,7 @@ def _installed(_folders: tuple[tuple[str, int], ...]) -> list[Point]:
 
 
 def plugin_names(files: Iterable[Path] = ()) -> set[str]:
-    """Return the names of all plugins: installed ones, and files."""
+    """Return the names of all installed plugins and of some plugin files."""
     return {p.name for p in entry_points()} | {f.stem for f in files}
 
 
@@ -92,7 +97,7 @@ def module_from(file: Path) -> ModuleType:
     """
     spec = importlib.util.spec_from_file_location(f"cramlite_file_{file.stem}", file)
     if spec is None or spec.loader is None:
-        raise NoModule(f"it is no Python module; the name of one ends in '.py', not in '{file.suffix}'")
+        raise NoModule(f"the file is no Python module; a module's name ends in '.py', not in '{file.suffix}'")
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module
     spec.loader.exec_module(module)

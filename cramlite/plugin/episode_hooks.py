@@ -1,4 +1,4 @@
-"""Reading, repair, detection and writing of episodes by the hooks of plugins."""
+"""Access to the hooks for episodes: reading, repair, detection and writing."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ KEPT = 4
 
 
 class EpisodeHooks:
-    """Reading, repair, detection and writing of episodes by plugins, whose answers are checked.
+    """Episode hooks of the plugins: reading, repair, detection and writing, with their answers checked.
 
     Args:
         registry: whose plugins are asked.
@@ -58,7 +58,8 @@ class EpisodeHooks:
         return found
 
     def repaired(self, episode: Episode) -> Episode:
-        """Apply all repairs to an episode as it was recorded. One that fails is a fault of its plugin, and changes nothing.
+        """Apply all repairs to an episode as it was recorded; a repair that fails changes nothing and is
+        recorded as its plugin's fault.
 
         Returns:
             The very episode, if nothing had to be changed; else a new one with its ``repairs``.
@@ -68,13 +69,14 @@ class EpisodeHooks:
         return episode
 
     def detect(self, rollout: Rollout, name: str) -> Episode:
-        """Detect the events of a rollout, of a demonstration and of a program's run alike; nothing is repaired.
+        """Detect the events of a rollout, whether of a demonstration or of a program's run; repairs are not
+        applied.
 
         Raises:
             UserError: no plugin detects events.
             PluginError: the one that should have failed.
         """
-        nobody = f"No plugin detects the events of '{name}', and nothing can be recorded or judged without; see 'cramlite plugins'."
+        nobody = f"No plugin detects the events of '{name}', and nothing can be recorded or judged without events; see 'cramlite plugins'."
         answer: Episode = self._answer("detect_events", nobody, name=name, rollout=rollout)
         return answer
 
@@ -102,7 +104,8 @@ class EpisodeHooks:
             return episode
 
     def _answer(self, hook: str, nobody: str, **arguments: Any) -> Any:
-        """Answer of the first plugin; without one, failed plugins are named."""
+        """Return the answer of the first plugin that has one; the error without an answer names the plugins
+        that failed."""
         answer = self._registry.first(hook, **arguments)
         if answer is not None:
             return answer

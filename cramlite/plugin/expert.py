@@ -49,7 +49,7 @@ class Judged(Value):
 
 
 class Inputs(Value):
-    """Inputs of an expert: the values it declared, and nothing else.
+    """Inputs of an expert: the values that the expert declared, and no others.
 
     Args:
         values: by name; those under ``uses`` may be missing.
@@ -108,7 +108,7 @@ class Expert(Value):
         return declared(priors) if callable(declared) else declared
 
     def defaults(self) -> dict[str, float]:
-        """Return the default values of the parameters, by name, each in its own unit."""
+        """Return parameter -> default value, in the unit that the parameter's name ends with."""
         return {p.name: p.default for p in self.parameters}
 
 

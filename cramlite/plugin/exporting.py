@@ -1,4 +1,4 @@
-"""Writing of runs by exporters: a whole new file or folder, or nothing."""
+"""Export of runs: an exporter's file or folder is written completely, or not at all."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def require_installed(exporter: Exporter) -> None:
 
 
 def require_absent(target: Path) -> None:
-    """Check that the path of an export does not exist yet.
+    """Check that nothing exists yet at the path of an export.
 
     Raises:
         UserError: something is.
@@ -36,7 +36,7 @@ def require_absent(target: Path) -> None:
 
 
 def write_new(exporter: Exporter, record: RunRecord, target: Path) -> None:
-    """Write a run to a new place; a half-written file is removed.
+    """Write a run to a path where nothing exists; a half-written file or folder is removed.
 
     Raises:
         UserError: something is there, or it cannot be written.

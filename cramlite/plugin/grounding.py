@@ -1,4 +1,4 @@
-"""Answers of plugins that ground a designator."""
+"""Values with which plugins answer a query for a designator: groundings, refusals, and the query's context."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class Grounding(Value):
-    """One alternative that grounds a designator.
+    """Grounding: one concrete alternative for a designator.
 
     Args:
         value: for an object its entity name; for a location a Place; for an action its
@@ -48,7 +48,7 @@ class Grounding(Value):
 
 
 class Refused(Value):
-    """Rejected alternative: it appears in explanations.
+    """Refused alternative of a designator, with the reason that explanations show.
 
     Args:
         value: the alternative in words.
@@ -81,7 +81,7 @@ class Refused(Value):
         checked_numbers(self.numbers)
 
     def of(self, value: str, passed: int = 0) -> Refused:
-        """Return the refusal of an alternative for the same reason.
+        """Return the same refusal for another alternative.
 
         Args:
             value: the alternative in words.
@@ -107,17 +107,17 @@ class LaterTask(Value):
 
     @property
     def entities(self) -> Mapping[str, str]:
-        """Role -> bound or named entity; "" if unknown."""
+        """Role of the action -> name of the thing that fills it; "" if that is unknown."""
         return {role: str(self.bindings.get(o.name, o.entity or "")) for role, o in self.action.roles.items()}
 
     @property
     def things(self) -> frozenset[str]:
-        """Things that the task is about."""
+        """Names of the things that fill the task's roles."""
         return frozenset(thing_of(entity) for entity in self.entities.values())
 
 
 class Context(Value):
-    """Context of a query: knowledge of a plugin besides the designator and the belief.
+    """Context of a query: what a plugin knows besides the designator and the belief.
 
     Args:
         robot: the acting robot's model.
@@ -143,5 +143,5 @@ class Context(Value):
 
     @property
     def later(self) -> Iterator[LaterTask]:
-        """Tasks that are still to be done, in order."""
+        """Tasks that are still to be done after this one, in order."""
         return (LaterTask(item, self.bindings) for item in self.agenda if isinstance(item, Action))

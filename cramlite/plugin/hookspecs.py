@@ -48,27 +48,27 @@ hookimpl = pluggy.HookimplMarker("cramlite")
 
 @hookspec
 def task_types() -> Iterable[TaskType]:  # type: ignore[empty-body]
-    """Declare task types. Called once at load; collected; two of one name or alias are an error."""
+    """Declare task types. Called once at load; all declarations are collected, and two with one name or alias are an error."""
 
 
 @hookspec
 def predicates() -> Iterable[Predicate]:  # type: ignore[empty-body]
-    """Declare predicates that rule files may use. Called once, before rules are loaded; collected."""
+    """Declare predicates that rule files may use. Called once, before rules are loaded; all declarations are collected."""
 
 
 @hookspec
 def experts() -> Iterable[Expert]:  # type: ignore[empty-body]
-    """Declare perception experts with inputs and outputs. Called once at load; collected by ``name``."""
+    """Declare perception experts with inputs and outputs. Called once at load; all declarations are collected by ``name``."""
 
 
 @hookspec
 def robots() -> Iterable[Robot]:  # type: ignore[empty-body]
-    """Declare robot models. Called once at load; collected by ``type``."""
+    """Declare robot models. Called once at load; all declarations are collected by ``type``."""
 
 
 @hookspec
 def object_models() -> Iterable[ModelMaker]:  # type: ignore[empty-body]
-    """Declare parametric object models that scenarios may name. Called once at load; collected by ``name``."""
+    """Declare parametric object models that scenarios may name. Called once at load; all declarations are collected by ``name``."""
 
 
 @hookspec
@@ -78,12 +78,12 @@ def simulators() -> Iterable[Simulator]:  # type: ignore[empty-body]
 
 @hookspec
 def record_scripts() -> Iterable[RecordScript]:  # type: ignore[empty-body]
-    """Declare scripts of the simulated person, for recordings. Called once at load; collected by ``name``."""
+    """Declare scripts of the simulated person, for recordings. Called once at load; all declarations are collected by ``name``."""
 
 
 @hookspec
 def episode_repairs() -> Iterable[EpisodeRepair]:  # type: ignore[empty-body]
-    """Declare repairs of recorded episodes. Called once at load; collected by ``name``.
+    """Declare repairs of recorded episodes. Called once at load; all declarations are collected by ``name``.
 
     Each episode that any plugin reads passes through all of them, in order of their ``order``. Episodes that were
     detected in a rollout do not.
@@ -92,22 +92,22 @@ def episode_repairs() -> Iterable[EpisodeRepair]:  # type: ignore[empty-body]
 
 @hookspec
 def location_kinds() -> Iterable[LocationKind]:  # type: ignore[empty-body]
-    """Declare relations of locations, each with the function that grounds it. Called once at load; collected by ``name``."""
+    """Declare relations of locations, each with its grounding function. Called once at load; all declarations are collected by ``name``."""
 
 
 @hookspec
 def motion_kinds() -> Iterable[MotionKind]:  # type: ignore[empty-body]
-    """Declare kinds of motions that ``resolve_motion`` answers. Called once at load; collected by ``name``."""
+    """Declare kinds of motions that ``resolve_motion`` answers. Called once at load; all declarations are collected by ``name``."""
 
 
 @hookspec
 def validators() -> Iterable[Validator]:  # type: ignore[empty-body]
-    """Declare validators of programs and rollouts. Called once at load; everybody may object."""
+    """Declare validators of programs and rollouts. Called once at load; every validator may object."""
 
 
 @hookspec
 def backends() -> Iterable[Backend]:  # type: ignore[empty-body]
-    """Declare code generators. Called once at load; collected by ``name``."""
+    """Declare code generators. Called once at load; all declarations are collected by ``name``."""
 
 
 @hookspec
@@ -122,7 +122,7 @@ def report_sections() -> Iterable[ReportSection]:  # type: ignore[empty-body]
 
 @hookspec
 def exporters() -> Iterable[Exporter]:  # type: ignore[empty-body]
-    """Declare formats that recorded runs can be exported to. Called once at load; collected by ``name``."""
+    """Declare formats that recorded runs can be exported to. Called once at load; all declarations are collected by ``name``."""
 
 
 @hookspec(firstresult=True)
@@ -167,7 +167,7 @@ def read_view(path: Path) -> View | None:
 
 @hookspec(firstresult=True)
 def read_models(path: Path) -> Sequence[ModelMaker] | None:
-    """Read a library of known kinds as object models; None if it is of another format. First answer wins.
+    """Read a library of object models; None if it is of another format. First answer wins.
 
     Raises:
         UserError: it is of this format and cannot be used; with file and line.
@@ -176,7 +176,8 @@ def read_models(path: Path) -> Sequence[ModelMaker] | None:
 
 @hookspec(firstresult=True)
 def add_models(folder: Path, library: Path, scale: float, density: float, up: str) -> BuiltLibrary | None:
-    """Add the kinds that a folder has files of to a library; None if this plugin makes none. First answer wins.
+    """Build a library of object models from the mesh files of a folder, or extend one; None if this plugin
+    makes none. First answer wins.
 
     Args:
         library: folder, which may not exist yet.
@@ -193,7 +194,7 @@ def add_models(folder: Path, library: Path, scale: float, density: float, up: st
 def read_scene(
     path: Path, packages: Mapping[str, Path], keyframe: str, joints: Mapping[str, StatedJoint]
 ) -> ImportedScene | None:
-    """Read the scene that another program wrote to a file; None if it is of another format. First answer wins.
+    """Read a scene from a file of another program; None if it is of another format. First answer wins.
 
     Args:
         packages: name in ``package://`` -> its folder, where the scenario says so.
@@ -207,7 +208,7 @@ def read_scene(
 
 @hookspec(firstresult=True)
 def read_robot(file: RobotFile, name: str) -> ImportedRobot | None:
-    """Read the robot that another program described in a file; None if it is of another format. First answer wins.
+    """Read a robot from a file of another program; None if it is of another format. First answer wins.
 
     Args:
         name: of the file; the robot's type contains it, and what the file calls its model.
@@ -219,7 +220,8 @@ def read_robot(file: RobotFile, name: str) -> ImportedRobot | None:
 
 @hookspec(firstresult=True)
 def read_sentence(sentence: str, scene: SymbolicWorld, forms: tuple[str, ...]) -> list[str] | None:
-    """Read a sentence that the grammar has no words for, as goals: "tin on tray"; None if this plugin cannot. First answer wins.
+    """Translate a sentence that the grammar does not understand to goals such as "tin on tray"; None if this
+    plugin cannot. First answer wins.
 
     A language model may answer here. What it says is shown as a plugin's, and refused unless all of it are goals about things that
     there are; a sentence that is ambiguous or false of the scene is not asked.
@@ -237,7 +239,8 @@ def episode_triples(episode: Episode) -> Iterable[str] | None:
 
 @hookspec
 def resolve_action(action: Action, belief: Belief, context: Context) -> Answers:
-    """Decompose an action: Groundings whose value is a Decomposition, best first. Alternatives.
+    """Decompose an action: yield Groundings with a Decomposition as value, best first. The answers of all
+    plugins are alternatives.
 
     A task type's own decomposition is one of the alternatives; plugins' overrides come before it.
     """
@@ -245,12 +248,14 @@ def resolve_action(action: Action, belief: Belief, context: Context) -> Answers:
 
 @hookspec
 def resolve_object(designator: Object | Late, belief: Belief, context: Context) -> Answers:
-    """Ground an object designator: Groundings whose value is an entity name. Alternatives."""
+    """Ground an object designator: yield Groundings with an entity's name as value. The answers of all
+    plugins are alternatives."""
 
 
 @hookspec
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
-    """Ground a location: Groundings whose value is a Place that satisfies it. Alternatives.
+    """Ground a location: yield Groundings with a Place that satisfies it as value. The answers of all plugins
+    are alternatives.
 
     A declared relation (``location_kinds``) is grounded by the function of its kind, too.
     """
@@ -258,9 +263,10 @@ def resolve_location(location: Location, belief: Belief, context: Context) -> An
 
 @hookspec
 def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
-    """Plan a motion: Groundings whose value is a tuple of program steps, with the belief after. Alternatives."""
+    """Plan a motion: yield Groundings with program steps as value, and with the belief after the motion. The
+    answers of all plugins are alternatives."""
 
 
 @hookspec
 def on_step(step: AnyStep, candidate: Candidate) -> None:
-    """Observe a step that was added to a candidate that is about to be proven. Notification; the answer is ignored."""
+    """Observe each step of a candidate that is about to be proven. Notification; the answer is ignored."""

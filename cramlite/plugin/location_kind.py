@@ -1,4 +1,4 @@
-"""Kinds of locations: relations that plugins declare, with parameters and the function that grounds each."""
+"""Kinds of locations: relations that plugins declare, each with its parameters and the function that grounds it."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ Ground = Callable[[Location, Belief, Context], Iterable[Answer]]
 
 
 class NoParameters(Value):
-    """Parameters of a location that takes none."""
+    """Parameters of a relation that takes none."""
 
 
 class LocationKind(Value):
-    """Declaration of a relation of locations.
+    """Kind of location: a plugin's declaration of a relation, such as "on".
 
     Args:
         name: ``Location.relation``.
@@ -43,7 +43,7 @@ class LocationKind(Value):
     gives: type[Place | Stand] = Place
 
     def misfit(self, said: Mapping[str, Any]) -> str:
-        """Return why parameters are not those of this kind, as a clause; "" if they are."""
+        """Return why given parameters are not those of this kind of location, as a clause; "" if they are."""
         known = {f.name: f for f in msgspec.structs.fields(self.parameters)}
         for name in said:
             if name not in known:
@@ -60,7 +60,7 @@ class LocationKind(Value):
 
     @property
     def explained(self) -> Mapping[str, str]:
-        """Parameter -> its line in the docstring of ``parameters``."""
+        """Parameter -> explanation in the docstring of ``parameters``."""
         doc = inspect.getdoc(self.parameters) or ""
         found = re.findall(r"^    (\w[\w, ]*): ((?:.|\n(?:     |$))*)", doc.partition("Args:\n")[2], re.MULTILINE)
         return {name: " ".join(text.split()) for names, text in found for name in re.split(r", ", names)}

@@ -1,4 +1,4 @@
-"""Kinds of motions: declarations of plugins that resolve motions."""
+"""Kinds of motions that plugins declare and resolve."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .task_type import Parameter
 
 
 class MotionKind(Value):
-    """Declaration of a kind of motion.
+    """Kind of motion: a plugin's declaration of a program step and its parameters.
 
     Args:
         name: ``Motion.kind``.
@@ -36,5 +36,5 @@ class MotionKind(Value):
     other: tuple[str, ...] = ()
 
     def knows(self) -> tuple[str, ...]:
-        """Return the names of all parameters."""
+        """Return the names of all parameters that a motion of this kind may have."""
         return (*(p.name for p in self.parameters), *self.words, *self.other)

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 
 class Candidate(Value):
-    """Fully grounded plan on its way to being proven.
+    """Fully grounded plan that is being proven, with its program and run.
 
     Args:
         plan: what was asked for.
@@ -79,7 +79,7 @@ class Candidate(Value):
 
 
 class Validator(Protocol):
-    """Check of a candidate. Validators of cost "rollout" are asked after its text ran, the others before.
+    """Check of a candidate; validators of cost "rollout" are asked after the program ran, the others before.
 
     One may be a ``GoalValidator`` or an ``Adviser``, too.
     """
@@ -99,7 +99,7 @@ class Validator(Protocol):
 
 @runtime_checkable
 class GoalValidator(Protocol):
-    """Validator that can judge a text that has a goal and no plan."""
+    """Validator that can judge a program for which there is a goal but no plan."""
 
     by_goal: bool
     """Whether the validator judges such a text."""
@@ -107,7 +107,8 @@ class GoalValidator(Protocol):
 
 @runtime_checkable
 class Adviser(Protocol):
-    """Validator that a scenario may make advisory: its objections are reported and refuse nothing (``JudgingLimits.advisory``).
+    """Validator that a scenario may make advisory: its objections are then reported, but refuse no program
+    (``JudgingLimits.advisory``).
 
     A validator of the purpose of a program is none.
     """
@@ -117,7 +118,7 @@ class Adviser(Protocol):
 
 
 class Backend(Protocol):
-    """Code generator for one robot language. ``executable`` says whether a simulator here runs that text.
+    """Code generator for one robot language; ``executable`` says whether a simulator runs the generated text.
 
     One may be ``Remarking``, a ``StandIn`` or a ``Driver``, too.
     """
@@ -128,7 +129,7 @@ class Backend(Protocol):
         ...
     @property
     def executable(self) -> bool:
-        """Whether a simulator here runs its text."""
+        """Whether a simulator here runs the backend's text."""
         ...
     def emit(self, program: Program, robot: Robot) -> Code:
         """Generate the text of a program for a robot."""
@@ -137,7 +138,7 @@ class Backend(Protocol):
 
 @runtime_checkable
 class Remarking(Protocol):
-    """Backend with a remark on its texts."""
+    """Backend with a remark that is shown with each of its programs."""
 
     remark: str
     """Clause that every result repeats, e.g. what was not checked."""
@@ -145,7 +146,8 @@ class Remarking(Protocol):
 
 @runtime_checkable
 class StandIn(Protocol):
-    """Backend whose text cannot be run here, so that the typed program can run on the controller model in its place."""
+    """Backend whose text no simulator here runs, so that the typed program may run on the controller model in
+    its place."""
 
     typed_stands_in: bool
     """Whether the typed program runs in place of the text."""
@@ -153,10 +155,11 @@ class StandIn(Protocol):
 
 @runtime_checkable
 class Driver(Backend, Protocol):
-    """Backend that also drives a robot with its text: by a process that answers for the robot."""
+    """Backend that can also run its text on a robot, through a process that stands for the robot."""
 
     def drive(self, text: str, robot: Robot, command: Sequence[str]) -> Rollout:
-        """Start a process by its command, run a text on its robot, and return its measured forces; no thing is in the rollout's world.
+        """Start a process that stands for a robot, run a text on it, and return its measured forces; the
+        rollout's world has no things.
 
         Raises:
             UserError: the text cannot be driven, or the process does not answer as it must.
@@ -165,7 +168,7 @@ class Driver(Backend, Protocol):
 
 
 class ProgramRunner(Protocol):
-    """Model of robot controllers: it runs texts of programs in simulated worlds."""
+    """Model of robot controllers that runs the text of programs in simulated worlds."""
 
     def check(self, world: World, robots: Mapping[str, Robot]) -> None:
         """Raise UserError if the world cannot be simulated."""
@@ -174,7 +177,7 @@ class ProgramRunner(Protocol):
     def execute(
         self, text: str, world: World, robots: Mapping[str, Robot], *, mount: str, seed: int, watch: Watch | None = None
     ) -> Rollout:
-        """Run a program's text on the controller model. It sees the text and the world, nothing else.
+        """Run a program's text on the controller model, which knows the text and the world but not the plan.
 
         Args:
             watch: is shown readings; the arm brakes when it notices something, and the outcome is "noticed".
@@ -182,12 +185,13 @@ class ProgramRunner(Protocol):
         ...
 
     def inspect(self, text: str) -> Iterable[tuple[int, str]]:
-        """Return the doubtful lines of a program's text, and why; raise UserError if it cannot run at all."""
+        """Return the lines of a program's text that may fail, with reasons; raise UserError if the text
+        cannot run at all."""
         ...
 
 
 class VirtualController(Protocol):
-    """Model of a robot controller that programs of others can connect to."""
+    """Model of a robot controller to which other programs can connect."""
 
     def serve(
         self,
@@ -201,7 +205,7 @@ class VirtualController(Protocol):
         seed: int,
         say: Callable[[str], None],
     ) -> str:
-        """Open the robot controller's ports on loopback until time is up; return why it ended.
+        """Open the robot controller's ports on loopback until a time limit; return why it ended.
 
         Args:
             mount: name of the robot whose controller it is.
@@ -221,15 +225,15 @@ class SimulatedCamera(Protocol):
     """Model of depth cameras."""
 
     def look(self, world: World, robots: Mapping[str, Robot], camera: Camera, *, seed: int) -> View:
-        """Render what a depth camera sees of a world in which nothing moves; raise UserError if there is no such camera."""
+        """Render what a depth camera sees in a world at rest; raise UserError if there is no such camera."""
         ...
 
 
 class SimulatedPerson(Protocol):
-    """Model of a person for demonstrations."""
+    """Simulation of a person who gives demonstrations."""
 
     def demonstrate(self, world: World, shown: Sequence[Shown], *, seed: int) -> Rollout:
-        """Simulate a person who performs scripts, one after the other."""
+        """Simulate a person who performs one script after the other."""
         ...
 
 
@@ -239,13 +243,15 @@ class Illustrator(Protocol):
     def picture(
         self, rollout: Rollout, sample: int, robots: Mapping[str, Robot], size: tuple[int, int], about: Collection[str] = ()
     ) -> Any:
-        """Render one sample as (height, width, 3) uint8; ``size`` is (width, height) in pixels, ``about`` names things to fit it to."""
+        """Render one sample as (height, width, 3) uint8; ``size`` is (width, height) [pixel], the view is
+        fitted to the things in ``about``."""
         ...
 
     def collision_picture(
         self, world: World, robots: Mapping[str, Robot], collision: Collision, size: tuple[int, int]
     ) -> Any:
-        """Render a state that planning refused, both bodies marked: (height, width, 3) uint8.
+        """Render a state that planning refused, with the two colliding bodies marked: (height, width, 3)
+        uint8.
 
         ``world`` is as it is at the start; the collision says what is elsewhere.
         """
@@ -257,7 +263,10 @@ class Illustrator(Protocol):
 
 
 class Simulator(ProgramRunner, VirtualController, SimulatedCamera, SimulatedPerson, Illustrator, Protocol):
-    """Physics simulator: all that its bases do, with one model of the world. It may be ``Doubting`` and ``Correcting``, too."""
+    """Physics simulator: does all that its base protocols declare, with one model of the world.
+
+    It may be ``Doubting`` and ``Correcting``, too.
+    """
 
     @property
     def name(self) -> str:
@@ -267,22 +276,29 @@ class Simulator(ProgramRunner, VirtualController, SimulatedCamera, SimulatedPers
 
 @runtime_checkable
 class Doubting(Protocol):
-    """Simulator that also tells implausible properties of a world."""
+    """Simulator that also reports implausible properties of a world."""
 
     def doubts(self, world: World, robots: Mapping[str, Robot]) -> Iterable[tuple[str, str]]:
-        """Return things that are implausible at the world's start, with reasons."""
+        """Return the things that are implausible at the world's start, each with the reason."""
         ...
 
 
 @runtime_checkable
 class Correcting(Protocol):
-    """Simulator that also corrects read poses that cannot be."""
+    """Simulator that also corrects measured poses that are physically impossible."""
 
     def put_apart(
         self, world: World, robots: Mapping[str, Robot], most: float, deep: float | None = None
     ) -> tuple[World, tuple[str, ...]]:
-        """Return the world with loose things moved out of others to free places, at most ``most`` [m] off, and
-        clauses on the moves; ``deep`` is how far one may be inside another [m], None for what readings usually are."""
+        """Return the world with loose things that penetrate others moved to free places, and clauses on the
+        moves.
+
+        A thing moves by at most ``most`` [m]. ``deep`` is the penetration that is tolerated [m]; None stands
+        for the usual error of readings.
+
+        A thing moves by at most ``most`` [m]. ``deep`` is the greatest penetration that is corrected [m];
+        None stands for the usual error of readings.
+        """
         ...
 
 
@@ -306,7 +322,7 @@ class ModelMaker(Value):
 
 
 class EpisodeRepair(Value):
-    """Repair of recorded episodes, applied to the answer of any reader.
+    """Repair of recorded episodes, applied to every episode that is read.
 
     Args:
         name: unique, for people.

@@ -1,4 +1,4 @@
-"""Registry of plugins: loads, orders, isolates and asks them. The only module that touches pluggy."""
+"""Registry of plugins: loads, orders, isolates and asks them; the only module that uses pluggy."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from .validation import (
 
 
 class PluginInfo(Value):
-    """Name, origin and state of a plugin: for ``cramlite plugins`` and for messages."""
+    """Name, origin and state of a plugin, for ``cramlite plugins`` and for messages."""
 
     name: str
     distribution: str
@@ -57,8 +57,11 @@ class Fault(Value):
 
 
 class _Manager(pluggy.PluginManager):
-    """Finds what ``hookimpl`` marked without asking pluggy's base class, whose search of types and metaclasses for every
-    name of a module was 6 to 9 % of the profile of ``cramlite check``."""
+    """Manager that finds functions marked with ``hookimpl`` faster than pluggy's base class.
+
+    Its search of types and metaclasses for every name of a module was 6 to 9 % of the profile of ``cramlite
+    check``.
+    """
 
     def parse_hookimpl_opts(self, plugin: object, name: str) -> pluggy.HookimplOpts | None:
         found = getattr(plugin, name, None)
@@ -66,7 +69,7 @@ class _Manager(pluggy.PluginManager):
 
 
 class Registry(Struct, dict=True):
-    """Plugins of one engine. Two registries share nothing.
+    """Registry of the plugins of one engine; registries share no state.
 
     Args:
         files: plugin modules to load by path, before all others.
@@ -111,8 +114,10 @@ class Registry(Struct, dict=True):
                 raise UserError(f"The plugin '{name}' is both blocked and preferred; leave one of them out.")
 
     def _load_file(self, file: Path, installed: Point | None) -> None:
-        """Load a file, unless it is blocked. A file with an installed plugin's name is refused, since blocking
-        that name would leave out both."""
+        """Load a plugin file, unless it is blocked.
+
+        A file with an installed plugin's name is refused, since blocking that name would leave out both.
+        """
         if file.stem in self.blocked and installed is None:
             return
         fault = "" if installed is None else installed.taken()
@@ -121,7 +126,8 @@ class Registry(Struct, dict=True):
             self._refuse(file)
 
     def _refuse(self, file: Path) -> None:
-        """Raise UserError if the last loaded file cannot be used, or declares wrongly."""
+        """Raise UserError if the plugin file that was loaded last cannot be used, or has a wrong
+        declaration."""
         for hook in [] if self.faults else [h for h in DECLARING if h in self.infos[-1].hooks]:
             for _ in self.collect(hook):
                 pass
@@ -134,7 +140,8 @@ class Registry(Struct, dict=True):
     def _load(
         self, name: str, load: Callable[[], Any], distribution: str, version: str, place: str, fault: str = ""
     ) -> None:
-        """Load one plugin; whatever is wrong with it is recorded, and the others go on."""
+        """Load one plugin; an error is recorded as its fault, and the other plugins are loaded all the
+        same."""
         begin = time.perf_counter()
         hooks: tuple[str, ...] = ()
         fault = fault or self._same_name(name, distribution, place)
@@ -154,11 +161,11 @@ class Registry(Struct, dict=True):
         self.infos.append(PluginInfo(name, distribution, version, place, hooks, elapsed, fault))
 
     def include(self, module: ModuleType) -> None:
-        """Load a plugin that is a module already, beside those that are installed."""
+        """Load a plugin from an imported module, beside those that are installed."""
         self._load(module.__name__, lambda: module, "module", "", module.__name__)
 
     def _same_name(self, name: str, distribution: str, place: str) -> str:
-        """Why a second plugin of a name is not loaded; empty for the first one."""
+        """Return why a plugin is not loaded whose name a loaded plugin has already; "" for a new name."""
         first = next((i for i in self.infos if i.name == name and not i.fault), None)
         if first is None:
             return ""
@@ -168,7 +175,8 @@ class Registry(Struct, dict=True):
         )
 
     def _implementations(self, hook: str) -> list[Any]:
-        """Preferred plugins first, then ad hoc files, then third parties, then our own, each in load order."""
+        """Return the implementations of a hook: preferred plugins first, then plugin files, third parties,
+        and shipped plugins, each in load order."""
         order = {info.name: k for k, info in enumerate(self.infos)}
         own = {info.name for info in self.infos if info.distribution == OWN_DISTRIBUTION}
         impls = getattr(self._manager.hook, hook).get_hookimpls()
@@ -177,7 +185,8 @@ class Registry(Struct, dict=True):
         )
 
     def collect(self, hook: str) -> Iterator[tuple[str, Any]]:
-        """Yield (plugin name, object) for everything that plugins declare under a hook; a broken plugin is skipped and named."""
+        """Yield (plugin name, object) for everything that plugins declare under a hook; a broken plugin is
+        skipped and recorded as faulty."""
         for impl in self._implementations(hook):
             try:
                 answers = list(check_many(hook, impl.function()))
@@ -189,14 +198,15 @@ class Registry(Struct, dict=True):
             yield from ((impl.plugin_name, answer) for answer in answers)
 
     def left_out(self, hook: str) -> Iterator[Any]:
-        """Yield the declarations that blocked shipped plugins would have made under a hook; no other is
-        loaded to find out."""
+        """Yield the declarations that blocked shipped plugins would have made under a hook; no other plugin
+        is loaded for this."""
         for point in entry_points() if self.blocked else ():
             if point.name in self.blocked and point.distribution == OWN_DISTRIBUTION and point.defines(hook):
                 yield from getattr(point.load(), hook)()
 
     def unheard(self, hook: str) -> Iterator[Fault]:
-        """Yield the faults that kept plugins from declaring under a hook; complete only once that hook was collected."""
+        """Yield the faults that kept plugins from declaring under a hook; complete only after that hook was
+        collected."""
         lost = {f.plugin for f in self.faults if f.hook == "import"}
         would = {p.name for p in entry_points() if p.name in lost and p.defines(hook)} if lost else set()
         for fault in self.faults:
@@ -230,7 +240,7 @@ class Registry(Struct, dict=True):
         return next((i.version for i in self.infos if i.name == plugin), "?")
 
     def named(self, hook: str, key: str) -> Mapping[str, Any]:
-        """Return the declared objects of a hook by their ``key`` attribute.
+        """Return name -> declared object of a hook; the name is the object's ``key`` attribute.
 
         Raises:
             PluginError: two plugins declare one name; both are named.
@@ -238,7 +248,7 @@ class Registry(Struct, dict=True):
         return {name: item for name, (_, item) in self.owned(hook, key).items()}
 
     def owned(self, hook: str, key: str) -> Mapping[str, tuple[str, Any]]:
-        """Return the declared objects of a hook by their ``key`` attribute, each with the plugin that declares it.
+        """Return name -> (plugin, declared object) of a hook; the name is the object's ``key`` attribute.
 
         What a preferred plugin declares stands for what another one declares under the same name.
 
@@ -259,7 +269,8 @@ class Registry(Struct, dict=True):
         return found
 
     def first(self, hook: str, **arguments: Any) -> Any:
-        """Return the first answer that is not None; user errors pass through, bugs and wrong answers are isolated."""
+        """Return the first answer of a hook that is not None; user errors pass through, bugs and wrong
+        answers become the plugin's faults."""
         about = next(iter(arguments.values()), "")
         about = str(about) if isinstance(about, str | Path) else getattr(about, "name", "")
         for impl in self._implementations(hook):
@@ -279,7 +290,8 @@ class Registry(Struct, dict=True):
     def alternatives(
         self, hook: str, designator: Any, **arguments: Any
     ) -> Iterator[tuple[str, Iterable[Any] | Unresolvable]]:
-        """Yield (plugin, its answers) for every plugin that says "mine", one at a time; answers stay lazy."""
+        """Yield (plugin, answers) for each plugin that does not return None for a designator; answers are
+        computed when needed."""
         name = getattr(designator, "name", str(designator))
         for impl in self._implementations(hook):
             values = [arguments.get(a, designator) for a in impl.argnames]
@@ -288,7 +300,7 @@ class Registry(Struct, dict=True):
     def ask(
         self, plugin: str, hook: str, name: str, question: Callable[[], Iterable[Any] | None]
     ) -> Iterator[tuple[str, Iterable[Any] | Unresolvable]]:
-        """Yield one plugin and its answers, which stay lazy; nothing if it says "not mine".
+        """Yield one plugin with its answers, which are computed when needed; nothing if it returns None.
 
         Args:
             name: of the designator that it is asked about.
@@ -310,7 +322,7 @@ class Registry(Struct, dict=True):
             yield plugin, self.guarded(plugin, hook, name, answer)
 
     def guarded(self, plugin: str, hook: str, designator: str, answers: Iterable[Any]) -> Iterator[Any]:
-        """Yield the answers of one plugin; a bug while yielding ends that plugin's answers and nobody else's."""
+        """Yield the answers of one plugin; a bug while yielding ends only that plugin's answers."""
         try:
             for answer in answers:
                 checkpoint()
@@ -321,7 +333,7 @@ class Registry(Struct, dict=True):
             self.fault(plugin, hook, designator, error)
 
     def notify(self, hook: str, about: str, **arguments: Any) -> None:
-        """Notify every plugin under a hook; answers are ignored.
+        """Call a hook of every plugin and ignore the answers.
 
         Args:
             about: what a fault is said to be at.
@@ -333,12 +345,13 @@ class Registry(Struct, dict=True):
                 self.fault(impl.plugin_name, hook, about, error)
 
     def owner(self, hook: str, name: str) -> str:
-        """Return the plugin that declares a thing of that name under a hook; the name itself if none does."""
+        """Return the plugin that declares an object with a given name under a hook; the name itself if none
+        does."""
         key = NAMED_BY[hook][0]
         return next((plugin for plugin, item in self.collect(hook) if getattr(item, key) == name), name)
 
     def fault(self, plugin: str, hook: str, designator: str, error: BaseException) -> Fault:
-        """Record a plugin's bug with the place in its own code."""
+        """Record a plugin's bug, with the place in the plugin's code."""
         fault = Fault(plugin, self._version(plugin), hook, designator, error_with_location(error))
         if fault not in self.faults:
             self.faults.append(fault)

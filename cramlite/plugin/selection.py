@@ -1,4 +1,4 @@
-"""Selection of an engine's plugins, by the command line or an embedder."""
+"""Selection of an engine's plugins, from the command line or from an embedding program."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class PluginChoice(Value):
-    """Selection of plugins; a plain value that any process can be given.
+    """Selection of plugins: a plain value that can be sent to any process.
 
     Args:
         files: plugin modules to load by path.
@@ -33,7 +33,7 @@ class PluginChoice(Value):
         return PluginChoice(self.files, _joined(self.blocked, blocked), _joined(self.preferred, preferred), more)
 
     def registry(self, *, strict: bool = True) -> Registry:
-        """Return a registry of these plugins.
+        """Return a registry of the selected plugins.
 
         Args:
             strict: a file that cannot be used is refused; False: it is listed with what is wrong.

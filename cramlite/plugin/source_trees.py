@@ -1,4 +1,4 @@
-"""Plugins that a source tree declares and its installation does not know, since that was made before they were declared."""
+"""Plugins that a source tree declares but its installation does not list, because it was installed before they were declared."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .entry_points import GROUP
 
 
 class Unknown(Value):
-    """Plugin that its distribution declares in its project file, but not in its installed metadata."""
+    """Plugin that its distribution's project file declares, but its installed metadata does not."""
 
     name: str
     distribution: str
@@ -24,15 +24,16 @@ class Unknown(Value):
 
     @property
     def reason(self) -> str:
-        """Sentence on why the plugin is not loaded, and on the remedy."""
+        """Sentence on why the plugin is not loaded, with the remedy."""
         return (
-            f"'{self.file}' declares it, and what is installed of {self.distribution} was made before that and does not; "
+            f"'{self.file}' declares this plugin, but {self.distribution} was installed before that and does not list it; "
             f"install it again: pip install -e {self.file.parent}"
         )
 
 
 def unknown_plugins() -> Iterator[Unknown]:
-    """Yield the plugins that editable installations do not know, since one copies its entry points only when it is installed."""
+    """Yield the plugins that editable installations do not list, since entry points are copied only at
+    installation."""
     for dist in importlib.metadata.distributions():
         project = _project(dist)
         if project is None:
@@ -44,7 +45,7 @@ def unknown_plugins() -> Iterator[Unknown]:
 
 
 def _project(dist: importlib.metadata.Distribution) -> Path | None:
-    """The project file of a distribution whose source tree is used as it is; None for any other."""
+    """Return the project file of an editable installation; None for any other distribution."""
     try:
         origin = json.loads(dist.read_text("direct_url.json") or "{}")
         url = urlsplit(origin["url"])
@@ -55,7 +56,8 @@ def _project(dist: importlib.metadata.Distribution) -> Path | None:
 
 
 def _declared(project: Path, distribution: str) -> dict[str, str]:
-    """Entry points of plugins in a project file; none where it cannot be read or is of another distribution."""
+    """Return the entry points of plugins in a project file; empty if the file cannot be read or is of another
+    distribution."""
     try:
         said = tomllib.loads(project.read_text(encoding="utf-8"))["project"]
         found = said["entry-points"][GROUP] if said["name"] == distribution else {}

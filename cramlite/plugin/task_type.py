@@ -43,7 +43,7 @@ class Role(Value):
     aliases: tuple[str, ...] = ()
 
     def constrain(self, designator: Object) -> Object:
-        """Return the designator with this role's requirements added."""
+        """Return an object designator with this role's requirements added."""
         return designator.merged(Object(designator.name, (), self.features, self.affords, filled=self.filled))
 
 
@@ -76,7 +76,7 @@ class Parameter(Value):
 
 
 class TaskType(ABC):
-    """Kind of task, and how it can be done.
+    """Task type: a kind of task, and how it can be done.
 
     A plugin subclasses this and overrides ``decompose`` and ``effects``; fields have class defaults.
     """
@@ -130,15 +130,18 @@ class TaskType(ABC):
         """
 
     def effects(self, action: Action, belief: Belief) -> Belief:
-        """Return the belief after the task succeeded; its motions' changes are in ``belief`` already."""
+        """Return the belief after the task succeeded; ``belief`` already contains the changes of the task's
+        motions."""
         return belief
 
     def begins_at(self, action: Action) -> Location | None:
-        """Return where the arm stands when the task begins: the goal of a free motion that leads to it; None if anywhere."""
+        """Return the place where the arm must be when the task begins, as the goal of a free motion; None if
+        anywhere."""
         return None
 
     def leads_to(self, action: Action, following: Action | None, goal: Location) -> Location:
-        """Return the goal of a free motion: ``goal``, where the next task begins, unless the motion's own roles say else.
+        """Return the goal of a free motion: where the next task begins (``goal``), unless the moving task's
+        own roles name another one.
 
         Args:
             following: the next task that says where it begins; None if no other follows, and ``goal`` is home.
@@ -171,11 +174,12 @@ class TaskType(ABC):
         )
 
     def role(self, name: str) -> Role | None:
-        """Return the role of that name, or None."""
+        """Return the role with a given name; None if there is none."""
         return next((r for r in self.roles if r.name == name), None)
 
     def parameter(self, action: Action, name: str) -> float:
-        """Return the value of a parameter, in the unit that its name ends with: the action's own, else the declared default."""
+        """Return the value of a parameter in the unit that its name ends with: the action's value, else the
+        declared default."""
         declared = next(p for p in self.parameters if p.name == name)
         return float(action.parameters.get(name, declared.default))
 

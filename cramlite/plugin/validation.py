@@ -1,4 +1,4 @@
-"""Validation of plugins before they are asked anything, with messages for their users."""
+"""Validation of plugins before their answers are used, with messages for their users."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class NoModule(Exception):
 
 
 class WrongHook(Exception):
-    """Error: a function that is marked as a hook is none, or takes arguments that the hook does not have."""
+    """Error: a function marked as a hook is no hook, or takes arguments that the hook does not have."""
 
 
 class WrongDeclaration(Exception):
@@ -67,7 +67,8 @@ class WrongAnswer(Exception):
 
 
 def check_hooks(plugin: ModuleType | object) -> None:
-    """Check that every function marked with ``hookimpl`` is a hook, and takes only arguments that it has.
+    """Check that every function marked with ``hookimpl`` is named after a hook and takes only the hook's
+    arguments.
 
     Raises:
         WrongHook: names the function, what is wrong, and the nearest right name.
@@ -111,7 +112,7 @@ def check_declared(hook: str, item: object) -> None:
 
 
 def _check_complete(hook: str, item: object) -> None:
-    """Check that the members that the engine will ask for are there, whichever class it is made of."""
+    """Check that a declaration has all members that the engine uses, whatever its class is."""
     kind = _class_of(hook)
     if kind is None or isinstance(item, kind):
         return
@@ -122,7 +123,8 @@ def _check_complete(hook: str, item: object) -> None:
 
 
 def _class_of(hook: str) -> type | None:
-    """Class that is offered for a hook's declarations; None if a protocol of few members is enough."""
+    """Return the class that declarations under a hook should have; None if any object with the members will
+    do."""
     if hook == "task_types":
         from .task_type import TaskType
 
@@ -157,18 +159,18 @@ def _check_path(item: object) -> None:
 
 
 def check_many(hook: str, answer: Any) -> Iterable[Any]:
-    """Return the list that a hook gave, checked to be one.
+    """Return the answer of a hook that must be a list or other iterable.
 
     Raises:
         WrongAnswer: it is none; names what it is.
     """
     if not isinstance(answer, Iterable) or isinstance(answer, str):
-        raise WrongAnswer(f"{hook} gave {_short(answer)}; it gives a list, empty where there is nothing, or yields")
+        raise WrongAnswer(f"{hook} gave {_short(answer)}; it must give a list, empty where there is nothing, or yield")
     return answer
 
 
 def check_answer(hook: str, answer: object) -> None:
-    """Check that the answer of a hook has the hook's type; None passes.
+    """Check that the answer of a hook has the hook's type, or is None.
 
     Raises:
         WrongAnswer: it has not; names what it is, or what is in it that does not belong there.
@@ -216,19 +218,19 @@ def _check_episode(hook: str, episode: Any) -> None:
 
 
 def _check_values(hook: str, item: object) -> None:
-    """Check that attributes have the types and words that the engine reads, since an unknown word would
-    silently switch something off."""
+    """Check that attributes have the types and words that the engine knows, since an unknown word would be
+    ignored silently."""
     key, does, *_ = NAMED_BY[hook]
     name = getattr(item, key)
     if not isinstance(name, str) or not name:
-        raise WrongDeclaration(f"{hook} gave {repr(item)[:80]}, whose '{key}' is {name!r}; it is text")
+        raise WrongDeclaration(f"{hook} gave {repr(item)[:80]}, whose '{key}' is {name!r}; it must be text")
     if not callable(getattr(item, does)):
         raise WrongDeclaration(f"{hook} gave '{name}', whose '{does}' is {_short(getattr(item, does))}, no function")
     for attribute, types in _TYPES.get(hook, {}).items():
         value = None if _worked_out(item, attribute) else getattr(item, attribute, None)
         if value is not None and not isinstance(value, types):
             valid = {"tuple": "a tuple", "bool": "True or False", "str": "one word"}.get(types[0].__name__, "a number")
-            raise WrongDeclaration(f"{hook} gave '{name}', whose '{attribute}' is {_short(value)}; it is {valid}")
+            raise WrongDeclaration(f"{hook} gave '{name}', whose '{attribute}' is {_short(value)}; it must be {valid}")
     for attribute, words in _words(hook).items():
         said = getattr(item, attribute)
         for word in said if isinstance(said, _MANY) else (said,):
@@ -248,17 +250,18 @@ def _check_fluent(name: str, item: object) -> None:
     if static is not None and not callable(static):
         raise WrongDeclaration(f"predicates gave '{name}', whose 'static' is {_short(static)}, no function")
     if not isinstance(fluent, Fluent):
-        raise WrongDeclaration(f"predicates gave '{name}', whose 'fluent' is {_short(fluent)}; it is a Fluent")
+        raise WrongDeclaration(f"predicates gave '{name}', whose 'fluent' is {_short(fluent)}; it must be a Fluent")
     if fluent.contrary is not None and not callable(fluent.contrary):
         raise WrongDeclaration(f"predicates gave '{name}', whose fluent's 'contrary' is {_short(fluent.contrary)}, no function")
     for attribute in ("implies", "implies_when_carried", "undoes", "excludes", "denial", "phrases"):
         if not isinstance(getattr(fluent, attribute), _MANY):
-            said = f"whose fluent's '{attribute}' is {_short(getattr(fluent, attribute))}; it is a tuple"
+            said = f"whose fluent's '{attribute}' is {_short(getattr(fluent, attribute))}; it must be a tuple"
             raise WrongDeclaration(f"predicates gave '{name}', {said}")
 
 
 def _worked_out(item: object, attribute: str) -> bool:
-    """Whether an attribute is a property, which is not evaluated here: whether a backend's text can run took 85 imports."""
+    """Check whether an attribute is a property, which is not evaluated here, because that may import many
+    modules."""
     return isinstance(getattr(type(item), attribute, None), property)
 
 
@@ -267,7 +270,7 @@ def _short(value: object) -> str:
 
 
 def _words(hook: str) -> Mapping[str, tuple[str, ...]]:
-    """Attributes of a hook's declaration with a fixed set of words, and the words."""
+    """Return attribute -> valid words, for the attributes of a hook's declarations that have a fixed set."""
     if hook == "validators":
         from ..model.verdict import COSTS
 
@@ -284,26 +287,26 @@ def _words(hook: str) -> Mapping[str, tuple[str, ...]]:
 
 
 def why_not_loaded(error: BaseException, distribution: str) -> str:
-    """Explain why a plugin could not be imported, and the next step."""
+    """Explain why a plugin could not be imported, with the next step."""
     if isinstance(error, ModuleNotFoundError) and error.name:
         package = error.name.split(".")[0]
         if package in ("cramlite", "cramlite_plugins"):
             return (
                 f"it imports '{error.name}', which cramlite {VERSION} does not have; it was written for another version"
             )
-        return f"it needs the package '{package}', which is not installed here; install it, or leave the plugin out with --block"
+        return f"the plugin needs the package '{package}', which is not installed here; install it, or leave the plugin out with --block"
     if isinstance(error, ImportError) and error.name and error.name.split(".")[0] == "cramlite":
         return f"{error}; it was written for another version than cramlite {VERSION}"
     if isinstance(error, SystemExit):
-        return f"it ends the process when it is imported (exit {error.code}); a plugin declares, and does nothing at import"
+        return f"the plugin ends the process when it is imported (exit {error.code}); a plugin only declares at import"
     if isinstance(error, SyntaxError):
         return f"line {error.lineno} is no Python: {error.msg}" if error.lineno else f"it is no Python text: {error.msg}"
     return error_with_location(error)
 
 
 def error_with_location(error: BaseException) -> str:
-    """Return an error's text with file and line of its origin; the engine's own errors about a plugin have
-    none."""
+    """Return an error's text with file and line of its origin; the engine's own errors about a plugin get no
+    line."""
     if isinstance(error, NoModule | WrongHook | WrongDeclaration | WrongAnswer):
         return str(error)
     trace, place = error.__traceback__, ""
@@ -316,7 +319,7 @@ def error_with_location(error: BaseException) -> str:
 
 
 def made_for_another_version(distribution: importlib.metadata.Distribution) -> str:
-    """Explain why a distribution is not for this version, by the cramlite versions that its metadata asks for; "" if it is."""
+    """Explain by a distribution's metadata why it is not made for this cramlite version; "" if it is."""
     from packaging.requirements import InvalidRequirement, Requirement
 
     for text in distribution.requires or ():
@@ -325,7 +328,7 @@ def made_for_another_version(distribution: importlib.metadata.Distribution) -> s
         try:
             wanted = Requirement(text)
         except InvalidRequirement:
-            return f"'{text}' in its metadata is no requirement; its author has to correct it"
+            return f"'{text}' in the plugin's metadata is no valid requirement; the plugin's author has to correct it"
         if not wanted.specifier.contains(VERSION, prereleases=True):
             return (
                 f"it was made for cramlite{wanted.specifier}, and this is {VERSION}; update it with "

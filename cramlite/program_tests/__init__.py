@@ -1,1 +1,1 @@
-"""Tests of robot programs with pytest: programs run in worlds with contact; assertions are about their runs."""
+"""Tests of robot programs with pytest: programs run in worlds with contact, and assertions check the runs."""

@@ -1,4 +1,4 @@
-"""Page about a failed assertion: the finding, the moment drawn, and the program with the line that ran."""
+"""Page about a failed assertion: the finding, a picture of its moment, and the program with the line that was running."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ figcaption { color: #666 } pre { background: #f6f6f4; padding: .5em; overflow-x:
 def write_failure_page(
     file: Path, lines: Sequence[str], rollout: Rollout, miss: Miss, text: str, knowledge: Knowledge
 ) -> None:
-    """Write the page.
+    """Write the page about a failed assertion.
 
     Args:
         lines: the message.
@@ -64,7 +64,7 @@ def write_failure_page(
 
 
 def _picture(rollout: Rollout, sample: int, miss: Miss, knowledge: Knowledge) -> tuple[str, str]:
-    """A picture of a sample as a data URI, and its caption."""
+    """Return a picture of a sample as a data URI, with its caption."""
     things = {t.name for t in rollout.world.things}
     about = [name for name in miss.about if name in things]
     pixels: Any = knowledge.simulator.picture(rollout, sample, knowledge.robots_of(rollout.world), SIZE, about)

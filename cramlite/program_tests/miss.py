@@ -1,4 +1,4 @@
-"""Misses of assertions: the finding, its time, and its line of the program."""
+"""Findings of failed assertions: what happened, when, and in which line of the program."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ HAND = "hand"
 
 
 class ProgramFailure(AssertionError):
-    """An assertion about a program's run does not hold; the message gives the finding, its time and line."""
+    """Failure of an assertion about a program's run; the message has the finding, its time and line."""
 
 
 class Miss(Value):
-    """Miss of an assertion.
+    """Finding of a failed assertion.
 
     Args:
         reason: what happened instead, a clause with numbers.
@@ -37,16 +37,16 @@ class Miss(Value):
     in_twins: bool = True
 
     def sample(self, rollout: Rollout) -> int:
-        """Return the sample of the moment; the last one where there is none."""
+        """Return the sample at the finding's time; without a time the last sample."""
         last = len(rollout.times) - 1
         return last if self.time is None else min(int(np.searchsorted(rollout.times, self.time)), last)
 
     def line(self, rollout: Rollout) -> int:
-        """Return the line that then ran, from 1; 0 where none did."""
+        """Return the line of the program that ran at the finding's time, from 1; 0 if none did."""
         return 0 if self.time is None else int(rollout.lines[self.sample(rollout)])
 
     def where(self, rollout: Rollout, text: str) -> Sequence[str]:
-        """Return the moment and the line of the program, as text."""
+        """Return lines of text with the finding's time and its line of the program."""
         if self.time is None:
             return ()
         line, lines = self.line(rollout), text.splitlines()
@@ -57,14 +57,14 @@ class Miss(Value):
 
 
 def name_is(recorded: str, asked: str) -> bool:
-    """Check whether a recorded name is the asked part or, where a whole thing is asked, that thing or any part of it."""
+    """Check whether a recorded name is the named part, or the named thing or any of its parts."""
     name = EntityName.parse(asked)
     wanted = EntityName(EFFECTOR if name.thing == HAND else name.thing, name.part)
     return recorded == str(wanted) or (not wanted.part and thing_of(recorded) == wanted.thing)
 
 
 def names_of(rollout: Rollout, names: Iterable[str]) -> None:
-    """Check that the bodies of some names exist.
+    """Check that the named bodies exist in a run's world.
 
     Raises:
         UserError: one is no thing of the world, nor the hand.
@@ -76,6 +76,6 @@ def names_of(rollout: Rollout, names: Iterable[str]) -> None:
 
 
 def said_touch(touch: Touch) -> str:
-    """Return the bodies of a contact, as a clause."""
+    """Return a clause on a contact, such as "'hand' touches 'tray'"."""
     one, other = (name.replace(EFFECTOR, HAND) for name in (touch.a, touch.b))
     return f"'{one}' touches '{other}'"

@@ -1,4 +1,4 @@
-"""Runs of a program under test, and the assertions about them.
+"""Runs of a program under test, with the assertions about them.
 
 Each assertion returns the run, so that several can follow one another. It is asked of the run in the world as it is and of each
 twin: it holds if it holds in the former and in ``AT_LEAST`` of all. Where it does not, an ``AssertionError`` says what happened,
@@ -32,7 +32,7 @@ Quantity = float | str
 
 
 class Way(Value):
-    """One run: in the world as it is, or in a twin.
+    """Single run of a program: in the world as it is, or in a twin.
 
     Args:
         name: "the run", or "twin 3 of 9".
@@ -45,7 +45,7 @@ class Way(Value):
 
 
 class ProgramRun:
-    """Runs of a program, nominal first, for assertions.
+    """Runs of a program, the nominal one first, with assertions about them.
 
     Args:
         name: of the program, for messages.
@@ -70,16 +70,16 @@ class ProgramRun:
 
     @property
     def rollout(self) -> Rollout:
-        """Return the record of the run in the real world."""
+        """Recording of the run in the world as it is, without a twin's errors."""
         return self.ways[0].rollout
 
     @property
     def seconds(self) -> float:
-        """Return the duration of the program, without the time in which things came to rest after it [s]."""
+        """Duration of the program, without the time in which things came to rest afterwards [s]."""
         return _ends(self.rollout)
 
     def ends(self, *goals: str) -> ProgramRun:
-        """Assert that the program comes to its end, and that goals then hold, their things at rest.
+        """Assert that the program comes to its end, and that goals then hold with their things at rest.
 
         Args:
             goals: in words, as in scenarios: "part in tray", "not lid on pot", "bottle upright".
@@ -111,14 +111,14 @@ class ProgramRun:
         return self._hold(f"touches({one!r}, {other!r})", lambda way: _never_touched(way, one, other))
 
     def never_touches(self, one: str, other: str) -> ProgramRun:
-        """Assert that two bodies never touch; names as in ``touches``."""
+        """Assert that two bodies never touch; names are as in ``touches``."""
         __tracebackhide__ = True
         for way in self.ways:
             names_of(way.rollout, (one, other))
         return self._hold(f"never_touches({one!r}, {other!r})", lambda way: _touched(way, one, other))
 
     def leaves(self, *things: str, within: Quantity = 0.005) -> ProgramRun:
-        """Assert that things are never farther from where they stood than a distance [m]."""
+        """Assert that things never move farther than a distance from where they stood at the start [m]."""
         __tracebackhide__ = True
         most = _quantity(within, "length")
         for thing in things:
@@ -126,7 +126,7 @@ class ProgramRun:
         return self._hold(_called("leaves", things), lambda way: _moved(way, things, most))
 
     def pushes(self, at_most: Quantity, *, after: Quantity = 0.0, before: Quantity | None = None) -> ProgramRun:
-        """Assert the largest contact force at the tool, between two times.
+        """Assert that the contact force at the tool never exceeds a limit between two times.
 
         Args:
             at_most: what it may be [N].
@@ -138,23 +138,23 @@ class ProgramRun:
         return self._hold(f"pushes(at_most={at_most!r})", lambda way: _too_strong(way, most, first, last))
 
     def takes(self, at_most: Quantity) -> ProgramRun:
-        """Assert the duration of the program, to its end [s]."""
+        """Assert that the program ends within a time [s]."""
         __tracebackhide__ = True
         most = _quantity(at_most, "time")
         return self._hold(f"takes(at_most={at_most!r})", lambda way: _too_long(way, most))
 
     def moves(self, at_most: float) -> ProgramRun:
-        """Assert the speed of the tool [m/s]: that of motions, whatever was commanded."""
+        """Assert that the tool never moves faster than a limit [m/s], whatever speed was commanded."""
         __tracebackhide__ = True
         return self._hold(f"moves(at_most={at_most!r})", lambda way: _too_fast(way, at_most))
 
     def logs(self, words: str) -> ProgramRun:
-        """Assert that the program logs a message with some words."""
+        """Assert that the program logs a message that contains some words."""
         __tracebackhide__ = True
         return self._hold(f"logs({words!r})", lambda way: _not_logged(way, words))
 
     def holds(self, claim: Callable[[Rollout], Any], says: str) -> ProgramRun:
-        """Assert anything of a recorded run.
+        """Assert that a function of the recorded run returns true.
 
         Args:
             claim: is given the record, and returns whether it is as it should be: a truth value, or one for each sample (N,), of which
@@ -173,7 +173,7 @@ class ProgramRun:
         path: Quantity = 0.005,
         places: Quantity = 0.005,
     ) -> ProgramRun:
-        """Assert that the run equals its snapshot, a text file that is reviewed like code.
+        """Assert that the run equals its snapshot, a text file that people review like code.
 
         A missing one is written, and the assertion fails once. ``pytest --cramlite-accept`` writes them anew.
 
@@ -206,14 +206,14 @@ class ProgramRun:
         return self
 
     def _goals(self, way: Way, goals: Iterable[str]) -> Miss | None:
-        """The first goal that does not hold."""
+        """Return a finding on the first goal that does not hold; None if all hold."""
         purpose = Purpose(goal=tuple(goals))
         found = judge_rollout(self.text, way.rollout, purpose, self.knowledge).verdict.findings
         wrong = next((f for f in found if not f.passed), None)
         return None if wrong is None else Miss(wrong.reason, _ends(way.rollout), tuple(goals))
 
     def _hold(self, asked: str, check: Callable[[Way], Miss | None]) -> ProgramRun:
-        """Check all runs, and fail the assertion if the nominal one misses it, or too many others do."""
+        """Check all runs; fail the assertion if the nominal run or too many twins do not fulfil it."""
         __tracebackhide__ = True
         missed = [(way, miss) for way in self.ways if (miss := check(way)) is not None]
         if missed and (missed[0][0] is self.ways[0] or len(self.ways) - len(missed) < AT_LEAST * len(self.ways)):
@@ -221,13 +221,13 @@ class ProgramRun:
         return self
 
     def _fail(self, asked: str, missed: Sequence[tuple[Way, Miss]]) -> None:
-        """Draw the first miss, and raise it."""
+        """Write a page about the first run that failed an assertion, and raise its error."""
         __tracebackhide__ = True
         way, miss = missed[0]
         lines = [f"{self.name}, {asked}: in {way.name} {miss.reason}", *miss.where(way.rollout, self.text)]
         if len(self.ways) > 1 and miss.in_twins:
             lines.append(
-                f"It holds in {len(self.ways) - len(missed)} of {len(self.ways)} runs; {AT_LEAST:.2f} of them are asked for."
+                f"The assertion holds in {len(self.ways) - len(missed)} of {len(self.ways)} runs; a share of {AT_LEAST:.2f} is required."
             )
         if way.draws:
             lines.append("That twin: " + "; ".join(map(str, way.draws[:6])) + (" ..." if len(way.draws) > 6 else ""))
@@ -236,12 +236,12 @@ class ProgramRun:
 
 
 def _called(name: str, words: Iterable[str]) -> str:
-    """An assertion as it was called."""
+    """Format the call of an assertion."""
     return f"{name}({', '.join(map(repr, words))})"
 
 
 def _ends(rollout: Rollout) -> float:
-    """The time at which the program ended [s]."""
+    """Return the time at which the program ended [s]."""
     lined = np.flatnonzero(rollout.lines)
     return float(rollout.times[lined[-1]]) if len(lined) else float(rollout.times[-1])
 
@@ -271,7 +271,7 @@ def _not_stopped(way: Way, saying: str) -> Miss | None:
     return (
         None
         if saying.lower() in said.lower()
-        else Miss(f"it ended by {said}; '{saying}' is not in that", _ends(rollout))
+        else Miss(f"the program ended by {said}, which does not contain '{saying}'", _ends(rollout))
     )
 
 
@@ -305,7 +305,7 @@ def _moved(way: Way, things: Iterable[str], most: float) -> Miss | None:
             continue
         far = np.linalg.norm(track[:, :3] - track[0, :3], axis=1)
         if (over := np.flatnonzero(far > most)).size:
-            said = f"'{thing}' gets {1000 * far.max():.0f} mm away, {1000 * most:.0f} mm are allowed"
+            said = f"'{thing}' moves {1000 * far.max():.0f} mm from its place, {1000 * most:.0f} mm are allowed"
             return Miss(said, float(way.rollout.times[over[0]]), (thing,))
     return None
 
@@ -321,7 +321,7 @@ def _too_strong(way: Way, most: float, first: float, last: float) -> Miss | None
 
 def _too_long(way: Way, most: float) -> Miss | None:
     spent = _ends(way.rollout)
-    return Miss(f"it takes {spent:.2f} s, {most:g} s are allowed", spent) if spent > most else None
+    return Miss(f"the program takes {spent:.2f} s, {most:g} s are allowed", spent) if spent > most else None
 
 
 def _too_fast(way: Way, most: float) -> Miss | None:

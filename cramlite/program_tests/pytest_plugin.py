@@ -1,4 +1,4 @@
-"""Plugin of pytest: the fixtures ``cramlite_robot`` and ``cramlite_world``; nothing else is imported until a test asks for one."""
+"""Plugin of pytest with the fixtures ``cramlite_robot`` and ``cramlite_world``; the engine is imported when a test uses one."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PAGES = "cramlite-failures"
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Declare the options."""
+    """Declare cramlite's options of pytest."""
     group = parser.getgroup("cramlite", "tests of robot programs")
     group.addoption(
         "--cramlite-pages",
@@ -30,7 +30,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Declare the mark."""
+    """Declare the mark ``cramlite_fault``."""
     config.addinivalue_line(
         "markers",
         "cramlite_fault(kind, **how): what goes wrong in every run of the test; see cramlite's page on testing programs",
@@ -39,13 +39,14 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.fixture
 def cramlite_world() -> str | None:
-    """The world that programs run in where a test names none; define a fixture of this name to give one to many tests."""
+    """World for programs of tests that name no world; define a fixture of this name to give one to many
+    tests."""
     return None
 
 
 @pytest.fixture
 def cramlite_robot(request: pytest.FixtureRequest, cramlite_world: str | None) -> ProgramRobot:
-    """A robot that runs programs: ``cramlite_robot.run("pick.script", world="cell.yaml")``."""
+    """Robot that runs programs: ``cramlite_robot.run("pick.script", world="cell.yaml")``."""
     from ..scenario.faults import read_fault
     from .robot import ProgramRobot, TestPlace
 
@@ -60,7 +61,8 @@ def cramlite_robot(request: pytest.FixtureRequest, cramlite_world: str | None) -
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(call: pytest.CallInfo[None]) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Show a mistake of the user as its message, with the line of the test, without the engine's traceback."""
+    """Show a user's error in a test as its message and the line of the test, without the engine's
+    traceback."""
     report = yield
     error = call.excinfo.value if call.excinfo is not None else None
     if error is not None and (type(error).__module__, type(error).__name__) == ("cramlite.base.errors", "UserError"):
@@ -71,5 +73,5 @@ def pytest_runtest_makereport(call: pytest.CallInfo[None]) -> Generator[None, py
 
 
 def report_path(report: pytest.TestReport) -> Path:
-    """Return the file of a report's test."""
+    """Return the file of the test that a pytest report is about."""
     return Path(report.fspath).absolute()

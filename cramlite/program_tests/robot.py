@@ -1,4 +1,4 @@
-"""Robot of a test: it runs programs in worlds, nominally and in twins."""
+"""Robot of a test: it runs programs in a world, nominally and in twins."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from .program_run import ProgramRun, Way
 
 
 class TestPlace(Value):
-    """Place of a test.
+    """Name and folders of a test.
 
     Args:
         name: of the test, as pytest has it.
@@ -44,7 +44,7 @@ class TestPlace(Value):
 
 
 class Cell(Value):
-    """World that a program runs in, and how far the real one may be from it.
+    """World in which a program runs, with the errors of its twins.
 
     Args:
         relations: that a scenario states, as ("hangs_on", thing, hanger).
@@ -148,12 +148,13 @@ class ProgramRobot:
 
 @lru_cache(maxsize=4)
 def knowledge_of(plugins: tuple[Path, ...]) -> Knowledge:
-    """Return the knowledge of the installed plugins and some files, collected once a process."""
+    """Return the knowledge of the installed plugins and some plugin files; it is collected once in a
+    process."""
     return Knowledge(PluginChoice(plugins).registry())
 
 
 def read_cell(name: str, knowledge: Knowledge, seed: int) -> Cell:
-    """Read a world; of a scenario with the errors that it declares.
+    """Read a world by name; that of a scenario comes with the errors that the scenario declares.
 
     Raises:
         UserError: it cannot be read.
@@ -171,7 +172,7 @@ def read_cell(name: str, knowledge: Knowledge, seed: int) -> Cell:
 
 
 def _scenario(name: str) -> Scenario | None:
-    """The scenario of a name; None for a run directory or a world's file."""
+    """Return the scenario with a name; None if the name is that of a run directory or of a world's file."""
     path = Path(name)
     if path.is_dir() or path.suffix == ".json":
         return None

@@ -1,4 +1,4 @@
-"""Snapshots of runs: the numbers of a run that a change of the program should not change unseen, as a text file."""
+"""Snapshots of runs: text files with the numbers of a run that should not change unnoticed when the program changes."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ POINTS = 21
 
 
 class Tolerances(Value):
-    """Differences between snapshots that count as none: forces [N], times [s], the tool's path [m], ends of things [m]."""
+    """Tolerances of a comparison of snapshots: forces [N], times [s], the tool's path [m], final positions of
+    things [m]."""
 
     force: float
     time: float
@@ -52,22 +53,23 @@ def compare(old: Mapping[str, Any], new: Mapping[str, Any], allowed: Tolerances)
 
 def _differences(old: Mapping[str, Any], new: Mapping[str, Any], allowed: Tolerances) -> Iterator[str]:
     if new["outcome"] != old["outcome"]:
-        yield f"it ends by '{new['outcome']}', it was '{old['outcome']}'"
+        yield f"the run ends by '{new['outcome']}', in the snapshot by '{old['outcome']}'"
     for key, most, unit in (("seconds", allowed.time, "s"), ("peak_force_n", allowed.force, "N")):
         if abs(new[key] - old[key]) > most:
-            yield f"{key} {new[key]:g} {unit}, it was {old[key]:g}, {most:g} are allowed"
+            yield f"{key} {new[key]:g} {unit}, in the snapshot {old[key]:g}; a difference of {most:g} is allowed"
     for name in sorted({*old["ends"], *new["ends"]}):
         if name not in old["ends"] or name not in new["ends"]:
-            yield f"'{name}' is in one of them only"
+            yield f"'{name}' is only in one of run and snapshot"
         elif (far := _distance(old["ends"][name], new["ends"][name])) > allowed.places:
-            yield f"'{name}' ends {1000 * far:.0f} mm from where it did, {1000 * allowed.places:g} are allowed"
+            yield f"'{name}' ends {1000 * far:.0f} mm from where it ended in the snapshot, {1000 * allowed.places:g} are allowed"
     far_path = [_distance(a, b) for a, b in zip(old["tool"], new["tool"], strict=False)]
     if len(old["tool"]) != len(new["tool"]):
-        yield f"the tool's path has {len(new['tool'])} points, it had {len(old['tool'])}"
+        yield f"the tool's path has {len(new['tool'])} points, in the snapshot {len(old['tool'])}"
     elif max(far_path, default=0.0) > allowed.path:
         k = int(np.argmax(far_path))
         share = k / max(1, len(far_path) - 1)
-        yield f"the tool is {1000 * far_path[k]:.0f} mm off at {share:.0%} of the time, {1000 * allowed.path:g} are allowed"
+        off = f"{1000 * far_path[k]:.0f} mm off the snapshot's path at {share:.0%} of the time"
+        yield f"the tool is {off}, {1000 * allowed.path:g} are allowed"
 
 
 def _distance(one: Sequence[float], other: Sequence[float]) -> float:

@@ -1,4 +1,4 @@
-"""The report: one self-contained HTML page about a run, assembled from the sections that plugins declare.
+"""Report: one self-contained HTML page about a run, assembled from the sections that plugins declare.
 
 The page needs no network and no other file. A section that breaks is replaced by a note that names its plugin.
 """
@@ -40,7 +40,7 @@ NOT_DRAWN = "This section was not drawn, since the command was interrupted; the 
 
 
 class Knowing(Protocol):
-    """Parts of an engine that a report asks for."""
+    """Protocol of what a report needs of an engine."""
 
     @property
     def knowledge(self) -> Knowledge:
@@ -48,22 +48,22 @@ class Knowing(Protocol):
 
     @property
     def registry(self) -> Registry:
-        """Plugins, with their faults."""
+        """Registry of the plugins, with their faults."""
 
 
 class Alone(Value):
-    """Knowledge without an engine, of a solution whose page is written on its own."""
+    """Plugins' knowledge without an engine, for the page of a single solution."""
 
     knowledge: Knowledge
 
     @property
     def registry(self) -> Registry:
-        """Plugins, with their faults."""
+        """Registry of the plugins, with their faults."""
         return self.knowledge.registry
 
 
 class Finished(Value):
-    """Finished search, the argument of a ReportSection's ``render``.
+    """Finished search with its result: the argument of a ReportSection's ``render``.
 
     Args:
         engine: that searched; its knowledge draws pictures and names classes.
@@ -86,12 +86,13 @@ class Finished(Value):
 
     @property
     def proven(self) -> bool:
-        """True if the shown program passed the validators."""
+        """Whether the program that the report shows passed the validators."""
         return self.shown is not None and self.shown.verdict.passed
 
     @property
     def outcome(self) -> str:
-        """Result as a clause: of the search and, if there was one, of the first execution."""
+        """Result as a clause: that of the search and, if the program was executed, that of the first
+        execution."""
         if self.shown is None or not self.proven:
             return "nothing proven"
         said = "program proven, with advice" if self.shown.advice else "program proven"
@@ -101,7 +102,8 @@ class Finished(Value):
 
     @property
     def solution(self) -> Solution:
-        """Solution that is shown; only sections that are marked ``refused`` are asked where there is none."""
+        """Solution that the report shows; only sections marked ``refused`` are rendered where there is
+        none."""
         assert self.shown is not None
         return self.shown
 
@@ -125,7 +127,8 @@ class Finished(Value):
         return knowledge.simulator.picture(start, 0, knowledge.robots_of(start.world), size, about)
 
     def collision_picture(self, collision: Collision, size: tuple[int, int]) -> Any:
-        """Render a state that the search refused: (height, width, 3) uint8; ``size`` is (width, height) [pixel]."""
+        """Render a collision in a state that the search refused: (height, width, 3) uint8; ``size`` is
+        (width, height) [pixel]."""
         checkpoint()
         knowledge = self.engine.knowledge
         return knowledge.simulator.collision_picture(self.setting.world, knowledge.robots_of(self.setting.world), collision, size)
@@ -139,7 +142,7 @@ class Finished(Value):
 
 
 class RenderedSection(Value):
-    """Rendered section: ``html`` is empty when its plugin broke, and ``fault`` then says how."""
+    """Rendered section of a report: if its plugin failed, ``html`` is empty and ``fault`` has the error."""
 
     anchor: str
     title: str
@@ -173,7 +176,7 @@ def _finished(engine: Knowing, run: RunDirectory | None, solution: Solution) -> 
 
 
 def write_page(done: Finished, *, drawn: bool = True) -> None:
-    """Write ``report.html``, also where nothing was proven: the same page for the same run.
+    """Write ``report.html`` about a search, whether or not a program was proven; equal runs give equal pages.
 
     Args:
         drawn: False leaves out sections that draw, which takes seconds.
@@ -211,7 +214,7 @@ def _parts(done: Finished, drawn: bool) -> Iterator[RenderedSection]:
 
 
 def _part(plugin: str, section: ReportSection, done: Finished, anchor: str, drawn: bool) -> RenderedSection:
-    """A section may have nothing to say about a run (empty HTML): it is then left out."""
+    """Render a section; one that gives empty HTML has nothing to show about the run, and is left out."""
     render: Callable[[Any], str] = section.render
     try:
         with pulse(lambda: not drawn):

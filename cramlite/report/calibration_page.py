@@ -1,4 +1,4 @@
-"""The page about a calibration: error bars, and the residuals of each picture."""
+"""Page about a calibration: error bars, and the residuals of each picture."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ ENLARGED = 40
 
 
 def write_page(folder: Path, found: Calibration, recording: Recording, told: Sequence[str]) -> Path:
-    """Write ``calibration.html`` into a folder, which is made if need be.
+    """Write ``calibration.html`` into a folder, which is created if necessary.
 
     Raises:
         UserError: it cannot be written, or the file holds something else.
@@ -37,14 +37,15 @@ def write_page(folder: Path, found: Calibration, recording: Recording, told: Seq
 
 
 def _lines(found: Calibration, recording: Recording) -> Iterator[tuple[str, float, float, float, float]]:
-    """Colour and ends of each residual: from the corner that was found to where it should be, enlarged [pixel]."""
+    """Yield colour and ends of each residual: from the corner that was found to where it should be, enlarged
+    [pixel]."""
     for k, station in enumerate(recording.stations):
         for (u, v), (du, dv) in zip(station.sighting.pixels, found.pixels[station.name], strict=True):
             yield _colour(k), u, v, u + ENLARGED * du, v + ENLARGED * dv
 
 
 def _pictures(found: Calibration) -> Iterator[tuple[str, str, int, float, float]]:
-    """Colour, name, corners, error and largest residual of each picture [pixel]."""
+    """Yield colour, name, number of corners, error [pixel] and largest residual [pixel] of each picture."""
     import numpy as np
 
     for k, (name, pixels) in enumerate(found.pixels.items()):

@@ -1,4 +1,4 @@
-"""Page about a log beside a run: curves of joints, speeds and forces on one time."""
+"""Page that compares a log with a simulated run: curves of joints, speeds and forces over the same time."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ part{% endif %}</p>
 
 
 def write_comparison_page(file: Path, title: str, lines: Sequence[str], found: RunComparison) -> None:
-    """Write the page.
+    """Write the page that compares a log with a run.
 
     Raises:
         UserError: it cannot be written.
@@ -58,7 +58,7 @@ def write_comparison_page(file: Path, title: str, lines: Sequence[str], found: R
 
 
 def _plot(one: Compared, times: Floats) -> dict[str, str]:
-    """The curves of one quantity, with one scale."""
+    """Return the curves of one quantity, in the log and in the run, with a common scale."""
     low, high = min(one.logged.min(), one.ran.min()), max(one.logged.max(), one.ran.max())
     spare = max(0.0, SPANS.get(one.unit, 0.0) - (high - low)) / 2
     far, when = one.worst

@@ -1,4 +1,4 @@
-"""The page about an interpretation: the picture of how a demonstration was read, in one file that needs no network."""
+"""Page about an interpretation: a picture of how a demonstration was read, in one self-contained file."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def write_interpretation_page(file: Path, episode: Episode, found: Interpretation) -> None:
-    """Write the page.
+    """Write the page about an interpretation.
 
     Raises:
         UserError: it cannot be written, or the file holds something else.

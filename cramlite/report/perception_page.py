@@ -1,4 +1,4 @@
-"""The page about a query: image with overlays, depth, point cloud, pipeline, hypotheses; it needs no network."""
+"""Page about a perception query: image with overlays, depth, point cloud, pipeline and hypotheses, in one self-contained file."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ CLOUD = 9000  # points of the cloud on the page: what a browser turns without a 
 
 
 def write_page(folder: Path, found: Perceived, view: View, models: Sequence[Thing]) -> Path:
-    """Write ``perception.html`` into a folder, which is made if need be.
+    """Write ``perception.html`` into a folder, which is created if necessary.
 
     Raises:
         UserError: it cannot be written, or the file holds something else.
@@ -65,7 +65,8 @@ def _png(image: Any) -> str:
 
 
 def cloud(found: Perceived, view: View) -> dict[str, Any]:
-    """Return the points of a view about their middle [mm], and a colour for each: its object's, else the image's."""
+    """Return the points of a view relative to their mean [mm], each with the colour of its object, else of
+    the image."""
     import numpy as np
 
     points, colours = view.world_cloud, view.rgb.copy()

@@ -1,4 +1,4 @@
-"""Picture of how a demonstration was read: its states and actions over time, the best reading and the runner-up, and why it lost.
+"""Picture of how a demonstration was read: states and actions over time, the best two readings, and why the second one lost.
 
 Recordings have hundreds of states. Those that the two readings do not speak of, or that hold from beginning to end, are folded:
 the picture says how many they are, and of what.
@@ -52,8 +52,11 @@ TERMS = (
 
 
 class Block(Value):
-    """Rectangle of a lane: left edge and width [pixel], its lines of text or an upright word, the whole text
-    with its time, and CSS classes."""
+    """Block of a lane in the picture: a rectangle with text.
+
+    Left edge and width [pixel], its lines of text or an upright word, the whole text with its time, and CSS
+    classes.
+    """
 
     x: float
     width: float
@@ -64,7 +67,8 @@ class Block(Value):
 
 
 class Lane(Value):
-    """Lane of the picture: its name, its blocks, and the heading that stands above it, if it is the first below one."""
+    """Lane of the picture: its name and blocks, and the heading above it if it is the first lane under that
+    heading."""
 
     name: str
     blocks: tuple[Block, ...]
@@ -93,45 +97,46 @@ class Told(Value):
 
     @property
     def number(self) -> str:
-        """Numbers of the actions in words: "3" or "3–5"."""
+        """Number of the action, or first and last number of several: "3" or "3–5"."""
         first, last = self.numbers
         return str(first) if first == last else f"{first}–{last}"
 
     @property
     def differs(self) -> bool:
-        """Whether the readings say different things."""
+        """Whether the readings claim different things about the actions."""
         return len(set(zip(self.says, self.tasks, strict=True))) > 1
 
     def joined(self, other: Told) -> Told:
-        """Return these actions and the next ones as one."""
+        """Join these actions with the next ones."""
         lengths = tuple(a + b for a, b in zip(self.lengths, other.lengths, strict=True))
         numbers = (self.numbers[0], other.numbers[1])
         return Told(numbers, self.start, other.end, self.explained or other.explained, self.says, self.tasks, lengths)
 
 
 class Axis(Value):
-    """Time axis: from ``begin`` to ``end``, told from ``zero`` on [s]."""
+    """Time axis from ``begin`` to ``end`` [s]; labels count from ``zero`` [s]."""
 
     begin: float
     end: float
     zero: float
 
     def x(self, time: float) -> float:
-        """Return the place of an instant [pixel]."""
+        """Return the horizontal position of an instant on the axis [pixel]."""
         share = (time - self.begin) / max(self.end - self.begin, 1e-9)
         return LEFT + WIDTH * min(max(share, 0.0), 1.0)
 
     def span(self, start: float, end: float) -> tuple[float, float]:
-        """Return the left edge and width of a time span [pixel]; nothing is narrower than can be seen."""
+        """Return the left edge and width of a time span on the axis [pixel]; the width is at least 1.5
+        pixels."""
         return self.x(start), max(self.x(end) - self.x(start), 1.5)
 
     def when(self, start: float, end: float) -> str:
-        """Return a time span in words."""
+        """Format a time span: "1.0 to 2.5 s"."""
         return f"{start - self.zero:.1f} to {end - self.zero:.1f} s"
 
     @property
     def ticks(self) -> list[tuple[float, str]]:
-        """Places and labels of some ten round instants."""
+        """Positions and labels of about ten round instants on the axis."""
         wanted = max(self.end - self.begin, 1e-3) / 10
         power = 10.0 ** math.floor(math.log10(wanted))
         step = next(s * power for s in (1, 2, 5, 10) if s * power >= wanted)
@@ -141,7 +146,7 @@ class Axis(Value):
 
 
 def reading_picture(episode: Episode, found: Interpretation | None, shown: int = 1) -> str:
-    """Return the picture and its words as an HTML fragment that needs no script and no network.
+    """Return the picture with its captions as an HTML fragment that needs no script and no network.
 
     Args:
         episode: the demonstration.
@@ -167,7 +172,8 @@ def reading_picture(episode: Episode, found: Interpretation | None, shown: int =
 
 
 def _told(found: Interpretation, readings: Sequence[TaskSequence], names: SpokenNames) -> list[Told]:
-    """Claims of the readings about the actions; neighbours with the same claims are one."""
+    """Return what each reading claims about the actions; neighbouring actions with the same claims are
+    joined."""
     pairs = [_pairs(found, s) for s in readings]
     steps: list[Told] = []
     for k, action in enumerate(found.actions):
@@ -184,7 +190,8 @@ def _told(found: Interpretation, readings: Sequence[TaskSequence], names: Spoken
 
 
 def _pairs(found: Interpretation, sequence: TaskSequence) -> list[tuple[Match | None, DescriptionLength]]:
-    """Claim of a sequence about each action, and its cost."""
+    """Return for each action the task that a sequence claims, and what that adds to the description
+    length."""
     explained = [k for k, a in enumerate(found.actions) if not a.unexplained]
     said = dict(zip([explained[k] for k in sequence.actions], sequence.matches, strict=True))
     cost = dict(zip(explained, sequence.lengths, strict=True))
@@ -225,8 +232,8 @@ def _block(axis: Axis, one: Told, label: str, short: str, colour: str) -> Block:
 def _states(
     episode: Episode, readings: Sequence[TaskSequence], names: SpokenNames, axis: Axis
 ) -> tuple[list[Lane], list[tuple[str, int]]]:
-    """Lanes of the states that matter for the readings, and the others: words of each pair, and how often
-    it held."""
+    """Return lanes of the states that matter for the readings, and a count of the others for each pair of
+    class and things."""
     spoken_of = {thing_of(f) for s in readings for m in s.matches for f in m.roles.values()} - {episode.effector}
     pairs: dict[tuple[int, str, str, str], list[Event]] = {}
     for event in episode.of("state"):
@@ -252,7 +259,8 @@ def _phrase(phrase: str, event: Event, names: SpokenNames) -> str:
 
 
 def _matters(events: Iterable[Event], spoken_of: Collection[str | None], axis: Axis) -> bool:
-    """Whether a reading speaks of one of the things, and the state changes, or the reading speaks of both."""
+    """Check whether states matter for the readings: a reading must mention one of their things, or both if
+    the states last all the time."""
     listed = list(events)
     about = _spoken_of(listed[0], spoken_of)
     always = all(e.start < axis.begin + ALWAYS and e.end > axis.end - ALWAYS for e in listed)
@@ -274,13 +282,14 @@ def _local(type_: str) -> str:
 
 
 def _renamed(names: SpokenNames, readings: Sequence[TaskSequence]) -> list[tuple[str, str]]:
-    """Spoken names for names of the readings that people would not say."""
+    """Return spoken names with the names of the recording that they replace, where the two differ."""
     used = dict.fromkeys(f for s in readings for m in s.matches for f in m.roles.values())
     return [(names(n), n) for n in used if names(n) != n.replace("_", " ").lower()]
 
 
 def _lost(told: Sequence[Told], lengths: Sequence[DescriptionLength], axis: Axis) -> dict[str, Any] | None:
-    """Why the other reading lost: the terms of both lengths, and the actions on which the two differ."""
+    """Return why the second reading lost: the terms of both description lengths, and the actions on which the
+    readings differ."""
     if not lengths:
         return None
     terms = [(words, [sign * getattr(one, term) for one in lengths]) for term, words, sign in TERMS]
@@ -289,7 +298,8 @@ def _lost(told: Sequence[Told], lengths: Sequence[DescriptionLength], axis: Axis
 
 
 def _difference(one: Told, axis: Axis) -> dict[str, Any]:
-    """Claims of two readings about an action, and the extra length of the second [bits], term by term."""
+    """Return the claims of two readings about an action, and the extra length of the second one [bits], term
+    by term."""
     mine, other = one.lengths
     changed = [(words, sign * (getattr(other, t) - getattr(mine, t))) for t, words, sign in TERMS]
     terms = ", ".join(f"{words} {more:+.1f}".replace("-", "−") for words, more in changed if abs(more) > 0.05)

@@ -15,7 +15,7 @@ _DERIVED = re.compile(r"(contents|support)\((.*)\)(?:_(\d+))?")
 
 
 class SpokenNames(Value):
-    """Dictionary from names of a recording to spoken ones; no two things have the same.
+    """Spoken names: a dictionary from the names of a recording; no two things get the same spoken name.
 
     Args:
         spoken: each name, and what is said.
@@ -24,12 +24,12 @@ class SpokenNames(Value):
     spoken: Mapping[str, str]
 
     def __call__(self, name: str) -> str:
-        """Return the name for people; a name that is not in the recording is returned as it is."""
+        """Return the spoken name; a name that is not in the recording is returned unchanged."""
         return self.spoken.get(name, name)
 
     def text(self, sentence: str, about: Iterable[str]) -> str:
-        """Return a sentence with spoken names, with the article, in the place of some names of the
-        recording."""
+        """Return a sentence in which some names of the recording are replaced by spoken names with an
+        article."""
         names = sorted(about, key=len, reverse=True)
         if not names:
             return sentence
@@ -38,7 +38,8 @@ class SpokenNames(Value):
 
 
 def spoken_names(names: Iterable[str]) -> SpokenNames:
-    """Return the spoken form of some names; equal ones are told apart by their own names."""
+    """Return the spoken names of some names; equal ones are distinguished by the original name in
+    brackets."""
     said = {name: _spoken(name) for name in dict.fromkeys(names)}
     often = Counter(said.values())
     return SpokenNames({n: s if often[s] == 1 else f"{s} ({n})" for n, s in said.items()})
@@ -57,7 +58,8 @@ def _spoken(name: str) -> str:
 
 
 def _words(name: str) -> str:
-    """A name's words: without labels of editors, camel case and underscores taken apart, in small letters unless an abbreviation."""
+    """Return a name as words: without prefixes of editors, split at camel case and underscores, in lower case
+    except abbreviations."""
     local = re.split(r"[#/:]", name.strip("<>"))[-1]
     words = re.findall(r"[A-Z]+(?![a-z])\d*|[A-Z]?[^\WA-Z_\d]+|\d+", _LABELS.sub("", local))
     said = " ".join(w if len(w) > 1 and w.isupper() else w.lower() for w in words)

@@ -1,4 +1,4 @@
-"""The page about an execution that went on: a picture of each fault, notice, decision and resumption; it needs no network."""
+"""Page about an execution with resumptions: a picture of each fault, notice, decision and resumption, in one self-contained file."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SIZE = (400, 300)
 
 
 class TimeLinePage:
-    """Page of an execution, written anew after each round.
+    """Page about an execution, written again after each round.
 
     Args:
         knowledge: whose simulator draws.
@@ -54,7 +54,7 @@ class TimeLinePage:
         write_html(folder / FILE, page)
 
     def _picture(self, moment: Moment, rollout: Rollout) -> str:
-        """Picture of a moment, as a data address."""
+        """Return a picture of a moment as a data URI."""
         sample = int(np.searchsorted(rollout.times, moment.since).clip(0, len(rollout.times) - 1))
         robots = self.knowledge.robots_of(rollout.world)
         return _webp(self.knowledge.simulator.picture(rollout, sample, robots, SIZE))

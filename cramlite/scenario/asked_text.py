@@ -1,4 +1,4 @@
-"""Request of a scenario in words, for a report's first lines."""
+"""Text of a scenario's request, for the first lines of a report."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ SHOWN = "what the demonstration shows"
 
 
 def asked_text(spec: ScenarioSpec) -> str:
-    """Return the start of a scenario as a clause: its goal, its tasks with their things, or that it was
-    shown."""
+    """Return a scenario's request as a clause: its goal, its tasks with their things, or that a demonstration
+    shows it."""
     if spec.goal is not None:
         return "; ".join(spec.goal)
     if spec.demonstration is not None:
@@ -24,7 +24,8 @@ def asked_text(spec: ScenarioSpec) -> str:
 
 
 def tasks_text(entries: Sequence[TaskSpec | RuleSpec]) -> str:
-    """Return tasks in their order, such as "Grasping tin, then Placing tin box"; of a rule of the plan language its name."""
+    """Return tasks in their order, such as "Grasping tin, then Placing tin box"; a rule of the plan language
+    by its name."""
     return ", then ".join(map(_entry_text, entries))
 
 

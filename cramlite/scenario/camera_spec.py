@@ -58,13 +58,14 @@ class CameraSpec(Spec):
         return self
 
     def pinhole(self) -> Intrinsics:
-        """Return the intrinsics: as written, else of square pixels with ``horizontal_fov``, by default a D435's."""
+        """Return the intrinsics: as stated, else of square pixels with ``horizontal_fov``, by default that of
+        a D435 camera."""
         if self.intrinsics is not None:
             return Intrinsics(**self.intrinsics.model_dump(), width=self.width, height=self.height)
         return Intrinsics.from_field_of_view(self.width, self.height, self.horizontal_fov)
 
     def calibrated(self, folder: Path) -> CameraSpec:
-        """Return the camera with the values of its calibration file; ``folder``: that of the scenario.
+        """Return the camera with the values of its calibration file, which is relative to a folder.
 
         Raises:
             UserError: the file cannot be read, or was not written by ``cramlite calibrate``.

@@ -1,4 +1,4 @@
-"""Errors and proofs under doubt in files: only differences from the defaults."""
+"""Error models and proofs in scenario files: keys that are absent keep their defaults."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class PoseErrorSpec(Spec):
     angle: Angle = Field(default=0.0, ge=0, le=WIDEST)
 
     def error(self) -> PoseError:
-        """Return the value."""
+        """Return the pose error that the keys state."""
         return PoseError(self.position, self.angle)
 
 
@@ -39,7 +39,7 @@ TYPES: dict[str, Any] = {"share": float, "rate": float, "length": Length, "angle
 
 
 def keys_of(model: type[ErrorModel]) -> dict[str, Any]:
-    """Return the keys of files for an error model as fields of a specification, none of them required."""
+    """Return the keys that files may have for an error model, as optional fields of a specification."""
     keys: dict[str, Any] = {}
     declarations = declared(model)
     for name, source in ((f.name, declarations[f.name]) for f in fields(model) if f.name in declarations):
@@ -66,10 +66,10 @@ def _pair(size: Size) -> Any:
 
 
 class ErrorSpec(create_model("ErrorKeys", __base__=Spec, **keys_of(ErrorModel))):  # type: ignore[misc]
-    """Keys of an error model (``cramlite.model.ErrorModel``); an absent key keeps its value."""
+    """Keys of an error model in files (``cramlite.model.ErrorModel``); an absent key keeps its value."""
 
     def errors(self, before: ErrorModel, sensor: SensorErrors) -> ErrorModel:
-        """Return an error model with the written changes.
+        """Return an error model with the stated changes.
 
         Args:
             before: what is not written.
@@ -80,7 +80,7 @@ class ErrorSpec(create_model("ErrorKeys", __base__=Spec, **keys_of(ErrorModel)))
         return replace(before, **changes, scale=before.scale if self.scale is None else self.scale)
 
     def _with_written(self, name: str, source: ErrorSource, before: Any) -> Any:
-        """Field of the model with the written changes."""
+        """Return a field of an error model with the stated changes."""
         if source.keys:
             return replace(before, **{a: v for key, (a, _) in source.keys.items() if (v := getattr(self, key)) is not None})
         said = getattr(self, name)
@@ -90,7 +90,8 @@ class ErrorSpec(create_model("ErrorKeys", __base__=Spec, **keys_of(ErrorModel)))
 
 
 class ProofSpec(Spec):
-    """Doubts that programs must stand: how many twins, which share of all runs must succeed, and how far twins are off."""
+    """Proof that a program must stand: the number of twins, the share of all runs that must succeed, and the
+    twins' errors."""
 
     twins: int | None = Field(default=None, ge=0, le=MOST_TWINS)
     at_least: float = Field(default=ProofDoubts().at_least, ge=0, le=1)

@@ -1,4 +1,4 @@
-"""Faults as files and tests write them, and worlds in which things are wrong from the start."""
+"""Faults in scenario files and tests, and their application to a world."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ Vector = tuple[Length, Length, Length]
 
 
 class FaultSpec(Spec):
-    """Fault of a file: one key is the kind, with its thing or number; the others say how and when.
+    """Fault in a file: the one key that names its kind, with its thing or number, and keys that say how and
+    when.
 
     Args:
         missing, moved, added, fallen, sticking: name of a thing.
@@ -76,7 +77,7 @@ class FaultSpec(Spec):
     def _one_kind(self) -> FaultSpec:
         named = [k for k in _KINDS if getattr(self, k) is not None]
         if len(named) != 1:
-            raise ValueError(f"it says {', '.join(named) or 'none'} of {', '.join(_KINDS)}; it has exactly one of them")
+            raise ValueError(f"it has {', '.join(named) or 'none'} of the keys {', '.join(_KINDS)}; a fault has exactly one of them")
         (kind,) = named
         for key, (must, may, what) in _GO_WITH.items():
             given = getattr(self, key) is not None
@@ -87,17 +88,17 @@ class FaultSpec(Spec):
         if bool(self.near) != (self.within is not None):
             raise ValueError("'near' goes with 'within': how near the tool comes, such as within: 0.18 m")
         if kind in _NO_TRIGGER and (self.trigger() is not None or self.after):
-            raise ValueError(f"'{kind}' has no trigger: it is so {_NO_TRIGGER[kind]}")
+            raise ValueError(f"'{kind}' has no trigger: the fault begins {_NO_TRIGGER[kind]}")
         return self
 
     def trigger(self) -> Trigger | None:
-        """Return the condition that starts the fault; None for a fault by time alone."""
+        """Return the condition that starts the fault; None if only time does."""
         if not (self.line or self.force or self.near):
             return None
         return Trigger(self.line, self.force, self.near, self.within or 0.0)
 
     def fault(self) -> Fault:
-        """Return the fault."""
+        """Return the fault that the keys describe."""
         (kind,) = (k for k in _KINDS if getattr(self, k) is not None)
         found = _KINDS[kind](self)
         return replace(found, after=found.after or self.after, trigger=self.trigger())
@@ -109,7 +110,7 @@ _GO_WITH: Mapping[str, tuple[tuple[str, ...], tuple[str, ...], str]] = {
     "lasts": (("connection", "slip", "readings"), (), "how long, such as lasts: 2 s"),
 }
 """Key -> the kinds that need it, those that may have it, and its clause."""
-_NO_TRIGGER = dict.fromkeys(("protective_stop", "connection"), "at its time") | dict.fromkeys(("tool", "sensor"), "from the start")
+_NO_TRIGGER = dict.fromkeys(("protective_stop", "connection"), "at its time") | dict.fromkeys(("tool", "sensor"), "at the start")
 _KINDS: Mapping[str, Callable[[Any], Fault]] = {
     "missing": lambda s: Fault(FaultKind.MISSING, s.missing),
     "moved": lambda s: Fault(FaultKind.MOVED, s.moved, s.by),
@@ -134,7 +135,7 @@ _KINDS: Mapping[str, Callable[[Any], Fault]] = {
 
 
 def read_fault_text(text: str) -> Fault:
-    """Read a fault as a command line has it: "moved: block, by: [60 mm, 0, 0], line: Grasping".
+    """Read a fault from a command line: "moved: block, by: [60 mm, 0, 0], line: Grasping".
 
     Raises:
         UserError: it is none.
@@ -147,7 +148,7 @@ def read_fault_text(text: str) -> Fault:
 
 
 def read_fault(written: Mapping[str, Any], where: str) -> Fault:
-    """Read a fault.
+    """Read a fault from the mapping of a file.
 
     Args:
         where: it is written, for the message.
@@ -165,7 +166,8 @@ def read_fault(written: Mapping[str, Any], where: str) -> Fault:
 
 
 def faulty(world: World, faults: Iterable[Fault]) -> World:
-    """Return a world with faults: those from the start are applied, later ones are kept for the simulator.
+    """Return a world with faults: those present from the start are applied, later ones are kept for the
+    simulator.
 
     Raises:
         UserError: a fault is about a thing that the world does not have, or that does not do what it says.
@@ -177,7 +179,7 @@ def faulty(world: World, faults: Iterable[Fault]) -> World:
 
 
 def foreseen(faults: Iterable[Fault], world: World) -> World:
-    """Return the world as it is believed before faults happen: without the things that they add."""
+    """Return the world as it is believed, without the things that faults will add."""
     unknown = {f.thing for f in faults if f.kind is FaultKind.ADDED}
     return replace(world, things=tuple(t for t in world.things if t.name not in unknown))
 
@@ -187,7 +189,7 @@ LASTING = frozenset({FaultKind.STICKING, FaultKind.FRICTION, FaultKind.CLOSES_SH
 
 
 def left_over(faults: Iterable[Fault], happened: Iterable[str], seconds: float) -> tuple[Fault, ...]:
-    """Return the faults that last beyond a run: those that go on, and those still to come.
+    """Return the faults that remain after a run: those that last, and those that did not happen yet.
 
     Args:
         happened: those that happened in the run, as text.
@@ -210,7 +212,7 @@ _PUT = (FaultKind.MISSING, FaultKind.MOVED, FaultKind.ADDED, FaultKind.FALLEN)
 def _check(world: World, fault: Fault) -> None:
     names = [t.name for t in world.things]
     if fault.kind in UNTIMED and not fault.from_start:
-        raise UserError(f"A fault says that {fault}; such a fault has no trigger and no time: it is so from the start.")
+        raise UserError(f"A fault says that {fault}; such a fault is present from the start, and has neither trigger nor time.")
     for name in filter(None, (fault.thing, fault.trigger.near if fault.trigger else "")):
         if name not in names:
             raise UserError(f"A fault is about '{name}', which is no thing of this world; {nearest(name, names)}.")

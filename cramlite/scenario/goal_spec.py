@@ -1,5 +1,4 @@
-"""Goals as data, which machines write instead of words: ``{"goal": "on", "things": ["tin", "tray"]}`` for
-"tin on tray"."""
+"""Goals as data, for programs that write goals: ``{"goal": "on", "things": ["tin", "tray"]}`` means "tin on tray"."""
 
 from __future__ import annotations
 
@@ -14,7 +13,7 @@ from .task_specs import WhereSpec
 
 
 class EachSpec(Spec):
-    """All things of a class in the place of one thing."""
+    """All things of a class, in a goal at the place of a single thing."""
 
     each: str
 
@@ -23,7 +22,7 @@ class EachSpec(Spec):
 
 
 class AnySpec(Spec):
-    """One thing of a class."""
+    """Any one thing of a class, in a goal at the place of a single thing."""
 
     any: str
 
@@ -32,7 +31,7 @@ class AnySpec(Spec):
 
 
 class CountSpec(Spec):
-    """Number of things of a class."""
+    """Number of things of a class, in a goal at the place of a single thing."""
 
     count: Annotated[int, Field(ge=1)]
     of: str
@@ -42,7 +41,7 @@ class CountSpec(Spec):
 
 
 class PhraseSpec(Spec):
-    """Goal about things.
+    """Goal in data form: the words of a goal phrase, and the things that it is about.
 
     Args:
         goal: the words of its form that are not things, e.g. "on", "open", "open by", "poured into".
@@ -68,7 +67,7 @@ class PhraseSpec(Spec):
 
 
 class NotSpec(Spec):
-    """Denial of a goal."""
+    """Goal in data form that denies another goal."""
 
     model_config = ConfigDict(populate_by_name=True)
     denied: Annotated[PhraseSpec, Field(alias="not")]
@@ -78,7 +77,7 @@ class NotSpec(Spec):
 
 
 class OrSpec(Spec):
-    """Alternatives, any of which will do."""
+    """Alternative goals, of which one must hold."""
 
     model_config = ConfigDict(populate_by_name=True)
     options: Annotated[tuple[PhraseSpec | NotSpec, ...], Field(alias="or", min_length=2)]
@@ -88,7 +87,7 @@ class OrSpec(Spec):
 
 
 class SaySpec(Spec):
-    """Goals that are said in a sentence.
+    """Goals that are given as an English sentence.
 
     Args:
         say: the sentence.
@@ -106,7 +105,7 @@ _SPECS: Mapping[str, type[Spec]] = {"goal": PhraseSpec, "not": NotSpec, "or": Or
 
 
 def goal_text(data: Any) -> Any:
-    """Return a goal in words; a value that is no mapping stays.
+    """Return a goal in words; a value that is no mapping is returned unchanged.
 
     Raises:
         ValueError: a mapping that is no goal; it says where and what would be right.
@@ -136,7 +135,7 @@ GoalText = Annotated[str, BeforeValidator(goal_text, json_schema_input_type=str 
 
 
 def listed_goals(data: Any) -> Any:
-    """Return a list of goals; one that is said, ``{"say": "put the tin on the tray"}``, stands for a list of one."""
+    """Return a list of goals; a single sentence, ``{"say": "put the tin on the tray"}``, becomes a list."""
     return [data] if isinstance(data, Mapping) and "say" in data else data
 
 
@@ -147,7 +146,7 @@ GoalTexts = Annotated[
 
 
 def goal_texts(data: Any) -> tuple[str, ...]:
-    """Return goals in words, each of which is given in words or as data.
+    """Return goals in words; each may be given in words or as data.
 
     Raises:
         UserError: it is no list of goals.

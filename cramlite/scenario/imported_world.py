@@ -1,4 +1,4 @@
-"""Things of a scenario that come from a scene file of another program, with their classes."""
+"""Things of a scenario that come from another program's scene file, with their classes."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class Proposal(Value):
-    """Class of an imported thing.
+    """Proposed class of an imported thing.
 
     Args:
         type: as a CURIE.
@@ -58,8 +58,8 @@ def read_scene_file(
 
 
 def imported_world(scenario: Scenario, knowledge: Knowledge) -> ImportedScene | None:
-    """Read the scene of a scenario's ``world``, with its classes and without excluded things; None without
-    one.
+    """Read the scene file of a scenario's ``world``: with classes, without the excluded things; None without
+    such a file.
 
     Raises:
         UserError: the file, a class or a pattern cannot be used; with file and line.
@@ -77,7 +77,7 @@ def imported_world(scenario: Scenario, knowledge: Knowledge) -> ImportedScene | 
 
 
 def _check_patterns(scenario: Scenario, spec: WorldFileSpec, file: str, scene: ImportedScene) -> None:
-    """Each pattern of names is of something."""
+    """Check that each pattern of names matches a thing of the scene file."""
     names, jointed = [t.name for t in scene.things], [t.name for t in scene.things if t.joint is not None]
     patterns: list[tuple[str, str | int, str]] = [("leave_out", k, p) for k, p in enumerate(spec.leave_out)]
     patterns += [*(("types", p, p) for p in spec.types), *(("joints", p, p) for p in spec.joints)]
@@ -111,9 +111,9 @@ def propose(thing: Thing, scene: ImportedScene, types: Mapping[str, str], taxono
     shared = words_of(scene.mounts.get(thing.name, ""))
     own, *parts = ("_".join(w for w in words_of(n) if w not in shared) for n in (thing.name, *scene.names.get(thing.name, ())))
     if named := taxonomy.thing_named(own):
-        return Proposal(named[0], f"'{thing.name}' has its label '{named[1]}'")
+        return Proposal(named[0], f"'{thing.name}' contains the label '{named[1]}'")
     labels = Counter(named for name in parts if (named := taxonomy.thing_named(name)))
     if labels and 2 * (most := labels.most_common(1)[0])[1] >= len(parts):
-        return Proposal(most[0][0], f"{most[1]} of the {len(parts)} names of its parts have its label '{most[0][1]}'")
+        return Proposal(most[0][0], f"{most[1]} of the {len(parts)} names of its parts contain the label '{most[0][1]}'")
     how = "can be moved" if thing.joint is None and thing.movable else "is mounted on a joint" if thing.joint else "is fixed"
     return Proposal(thing.type, f"it {how} and no label of the ontology is in its names")

@@ -1,4 +1,4 @@
-"""MJCF and URDF files that a scenario names; if one is missing, the files beside its place."""
+"""Paths of MJCF and URDF files that a scenario names; an error about a missing file lists those in its folder."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ ENDINGS = (".xml", ".urdf", ".mjcf")
 
 
 def existing_file(scenario: Scenario, name: str, what: str, *keys: str) -> Path:
-    """Return the path of a file that a scenario names.
+    """Return the path of a model file that a scenario names, checked to exist.
 
     Args:
         what: "robot" or "scene".

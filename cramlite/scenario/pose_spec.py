@@ -1,4 +1,4 @@
-"""Poses of scenario files, as people write them."""
+"""Poses in scenario files, in the form that people write."""
 
 from __future__ import annotations
 

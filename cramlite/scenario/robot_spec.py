@@ -1,4 +1,4 @@
-"""Keys of a scenario's robot: of a type that a plugin declares, or from the file of another program."""
+"""Keys of a scenario's robot: of a robot type that a plugin declares, or of a robot from another program's file."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .pose_spec import PoseSpec
 
 
 class GripperSpec(Spec):
-    """Gripper from a file, its own or the arm's, with statements that the file lacks.
+    """Gripper from its own or the arm's file, with data that the file does not have.
 
     ``at``: of the hand's root on the flange; ``pads``: geoms or bodies that grip, one of each finger; ``tcp``: site or body at the
     pinch point; ``opening``, ``force`` and ``speed`` [m/s]: lowest and highest; ``torsion``: lever of the pads' torsional friction.
@@ -32,12 +32,12 @@ class GripperSpec(Spec):
         for key in ("opening", "force", "speed"):
             pair = getattr(self, key)
             if pair is not None and not 0 <= pair[0] < pair[1]:
-                raise ValueError(f"'{key}' is the lowest and the highest, the lower one first, none below 0")
+                raise ValueError(f"'{key}' is a pair of lowest and highest value, the lower one first, none below 0")
         return self
 
 
 class RobotSpec(Spec):
-    """Robot: its mount's name, where its base is, and its type (a robot plugin's) or the file of an arm.
+    """Robot: name and base pose of its mount, and its type (declared by a plugin) or the file of an arm.
 
     Of an arm from a file further keys say what the file does not (``cramlite.model.Stated``): angles count as the file counts,
     ``speed`` is in rad/s, ``torques`` in Nm.
@@ -64,5 +64,5 @@ class RobotSpec(Spec):
             raise ValueError("it needs exactly one of 'type', a robot that a plugin declares, and 'file', an MJCF or URDF of an arm")
         beside = sorted(self.model_fields_set - {"name", "type", "at", "file"})
         if self.type is not None and beside:
-            raise ValueError(f"'{beside[0]}' belongs to a robot from a 'file'; a 'type' says all of it itself")
+            raise ValueError(f"'{beside[0]}' is for a robot from a 'file'; the 'type' of a plugin already defines it")
         return self

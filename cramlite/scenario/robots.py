@@ -1,4 +1,4 @@
-"""The robot of a scenario: of a type that a plugin declares, or from the file of another program."""
+"""Robot of a scenario: of a type that a plugin declares, or from another program's file."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 
 
 def mount_of(scenario: Scenario) -> RobotMount:
-    """Return the mount of a scenario's robot; the type of one from a file is the file's name until that is read."""
+    """Return the mount of a scenario's robot; the type of a robot from a file is the file's name until the
+    file is read."""
     spec = scenario.spec.robot
     kind = spec.type or scenario.resolve_path(spec.file or "").name
     return RobotMount(spec.name, kind, spec.at.pose(), file=file_of(scenario))
@@ -39,7 +40,7 @@ def robot_of(scenario: Scenario, knowledge: Knowledge) -> Robot:
 
 
 def imported_robot(scenario: Scenario, knowledge: Knowledge) -> ImportedRobot | None:
-    """Read the file that a scenario's robot comes from; None if it is of a plugin's type.
+    """Read the file of a scenario's robot; None if the robot's type is declared by a plugin.
 
     Raises:
         UserError: it cannot be used; with file and line.
@@ -54,7 +55,8 @@ def imported_robot(scenario: Scenario, knowledge: Knowledge) -> ImportedRobot | 
 
 
 def file_of(scenario: Scenario) -> RobotFile | None:
-    """Return the file of a scenario's robot with the statements beside it; None for a type of a plugin.
+    """Return the file of a scenario's robot with the data that the scenario adds; None if the type is
+    declared by a plugin.
 
     Raises:
         UserError: there is no such file; with file and line.

@@ -1,4 +1,4 @@
-"""Scaled things: larger or smaller by a factor about their own origin, in all that has a length."""
+"""Scaled things: all lengths of a thing are multiplied by a factor about its own origin."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from ..model.world import Feature, Geom, Inertia, Thing
 
 
 def scaled(thing: Thing, factor: float) -> Thing:
-    """Scale a thing about its origin: geoms, features, looks, and how its mass is spread; pose, mass and joint stay."""
+    """Scale a thing about its origin: geoms, features, looks, and the shape of its inertia; pose, mass and
+    joint are kept."""
     return replace(
         thing,
         geoms=tuple(_geom(g, factor) for g in thing.geoms),

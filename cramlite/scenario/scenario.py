@@ -1,4 +1,4 @@
-"""Scenario files: YAML of a start, a robot and its world."""
+"""Scenario files: YAML with a request (demonstration, tasks or goal), a robot and its world."""
 
 from __future__ import annotations
 
@@ -36,7 +36,8 @@ STARTS = ("demonstration", "tasks", "designator", "goal")
 
 
 class RecordSpec(Spec):
-    """Recording of a demonstration for this scenario: the person's script or tasks, and the world they act in.
+    """Recording of a demonstration for a scenario: the person's script or tasks, and the world in which the
+    person acts.
 
     Without things it is the scenario's own world, as its own ``vary`` changes it.
     """
@@ -54,7 +55,7 @@ class RecordSpec(Spec):
 
 
 class ObjectSpec(Spec):
-    """Object that tasks refer to: by class and needs, or one thing by name."""
+    """Object that tasks refer to: by classes and required features, or a single thing by name."""
 
     types: tuple[str, ...] = ()
     features: tuple[str, ...] = ()
@@ -63,7 +64,7 @@ class ObjectSpec(Spec):
 
 
 class PhysicsSpec(Spec):
-    """Physics settings that differ from the defaults (used by negative controls).
+    """Physics settings that differ from the defaults, as scenarios that must fail use them.
 
     The ranges are those in which MuJoCo integrates a robot at all; above 5 ms contacts of 5 ms time constant diverge.
     """
@@ -76,7 +77,8 @@ class PhysicsSpec(Spec):
 
 
 class JointSpec(Spec):
-    """Joint of a scene file, as the file counts: at which end it is closed, and the range of one that slides or turns."""
+    """Joint of a scene file, in the file's coordinates: the end at which it is closed, and its range if it
+    slides or turns."""
 
     closed: Literal["lower", "upper"] | None = None
     slides: tuple[Length, Length] | None = None
@@ -89,19 +91,19 @@ class JointSpec(Spec):
         for key in ("slides", "turns"):
             pair = getattr(self, key)
             if pair is not None and not pair[0] < pair[1]:
-                raise ValueError(f"'{key}' is the lower and the upper end, the lower one first")
+                raise ValueError(f"'{key}' gives the lower and the upper end of the joint, the lower one first")
         if not self.model_fields_set:
             raise ValueError("it says nothing; 'closed' is 'lower' or 'upper', 'slides' and 'turns' a range")
         return self
 
     def stated(self) -> StatedJoint:
-        """Return the joint as readers of scenes are told it."""
+        """Return the statement about the joint in the form that readers of scene files take."""
         ends = self.slides or self.turns
         return StatedJoint(self.closed, ("slide" if self.slides else "hinge") if ends else None, ends)
 
 
 class WorldFileSpec(Spec):
-    """Scene file of another program, whose things are in the robot's world beside the scenario's own.
+    """Scene file of another program, whose things are added to the scenario's own.
 
     ``types``: pattern of names -> class; ``packages``: name in ``package://`` -> folder; ``leave_out``: patterns of names;
     ``joints``: pattern of names of jointed things -> what is wrong in what was found of their joints; ``noise``: how far its poses of
@@ -130,13 +132,14 @@ class LimitsSpec(Spec):
     may_push: bool | None = None
 
     def judging(self) -> JudgingLimits:
-        """Return the limits that are written, and the defaults of the others."""
+        """Return the limits that are stated, with the defaults of the others."""
         written = self.model_dump(exclude_none=True)
         return JudgingLimits(**{"may_push": bool(self.advisory), **written}, of_scenario=tuple(written))
 
 
 class ThenSpec(Spec):
-    """Stage of an open program: tasks that are resolved when their time comes, from what is read then.
+    """Stage of an open program: tasks that are resolved only when their time comes, from the readings at that
+    time.
 
     ``else``: tasks in their place, where no program for them can be proven; without it the execution ends there, with the reason.
     """
@@ -221,19 +224,19 @@ class Scenario(Value):
         return f"{self.path}:{line_of(self.data, location)}"
 
     def where_thing(self, name: str) -> str:
-        """Return "file:line" of a thing of the robot's or the person's world."""
+        """Return "file:line" of a thing of the robot's or of the simulated person's world."""
         names = [t.get("name") for t in self.data.get("things", ())]
         if name in names:
             return self.where("things", names.index(name))
         return self.where("world") if self.spec.world else self.where("record", "things")
 
     def resolve_path(self, name: str) -> Path:
-        """Resolve a path that the scenario mentions, relative to its folder."""
+        """Resolve a path that the scenario names, relative to the scenario's folder."""
         return self.path.parent / name
 
     @property
     def ontologies(self) -> tuple[Path, ...]:
-        """Further ontology files of the scenario."""
+        """Ontology files that the scenario adds."""
         return tuple(map(self.resolve_path, self.spec.ontologies))
 
     def with_plugins(self, chosen: PluginChoice) -> PluginChoice:
@@ -251,12 +254,12 @@ class Scenario(Value):
         return chosen.extended(block, prefer, tuple(map(self.resolve_path, self.spec.models)))
 
     def demonstrated_by(self, episode: Path) -> Scenario:
-        """Return this scenario with a demonstration as its goal, whatever that was before."""
+        """Return this scenario with a demonstration in the place of its start."""
         update = {"demonstration": str(episode.resolve()), "tasks": None, "designator": None, "goal": None, "plan": None}
         return replace(self, spec=self.spec.model_copy(update=update))
 
     def read_as(self, reading: int | str) -> Scenario:
-        """Return this scenario with the reading of its demonstration that is meant.
+        """Return this scenario with one reading of its demonstration chosen.
 
         Args:
             reading: its number, from 1, as ``cramlite interpret`` lists them; or a task that it has.
@@ -269,7 +272,7 @@ class Scenario(Value):
         return replace(self, spec=self.spec.model_copy(update={"reading": reading}))
 
     def with_goal(self, goal: Sequence[Any] | Mapping[str, Any]) -> Scenario:
-        """Return this scenario with a goal as its start.
+        """Return this scenario with a goal in the place of its start.
 
         Args:
             goal: sentences such as "tin on tray", or goals as data (``goal_spec``), of which ``{"say": ...}`` may stand alone.
@@ -281,7 +284,8 @@ class Scenario(Value):
         return replace(self, spec=self.spec.model_copy(update=update))
 
     def stage(self, number: int, key: Literal["do", "else"]) -> Scenario | None:
-        """Return this scenario with the tasks of a stage under ``then`` as its start; None for "else" where it has none."""
+        """Return this scenario with the tasks of a stage under ``then`` as its start; None if the stage has
+        no "else"."""
         stage = self.spec.then[number]
         tasks = stage.do if key == "do" else stage.otherwise
         update = {**dict.fromkeys((*STARTS, "reading", "plan")), "tasks": tasks, "then": ()}
@@ -289,7 +293,7 @@ class Scenario(Value):
         return replace(self, spec=self.spec.model_copy(update=update), data=data) if tasks else None
 
     def planned_by(self, plan: Path) -> Scenario:
-        """Return this scenario with the plan of a planner for its goal.
+        """Return this scenario with an external planner's plan for its goal.
 
         Raises:
             UserError: it has no goal.
@@ -304,7 +308,7 @@ INLINE = Path("inline scenario")
 
 
 def read_scenario(path: Path | str | Mapping[str, Any]) -> Scenario:
-    """Read a scenario file, or a scenario that is given as the data that such a file holds.
+    """Read a scenario from a file, or from the data that such a file would hold.
 
     Paths in such data start from the working directory.
 
@@ -318,14 +322,15 @@ def read_scenario(path: Path | str | Mapping[str, Any]) -> Scenario:
 
 
 def started_by(data: Any, goal: Any) -> Any:
-    """Return the data of a scenario for a client's goal; a scenario of a world alone starts from the goal."""
+    """Return scenario data with a client's goal as its start, if the data state no start of their own."""
     says_where = isinstance(data, Mapping) and data.keys().isdisjoint(STARTS)
     goal = listed_goals(goal)
     return {**data, "goal": list(goal)} if says_where and isinstance(goal, list | tuple) else data
 
 
 def scenario_from(path: Path, data: Any) -> Scenario:
-    """Validate the scenario that ``load_yaml`` read from a file; errors as ``read_scenario``."""
+    """Validate the data of a scenario file as ``load_yaml`` read them; errors are those of
+    ``read_scenario``."""
     if not isinstance(data, Mapping):
         what = "nothing" if data is None else "a list" if isinstance(data, list) else f"'{str(data)[:40]}'"
         raise UserError(
@@ -338,7 +343,7 @@ def scenario_from(path: Path, data: Any) -> Scenario:
 
 
 def _valid_keys(error: ValidationError) -> list[str]:
-    """The keys that are right where the first unknown key stands."""
+    """Return the valid keys at the place of the first unknown key."""
     models: dict[str, type[BaseModel]] = {
         "at": PoseSpec,
         "hangs_on": HangSpec,

@@ -8,7 +8,8 @@ DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 
 def scenario_schema() -> dict[str, Any]:
-    """Return the JSON Schema of scenario files, as ``read_scenario`` checks them without the world."""
+    """Return the JSON Schema of scenario files; it covers all checks of ``read_scenario`` that need no
+    world."""
     from .scenario import ScenarioSpec
 
     schema = ScenarioSpec.model_json_schema(by_alias=True)
@@ -19,7 +20,8 @@ def scenario_schema() -> dict[str, Any]:
 
 
 def _task() -> dict[str, Any]:
-    """Entry for a task: a name, a mapping with its roles, or a rule of the plan language over tasks."""
+    """Return the schema of an entry for a task: a name, a mapping with roles, or a rule of the plan language
+    over tasks."""
     from .task_specs import OWN, RULES
 
     entry = {"$ref": "#/$defs/task"}
@@ -46,7 +48,7 @@ def _task() -> dict[str, Any]:
 
 
 def _body(do: dict[str, Any], options: tuple[str, ...]) -> dict[str, Any]:
-    """A rule with options, its tasks under 'do'."""
+    """Return the schema of a rule's options, with its tasks under 'do'."""
     properties = {"do": do, **{name: {} for name in options}}
     return {"type": "object", "required": ["do"], "additionalProperties": False, "properties": properties}
 
@@ -79,8 +81,8 @@ def rule_schema() -> dict[str, Any]:
             },
             "source": {"type": "string", "description": "where the conditions come from"},
             **phases,
-            "needs": {**conditions, "description": f"what a program needs before, for planning: {conditions['description']}"},
-            "leaves": {**conditions, "description": f"what a program leaves, for planning: {conditions['description']}"},
+            "needs": {**conditions, "description": f"conditions before the task, for planning only: {conditions['description']}"},
+            "leaves": {**conditions, "description": f"conditions after the task, for planning only: {conditions['description']}"},
             "explain": {"type": "string", "description": "a sentence with {Variable} placeholders"},
         },
     }

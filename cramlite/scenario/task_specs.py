@@ -1,4 +1,4 @@
-"""Task specifications of scenarios: tasks by name with roles, and under the rules of the plan language."""
+"""Tasks in scenarios: single tasks with roles, and tasks under rules of the plan language."""
 
 from __future__ import annotations
 
@@ -32,7 +32,9 @@ Path = tuple[str | int, ...]
 
 
 class WhereSpec(Spec):
-    """Constraints on the place that a task chooses, beside its roles. Left and in front are as the robot's base looks, along x.
+    """Constraints on the place that a task chooses.
+
+    Left and in front are seen from the robot's base, which looks along x.
 
     Args:
         near, left_of, right_of, in_front_of, behind: things.
@@ -56,7 +58,7 @@ class WhereSpec(Spec):
 
     @classmethod
     def sides(cls) -> tuple[str, ...]:
-        """Return the keys whose value is a thing that the place is beside."""
+        """Return the keys of constraints that place a thing beside another thing."""
         return tuple(name for name, spec in cls.model_fields.items() if spec.annotation == str | None and name not in ("facing", "region"))
 
     @property
@@ -105,7 +107,8 @@ class TaskSpec(Spec):
 
 
 class RuleSpec(Spec):
-    """Tasks under a rule of the plan language, which may be nested: values of ``task_entry`` from ``{RULE: ...}``.
+    """Tasks under a rule of the plan language, which may be nested; ``task_entry`` makes them from ``{RULE:
+    ...}``.
 
     Args:
         rule: "sequence", "choose", "fallback", "try_all", "parallel", "repeat", "retry" or "monitor".
@@ -147,7 +150,8 @@ OWN: Mapping[str, tuple[str, ...]] = {
 
 
 def _entry(value: Any) -> Any:
-    """{task: T, Role: filler, parameters: {...}} with roles beside the task's name, a bare name, or {RULE: ...}."""
+    """Normalise an entry for a task: a bare name, {task: T, Role: filler, parameters: {...}}, or {RULE:
+    ...}."""
     if isinstance(value, TaskSpec | RuleSpec):
         return value
     if isinstance(value, str):
@@ -165,7 +169,7 @@ def _entry(value: Any) -> Any:
 
 
 def _rule(rule: str, value: Any) -> dict[str, Any]:
-    """The body of a rule: its tasks, or a mapping with them under 'do'."""
+    """Normalise the body of a rule: its tasks, or a mapping of options with the tasks under 'do'."""
     single = rule in ("sequence", "repeat", "retry", "monitor")
     options: dict[str, Any] = {}
     path: Path = (rule,)
@@ -184,7 +188,7 @@ def _rule(rule: str, value: Any) -> dict[str, Any]:
 
 
 def _listed(path: Path, value: Any) -> list[tuple[Path, Any]]:
-    """Branch of a rule as a list of tasks, also where it is a single task."""
+    """Return a branch of a rule as a list of tasks, each with its path in the data."""
     return [((*path, k), v) for k, v in enumerate(value)] if isinstance(value, list | tuple) else [(path, value)]
 
 
@@ -199,7 +203,8 @@ RuleSpec.model_rebuild()
 
 
 def task_entry(value: Any) -> TaskSpec | RuleSpec:
-    """Return the task or rule that Python data stands for, as YAML would hold it, e.g. ``{"repeat": {"times": 3, "do": ["ParkArms"]}}``.
+    """Return the task or rule that is given as Python data in the form of YAML, e.g. ``{"repeat": {"times":
+    3, "do": ["ParkArms"]}}``.
 
     Raises:
         pydantic.ValidationError: it is none.

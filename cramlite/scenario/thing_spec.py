@@ -1,4 +1,4 @@
-"""Things of a scenario file: kind, pose, variation, and the error of their believed pose."""
+"""Things of a scenario file: model, pose, random variation, and errors of the believed pose."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from .pose_spec import PoseSpec
 
 
 class HangSpec(Spec):
-    """Placement of a thing that hangs on a hanger's peg: distance from its root, and rotation about the vertical."""
+    """Placement of a thing that hangs on a hanger's peg: distance from the peg's root, and rotation about the
+    vertical."""
 
     hanger: str
     depth: Length
@@ -20,7 +21,7 @@ class HangSpec(Spec):
 
 
 class ThingSpec(Spec):
-    """Thing: which model, where, and the model's parameters under ``with``."""
+    """Thing: its model, its pose, and the model's parameters under ``with``."""
 
     name: Name
     model: str
@@ -38,7 +39,7 @@ class ThingSpec(Spec):
 
 
 class VarySpec(Spec):
-    """Random variation by a seed other than 0.
+    """Random variation of a thing by the seed; with seed 0 there is none.
 
     Drawn are a thing's position (uniform, each horizontal axis), its yaw, or parameters from a list.
     """
@@ -51,7 +52,7 @@ class VarySpec(Spec):
 
 
 class UnknownErrorSpec(Spec):
-    """Bound on the unknown position error of a thing when programs run.
+    """Bound on the position error of a thing in the real world, of which the belief knows nothing.
 
     The thing is moved, with what hangs on it, by a vector that is drawn uniformly from the ball of radius
     ``position`` [m]; every seed has its own, seed 0 included. Belief, search and program are not told.

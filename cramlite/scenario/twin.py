@@ -1,4 +1,4 @@
-"""Twins: worlds as they may really be, drawn from an error model around the believed one; no plan knows them.
+"""Twins: copies of the believed world with errors drawn from an error model; no plan knows these errors.
 
 Each source of error has random numbers of its own, so that a source that is left out changes nothing of what the others draw.
 Where things are, and how large: ``twin_places``.
@@ -66,7 +66,7 @@ def draw_twin(
 
 
 def _made(thing: Thing, errors: ErrorModel, draw: Drawing) -> Thing:
-    """A thing as each source of error makes it."""
+    """Return a thing with the changes that each source of error makes."""
     for name, source in declared(type(errors)).items():
         if source.thing is not None:
             thing = source.thing(thing, getattr(errors, name), draw)

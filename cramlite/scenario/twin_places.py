@@ -1,4 +1,4 @@
-"""Real things of a twin at their real places: each of its real size, with its carrier.
+"""Sizes and places of the things in a twin, each with its errors and moved with its carrier.
 
 What hangs goes on to hang: it moves with what it hangs on, along the peg and about the vertical. What stands goes on to stand: it goes
 up, down and over with what it stands on. What is mounted moves with what carries it. What is fixed leans about its base. What is free
@@ -29,7 +29,7 @@ bit."""
 
 
 class Sight(Value):
-    """Sight of a camera: which things are where it saw them, and where it was.
+    """Sight of a camera: the things whose poses come from its picture, and the camera's pose.
 
     Args:
         camera: its optical frame in the world.
@@ -41,7 +41,7 @@ class Sight(Value):
 
 
 class _Placing:
-    """The errors of all things, drawn in their order, and the things that have been placed."""
+    """Placing of a twin's things: drawn errors of all things, and the things placed so far."""
 
     def __init__(self, world: World, hangers: Mapping[str, str], errors: ErrorModel, draw: Drawing, sight: Sight | None) -> None:
         self.world, self.hangers = world, hangers
@@ -53,7 +53,7 @@ class _Placing:
         self.boxes = {t.name: boxes(t) for t in world.things}
 
     def put(self, thing: Thing) -> None:
-        """Place a thing, after its carrier: files of others list drawers before their cabinets."""
+        """Place a thing after its carrier, since scene files may list a drawer before its cabinet."""
         self.waiting.discard(thing.name)
         carrier = self.hangers.get(thing.name, thing.joint.parent if thing.joint else "")
         if carrier in self.waiting:
@@ -62,7 +62,7 @@ class _Placing:
         self.found[thing.name] = placed
 
     def _carried(self, thing: Thing, before: Thing) -> Thing:
-        """Hanging or mounted things, with their carrier."""
+        """Return a hanging or mounted thing, moved together with its carrier."""
         own, carrier = thing.pose, self.found[before.name].pose
         if thing.name in self.hangers:
             hung = replace(thing, pose=_hung(thing, before, self.factors.get(thing.name, 1.0)))
@@ -70,7 +70,7 @@ class _Placing:
         return replace(self._sized(thing), pose=carrier * before.pose.inverse() * own if carrier != before.pose else own)
 
     def _set(self, thing: Thing) -> Thing:
-        """Thing with its own error: displaced, leaning and scaled."""
+        """Return a thing that no other carries, with its own errors: displaced, leaning and scaled."""
         under, lifted = self._support(thing)
         lean = self.leans.get(under if thing.movable else thing.name, Pose())
         if thing.movable:
@@ -84,7 +84,7 @@ class _Placing:
         return scaled(thing, self.factors[thing.name]) if thing.name in self.factors else thing
 
     def _raised(self, thing: Thing, pose: Pose, lean: Pose) -> Pose:
-        """Origin of a scaled thing whose base stays."""
+        """Return the pose of a scaled thing, shifted so that its base stays in place."""
         more = self.factors.get(thing.name, 1.0) - 1.0
         if not more:
             return pose
@@ -92,7 +92,8 @@ class _Placing:
         return _shifted(pose, (x, y, z))
 
     def _support(self, thing: Thing) -> tuple[str, float]:
-        """Support of a thing, and the height that the support gained there [m]; "" and 0 for none."""
+        """Return the support of a thing, and how far the support was raised below it [m]; "" and 0 if there
+        is none."""
         if not thing.movable or not thing.geoms:
             return "", 0.0
         x, y, _ = thing.pose.position
@@ -106,11 +107,11 @@ class _Placing:
         return name, self._lifted(name, (x, y, height))
 
     def _foot(self, thing: Thing) -> float:
-        """The height of the lowest point of a thing with geoms, where it is believed to be [m]."""
+        """Return the height of the lowest point of a thing at its believed pose [m]."""
         return min(low[2] for low, _ in self.boxes[thing.name])
 
     def _lifted(self, name: str, point: Vector3) -> float:
-        """Lift of a point of a thing in the world [m]: of the whole, and by scale and lean there."""
+        """Return how far a point of a thing was raised [m], by the thing's displacement, scale and lean."""
         before, after = self.world.thing(name).pose, self.found[name].pose
         arm = before.inverse().apply(point)
         there = after.rotate(self.factors.get(name, 1.0) * arm)[2] - before.rotate(arm)[2]
@@ -118,7 +119,7 @@ class _Placing:
 
 
 def place(world: World, hangers: Mapping[str, str], errors: ErrorModel, draw: Drawing, sight: Sight | None) -> tuple[Thing, ...]:
-    """Draw how large things are and where, and place them.
+    """Draw size and pose errors of all things, and return the things with them.
 
     Args:
         hangers: thing -> what it hangs on.
@@ -136,13 +137,13 @@ def _free(thing: Thing) -> bool:
 
 
 def _lean(thing: Thing, errors: ErrorModel, draw: Drawing) -> Pose:
-    """Lean of a fixed thing: a turn about a horizontal axis."""
+    """Draw the lean of a fixed thing: a rotation about a horizontal axis."""
     x, y = draw.disc("lean", f"{thing.name}: leans about", errors.lean, "deg", DEG)
     return Pose.from_rotvec((0.0, 0.0, 0.0), (x, y, 0.0))
 
 
 def _offsets(world: World, errors: ErrorModel, draw: Drawing, sight: Sight | None) -> dict[str, Pose]:
-    """Offset of each thing: its own, and the one of the camera that saw it."""
+    """Draw the pose error of each thing: its own, combined with that of the camera that saw it."""
     seen, offs = _hand_eye(errors, draw, sight) if sight is not None else None, dict[str, Pose]()
     for thing in world.things:
         off = _offset(thing, errors, draw)
@@ -151,7 +152,7 @@ def _offsets(world: World, errors: ErrorModel, draw: Drawing, sight: Sight | Non
 
 
 def _offset(thing: Thing, errors: ErrorModel, draw: Drawing) -> Pose:
-    """Offset of a thing by itself: a shift in world axes, and a turn about the vertical."""
+    """Draw a thing's own pose error: a shift in world axes, and a rotation about the vertical."""
     error = errors.of(thing.name)
     shift = draw.ball("poses", f"{thing.name}:", error.position, "mm", MM)
     turn = draw.number("poses", f"{thing.name}: turned", error.angle, "deg", DEG)
@@ -159,7 +160,8 @@ def _offset(thing: Thing, errors: ErrorModel, draw: Drawing) -> Pose:
 
 
 def _hand_eye(errors: ErrorModel, draw: Drawing, sight: Sight) -> Callable[[Pose], Pose]:
-    """Effect of the camera's mounting error at a place: a shift, and a turn about the vertical."""
+    """Draw the camera's mounting error; return a function from a pose to its error there: a shift, and a
+    rotation about the vertical."""
     error = errors.hand_eye
     shift = draw.ball("hand-eye", "camera:", error.position, "mm", MM)
     turn = draw.ball("hand-eye", "camera: turned about", error.angle, "deg", DEG)
@@ -173,7 +175,10 @@ def _hand_eye(errors: ErrorModel, draw: Drawing, sight: Sight) -> Callable[[Pose
 
 
 def _heights(middle: tuple[float, float], thing: Sequence[Box], other: Sequence[Box]) -> Iterator[float]:
-    """Heights at which a support may carry a thing, whose middle is over the support or between the parts of it [m]."""
+    """Yield heights at which a support may carry a thing [m].
+
+    They are those of parts under the thing's middle, and of parts under its base that have the middle between them.
+    """
     foot = min(low[2] for low, _ in thing)
     below = [box for box in other if box[1][2] <= foot + INSIDE]
     yield from (high[2] for low, high in below if _over(middle, low, high))
@@ -185,18 +190,20 @@ def _heights(middle: tuple[float, float], thing: Sequence[Box], other: Sequence[
 
 
 def _over(point: tuple[float, float], low: Vector3, high: Vector3) -> bool:
-    """Whether a point of the plane is over a box."""
+    """Check whether a point of the horizontal plane is inside a box as seen from above."""
     return all(low[k] <= point[k] <= high[k] for k in (0, 1))
 
 
 def _meet(one: Box, other: Box) -> bool:
-    """Whether two boxes have something of the plane in common."""
+    """Check whether two boxes overlap as seen from above."""
     return all(one[0][k] <= other[1][k] and other[0][k] <= one[1][k] for k in (0, 1))
 
 
 def _displaced(thing: Thing, off: Pose, lifted: float) -> tuple[Pose, float]:
-    """Pose of a thing, and the height that it gained [m]: fixed things are off in every direction, movable ones
-    go with their support."""
+    """Return the pose of a thing with its error, and how far it was raised [m].
+
+    Fixed things have errors in every direction; movable ones keep their height above the support.
+    """
     x, y, z = off.position
     height = lifted if thing.movable else z
     if off == Pose() and not lifted:
@@ -206,7 +213,7 @@ def _displaced(thing: Thing, off: Pose, lifted: float) -> tuple[Pose, float]:
 
 
 def _hung(thing: Thing, hanger: Thing, factor: float) -> Pose:
-    """Origin of a scaled hanging thing whose hole rests on the peg where it did."""
+    """Return the pose of a scaled hanging thing whose hole rests on the peg at the same place as before."""
     resting = _resting(thing, hanger)
     if resting is None:
         return thing.pose
@@ -218,8 +225,8 @@ def _hung(thing: Thing, hanger: Thing, factor: float) -> Pose:
 
 
 def _swung(thing: Thing, hanger: Thing, off: Pose) -> Pose:
-    """Pose of a hanging thing with its error: shifted along its peg, turned about the vertical through its
-    hanging point."""
+    """Return the pose of a hanging thing with its error: shifted along its peg, rotated about the vertical
+    through its hanging point."""
     resting = _resting(thing, hanger)
     if resting is None or off == Pose():
         return thing.pose
@@ -230,19 +237,20 @@ def _swung(thing: Thing, hanger: Thing, off: Pose) -> Pose:
 
 
 def _resting(thing: Thing, hanger: Thing) -> tuple[Feature, Pose] | None:
-    """Feature of a thing that is nearest to an axis of its hanger, and its place; None without either."""
+    """Return the feature of a thing that is nearest to an axis of its hanger, and the axis; None if one of
+    them has no feature."""
     pairs = [(f, hanger.pose * g.pose) for f in thing.features for g in hanger.features]
     return min(pairs, key=lambda p: _from_axis(thing.pose * p[0].pose, p[1]), default=None)
 
 
 def _from_axis(hole: Pose, peg: Pose) -> float:
-    """Distance of a feature from the axis of another one [m]."""
+    """Return the distance of a feature from another feature's axis [m]."""
     x, y, _ = peg.inverse().apply(hole.position)
     return math.hypot(x, y)
 
 
 def _about(point: Vector3, turn: Pose) -> Pose:
-    """A turn about a point."""
+    """Return a rotation about a point as a pose."""
     x, y, z = point
     return Pose(point) * turn * Pose((-x, -y, -z))
 

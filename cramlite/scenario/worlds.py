@@ -1,4 +1,4 @@
-"""Worlds of a scenario: the one that is believed, and the one that accepted programs are executed in."""
+"""Worlds of a scenario: the believed one, and the one in which accepted programs are executed."""
 
 from __future__ import annotations
 
@@ -32,7 +32,8 @@ if TYPE_CHECKING:
 
 
 def read_world(name: str, knowledge: Knowledge, seed: int) -> World:
-    """Read a world from a JSON file, or the one that programs really run in: of a run directory, or of a scenario.
+    """Read a world from a JSON file; or, of a run directory or a scenario, the world in which programs are
+    executed.
 
     Raises:
         UserError: neither can be read.
@@ -78,7 +79,7 @@ def build_world(
     seed: int,
     robots: tuple[RobotMount, ...] = (),
 ) -> tuple[World, tuple[Relation, ...]]:
-    """Build the world of a scenario, and return it with the relations that it states.
+    """Build the world of a scenario, and return it with the relations that the scenario states.
 
     What the scenario's scene file has comes first, if the things are the scenario's own.
 
@@ -125,8 +126,8 @@ def build_world(
 
 
 def corrected(world: World, knowledge: Knowledge, noise: float, deep: float | None = None) -> World:
-    """Return a world of read poses in which things that cannot be where they were read are moved to free
-    places, with a note.
+    """Return a world of measured poses in which things at impossible poses are moved to free places, each
+    with a note.
 
     Args:
         noise: how far readings may be off [m]; with 0 the world is as it was read.
@@ -142,7 +143,10 @@ def corrected(world: World, knowledge: Knowledge, noise: float, deep: float | No
 def _completed(
     scenario: Scenario, things: tuple[Thing, ...], imported: ImportedScene | None, knowledge: Knowledge
 ) -> World:
-    """The world of things with the scenario's robot, camera and physics; those of a scene file and of a gripper's pads stand below."""
+    """Complete a world: some things with the scenario's robot, camera and physics.
+
+    Physics settings of a scene file and of a gripper's pads hold where the scenario states none.
+    """
     mount, read = mount_of(scenario), imported_robot(scenario, knowledge)
     robot = read.robot if read else knowledge.robots.get(mount.type)
     mount = replace(mount, type=robot.type) if robot else mount
@@ -156,13 +160,13 @@ def _completed(
 
 
 def _pads_doubted(found: Mapping[str, float], written: Mapping[str, object]) -> tuple[str, ...]:
-    """Doubt about pad friction that only the gripper's file states."""
+    """Return a remark on pad friction that comes from the gripper's file alone."""
     said = "the friction of the gripper's pads is {:g}, as its file has it; 'pad_friction' of 'physics' says another"
     return tuple(said.format(value) for key, value in found.items() if key not in written)
 
 
 def _varied(scenario: Scenario, thing: Thing, change: VarySpec | None, shifts: dict[str, Pose], rng: Any) -> Thing:
-    """Imported thing at the pose of a seed; mounted things move with it.
+    """Return an imported thing at a pose varied by the seed; things that are mounted on it move with it.
 
     Raises:
         UserError: the scenario varies its model or parameters, which a file's thing has not.
@@ -182,7 +186,7 @@ def _varied(scenario: Scenario, thing: Thing, change: VarySpec | None, shifts: d
 
 
 def camera_of(scenario: Scenario) -> Camera | None:
-    """Return the scenario's camera, or None.
+    """Return the scenario's camera; None if it has none.
 
     Raises:
         UserError: its calibration cannot be used.
@@ -197,7 +201,8 @@ def camera_of(scenario: Scenario) -> Camera | None:
 
 
 def real_world(scenario: Scenario, world: World, relations: Iterable[Relation], seed: int) -> World:
-    """Return the world that accepted programs are executed in: the believed one, with ``unknown_error`` and ``faults`` added.
+    """Return the world in which accepted programs are executed: the believed one with ``unknown_error`` and
+    ``faults`` added.
 
     Args:
         world, relations: as believed.
@@ -258,13 +263,14 @@ def _build(
 
 
 def _underside(thing: Thing) -> float:
-    """Height of the lowest corner of the boxes around a thing's geoms [m]."""
+    """Return the height of the lowest corner of the boxes around a thing's geoms [m]."""
     corners = ((thing.pose * g.pose).apply([*product(*((-h, h) for h in g.half_extents))]) for g in thing.geoms)
     return min(float(c[:, 2].min()) for c in corners)
 
 
 def _where_said(scenario: Scenario, spec: ThingSpec, said: str) -> str:
-    """ "file:line" of the parameter that a complaint names first; empty where it names none that was written."""
+    """Return "file:line" of the first parameter that an error message names; "" if it names none that was
+    written."""
     found = {k: re.search(rf"'{re.escape(k)}'|^{re.escape(k)}\b", said) for k in spec.parameters}
     named = sorted((m.start(), k) for k, m in found.items() if m is not None)
     things = [t.get("name") for t in scenario.data.get("things", ())]
@@ -291,5 +297,5 @@ def _shifted(pose: Pose, change: VarySpec, rng: Any) -> Pose:
 
 
 def _frozen(value: Any) -> Any:
-    """A model parameter as written, lists as tuples; the model knows which unit each number has."""
+    """Return a model's parameter as it was written, with lists as tuples; the model itself converts units."""
     return tuple(_frozen(v) for v in value) if isinstance(value, list | tuple) else value

@@ -1,4 +1,4 @@
-"""Contract checks for plugin authors: call them in your tests; an AssertionError names the defect.
+"""Contract checks for plugin authors, to be called in their tests; an AssertionError names the defect.
 
 Example:
     >>> from cramlite.testing import check_plugin     # doctest: +SKIP

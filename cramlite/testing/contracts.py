@@ -1,4 +1,4 @@
-"""Checks of a whole plugin, and the declarations of installed plugins."""
+"""Checks of a whole plugin, and access to the declarations of installed plugins."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ RELATIONS: tuple[str, ...]
 
 
 def __getattr__(name: str) -> Any:
-    """Collect the declarations of installed plugins at their first use, and keep them."""
+    """Provide ``KINDS`` and ``RELATIONS``, which are collected from installed plugins at their first use."""
     if name not in ("KINDS", "RELATIONS"):
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
     globals()[name] = motion_kinds() if name == "KINDS" else tuple(location_kinds())
@@ -67,7 +67,8 @@ def check_plugin(
 
 
 def check_file(path: Path) -> None:
-    """Check that a plugin in a file loads beside all installed ones, without a fault and without a clash of names."""
+    """Check that a plugin file loads beside all installed plugins, without a fault and without a clash of
+    names."""
     from ..plugin.catalogue import Knowledge
 
     registry = Registry((path,), strict=False)

@@ -1,4 +1,4 @@
-"""Changes of plans: which shipped goals are planned with other tasks when a plugin is installed."""
+"""Changes of plans: shipped goals that are planned with other tasks once a plugin is installed."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class PlanChange(Value):
 
 
 def plan_changes(module: ModuleType, scenarios: tuple[Path, ...] | None = None) -> tuple[PlanChange, ...]:
-    """Return the goals whose first plan is another one with the tasks of a plugin module.
+    """Return the goals whose first plan changes when a plugin module is installed.
 
     Args:
         module: of the plugin, installed or not.

@@ -38,14 +38,14 @@ from ..plugin.registry import Registry
 
 
 def sample_robot(backend: str = "") -> Robot:
-    """Return an installed robot, one whose native language is ``backend`` if there is one."""
+    """Return an installed robot, if possible one whose native language is that of a backend."""
     robots = Knowledge(Registry()).robots
     native = [r for _, r in sorted(robots.items()) if r.backend == backend]
     return native[0] if native else robots[min(robots)]
 
 
 def sample_program(robot: Robot | None = None) -> Program:
-    """Return a program with one step of each plain kind, for a robot.
+    """Return a program with one step of each kind that moves without sensing, for a robot.
 
     It is what a backend must be able to write, not to be run.
     """
@@ -75,7 +75,7 @@ def sample_program(robot: Robot | None = None) -> Program:
 
 
 def check_expert(expert: Expert) -> None:
-    """Check that an expert declares inputs, outputs and the domain of each.
+    """Check that an expert declares inputs, outputs and the outputs' domains.
 
     Raises:
         AssertionError: with what is wrong, as all checks here.
@@ -86,7 +86,7 @@ def check_expert(expert: Expert) -> None:
     assert expert.scope in ("view", "object", "scene"), f"expert '{name}': no scope '{expert.scope}'"
     assert not set(expert.inputs) & set(expert.outputs), f"expert '{name}' needs what it makes"
     strangers = set(expert.domains) - set(expert.outputs)
-    assert not strangers, f"expert '{name}': a domain for {sorted(strangers)}, which it does not make"
+    assert not strangers, f"expert '{name}': it declares a domain for {sorted(strangers)}, which is none of its outputs"
     assert expert.cost_ms > 0, f"expert '{name}': cost_ms is what one run costs, measured; not {expert.cost_ms}"
     for parameter in expert.parameters:
         assert parameter.source, f"expert '{name}': parameter '{parameter.name}' does not say where it comes from"
@@ -103,7 +103,7 @@ def check_predicate(predicate: Predicate) -> None:
     name = predicate.name
     assert re.fullmatch(r"[a-z][a-z0-9_]*", name), f"predicate '{name}': rules write names such as 'is_light'"
     assert predicate.doc, f"predicate '{name}' has no sentence for people (doc)"
-    assert predicate.phases, f"predicate '{name}' means nothing in any phase"
+    assert predicate.phases, f"predicate '{name}' has no phase in which rules may use it"
     signature = inspect.signature(predicate.function)
     try:
         signature.bind(*[None] * (predicate.arity + 1))
@@ -124,7 +124,8 @@ def check_validator(validator: Validator) -> None:
 
 
 def check_backend(backend: Backend) -> None:
-    """Check that a backend writes plain moves, the same text each time, and that its lines lead back to steps.
+    """Check that a backend writes plain motions, always as the same text, and that lines of the text name the
+    steps they come from.
 
     It is asked for a robot whose native language it is, or, where there is none, for any that it takes. Steps that it
     refuses by their names are left out; those that feel may be refused, plain moves may not.
@@ -143,7 +144,8 @@ def check_backend(backend: Backend) -> None:
 
 
 def _written(backend: Backend) -> tuple[Program, Robot, Code]:
-    """Text of the sample program for the first robot that it writes for."""
+    """Return the sample program, and its text for the first robot for which the backend writes it, with that
+    robot."""
     said = ""
     robots = Knowledge(Registry()).robots.values()
     for robot in sorted(robots, key=lambda r: (r.backend != backend.name, r.type)):
@@ -161,7 +163,8 @@ def _written(backend: Backend) -> tuple[Program, Robot, Code]:
 
 
 def check_robot(robot: Robot) -> None:
-    """Check that a robot's numbers agree with each other and its model, and that the simulator takes the model.
+    """Check that a robot's numbers agree with each other and with its model, and that the simulator can load
+    the model.
 
     Raises:
         AssertionError: they do not, the model lacks a joint, site, actuator, sensor or pad, or does not compile; says which.
@@ -211,6 +214,6 @@ CHECKS: Mapping[str, Callable[[Any], None]] = {
 
 
 def check_declared(hook: str, items: Iterable[object]) -> None:
-    """Check that each thing which a plugin declares under a hook keeps its contract."""
+    """Check each object that a plugin declares under a hook against its contract."""
     for item in items:
         CHECKS[hook](item)

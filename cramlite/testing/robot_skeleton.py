@@ -1,4 +1,4 @@
-"""Skeleton of a plugin for a robot that another program described: its files are copied into the package."""
+"""Skeleton of a plugin for a robot from another program's file; the file is copied into the package."""
 
 from __future__ import annotations
 
@@ -35,7 +35,8 @@ class WrittenRobot(Value):
 
 
 def write_robot(name: str, arm: Path, keys: Path | None, gripper: Path | None, out: Path | None = None) -> WrittenRobot:
-    """Write a package for the robot of a file, with the files of arm and gripper in it.
+    """Write a plugin package for a robot that a file describes, with copies of the arm's and the gripper's
+    files.
 
     Args:
         name: of the plugin and the robot's type.
@@ -68,19 +69,19 @@ def write_robot(name: str, arm: Path, keys: Path | None, gripper: Path | None, o
 
 
 def robot_text(written: WrittenRobot) -> str:
-    """Return the findings about the files of a robot, and the missing data, as text."""
+    """Return text on what was found in a robot's files, and on the data that are missing."""
     found = [f"  found: {line}" for line in written.read.found]
     return "\n".join([*found, *(f"  to check: {line}" for line in written.read.notes)])
 
 
 def _described(arm: Path, keys: Path | None, gripper: Path | None) -> RobotFile:
-    """File of an arm with the statements beside it, as a scenario has them."""
+    """Return the file of an arm with added data, in the form that a scenario has."""
     from ..scenario.robots import file_of
     from ..scenario.scenario import scenario_from
 
     stated = {} if keys is None else load_yaml(keys)
     if not isinstance(stated, dict):
-        raise UserError(f"{keys}:1: it is a mapping with keys of a scenario's robot, such as 'payload: 5 kg'.")
+        raise UserError(f"{keys}:1: this file is a mapping with keys of a scenario's robot, such as 'payload: 5 kg'.")
     robot: dict[str, Any] = {**stated, "file": str(arm.absolute())}
     if gripper is not None:
         own = stated.get("gripper", {})
@@ -92,7 +93,7 @@ def _described(arm: Path, keys: Path | None, gripper: Path | None) -> RobotFile:
 
 
 def _copied(model: Path, folder: Path) -> list[Path]:
-    """Copy the folder of a model, as far as it belongs to models."""
+    """Copy the model files in a model's folder, such as meshes and licences."""
     own = [p for p in sorted(model.parent.rglob("*")) if p.suffix.lower() in PARTS or p.name == "LICENSE"]
     if sum(p.stat().st_size for p in own) > LARGEST:
         raise UserError(
@@ -106,7 +107,7 @@ def _copied(model: Path, folder: Path) -> list[Path]:
 
 
 def _in(local: RobotFile, folder: Path) -> RobotFile:
-    """Robot's file, and that of its gripper, with paths below a folder."""
+    """Return a robot file with its path, and the path of its gripper's file, moved below a folder."""
     hand = local.stated.gripper
     moved = replace(local, path=str(folder / local.path))
     if not isinstance(hand, HandFile) or not hand.path:
@@ -115,7 +116,7 @@ def _in(local: RobotFile, folder: Path) -> RobotFile:
 
 
 def _source(local: RobotFile, inside: str) -> str:
-    """Python code of the statements, a line for each field that differs from its default."""
+    """Return Python code of the added data, with a line for each field that differs from its default."""
     return "\n".join(f"        {name}={_code(value, inside)}," for name, value in _stated(local.stated))
 
 

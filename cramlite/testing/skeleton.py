@@ -56,7 +56,8 @@ def write_skeleton(kind: str, name: str, out: Path | None = None) -> tuple[Path,
 
 
 def fill(templates: str, kind: str, name: str, out: Path | None, further: Mapping[str, str]) -> tuple[Path, ...]:
-    """Write a package from a folder of templates, with further words that they mention; as ``write_skeleton``."""
+    """Write a package from a folder of templates with further words to fill in; errors are those of
+    ``write_skeleton``."""
     folder = vacant_folder(kind, name, out)
     words = {**_words(kind, name), **further}
     files = []
@@ -69,7 +70,7 @@ def fill(templates: str, kind: str, name: str, out: Path | None, further: Mappin
 
 
 def vacant_folder(kind: str, name: str, out: Path | None) -> Path:
-    """Return the folder for a new package, checked to be free; nothing is written.
+    """Return the folder for a new package, checked to be free; nothing is written yet.
 
     Raises:
         UserError: as ``write_skeleton``.
@@ -88,7 +89,7 @@ def _templates(part: str) -> list[Path]:
 
 
 def _words(kind: str, name: str) -> Mapping[str, str]:
-    """Values of the templates."""
+    """Return the words that templates fill in."""
     major, minor = VERSION.split(".")[:2]
     return {
         "kind": kind, "name": name, "camel": camel(name), "package": f"cramlite_{name}",
@@ -102,7 +103,7 @@ def camel(name: str) -> str:
 
 
 def _checked(name: str) -> str:
-    """The name, if modules, entry points and classes can be called so."""
+    """Return a name, checked to be valid for modules, entry points and classes."""
     if not re.fullmatch(r"[a-z][a-z0-9]*(_[a-z0-9]+)*", name) or len(name) > LONGEST:
         small = re.sub(r"[^a-z0-9]+", "_", re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()).strip("_0123456789")
         hint = f" '{small[:LONGEST]}' would do." if small else ""
@@ -123,8 +124,7 @@ def _checked(name: str) -> str:
 
 
 def _taken(kind: str, name: str) -> str:
-    """Reason why the package's declarations could not be loaded, or would hide something; empty if they
-    work."""
+    """Return why a plugin with this name could not be loaded, or would hide something; "" if it works."""
     from ..plugin.catalogue import Knowledge
     from ..plugin.registry import Registry
     from ..plugin.validation import NAMED_BY
@@ -144,7 +144,8 @@ def _taken(kind: str, name: str) -> str:
 
 
 def _taken_task(local: str, knowledge: Knowledge) -> str:
-    """Reason why there cannot be a task "cram:LOCAL": the name is a task's, a rule's or another class's."""
+    """Return why there cannot be a task "cram:LOCAL": another task, rule or class has the name; "" if it is
+    free."""
     for task in knowledge.tasks.values():
         if local in (task.task.split(":")[-1], *task.aliases):
             return f"'{local}' is a name of the task '{task.task}', of the plugin '{knowledge.task_owners[task.task]}'"
@@ -158,7 +159,7 @@ def _taken_task(local: str, knowledge: Knowledge) -> str:
 
 
 def skeleton_text(kind: str, files: tuple[Path, ...]) -> str:
-    """Return the written files, and the next step, as text."""
+    """Return text with the files of a new package and the next step."""
     folder, *written = files
     article = "an" if kind[0] in "aeiou" else "a"
     lines = [f"Wrote {article} {kind} plugin to '{folder}':", *(f"  {path.relative_to(folder)}" for path in written)]

@@ -1,4 +1,4 @@
-"""Suite of tests around a user's robot programs: a world to be corrected, a test for each program, a workflow."""
+"""Suite of tests for a user's robot programs: a world to be corrected, a test for each program, a CI workflow."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MODELS = r"\bUR ?(\d{1,2})(e?)\b"
 
 
 class ProgramFound(Value):
-    """Program of a folder.
+    """Robot program that was found in a folder.
 
     Args:
         lacks: lines that cannot run on the controller model, as (line, reason).
@@ -37,7 +37,7 @@ class ProgramFound(Value):
 
 
 def write_suite(folder: Path, knowledge: Knowledge, out: Path | None = None) -> tuple[Path, ...]:
-    """Write tests around the programs of a folder.
+    """Write tests for the robot programs of a folder.
 
     Args:
         folder: with URScript (``.script``), typed programs (``.json``) and Python clients of a UR controller, at any depth.
@@ -75,7 +75,7 @@ def write_suite(folder: Path, knowledge: Knowledge, out: Path | None = None) -> 
 
 
 def programs(folder: Path, knowledge: Knowledge) -> Iterator[ProgramFound]:
-    """Find the robot programs of a folder, by their names."""
+    """Yield the robot programs below a folder, sorted by path."""
     for path in sorted(p for p in folder.rglob("*") if p.suffix in (".script", ".json", ".py") and p.is_file()):
         if any(part.startswith(".") or part in ("node_modules", "site-packages") for part in path.relative_to(folder).parts):
             continue
@@ -87,7 +87,8 @@ def programs(folder: Path, knowledge: Knowledge) -> Iterator[ProgramFound]:
 
 
 def is_client(text: str) -> bool:
-    """Check whether a Python text speaks to a UR controller: it imports a client of RTDE, or names one of its ports."""
+    """Check whether a Python text controls a UR controller: it imports a client of RTDE, or contains one of
+    the controller's ports."""
     try:
         tree = ast.parse(text)
     except (SyntaxError, ValueError):
@@ -99,13 +100,14 @@ def is_client(text: str) -> bool:
 
 
 def _lacks(text: str, knowledge: Knowledge) -> Iterator[tuple[int, str]]:
-    """Lines of URScript that cannot run here; empty for a text that is no URScript, whose test shall fail."""
+    """Yield the lines of URScript that cannot run on the controller model; none for a text that is not
+    URScript, whose test must fail."""
     with contextlib.suppress(UserError):
         yield from ((line, said) for line, said in knowledge.simulator.inspect(text) if said.startswith("cannot run here"))
 
 
 def _robot(found: Sequence[ProgramFound], knowledge: Knowledge) -> str:
-    """The robot that most programs name; a UR5e where none names one."""
+    """Return the robot type that most programs name; a UR5e if none names one."""
     named: list[str] = []
     for one in found:
         text = f"{one.path.name.replace('_', ' ')} {one.path.read_text(encoding='utf-8', errors='replace')}"
@@ -119,7 +121,8 @@ def _filled(template: str, words: dict[str, str]) -> str:
 
 
 def _tests(found: Sequence[ProgramFound], tests: Path) -> str:
-    """Test file: a test a program, those that may not run marked with their needs."""
+    """Return the text of the test file: one test for each program; those that may not run are marked with the
+    reason."""
     functions = [_test(one, tests, name) for one, name in zip(found, _names(found), strict=True)]
     skips = "import pytest\n\n\n" if any(one.lacks for one in found) else ""
     about = '"""A test a program: say what it is for, such as .ends("part on tray").leaves("tray").pushes("30 N")."""\n\n'
@@ -137,7 +140,7 @@ def _test(one: ProgramFound, tests: Path, name: str) -> str:
 
 
 def _names(found: Sequence[ProgramFound]) -> list[str]:
-    """Names of the tests: of the files, with numbers where two are alike."""
+    """Return names of the tests: those of the files, with numbers where two are equal."""
     names: list[str] = []
     for one in found:
         name = re.sub(r"\W+", "_", one.path.stem).strip("_").lower() or "program"
@@ -146,7 +149,7 @@ def _names(found: Sequence[ProgramFound]) -> list[str]:
 
 
 def suite_text(files: Sequence[Path]) -> str:
-    """Return the written files and the next step, as text."""
+    """Return text with the written files and the next step."""
     tests = files[0]
     return "\n".join([
         f"Wrote {', '.join(str(f) for f in files[1:])}.",

@@ -35,14 +35,15 @@ class _Missing(KeyError):
 
 
 class _Sample(dict[str, Any]):
-    """Wrapper that tells a missing scenario entry from any other wrong key."""
+    """Mapping of a sample action; a missing key, which a scenario would give, raises an error of its own
+    class."""
 
     def __missing__(self, key: str) -> Any:
         raise _Missing(key)
 
 
 class _Known(Value):
-    """Names that designators may use."""
+    """Names that a checked task's designators may use: kinds of motions, relations, hooks."""
 
     kinds: Mapping[str, Iterable[str]]
     relations: Iterable[str]
@@ -63,7 +64,7 @@ def location_kinds() -> Mapping[str, LocationKind]:
 
 
 def sample_belief(held: str | None = None) -> Belief:
-    """Return a belief about a cube that has every filler's name, one arm, and, if wanted, the cube in its gripper.
+    """Return a belief about a cube that fills every role, and about one arm, which holds the cube if wanted.
 
     The cube lies on nothing. It is hollow, and there is a grain in it, so that tasks about contents have some.
     """
@@ -75,7 +76,7 @@ def sample_belief(held: str | None = None) -> Belief:
 
 
 def sample_action(task: TaskType) -> Action:
-    """Return an action whose roles all mean the cube, with every optional role filled."""
+    """Return an action with the cube as filler of every role, optional ones included."""
     cube = {r.name: Object(f"object_{k}", entity="cube") for k, r in enumerate(task.roles, 1) if not r.effector}
     return Action(f"1.{task.task.split(':')[-1]}", task.task, cube, goal=Location("home", "home"))
 
@@ -115,7 +116,8 @@ def check_task_type(
 
 
 def _known(kinds: Mapping[str, Iterable[str]] | None, relations: Iterable[str] | None, hooks: Hooks) -> _Known:
-    """Declarations of installed plugins and of the checked one, or those given in their place."""
+    """Return the names that designators may use: declared by installed plugins and by the checked one, or
+    given instead."""
     own = {hook: {k.name: k for k in hooks[hook]()} for hook in ("motion_kinds", "location_kinds") if hook in hooks}
     declared = {**location_kinds(), **own.get("location_kinds", {})}
     motions = {**motion_kinds(), **{name: kind.knows() for name, kind in own.get("motion_kinds", {}).items()}}
@@ -137,12 +139,13 @@ def _decompositions(task: TaskType, belief: Belief) -> list[Decomposition]:
 
 
 def _regrasps(way: Decomposition) -> bool:
-    """Whether a task's steps may change the payload, so that `effects` sees another belief than `decompose` did."""
+    """Check whether a task's steps may change the payload, so that ``effects`` gets another belief than
+    ``decompose`` got."""
     return any(isinstance(s, Action) or (isinstance(s, Motion) and s.kind == "gripper") for s in way.steps)
 
 
 def _check_effects(task: TaskType, beliefs: Iterable[Belief]) -> None:
-    """Check that the sample action has effects in one of the beliefs that the task may end in."""
+    """Check that ``effects`` works on the sample action in one of the beliefs that the task may lead to."""
     action, wrong = sample_action(task), []
     action = replace(action, roles=_Sample(action.roles), parameters=_Sample())
     for belief in beliefs:
@@ -157,12 +160,12 @@ def _check_effects(task: TaskType, beliefs: Iterable[Belief]) -> None:
         assert isinstance(after, Belief), f"{task.task}: effects gives a Belief, not {after!r}"
         return
     raise AssertionError(
-        f"{task.task}.effects raised {wrong[0]!r} after the sample action had been done; it says what is believed then"
+        f"{task.task}.effects raised {wrong[0]!r} after the sample action had been done; it must return what is believed then"
     ) from wrong[0]
 
 
 def _excuse(task: TaskType, name: str) -> None:
-    """Whether an error is only about an entry that a scenario would give and the sample does not."""
+    """Accept or refuse a missing key: a parameter or role that only scenarios give is no defect."""
     declared = [p.name for p in task.parameters]
     assert name not in declared, (
         f"{task.task}.effects asks for action.parameters['{name}'], which is there only where a scenario gives it; "
@@ -194,7 +197,7 @@ def _check_declaration(task: TaskType) -> None:
 
 
 def _check_classes(task: TaskType, hooks: Hooks) -> None:
-    """Every class that a role asks for is in an ontology: a shipped one, or one of a plugin."""
+    """Check that every class that a role requires is in a shipped ontology or in one of the plugin."""
     asked = [(r.name, c) for r in task.roles for c in (*r.types, *r.features, *r.affords)]
     if not asked:
         return
@@ -248,8 +251,8 @@ def _check_location(task: TaskType, location: Location, known: _Known) -> None:
 
 
 def _answered(designator: Location | Motion, hooks: Hooks) -> bool:
-    """Whether the plugin itself or an installed one answers; a failure for want of a context counts as an
-    answer."""
+    """Check whether the plugin or an installed one answers a designator; failing for want of a context counts
+    as an answer."""
     hook, registry = HOOKS[type(designator)], Registry()
     asked = {"designator": designator, "location": designator, "motion": designator, "belief": sample_belief(), "context": None}
     if hook in hooks:

@@ -32,7 +32,7 @@ def shown(markdown: str) -> str:
 
 
 def block(title: str, name: str, figure: Figure) -> str:
-    """Return all that the page says of a figure."""
+    """Return the part of the page about one figure: table, published numbers, plot and circumstances."""
     head = f"**[{title}](../figures/{name}.yaml)**{mark(figure)}"
     parts = [head + (f" {figure.about}" if figure.about else ""), *table(figure.numbers)]
     parts += published(figure)
@@ -41,7 +41,7 @@ def block(title: str, name: str, figure: Figure) -> str:
 
 
 def table(numbers: Sequence[Number]) -> list[str]:
-    """Return the table of numbers: a row for each ``what``, a column for each ``part``."""
+    """Return a figure's table of numbers: a row for each ``what``, a column for each ``part``."""
     rows, columns = list(dict.fromkeys(n.what for n in numbers)), list(dict.fromkeys(n.part for n in numbers))
     found = {(n.what, n.part): cell(n) for n in numbers}
     lines = [["", *(c or "figure" for c in columns)], ["---"] * (len(columns) + 1)]
@@ -59,7 +59,7 @@ def cell(number: Number) -> str:
 
 
 def published(figure: Figure) -> list[str]:
-    """Return what others published, with what each was given."""
+    """Return the table of figures that others published, with the inputs that each system was given."""
     if not figure.beside:
         return []
     rows = [[p.who, p.said, p.given, p.source] for p in figure.beside]
@@ -68,14 +68,14 @@ def published(figure: Figure) -> list[str]:
 
 
 def circumstances(figure: Figure) -> str:
-    """Return the line under the table: commit, seeds, machine and command."""
+    """Return the line under a figure's table: commit, seeds, machine and command."""
     seeds = f"seeds: {figure.seeds}, {SEEN[figure.seen]}" if figure.seeds else "seeds: none, or not recorded"
     cpu = f"{figure.cpu_s:g} s of CPU time" if figure.cpu_s is not None else "CPU time of the whole not recorded"
     return f"{when(figure)}; {seeds}; {figure.machine or 'machine not recorded'}; {cpu}. `{figure.command}`"
 
 
 def when(figure: Figure) -> str:
-    """Return the commit and how long ago that was."""
+    """Return a figure's commit, and how many commits ago it was."""
     if figure.commit is None:
         return "commit not recorded"
     ago = age(figure.commit)
@@ -83,14 +83,14 @@ def when(figure: Figure) -> str:
 
 
 def mark(figure: Figure) -> str:
-    """Return the mark of a figure that is old, or whose age nobody knows; a full stop for all others."""
+    """Return "(**old**)." or "(**age unknown**)." for such a figure, a full stop for all others."""
     ago = age(figure.commit) if figure.commit else None
     return " (**age unknown**)." if ago is None else " (**old**)." if ago > OLD else "."
 
 
 @cache
 def age(commit: str, root: Path = ROOT) -> int | None:
-    """Return how many commits are younger than this one; None where git or its history does not know it."""
+    """Return how many commits followed a commit; None if git does not know it."""
     top = git(root, "rev-parse", "--show-toplevel")
     if top is None or Path(top).resolve() != root.resolve():
         return None
@@ -112,7 +112,7 @@ COLOURS = ("#1f77b4", "#d62728", "#2ca02c", "#9467bd", "#ff7f0e", "#17becf", "#8
 
 
 def plot(figure: Figure) -> str:
-    """Return the curves through the numbers that have a place on the axis, with their intervals, as an SVG."""
+    """Return a figure's plot as SVG: curves through the numbers that have an x value, with their intervals."""
     assert figure.plot is not None
     points = [n for n in figure.numbers if n.x is not None]
     xs, top = sorted({n.x for n in points if n.x is not None}), nice(max(n.high if n.high is not None else n.height for n in points))
@@ -142,7 +142,7 @@ def plot(figure: Figure) -> str:
 
 
 def curve(numbers: Sequence[Number], colour: str, at: object) -> Iterator[str]:
-    """Give a curve and its intervals."""
+    """Give the SVG elements of a curve and its intervals."""
     assert callable(at)
     places = [at(n.x, n.height) for n in numbers]
     yield f'<path d="M{"L".join(f"{x:.1f} {y:.1f}" for x, y in places)}" fill="none" stroke="{colour}" stroke-width="2"/>'

@@ -38,13 +38,13 @@ TITLES = {
 
 
 def names() -> list[str]:
-    """Every shipped scenario, by its path below ``scenarios``."""
+    """Return the names of all shipped scenarios: their paths below ``scenarios``."""
     found = [p for p in SCENARIOS.glob("**/*.yaml") if "demonstration" not in p.parts]
     return sorted(p.relative_to(SCENARIOS).with_suffix("").as_posix() for p in found)
 
 
 def run(name: str) -> dict[str, Any]:
-    """Resolve a scenario, draw its run, and return what the page says of it."""
+    """Resolve a scenario, draw its run, and return its entry of the gallery."""
     file = SCENARIOS / f"{name}.yaml"
     about = {"title": read_scenario(file).spec.title, "about": remark(file)}
     with tempfile.TemporaryDirectory() as folder:
@@ -68,7 +68,7 @@ def remark(file: Path) -> str:
 
 
 def nearest(result: Mapping[str, Any]) -> str:
-    """Return why nothing was proven: the nearest miss where there was one, and its place in the plan."""
+    """Return why nothing was proven: the nearest miss and its designator, if there is one, else the search's reason."""
     miss = result["nearest"]
     return f"{miss['designator']}: {miss['reason']}" if miss else str(result["reason"])
 
@@ -85,7 +85,7 @@ def animate(run: Path, out: Path) -> None:
 
 
 def page(found: Mapping[str, Mapping[str, Any]]) -> str:
-    """Return the page as Markdown."""
+    """Return the gallery page as Markdown."""
     parts = [
         "# Gallery", "",
         "Every shipped scenario, as `cramlite resolve NAME --twins 0` leaves it at seed 0, three times as fast as it ran. What must",
@@ -107,7 +107,7 @@ def rows(found: Mapping[str, Mapping[str, Any]]) -> Iterable[str]:
 
 
 def main(asked: list[str]) -> None:
-    """Make the entries that are asked for, all if none is, and write the page."""
+    """Make the gallery's entries of the named scenarios, of all if none is named, and write the page."""
     PICTURES.mkdir(parents=True, exist_ok=True)
     known = json.loads(FOUND.read_text()) if FOUND.is_file() else {}
     wanted = asked or names()

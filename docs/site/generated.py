@@ -27,7 +27,7 @@ DOORS = (cramlite, cramlite.plugin, cramlite.model, cramlite.testing)
 
 
 def on_files(files: Any, config: Any) -> Any:
-    """MkDocs asks for further files: the generated pages."""
+    """Add the generated pages and plots to the files of the site; a hook of MkDocs."""
     from mkdocs.structure.files import File
 
     for name, make in PAGES.items():
@@ -38,7 +38,7 @@ def on_files(files: Any, config: Any) -> Any:
 
 
 def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
-    """Show what the tests read in comments (names of files, exit codes), and the tables of code and figures."""
+    """Fill in the tables of code and figures, and turn comments for tests (names of files, exit codes) into titles of blocks."""
     markdown = tables.filled(markdown)
     if page.file.src_uri == figures.PAGE:
         markdown = figures.shown(markdown)
@@ -50,7 +50,7 @@ def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
 
 
 def predicates_page() -> str:
-    """Every predicate that rules may ask for, as the installed plugins declare them."""
+    """Return the page of all predicates that rules may use, as the installed plugins declare them."""
     from cramlite import Engine
 
     parts = ["# Predicates", "", "What [rule files](rules.md) may ask for; written from the shipped plugins.", ""]
@@ -62,7 +62,7 @@ def predicates_page() -> str:
 
 
 def locations_page() -> str:
-    """Every relation of locations, as the installed plugins declare them."""
+    """Return the page of all relations of locations, as the installed plugins declare them."""
     from cramlite import Engine
 
     parts = ["# Locations", "", "Relations that [motions](motions.md#where-motions-lead) lead to; written from the shipped plugins.", ""]
@@ -80,7 +80,7 @@ def locations_page() -> str:
 
 
 def fields_of(kind: type[Value]) -> list[tuple[str, str, str]]:
-    """Name, type and default of the fields of a value."""
+    """Return name, type and default of each field of a value class."""
     found = inspect.signature(kind).parameters.values()
     return [
         (p.name, f"`{p.annotation}`".replace("|", "\\|"), "" if p.default is p.empty else f"`{p.default!r}`") for p in found
@@ -92,7 +92,7 @@ QUIET = "---\nsearch:\n  boost: 0.3\n---\n\n"
 
 
 def python_page() -> str:
-    """An index: every public name with the first sentence of its docstring and a link to its door."""
+    """Return the index of public names: each with the first sentence of its docstring and a link to its module's page."""
     parts = [f"{QUIET}# Python names", "", "Everything public, written from the code. Each door has a page:", ""]
     parts += [f"- [`{m.__name__}`]({door(m)}): {plain((inspect.getdoc(m) or '').split(chr(10))[0])}" for m in DOORS]
     parts += ["", "| name | from | what it is |", "|---|---|---|"]
@@ -105,12 +105,12 @@ def python_page() -> str:
 
 
 def door(module: ModuleType) -> str:
-    """The page of a public module, beside the index."""
+    """Return the path of a public module's page, relative to the index."""
     return f"python/{module.__name__.rpartition('.')[2]}.md"
 
 
 def door_page(module: ModuleType) -> str:
-    """Every public name of a door with its signature and docstring."""
+    """Return the page of a public module: every name with its signature and docstring."""
     parts = [f"{QUIET}# {module.__name__}", "", plain(inspect.getdoc(module) or "")]
     also = [n for n in module.__all__ if (module, n) not in public_names()]
     if also:
@@ -121,14 +121,14 @@ def door_page(module: ModuleType) -> str:
 
 
 def public_names() -> list[tuple[ModuleType, str]]:
-    """Every public name, with the first public module that has it; two things of one name are two."""
+    """Return every public name with the first public module that has it; equal names of different things are kept apart."""
     first = {(name, id(getattr(module, name))): module for module in reversed(DOORS) for name in module.__all__}
     found = [(module, name) for module in DOORS for name in module.__all__]
     return [(module, name) for module, name in found if first[name, id(getattr(module, name))] is module]
 
 
 def described(module: ModuleType, name: str) -> list[str]:
-    """A heading, the signature, the docstring, and the public methods of a class."""
+    """Return the description of a public name: heading, signature, docstring, and the public methods of a class."""
     value = getattr(module, name)
     if is_constant(value):
         return [f"### {name}", "", f"`{constant_text(value)}`", "", plain(constant_doc(module, name))]
@@ -142,7 +142,7 @@ def described(module: ModuleType, name: str) -> list[str]:
 
 
 def attributes(value: Any) -> list[str]:
-    """Class attributes that a subclass sets, with their defaults and the text under them in the source."""
+    """Return the class attributes that a subclass sets, with their defaults and the strings under them in the source."""
     hints = vars(value).get("__annotations__", {}) if inspect.isclass(value) else {}
     own = [n for n, h in hints.items() if str(h).startswith("ClassVar")]
     source = inspect.getsource(value) if own else ""
@@ -158,7 +158,7 @@ PROPERTIES, METHODS = (property, cached_property), (FunctionType, classmethod, s
 
 
 def members(value: Any, kinds: tuple[type, ...]) -> list[tuple[str, Any]]:
-    """Public methods, or properties, that a class defines itself and documents, each with its function."""
+    """Return the documented public methods, or properties, that a class defines itself, each with its function."""
     if not inspect.isclass(value):
         return []
     protocol = getattr(value, "_is_protocol", False)
@@ -168,7 +168,7 @@ def members(value: Any, kinds: tuple[type, ...]) -> list[tuple[str, Any]]:
 
 
 def returned(function: Any) -> str:
-    """The type that a property has."""
+    """Return the type of a property, as text."""
     return str(inspect.signature(function).return_annotation).strip("'")
 
 
@@ -203,12 +203,12 @@ def signature_of(value: Any) -> str:
 
 
 def is_constant(value: Any) -> bool:
-    """Whether a public name stands for a constant or a type alias, and not for a class or function."""
+    """Check whether a public name stands for a constant or a type alias, and not for a class or function."""
     return not isinstance(value, type) and not inspect.isfunction(value)
 
 
 def constant_text(value: Any) -> str:
-    """A constant as JSON, a type alias as it is written, anything else by its class."""
+    """Return a constant as JSON, a type alias as it is written, any other value by its class."""
     if isinstance(value, str | int | float | tuple):
         return json.dumps(value)
     if hasattr(value, "__metadata__"):  # of ``Annotated``, the type alone
@@ -217,12 +217,12 @@ def constant_text(value: Any) -> str:
 
 
 def constant_doc(module: ModuleType, name: str) -> str:
-    """The text under a constant, in the module that defines it."""
+    """Return the string under a constant, in the module that defines it."""
     return next((doc for source in sources(module, name) for doc in texts_under(source, name)), "")
 
 
 def sources(module: ModuleType, name: str) -> Iterator[str]:
-    """The source of the module that a public name comes from; of the public one and all submodules, where it does not say."""
+    """Give the source of the module that defines a public name; if that is unknown, of the public module and all submodules."""
     lazy = getattr(module, "_NAMES", None)
     home = lazy.homes.get(name) if lazy is not None else None
     found = [importlib.import_module(home, module.__name__)] if home else []
@@ -231,7 +231,7 @@ def sources(module: ModuleType, name: str) -> Iterator[str]:
 
 
 def texts_under(source: str, name: str) -> Iterator[str]:
-    """The strings that follow an assignment to a name."""
+    """Give the strings that follow an assignment to a name in a source."""
     body = ast.parse(source).body
     for statement, below in pairwise(body):
         targets = statement.targets if isinstance(statement, ast.Assign) else [getattr(statement, "target", None)]
@@ -242,7 +242,7 @@ def texts_under(source: str, name: str) -> Iterator[str]:
 
 
 def plain(text: str) -> str:
-    """A docstring as Markdown: its sections as bold words, their entries as a list."""
+    """Return a docstring as Markdown: its sections as bold words, their entries as a list."""
     lines = []
     for line in text.splitlines():
         if re.fullmatch(r"(Args|Returns|Raises|Example):", line):
@@ -255,7 +255,7 @@ def plain(text: str) -> str:
 
 
 def schema_page() -> str:
-    """The JSON Schemas as ``cramlite schema`` prints them."""
+    """Return the page of the JSON Schemas that ``cramlite schema`` prints."""
     from cramlite.scenario.schema import SCHEMAS
 
     parts = ["# JSON Schemas", "", "`cramlite schema KIND` prints them for editors; see [commands](cli/resolve.md#schema)."]
@@ -265,7 +265,7 @@ def schema_page() -> str:
 
 
 def errors_page() -> str:
-    """The errors that reach a person, each with its exit code."""
+    """Return the page of the errors that reach a person, each with its exit code."""
     from cramlite.base import errors
 
     parts = [

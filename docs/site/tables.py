@@ -28,7 +28,7 @@ def filled(markdown: str) -> str:
 
 
 def table(kind: str, name: str = "") -> str:
-    """Return one table as Markdown.
+    """Return the table of a kind and name as Markdown.
 
     Raises:
         KeyError: there is no such kind, or nothing of that name.
@@ -37,7 +37,7 @@ def table(kind: str, name: str = "") -> str:
 
 
 def rows(*cells: Iterable[str]) -> str:
-    """Return a table: the head first, then its rows."""
+    """Return rows of cells as a Markdown table; the first row is the head."""
     head, *body = [[c.replace("|", "\\|") for c in row] for row in cells]
     return "\n".join("| " + " | ".join(r) + " |" for r in [head, ["---"] * len(head), *body])
 
@@ -75,7 +75,7 @@ def model(name: str) -> str:
 
 
 def explained(function: Callable[..., Any]) -> dict[str, str]:
-    """Return the entries of a docstring's ``Args``, one a parameter."""
+    """Return the entries of a function's docstring under ``Args``, by parameter."""
     listed = re.search(r"^Args:\n((?:    .*\n?)+)", inspect.getdoc(function) or "", re.MULTILINE)
     entries = re.findall(r"^    (\w+(?:, \w+)*): (.*(?:\n        .*)*)", listed[1] if listed else "", re.MULTILINE)
     return {name: " ".join(text.split()).removesuffix(".") for names, text in entries for name in names.split(", ")}

@@ -1,4 +1,4 @@
-"""An ablation: no search by touch."""
+"""Ablation without searching a hole by touch: spiral searches are left out."""
 
 from __future__ import annotations
 

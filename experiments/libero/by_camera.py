@@ -1,4 +1,5 @@
-"""LIBERO as a judge of what a camera sees and a sentence says: no model, no state and no formula of it is asked for."""
+"""LIBERO as a judge that tells a robot only what a cell could: camera pictures and the task's sentence, no
+model, state or goal formula."""
 
 from __future__ import annotations
 
@@ -29,7 +30,7 @@ ASKED = "asked.json"
 
 
 class LiberoByCamera(Libero):
-    """LIBERO's judge, of which only a picture with depth, joints and the task's sentence are known."""
+    """LIBERO's judge, asked only for pictures with depth, joint values and the task's sentence."""
 
     def __init__(self, environment: Path | None = None, patience: float = PATIENCE) -> None:
         super().__init__(environment, patience)
@@ -37,12 +38,13 @@ class LiberoByCamera(Libero):
         self.asked: list[dict[str, Any]] = []
 
     def reset(self, suite: str, task: int, state: int) -> str:
-        """Begin an episode, and keep its sentence."""
+        """Begin an episode, and remember the task's sentence."""
         self.asked, self.seed = [], task * 1000 + state
         return super().reset(suite, task, state)
 
     def ask(self, ask: dict[str, Any], patience: float) -> dict[str, Any]:
-        """Send a request that a robot cell could answer, and return the answer; both are kept.
+        """Send a request that a robot cell could answer, and return the answer; the request and the answer's
+        keys are recorded.
 
         Raises:
             UserError: it asks for more, or as that of any judge.
@@ -60,7 +62,8 @@ class LiberoByCamera(Libero):
         return base64.b64decode(self.ask({"ask": "look"}, self.patience)["rgb"])
 
     def setting(self, engine: Engine, folder: Path, twins: int, now: World | None = None) -> tuple[Path, Setting]:
-        """Look, write the scene that is believed since and its scenario, and build its setting: where the sentence is to become true."""
+        """Take a picture, write the scene that is believed from it with its scenario, and build the
+        setting whose goal is the task's sentence."""
         said = self.ask({"ask": "look"}, self.patience)
         hello = self.hello()
         mount = RobotMount("robot", "libero_panda", joints=tuple(said["joints"]), opening=min(said["opening"], 0.08))
@@ -86,7 +89,7 @@ class LiberoByCamera(Libero):
 
 
 def library_folder() -> Path:
-    """Return where the library of known kinds is.
+    """Return the folder with the library of known kinds.
 
     Raises:
         UserError: it is not there; says how it is made.
@@ -99,7 +102,7 @@ def library_folder() -> Path:
 
 @lru_cache(maxsize=1)
 def kinds_of(library: Path) -> tuple[Thing, ...]:
-    """Return the kinds of a library, each at the origin."""
+    """Return the things of a library's kinds, each at the origin."""
     makers = Engine().knowledge.registry.first("read_models", path=library) or ()
     return tuple(maker.make(name=maker.name, pose=Pose()) for maker in makers)
 

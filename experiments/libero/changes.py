@@ -1,4 +1,4 @@
-"""Changes of LIBERO-MAX in the middle of a run, by manifests in a folder that the user names.
+"""Changes of LIBERO-MAX in the middle of a run, as manifests in a folder of the user's describe them.
 
 Only the judge's process reads them. A case is a pair: the same task and initial state without the change (state 0 of its suite here) and
 with it (state 1). What is kept for the end is in suites whose name ends with "_end": of physical changes the third whose name has a BLAKE2b
@@ -28,7 +28,7 @@ STATE = {"core_dev.json": 1, "intent_dev.json": 0}
 
 
 def kept(case_id: str, row: int, intent: bool) -> bool:
-    """Return whether a case is kept for the end."""
+    """Return whether a case belongs to the suites that are reserved for the final evaluation."""
     if intent:
         return row % 2 == 1
     return int.from_bytes(hashlib.blake2b(case_id.encode(), digest_size=4).digest(), "big") % 3 == 0
@@ -52,7 +52,8 @@ def cases(suite: str) -> list[dict[str, Any]]:
 
 
 class Change:
-    """Change of one case, which waits for its trigger; in a control it never comes.
+    """Change of one case of LIBERO-MAX, which happens when its trigger holds; in a control run it never
+    happens.
 
     Args:
         case: of the manifest.
@@ -70,7 +71,8 @@ class Change:
         self.rested: Any = None
 
     def set_up(self, env: Any) -> None:
-        """Remove the things that the case removes before the start, in both arms of the pair."""
+        """Remove the things that are absent at the start of the case, in the control run as in the changed
+        one."""
         for one in self.scenario.get("setup", ()):
             name = one["object"]
             self.heights[name] = float(origin(env, name)[2])
@@ -105,34 +107,34 @@ class Change:
         return net <= NET and along <= ALONG and self.moved <= STILL
 
     def move_object(self, env: Any, change: dict[str, Any], hand: Any) -> None:
-        """Displace a thing, by its body if it has no free joint."""
+        """Displace a thing: by its free joint, else by moving its body in the model."""
         put(env, change["object"], origin(env, change["object"]) + np.array(change["delta_position_m"]))
 
     def insert_obstacle(self, env: Any, change: dict[str, Any], hand: Any) -> None:
-        """Put a thing that was away between hand and target, at its initial height."""
+        """Bring an absent thing in between the hand and the target, at its initial height."""
         name, target = change["object"], origin(env, change["path_target"])
         way = target - hand
         across = np.array([-way[1], way[0], 0.0]) / max(float(np.hypot(way[0], way[1])), 1e-9)
         self.insert(env, name, hand + change["path_fraction"] * way + change["lateral_offset_m"] * across)
 
     def insert_distractors(self, env: Any, change: dict[str, Any], hand: Any) -> None:
-        """Put things that were away beside the target, at their initial heights."""
+        """Bring absent things in beside the target, at their initial heights."""
         for one in change["placements"]:
             self.insert(env, one["object"], origin(env, one["relative_to"]) + np.array(one["offset_m"]))
 
     def insert(self, env: Any, name: str, place: Any) -> None:
-        """Put a thing that was away somewhere, at its initial height."""
+        """Bring an absent thing in at a place, at its initial height."""
         solid(env, name, True)
         put(env, name, [place[0], place[1], self.heights[name]])
         self.away.discard(name)
 
     def replace_instruction(self, env: Any, change: dict[str, Any], hand: Any) -> None:
-        """Ask for another goal, which the judge checks from then on."""
+        """Replace the goal; the judge checks the new one from then on."""
         self.goal = [[g["predicate"].lower(), *g["arguments"]] for g in change["alternate_goal"]]
         env.parsed_problem["goal_state"] = self.goal
 
     def cancel_instruction(self, env: Any, change: dict[str, Any], hand: Any) -> None:
-        """Ask for nothing any more."""
+        """Cancel the task: the goal is empty from then on."""
         self.goal = []
         self.way = [hand.tolist()]
         self.rested = origin(env, self.scenario["trigger"]["value"])
@@ -149,7 +151,7 @@ def origin(env: Any, name: str) -> Any:
 
 
 def put(env: Any, name: str, place: Any) -> None:
-    """Put a thing elsewhere, at rest."""
+    """Move a thing to a position, with zero velocity if it has a free joint."""
     model, data, body = env.sim.model, env.sim.data, body_of(env, name)
     joint = int(model.body_jntadr[body])
     if joint >= 0 and int(model.jnt_type[joint]) == 0:
@@ -161,7 +163,8 @@ def put(env: Any, name: str, place: Any) -> None:
 
 
 def solid(env: Any, name: str, here: bool) -> None:
-    """Let a thing collide and have weight, or neither: an absent thing stays where it is."""
+    """Let a thing collide and have weight (``here``), or switch both off, so that an absent thing stays
+    where it was put."""
     model, body = env.sim.model, body_of(env, name)
     inside = [b for b in range(model.nbody) if _within(model, b, body)]
     for geom in range(model.ngeom):

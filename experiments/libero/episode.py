@@ -1,4 +1,4 @@
-"""One episode of LIBERO as a scenario: the answers of the judge about its world, in the words of cramlite."""
+"""Episode of LIBERO as a scenario of cramlite, written from the judge's description of its world."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ STRICT = {"bystander_motion": "1 mm"}
 def prepare(
     engine: Engine, scene: dict[str, Any], hello: Hello, folder: Path, twins: int, now: World | None = None
 ) -> tuple[Path, Setting]:
-    """Write scene and scenario of an episode, and build its setting: where its goal is to be achieved."""
+    """Write scene and scenario of an episode, and build the setting in which the episode's goal is to be
+    achieved."""
     x, y, z, *turn = scene["base"]
     if abs(turn[0]) < 0.999999:
         raise UserError(f"The robot's base is turned by the quaternion {turn}; all of LIBERO's stand straight.")

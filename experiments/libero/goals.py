@@ -16,7 +16,7 @@ asked."""
 
 
 def goal_sentences(scene: Mapping[str, Any], things: Iterable[Thing]) -> list[str]:
-    """Say a problem's goal, all parts of which shall hold, in sentences about things.
+    """Write a problem's goal, a conjunction of literals, as sentences about things.
 
     Args:
         scene: what the judge says of it: ``goal``, ``bodies`` of objects, and ``regions`` with the bodies that they belong to.
@@ -43,13 +43,15 @@ def _sentence(literal: Sequence[str], scene: Mapping[str, Any], things: Mapping[
 
 
 def _jointed(what: str, name: str, things: Mapping[str, Thing]) -> str:
-    """Of an object that does not move itself, the only part on a joint: a stove's knob, a microwave's door."""
+    """The only part of an object that is on a joint, such as a stove's knob or a microwave's door; the
+    object itself if it moves or has several."""
     parts = [t.name for t in things.values() if t.joint is not None and t.name.startswith(f"{name}_")]
     return parts[0] if things[what].joint is None and len(parts) == 1 else what
 
 
 def _thing(name: str, scene: Mapping[str, Any], things: Mapping[str, Thing]) -> str:
-    """The thing that an object is, or the region of a thing, by the end of its site's name; of a region that is none, its thing."""
+    """The thing that an object is; of a region the feature of its thing whose name ends the site's name,
+    else the thing itself."""
     region = scene["regions"].get(name)
     bodies = region["bodies"] if region else [scene["bodies"][name]] if name in scene["bodies"] else []
     found = next((b for b in bodies if b in things), None)

@@ -1,4 +1,5 @@
-"""Whether a simulation has become unstable: MuJoCo then begins anew by itself, from the state of the file, and only counts that."""
+"""Detection of unstable simulations: MuJoCo then resets itself to the state of the file, and tells so only
+by a counter."""
 
 from __future__ import annotations
 

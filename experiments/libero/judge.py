@@ -47,7 +47,7 @@ HAND = "gripper0_right_gripper"
 
 
 class Judge:
-    """One episode at a time."""
+    """LIBERO's judge, which simulates one episode at a time."""
 
     def __init__(self) -> None:
         self.env: Any = None
@@ -108,7 +108,8 @@ class Judge:
         self.steps, self.first = 0, None
 
     def scene(self) -> dict[str, Any]:
-        """Describe the world: the model as MJCF, its state, the goal and its sentence, the regions of goals, and the camera's place."""
+        """Describe the world: the model as MJCF, its state, the goal and its sentence, the regions, and
+        the position of the camera."""
         env, sim = self.env.env, self.env.sim
         base = sim.model.body_name2id("robot0_link0")
         things = {n: env.get_object(n) for n in (*env.objects_dict, *env.fixtures_dict)}
@@ -166,7 +167,8 @@ class Judge:
         }  # fmt: skip
 
     def read(self) -> dict[str, Any]:
-        """Return the poses of movable things, by body, and the goal where another one is asked for; of suites with changes alone."""
+        """Return the poses of movable things, by body, and the goal if it was replaced; nothing in suites
+        without changes during a run."""
         if self.change is None:
             return {}
         env, data = self.env.env, self.env.sim.data

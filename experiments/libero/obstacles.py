@@ -46,7 +46,7 @@ def problem(suite: str, task: int, state: int) -> tuple[Path, Any]:
 
 
 class _Arrays(pickle.Unpickler):
-    """A reader of pickles that makes NumPy's arrays, and nothing else."""
+    """Unpickler that creates NumPy arrays, and nothing else."""
 
     def find_class(self, module: str, name: str) -> Any:
         if (module.replace("numpy._core", "numpy.core"), name) not in ALLOWED:
@@ -62,7 +62,7 @@ def initial_states(path: Path) -> Any:
 
 
 def _register(folder: Path) -> None:
-    """Let LIBERO know the obstacles' classes, whose assets are in the folder."""
+    """Register the classes of the obstacles with LIBERO; their assets are in the folder."""
     spec = importlib.util.spec_from_file_location("obstacle_objects", folder / "obstacle_objects.py")
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -71,7 +71,7 @@ def _register(folder: Path) -> None:
 
 
 class Obstacles:
-    """Obstacles of an episode: the one that is present, and those that are far away."""
+    """Obstacles of an episode: SafeLIBERO leaves one in the scene and puts the others far away."""
 
     def __init__(self, env: Any) -> None:
         names = [n for n in env.objects_dict if "obstacle" in type(env.get_object(n)).__name__.lower()]
@@ -82,7 +82,7 @@ class Obstacles:
         self.worst = 0.0
 
     def see(self, env: Any) -> None:
-        """Measure how far the obstacles are from where they were."""
+        """Measure how far the obstacles are from their initial positions, and keep the largest distance."""
         off = [np.abs(env.sim.data.body_xpos[env.obj_body_id[n]] - p).sum() for n, p in self.start.items()]
         self.worst = max([self.worst, *map(float, off)])
 

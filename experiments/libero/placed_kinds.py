@@ -1,4 +1,5 @@
-"""A scene of known kinds at their poses, as MJCF: each from the file that its library was made of, joints and all."""
+"""Scene of known kinds at their poses as MJCF: each kind comes from the file that its library was made of,
+with its joints."""
 
 from __future__ import annotations
 
@@ -25,7 +26,8 @@ def files_of(library: Path) -> dict[str, Path]:
 
 
 def scene_of(found: Sequence[tuple[str, Pose]], files: dict[str, Path], table: float) -> tuple[str, list[float]]:
-    """Put kinds at their poses onto a table of some height [m]; none that can be moved is within it.
+    """Put kinds at their poses, on a table of some height [m]; movable things whose pose is below the table
+    top are left out.
 
     Returns:
         The scene as MJCF, and its state. Things are named after their kinds and numbered, "plate_1_main".
@@ -59,7 +61,8 @@ def scene_of(found: Sequence[tuple[str, Pose]], files: dict[str, Path], table: f
 
 
 def _kind(file: Path) -> tuple[Any, Pose]:
-    """A kind without what only looks, and the frame of its first body that has a shape, at the joints' zero."""
+    """Model of a kind without its purely visual geoms, and the frame of its first body that has a shape,
+    with joints at zero."""
     import mujoco
 
     spec = mujoco.MjSpec.from_file(str(file))
@@ -82,7 +85,7 @@ def _kind(file: Path) -> tuple[Any, Pose]:
 
 
 def _lowest(spec: Any, at: Pose) -> float:
-    """Height of the lowest corner of a kind's collision shapes, put somewhere [m]."""
+    """Height of the lowest corner of a kind's collision shapes, with the kind at a pose [m]."""
     import mujoco
 
     model = spec.copy().compile()

@@ -1,4 +1,5 @@
-"""What a picture of LIBERO's fixed camera shows: known kinds, where they stand, and the table that bears them.
+"""Scene that a picture of LIBERO's fixed camera shows: known kinds with their poses, and the table that bears
+them.
 
 Poses are in the frame of the robot's base, z up. The errors of a stereo camera and of a calibration are added here, by the seed of the
 episode; two angles of the calibration are found again, since a table is level.

@@ -1,4 +1,5 @@
-"""Measures of the published rules, where ours differ: end points, and contacts that span an action.
+"""Conditions of the published rules where ours differ: end points, and contacts that last as long as an
+action.
 
 ``sliding_gripper.yaml`` is not here: as published its class has no 'http://', so that the rule never fires.
 """

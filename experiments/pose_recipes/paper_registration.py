@@ -91,7 +91,8 @@ def _scene(view: View, mask: Mask) -> Floats | None:
 
 
 def _principal_starts(points: Floats, model: PoseModel) -> Iterator[Pose]:
-    """12 of the 24 ways to lay two systems of principal axes on each other: those with the first axis either way."""
+    """12 of the 24 ways to align two systems of principal axes, first those that keep the third axis in
+    either direction."""
     of_scene, of_model = _axes(points), _axes(np.asarray(model.points, dtype=float))
     for way in sorted(cube_rotations(), key=lambda p: -abs(float(p.rotation[2, 2])))[:12]:
         turn = of_model @ way.rotation @ of_scene.T

@@ -100,7 +100,7 @@ ROBOTS = {
 
 
 class Judge:
-    """One episode at a time."""
+    """robosuite's judge, which simulates one episode at a time."""
 
     def __init__(self) -> None:
         self.env: Any = None
@@ -149,7 +149,8 @@ class Judge:
         }  # fmt: skip
 
     def _model(self) -> str:
-        """The model as MJCF, with the compartment that its check asks for: between the walls of its bin, up to their tops."""
+        """Model as MJCF, with a site for the compartment that the task's success check asks for: between
+        the walls of its bin, up to their tops."""
         text: str = self.env.sim.model.get_xml()
         if not self.task.compartment:
             return text
@@ -170,7 +171,8 @@ class Judge:
         } | self.feel()  # fmt: skip
 
     def step(self, delta: list[float], opening: float, grip: float) -> dict[str, Any]:
-        """Take an action; a hand that is commanded by position presses by how far its command is ahead of its fingers."""
+        """Take an action; of a hand that is commanded by position, the grip force sets how far the command
+        leads the fingers."""
         robot = self.robot
         opening = max(opening, self._opening() - grip * robot.give) if robot.give else opening
         most = self.env.robots[0].part_controllers["right"].output_max
@@ -187,7 +189,7 @@ class Judge:
         return self.feel()
 
     def _turned(self, vectors: Any) -> Any:
-        """A translation and a rotation between cramlite's base and robosuite's."""
+        """Convert translation and rotation between cramlite's base and robosuite's, in either direction."""
         return vectors * np.tile(TURNED, 2) if self.robot.turned else vectors
 
     def feel(self) -> dict[str, Any]:

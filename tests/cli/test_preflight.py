@@ -70,7 +70,7 @@ def test_a_dry_run_is_slower_and_judged(run: Run, taken: Path, tmp_path: Path) -
     assert found["checks"][0]["in_twins"] is None
     assert slow.read_text() != (taken / "program.script").read_text()
     text = run("preflight", slow, "--world", "grasp_one_thing")
-    assert text.code == 0 and "Not proven: a text" in text.out and "none: nothing was proven" in text.out
+    assert text.code == 0 and "Not proven: this text" in text.out and "none: nothing was proven" in text.out
     assert "up to 1.225 kg" not in text.out and "PUT EVERYTHING" not in text.out
 
 

@@ -74,7 +74,7 @@ def test_wider_rounds_are_tried_and_not_again(run: Run, tmp_path: Path) -> None:
     (tmp_path / "post.yaml").write_text(text)
     arguments = ("resolve", tmp_path / "post.yaml", "--out", tmp_path / "run", "--no-report")
     first = run(*arguments)
-    assert first.code == 1 and "candidate 1: Opening, 2 times as many alternatives as at first" in first.err
+    assert first.code == 1 and "candidate 1: Opening, with 2 times as many alternatives as in the first round" in first.err
     assert "No solution: every alternative was refused." in first.err, "what the first round left out, a wider one tried"
     spent = json.loads((tmp_path / "run" / "manifest.json").read_text())["spent"]["1"]
     assert spent["breadth"] >= 2 and not spent["capped"]

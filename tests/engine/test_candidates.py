@@ -48,7 +48,7 @@ def test_where_every_reading_contradicts_itself_the_trace_says_so() -> None:
         return len(list(plans_from_interpretation("it", interpretation, episode, ENGINE.knowledge.tasks, trace)))
 
     assert plans(replace(found, actions=(replace(found.actions[2], matches=tuple(ends)),))) == 0
-    assert [e.reason for e in trace.entries] == ["2 readings, none agrees with itself; 0 actions unexplained"]
+    assert [e.reason for e in trace.entries] == ["2 readings, none of them consistent; 0 actions that no task explains"]
     assert plans(found) == 4 and len(trace.entries) == 1
 
 

@@ -85,7 +85,7 @@ def test_a_failed_execution_ends_it_with_the_reason(tmp_path: Path, plugin: Plug
     out = tmp_path / "run"
     done = run("resolve", lift(tmp_path, "1 m"), "--plugin", witness, "--out", out, "--no-report", "--json")
     assert done.code == 1
-    assert "proven in what is believed, but its first execution failed: " in done.err
+    assert "proven in the believed world, but its first execution failed: " in done.err
     assert witness.with_suffix(".log").read_text().split() == ["believed", "real"]
     summary = json.loads(done.out)
     assert (summary["solved"], summary["proven"], summary["execution"]["succeeded"]) == (False, True, False)

@@ -117,7 +117,7 @@ def test_a_program_that_finished_is_asked_whether_its_goal_holds(going: GoingOn)
     done = ended(going, outcome="finished")
     found = going._noticed(watch(going), done)
     assert found is not None and (found.kind, found.step) == (Deviation.GOAL_MISSED, "2.PickingUp/lift")
-    assert found.reason == "'block on shelf' does not hold by what is read"
+    assert found.reason == "'block on shelf' does not hold in the world as it was read"
     assert going._noticed(watch(going, ON_SHELF), done) is None
     going.goal = None
     assert going._noticed(watch(going), done) is None
@@ -156,7 +156,7 @@ def test_without_readings_nothing_is_proven(going: GoingOn) -> None:
 
 
 def test_the_last_program_that_is_allowed_is_the_last(going: GoingOn) -> None:
-    assert decided(going, LOST, given_up=True) == "so many programs were allowed"
+    assert decided(going, LOST, given_up=True) == "the allowed number of programs was executed"
 
 
 def test_the_third_of_the_same_in_a_step_is_not_tried_again(going: GoingOn) -> None:
@@ -167,8 +167,8 @@ def test_the_third_of_the_same_in_a_step_is_not_tried_again(going: GoingOn) -> N
     others += [replace(LOST, kind=Deviation.SLIP)]
     said = [decided(going, n) for n in (LOST, again, *others, *others, LOST)]
     assert said[:-1] == [BLIND] * 8
-    assert said[-1] == "the same was noticed 3 times, and trying again has not helped"
-    assert decided(going, LOST).startswith("the same was noticed 4 times")
+    assert said[-1] == "the same deviation was noticed 3 times, so another try would not help"
+    assert decided(going, LOST).startswith("the same deviation was noticed 4 times")
     assert decided(going, LOST, ended(going, origins={1: BACK})) == BLIND
 
 
@@ -222,9 +222,9 @@ def test_where_nothing_is_proven_the_arm_goes_back_once(going: GoingOn, step: st
     seen = watch(going, joints=tuple(joints[-1].tolist()))
     following, said = going._next(done, seen, Notice(Deviation.MOVED, 1.0, "it moved"))
     if step == BACK or not moves:
-        assert following is None and said.startswith("nothing was proven from here. ")
+        assert following is None and said.startswith("no program was proven from here. ")
     else:
-        assert said == "goes back the way it came: nothing was proven from here" and following is not None
+        assert said == "the arm goes back the way it came: no program was proven from here" and following is not None
         (back,) = following.program.steps
         assert isinstance(back, MoveJoints) and back.origin == BACK
         assert back.path[-1] == pytest.approx(UR5E.home, abs=1e-6)
@@ -240,7 +240,7 @@ def test_what_is_in_the_hand_is_told(going: GoingOn) -> None:
     for pressing, said in ((40.0, ", with 'block' in the hand. "), (0.0, ". ")):
         seen = watch(going, tool=block, opening=0.05, pressing=pressing)
         found = going._next(ended(going), seen, Notice(Deviation.MOVED, 1.0, "it moved"))
-        assert found[0] is None and found[1].startswith(f"nothing was proven from here{said}")
+        assert found[0] is None and found[1].startswith(f"no program was proven from here{said}")
 
 
 # What is believed then

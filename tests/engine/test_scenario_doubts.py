@@ -64,7 +64,7 @@ def test_what_begins_well_above_what_it_lies_on_is_named(over: int, doubted: boo
     (tmp_path / "board.yaml").write_text(text)
     found = _doubts(tmp_path / "board.yaml")
     assert len(found) == doubted
-    assert all("'board', which is 24 mm high, begins 8 mm over what it then lies on; write it lower" in d for d in found)
+    assert all("'board', which is 24 mm high, starts 8 mm above where it comes to rest; state a lower pose" in d for d in found)
 
 
 def test_check_prints_them_and_passes(spoiled: Callable[..., Path], run: Run) -> None:

@@ -169,7 +169,7 @@ def test_files_that_arrive_count_when_the_result_does(tmp_path: Path) -> None:
 def test_a_worker_with_other_files_is_refused(tmp_path: Path) -> None:
     asked = order(quick_experiment(tmp_path / "quick"), tmp_path / "out")
     name, key = asked.trials.names[0], asked.trials.key()
-    with pytest.raises(UserError, match=r"would give other results than this machine \(different: code\).*Nothing of it was counted"):
+    with pytest.raises(UserError, match=r"would give other results than this machine \(different: code\).*None of its results was counted"):
         trial_task(asked, name, key | {"code": "another"})
     elsewhere = replace(asked, trials=Demonstrations(tmp_path / "nowhere" / "experiment.yaml"))
     with pytest.raises(UserError, match="cannot use the experiment"):

@@ -93,7 +93,7 @@ def test_a_worker_that_dies_is_replaced(experiment: Path, tmp_path: Path, always
     plugin.write_text(DIES.format(mark=str(tmp_path / "mark"), always=always))
     said: list[str] = []
     found = run_experiment(order(experiment, tmp_path / "out", 1, plugin), said.append)
-    assert any("a worker died at or beside O2-01 (1 of 2)" in line for line in said)
+    assert any("a worker died during O2-01 (1 of 2)" in line for line in said)
     assert found["O1-01"].candidates >= 1 and found["O3-01"].candidates >= 1
     if always:
         assert "worker: the process died 2 times" in found["O2-01"].reason and found["O2-01"].candidates == 0

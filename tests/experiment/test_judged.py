@@ -116,7 +116,7 @@ def test_episodes_are_proven_played_and_judged_once(run: Run, tmp_path: Path, sm
     after = {p: p.stat().st_mtime_ns for p in out.glob("episodes/*/result.json")}
     assert len(after) == 3 and {p for p in before if before[p] == after[p]} == {p for p in before if p.parent.name != "table-2-0"}
     done = run(*asked, "--tasks", "1", "--fail")
-    assert done.code == 1 and "1 of 1 episodes are not true at rest within their budget: table 1 0 task 1: finished" in done.err
+    assert done.code == 1 and "1 of 1 episodes failed the judge's check at rest within their budget: table 1 0 task 1: finished" in done.err
     done = run("experiment", SMALL, "--out", out)  # the tables of what is there
     assert done.code == 0 and "1 of 3" in done.out and "judge" not in done.err
     html = (out / "report.html").read_text()
@@ -292,7 +292,7 @@ def wait_until(true: Callable[[], bool]) -> bool:
         (("--suite", "table", "--tasks", "0:9"), "the suite 'table' has tasks 0 to 3, and no 4"),
         (("--suite", "table", "--states", "2"), "the suite 'table' has states 0 to 1, and no 2"),
         (("--suite", "table", "--tasks", "one"), "--tasks is 'one'; write numbers and ranges"),
-        (("--suite", "table", "--tasks", "2:2"), "names none"), ((), "add --suite NAME"),
+        (("--suite", "table", "--tasks", "2:2"), "names no number"), ((), "add --suite NAME"),
         (("--suite", "table", "--set", "hard"), "--set does not suit the experiment"),
     ],
 )  # fmt: skip
@@ -327,7 +327,7 @@ def test_a_file_that_is_no_judge_is_explained(text: str | None, said: str, tmp_p
     ("old", "new", "said"),
     [
         ("budget: 400", "budget: 0", "greater than or equal to 1"), ("given:", "known:", "known"),
-        ('"has no', '"(has no', "no regular expression"), ("suites: [table]", "suites: [tabel]", "'tabel' is none of the suites"),
+        ('"has no', '"(has no', "no regular expression"), ("suites: [table]", "suites: [tabel]", "'tabel' is no suite of this file"),
     ],
 )  # fmt: skip
 def test_a_wrong_file_is_explained(old: str, new: str, said: str, tmp_path: Path) -> None:
@@ -378,7 +378,8 @@ def test_within_the_budget_and_in_unlimited_time(small: JudgedExperiment) -> Non
     assert text.index("A passing verdict was right") < text.index("## Suites") and "2 of 4 (.50, .15 to .85)" in text
     assert [kind for kind, _, _ in explained(results)] == ["physics", "path", "time"]
     assert [why(r) for r in results[1:4]] == [
-        "the check was true at action 101, beyond the budget of 100", "the check was true at action 60, and no longer is at rest",
+        "the check was true at action 101, beyond the budget of 100",
+        "the check was true at action 60, but not when all things were at rest",
         "the program ran to its end, and the judge's check was never true",
     ]  # fmt: skip
     html = outcomes_page(found, results, small, Path("nowhere"))
@@ -460,7 +461,7 @@ def test_variants_are_held_against_what_they_are_of(small: JudgedExperiment) -> 
     found = tables([*done, *variants], both).difference
     assert found is not None and found.value == pytest.approx(-0.2) and found.interval[0] < -0.2 < 0 < found.interval[1]
     text = markdown(tables([*done, *variants], both), both)
-    assert "Variants (turned) less what they are of (table), true at rest: -.20 (-.62 to +.26" in text
+    assert "Difference of success rates at rest, variants (turned) less originals (table): -.20 (-.62 to +.26" in text
 
 
 @pytest.mark.parametrize(
@@ -473,5 +474,5 @@ def test_time_that_passes_while_it_thinks_is_taken_from_the_budget(
     assert (one.rest(), one.rest_while_time_passes()) == (rest, in_passing_time)
     counted = tables([one], small)
     assert counted.watched is not None and (counted.watched.still.hits, counted.watched.passing.hits) == (rest, in_passing_time)
-    assert f"{counted.watched.passing.text} if it passes" in markdown(counted, small)
+    assert f"{counted.watched.passing.text} if the search's CPU time passes" in markdown(counted, small)
     assert tables([result(0, first=first, rest=True)], small).watched is None

@@ -109,8 +109,8 @@ YAML: Mapping[str, tuple[str, str]] = {
 }
 
 ONTOLOGIES: Mapping[str, tuple[str, str, str]] = {
-    "context of an address": ("x.jsonld", '{"@context": "http://127.0.0.1:9/x", "@id": "http://x#a"}', "kept elsewhere"),
-    "context of a file": ("x.jsonld", '{"@context": [{}, "file:///etc/passwd"], "@id": "http://x#a"}', "kept elsewhere (file:"),
+    "context of an address": ("x.jsonld", '{"@context": "http://127.0.0.1:9/x", "@id": "http://x#a"}', "in another file or at an address"),
+    "context of a file": ("x.jsonld", '{"@context": [{}, "file:///etc/passwd"], "@id": "http://x#a"}', "in another file or at an address (file:"),
     "entities": ("x.owl", f"<!DOCTYPE r [{BOMB}]><rdf:RDF {RDF}>&e9;</rdf:RDF>", "entity 'e1'"),
     "external entity": ("x.owl", f'<!DOCTYPE r [<!ENTITY x SYSTEM "file:///etc/passwd">]><rdf:RDF {RDF}>&x;</rdf:RDF>', "entity 'x'"),
     "deep XML": ("x.owl", f"<rdf:RDF {RDF}>{'<a>' * 20_000}{'</a>' * 20_000}</rdf:RDF>", "nested more than 500"),
@@ -171,7 +171,7 @@ VIEWS: Mapping[str, tuple[Callable[[Path], Path], str]] = {
     "image of ten billion pixels": (lambda f: _png(f, 100_000, 100_000), "depth.png"),
     "image of 144 million pixels": (lambda f: _png(f, 12_000, 12_000), "depth.png"),
     "archive that unpacks to 600 MB": (lambda f: _saying(_zipped(f, "depth.npy", bytes(100)), 600_000_000), "0.6 GB, and 0.5 GB are allowed"),
-    "array of 8 TB": (lambda f: _zipped(f, "depth.npy", npy((10**6, 10**6), "<f8", b"")), "says that it has the shape"),
+    "array of 8 TB": (lambda f: _zipped(f, "depth.npy", npy((10**6, 10**6), "<f8", b"")), "by its header, but only"),
     "negative shape": (lambda f: _zipped(f, "depth.npy", npy((-1,), "<f8", b"")), "no NumPy archive"),
     "pickle": (lambda f: _zipped(f, "depth.npy", npy((1,), "|O", CODE)), "pickles"),
     "name outside": (lambda f: _zipped(f, "../../depth.npy", npy((0,), "<f8", b"")), "no array 'depth'"),

@@ -136,7 +136,7 @@ def test_contents_are_one_entity_that_is_counted_and_never_handled() -> None:
     counts = {v: found.extras[f"count:contents(cup):{v}"] for v in ("cup", "SM_TestBowl")}
     assert (counts["cup"][0], counts["SM_TestBowl"][0]) == (6, 0)
     assert (counts["cup"][-1], counts["SM_TestBowl"][-1]) == (0, 4)
-    assert any("2 beside all vessels" in r.why for r in found.repairs)
+    assert any("2 are beside all vessels" in r.why for r in found.repairs)
     handled = {f for a in ENGINE.interpret(found).actions for m in a.matches for f in m.roles.values()}
     assert not [f for f in handled if "contents" in f or "particle" in f]
 

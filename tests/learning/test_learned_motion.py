@@ -174,7 +174,7 @@ def test_the_package_keeps_the_contract_and_its_text_is_the_same_again(motion: s
     plugin = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(plugin)
     check_plugin(plugin)
-    said = "At the end the hand rests for" if motion == "weighing" else "Path of the foot of Patient"
+    said = "At the end the hand rests for" if motion == "weighing" else "Path of the bottom centre of Patient"
     assert said in page_text(learned(motion))
 
 

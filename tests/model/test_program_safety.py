@@ -179,7 +179,7 @@ def test_check_judges_a_typed_program(tmp_path: Path, capsys: pytest.CaptureFixt
     path = tmp_path / "program.json"
     path.write_text(write_program(program(*SOUND)))
     assert main(["check", str(path)]) == 0
-    assert "8 steps, nothing stands against it" in capsys.readouterr().out
+    assert "8 steps, no safety rule is violated" in capsys.readouterr().out
     path.write_text(write_program(program(*SOUND, replace(LINE, speed=2.0))))
     assert main(["check", str(path)]) == 2
     said = capsys.readouterr()

@@ -131,7 +131,7 @@ def changed(change: Callable[[dict[str, Any]], object]) -> str:
         ('{"format": "cramlite program 9"}', 'does not say "format": "cramlite program 1"'),
         ("[1]", "format"),
         (write_program(SAMPLE).replace("60.0", "NaN"), "NaN is no number"),
-        (write_program(SAMPLE).replace('"name"', '"robot"'), '"robot" is said twice'),
+        (write_program(SAMPLE).replace('"name"', '"robot"'), '"robot" appears twice'),
         (changed(lambda d: d["steps"][1].pop("target")), r"steps\[1\] \(MoveLinear\) does not say its 'target'"),
         (changed(lambda d: d["steps"][1].update(sped=1)), "has no 'sped'; did you mean 'speed'"),
         (changed(lambda d: d["steps"][1].update(step="MoveLiner")), "did you mean 'MoveLinear'"),

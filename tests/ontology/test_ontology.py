@@ -116,7 +116,7 @@ def test_cycles_are_reported_and_harmless(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "text", "words"),
     [
-        ("x.owl", "Prefix(:=<http://x#>)\nOntology(<http://x>\nDeclaration(Class(:A))", "line 3: the text ends there, and expected is"),
+        ("x.owl", "Prefix(:=<http://x#>)\nOntology(<http://x>\nDeclaration(Class(:A))", "line 3: the text ends where the syntax needs"),
         ("x.owl", "Prefix(:=<http://x#>)\nOntology(<http://x>\nSubClassOf(a:A :B))", "line 3: undefined prefix in 'a:A'"),
         ("x.owl", "Prefix(:=<http://x#>)\nOntology(<http://x>))", "line 2: expected .*, found '.'"),
         ("x.ofn", "Ontology(<http://x>\n(<http://x#A>)) (", "line 2: expected .*, found"),

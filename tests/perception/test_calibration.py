@@ -142,7 +142,7 @@ WRONG: dict[str, tuple[dict[str, str], str]] = {
     "key": ({"borad": "{}"}, "board"),
     "no table": ({"pictures": "there.csv"}, "there.csv"),
     "few": ({"pictures": "[{file: 0.png, flange: {}}]"}, "1 pictures are named"),
-    "joints of nobody": ({"pictures": JOINTS}, "no 'robot'"),
+    "joints of nobody": ({"pictures": JOINTS}, "but no robot"),
     "joints too few": ({"robot": "ur5e", "pictures": JOINTS}, "has 6"),
     "intrinsics": ({"intrinsics": "{fx: 610, fy: 612, cx: 900, cy: 236}"}, "outside the image"),
 }

@@ -185,9 +185,9 @@ def test_no_pipeline_says_which_input_nobody_makes() -> None:
 
 
 def test_a_value_that_nobody_ever_says_is_refused_with_what_they_say() -> None:
-    with pytest.raises(NoPipeline, match=r"'colour_word' never says colour 'mauve'; it says: red, green"):
+    with pytest.raises(NoPipeline, match=r"'colour_word' never gives colour 'mauve'; its values are: red, green"):
         ask("colour=mauve")
-    with pytest.raises(NoPipeline, match="never says type 'cram:Hanger'"):
+    with pytest.raises(NoPipeline, match="never gives type 'cram:Hanger'"):
         ask("type=cram:Hanger")
 
 

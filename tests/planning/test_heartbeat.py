@@ -100,9 +100,9 @@ def test_a_search_that_is_interrupted_while_a_program_runs_tells_how_much_was_re
 
     assert list(Heartbeat(trace, print, lambda: bool(asked), tasks=3).over(numbers())) == []
     said = interrupted_text(trace)
-    assert "decisions (twin 3 of 8); no program was refused yet; on the way to it " in said and "nearest miss" not in said
+    assert "decisions (twin 3 of 8); no program was refused yet; " in said and "nearest miss" not in said
     refused = sum(e.outcome in ("refused", "impossible") for e in trace.entries)
-    assert f"on the way to it {refused} alternatives were, most often (" in said
+    assert f"{refused} alternatives were refused before it ran, most often (" in said
     first = Trace()
     first.stopped("program 1 runs")
     assert interrupted_text(first).endswith("(program 1 runs); no program was refused yet")

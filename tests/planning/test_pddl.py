@@ -127,9 +127,9 @@ def test_a_plan_that_is_handed_back_becomes_a_program(tmp_path: Path, run: Run) 
         ("(grasping)", "'grasping' has 1 parameters (Patient), not 0"),
         ("grasp it", "'grasp it' is no step of a plan; write '(action object object)'"),
         ("(grasping floor)", "is no task that these things allow"),
-        ("(retracting coffee)", "its step 1, needs touches"),
-        ("(grasping coffee)", "it ends without touches(coffee, hook/peg), which the goal asks for"),
-        ("", "it ends without"),
+        ("(retracting coffee)", "step 1 of the plan, needs touches"),
+        ("(grasping coffee)", "the plan ends without touches(coffee, hook/peg), which the goal asks for"),
+        ("", "the plan ends without"),
     ],
 )
 def test_plans_that_are_none(plan: str, says: str, tmp_path: Path, run: Run) -> None:

@@ -328,7 +328,7 @@ def task_types():
         ({"x:A": [["x:B"]], "x:B": [["x:A"]]}, 0, "a cyclic decomposition: x:A > x:B > x:A, with the same objects"),
         ({"x:A": [["x:B"], []], "x:B": [["x:A"]]}, 1, "a cyclic decomposition"),  # another way that ends
         ({"x:A": [["x:B", "x:B"]], "x:B": [[]]}, 1, ""),  # twice is no cycle
-        ({"x:A": [["x:Bcd"]], "x:Bce": [[]]}, 0, "no task 'x:Bcd', which 'x:A' is to be made of; did you mean 'x:Bce'"),
+        ({"x:A": [["x:Bcd"]], "x:Bce": [[]]}, 0, "no task 'x:Bcd', which the decomposition of 'x:A' names; did you mean 'x:Bce'"),
     ],
 )
 def test_what_tasks_are_made_of(

@@ -133,7 +133,7 @@ BAD_DECLARATIONS = {
     "something else": (THING.format(hook="robots", thing="'ur5e'"), "robots gave 'ur5e', which has no 'type'"),
     "no path": (THING.format(hook="ontologies", thing="None"), "ontologies gave None, which is no path"),
     "no file": (THING.format(hook="ontologies", thing="'mine.ttl'"), "ontologies gave 'mine.ttl', and there is no such file"),
-    "nothing to iterate": ("@hookimpl\ndef experts():\n    return 5\n", "experts gave 5; it gives a list"),
+    "nothing to iterate": ("@hookimpl\ndef experts():\n    return 5\n", "experts gave 5; it must give a list"),
     "a name that is taken": (
         "class E:\n    name = 'urscript'\n    executable = False\n    def emit(self, p, r): ...\n"
         + THING.format(hook="backends", thing="E()"),
@@ -217,36 +217,36 @@ def declared(hook: str, call: str) -> str:
 
 UNREADABLE = {
     "cost": (JUDGE.format(**JUDGED | {"cost": "'rolout'"}), "'b', whose 'cost' is 'rolout'; did you mean 'rollout'?"),
-    "several costs": (JUDGE.format(**JUDGED | {"cost": "('ik', 'path')"}), "whose 'cost' is ('ik', 'path'); it is one word"),
+    "several costs": (JUDGE.format(**JUDGED | {"cost": "('ik', 'path')"}), "whose 'cost' is ('ik', 'path'); it must be one word"),
     "no cost": (JUDGE.format(**JUDGED).replace("name, cost =", "name, cots ="), "which has no 'cost'"),
-    "no name": (JUDGE.format(**JUDGED | {"name": "None"}), "whose 'name' is None; it is text"),
+    "no name": (JUDGE.format(**JUDGED | {"name": "None"}), "whose 'name' is None; it must be text"),
     "check": (JUDGE.format(**JUDGED).replace("@hook", "Judge.check = 5\n@hook"), "whose 'check' is 5, no function"),
     "scope": (
         declared("experts", "Expert('e', 'e', (), ('x',), f, scope='objects')"),
         "'e', whose 'scope' is 'objects'; did you mean 'object'?",
     ),
-    "outputs": (declared("experts", "Expert('e', 'e', (), 'x', f)"), "whose 'outputs' is 'x'; it is a tuple"),
-    "cost of an expert": (declared("experts", "Expert('e', 'e', (), ('x',), f, cost_ms='3')"), "it is a number"),
+    "outputs": (declared("experts", "Expert('e', 'e', (), 'x', f)"), "whose 'outputs' is 'x'; it must be a tuple"),
+    "cost of an expert": (declared("experts", "Expert('e', 'e', (), ('x',), f, cost_ms='3')"), "it must be a number"),
     "phase": (
         declared("predicates", "Predicate('p', 0, f, frozenset({'before'}))"),
         "'p', whose 'phases' is 'before'; valid are: post, pre, run",
     ),
-    "phases": (declared("predicates", "Predicate('p', 0, f, 'run')"), "whose 'phases' is 'run'; it is a tuple"),
+    "phases": (declared("predicates", "Predicate('p', 0, f, 'run')"), "whose 'phases' is 'run'; it must be a tuple"),
     "static": (declared("predicates", "Predicate('p', 0, f, static=True)"), "'p', whose 'static' is True, no function"),
-    "fluent": (declared("predicates", "Predicate('p', 0, f, fluent=0.5)"), "'p', whose 'fluent' is 0.5; it is a Fluent"),
+    "fluent": (declared("predicates", "Predicate('p', 0, f, fluent=0.5)"), "'p', whose 'fluent' is 0.5; it must be a Fluent"),
     "implies": (
         "from cramlite.plugin import Fluent\n" + declared("predicates", "Predicate('p', 0, f, fluent=Fluent(implies='touches'))"),
-        "'p', whose fluent's 'implies' is 'touches'; it is a tuple",
+        "'p', whose fluent's 'implies' is 'touches'; it must be a tuple",
     ),
     "executable": (
         "class E:\n    name, executable = 'e', 'no'\n    def emit(self, p, r): ...\n" + declared("backends", "E()"),
-        "'e', whose 'executable' is 'no'; it is True or False",
+        "'e', whose 'executable' is 'no'; it must be True or False",
     ),
     "no executable": (
         "class E:\n    name = 'e'\n    def emit(self, p, r): ...\n" + declared("backends", "E()"),
         "which has no 'executable'",
     ),
-    "files": (declared("object_models", "ModelMaker('m', f, files='mesh')"), "whose 'files' is 'mesh'; it is a tuple"),
+    "files": (declared("object_models", "ModelMaker('m', f, files='mesh')"), "whose 'files' is 'mesh'; it must be a tuple"),
     "a task of no TaskType": (
         "class T:\n    task = 'x:T'\n    def decompose(self, a, b): return []\n" + declared("task_types", "T()"),
         "use the class TaskType",
@@ -259,8 +259,8 @@ UNREADABLE = {
         "class M:\n    name = 'm'\n    def make(self, **p): ...\n" + declared("object_models", "M()"),
         "which has no 'hung'; use the class ModelMaker",
     ),
-    "order": (declared("report_sections", "ReportSection('s', 'last', f)"), "whose 'order' is 'last'; it is a number"),
-    "aliases": (TASK_WITH_ALIAS.format("'Ab'"), "'x:T', whose 'aliases' is 'Ab'; it is a tuple"),
+    "order": (declared("report_sections", "ReportSection('s', 'last', f)"), "whose 'order' is 'last'; it must be a number"),
+    "aliases": (TASK_WITH_ALIAS.format("'Ab'"), "'x:T', whose 'aliases' is 'Ab'; it must be a tuple"),
 }
 
 

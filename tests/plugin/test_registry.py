@@ -49,7 +49,7 @@ NO_LIST = {
 def test_who_answers_with_no_list_is_told_so(hook: str, plugin: Plugin, run: Run, tmp_path: Path) -> None:
     file = plugin("camera", f"@hookimpl\ndef {hook}:\n    return 5\n")
     ran = run("resolve", SMALL, "--no-report", "--out", tmp_path / "run", "--plugin", file)
-    assert f"{NO_LIST[hook].format(file=file)}; it gives a list, empty where there is nothing, or yields" in ran.err
+    assert f"{NO_LIST[hook].format(file=file)}; it must give a list, empty where there is nothing, or yield" in ran.err
 
 
 def test_who_ends_the_process_when_asked_what_it_declares_is_named(plugin: Plugin, run: Run) -> None:

@@ -47,7 +47,7 @@ FAIL: Mapping[str, tuple[Ask, str]] = {
     "stops": (lambda run: run.stops(), "it came to its end"),
     "a contact": (lambda run: run.touches("hand", "shelf"), "'hand' and 'shelf' never touch"),
     "no contact": (lambda run: run.never_touches("block", "hand"), "'hand/"),
-    "what stays": (lambda run: run.leaves("block", within="5 mm"), "'block' gets"),
+    "what stays": (lambda run: run.leaves("block", within="5 mm"), "'block' moves"),
     "forces": (lambda run: run.pushes(0.5), "0.5 N are allowed"),
     "speeds": (lambda run: run.moves(0.02), "m/s, 0.02 m/s are allowed"),
     "times": (lambda run: run.takes("2 s"), "2 s are allowed"),
@@ -103,7 +103,7 @@ def test_snapshots(picked: ProgramRun, tmp_path: Path) -> None:
     assert run.matches("pick.yaml") is run
     kept = (tmp_path / "pick.yaml").read_text()
     (tmp_path / "pick.yaml").write_text(kept.replace("block: [0.45", "block: [0.47"))
-    with pytest.raises(ProgramFailure, match="'block' ends 20 mm from where it did, 5 are allowed"):
+    with pytest.raises(ProgramFailure, match="'block' ends 20 mm from where it ended in the snapshot, 5 are allowed"):
         run.matches("pick.yaml")
     assert run.matches("pick.yaml", places="3 cm") is run
     (tmp_path / "pick.yaml").write_text("a: 1\n")

@@ -57,9 +57,9 @@ def test_a_fault_is_read(text: str, fault: Fault) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("line: lift", "it says none of missing"),
-        ("missing: block, fallen: block", "it says missing, fallen of missing"),
-        ("missing: block, fallen: block, killed: true", "it says missing, fallen, killed of"),
+        ("line: lift", "it has none of the keys missing"),
+        ("missing: block, fallen: block", "it has missing, fallen of the keys missing"),
+        ("missing: block, fallen: block, killed: true", "it has missing, fallen, killed of"),
         ("moved: block", "'moved' goes with 'by': how far"),
         ("missing: block, by: [1 mm, 0, 0]", "'by' goes with 'moved', 'added', not with 'missing'"),
         ("sticking: drawer", "'sticking' goes with 'takes'"),
@@ -69,10 +69,10 @@ def test_a_fault_is_read(text: str, fault: Fault) -> None:
         ("killed: true, lasts: 1 s", "'lasts' goes with 'connection', 'slip', 'readings', not with 'killed'"),
         ("fallen: block, near: block", "'near' goes with 'within'"),
         ("fallen: block, within: 0.1 m", "'near' goes with 'within'"),
-        ("sensor: [1 N, 0, 0], line: x", "'sensor' has no trigger: it is so from the start"),
-        ("tool: [1 mm, 0, 0], after: 1 s", "'tool' has no trigger: it is so from the start"),
-        ("protective_stop: 1 s, force: 5 N", "'protective_stop' has no trigger: it is so at its time"),
-        ("connection: 1 s, lasts: 1 s, after: 1 s", "'connection' has no trigger: it is so at its time"),
+        ("sensor: [1 N, 0, 0], line: x", "'sensor' has no trigger: the fault begins at the start"),
+        ("tool: [1 mm, 0, 0], after: 1 s", "'tool' has no trigger: the fault begins at the start"),
+        ("protective_stop: 1 s, force: 5 N", "'protective_stop' has no trigger: the fault begins at its time"),
+        ("connection: 1 s, lasts: 1 s, after: 1 s", "'connection' has no trigger: the fault begins at its time"),
         ("missing: [", "no list of 'key: value'"),
         ("killed: false", "killed"),
         ("readings: old, lasts: 1 s", "readings"),
@@ -106,7 +106,7 @@ def test_of_many_things_that_are_wrong_two_are_told() -> None:
         and "after: " in said
         and "force: " not in said
     )
-    with pytest.raises(UserError, match=r"this is no fault: it says none of .* It has one of missing, moved"):
+    with pytest.raises(UserError, match=r"this is no fault: it has none of .* It has one of missing, moved"):
         read_fault({}, "faults.yaml")
 
 

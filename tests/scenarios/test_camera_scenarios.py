@@ -170,7 +170,7 @@ def test_perceive_answers_and_writes_a_page(tmp_path: Path) -> None:
     [
         ("colour=purple on=Hanger", 1, "nothing found for 'colour=purple on=Hanger': object"),
         ("type=cram:TeaBxo", 2, "did you mean 'cram:TeaBox'"),
-        ("colour=mauve", 1, "'hsv_colour' never says colour 'mauve'; it says: red, orange"),
+        ("colour=mauve", 1, "'hsv_colour' never gives colour 'mauve'; its values are: red, orange"),
         ("weight=3", 2, "a query cannot ask for 'weight'"),
     ],
 )

@@ -28,7 +28,7 @@ def kitchen(tmp_path: Path) -> Path:
     shutil.copytree(DATA, tmp_path / "scene")
     done = _import(tmp_path / "scene" / "kitchen.xml", tmp_path / "kitchen.yaml", "--robot", "ur5e")
     assert done.returncode == 0, done.stderr
-    assert "akita_white_bowl_1  soma:Bowl, because 'akita_white_bowl_1' has its label 'bowl'" in done.stdout
+    assert "akita_white_bowl_1  soma:Bowl, because 'akita_white_bowl_1' contains the label 'bowl'" in done.stdout
     assert "not taken over: 1 shape without contacts" in done.stdout
     return tmp_path
 

@@ -61,7 +61,7 @@ def test_a_hidden_error_of_40_mm_is_a_failed_first_execution(seed: str, tmp_path
     far = variant(tmp_path, ("unknown_error: {thing: hook, position: 5 mm}", "unknown_error: {thing: hook, position: 40 mm}"))
     done = resolve(far, tmp_path / "run", "--seed", seed, "--json")
     assert done.returncode == 1
-    assert "proven in what is believed, but its first execution failed: " in done.stderr
+    assert "proven in the believed world, but its first execution failed: " in done.stderr
     assert "3.InsertHoleOntoPeg/lower/attempt_5: no contact within" in done.stderr
     summary = json.loads(done.stdout)
     assert (summary["solved"], summary["proven"]) == (False, True)

@@ -33,7 +33,7 @@ def test_a_nut_comes_onto_a_peg(tmp_path: Path, capsys: pytest.CaptureFixture[st
     ("old", "new", "why"),
     [
         ('size="0.012 0.012 0.09"', 'size="0.0159 0.0159 0.09"', "no sequence of tasks leads"),
-        ("<freejoint/>", "", "no task's rule makes supports(post, nut) so"),
+        ("<freejoint/>", "", "no task's rule makes supports(post, nut) true"),
     ],
     ids=["a peg as thick as the hole", "a nut that is glued to the table"],
 )

@@ -125,14 +125,15 @@ def test_what_stopped_a_program_is_to_be_mended_and_equal_objections_of_tasks_ar
 def test_of_programs_it_is_told_how_many_failed_alike_and_what_their_judge_would_let() -> None:
     trace = Trace()
     for at, force in ((3.1, 4.2), (3.3, 3.1)):
-        let = Remedy("touch nut table", f"'nut' and 'table' meet with {force} N where 2 N are let: make more room between them", force - 2)
+        meet = f"'nut' and 'table' meet with {force} N where 2 N are permitted"
+        let = Remedy("touch nut table", f"{meet}: make more room between them", force - 2)
         hit = Finding("collision", False, f"'nut' hit 'table' with {force} N at {at} s", remedy=let)
         verdict = Verdict((hit, Finding("goal", False, "not reached")))
         trace.add(0, "proof", "plan", "failed", "urscript", verdict.reason, kind="proof", remedy=verdict.remedy)
     trace.add(0, "proof", "plan", "failed", "urscript", "goal: 'nut on table' is not reached", kind="proof")
     assert what_to_try(trace.entries) == (
-        "'nut' and 'table' meet with 3.1 N where 2 N are let: make more room between them (2 of 3 programs)",
-        "mend the first objection, others may follow from it: goal: 'nut on table' is not reached",
+        "'nut' and 'table' meet with 3.1 N where 2 N are permitted: make more room between them (2 of 3 programs)",
+        "remove the first objection, others may follow from it: goal: 'nut on table' is not reached",
     )
 
 
@@ -216,7 +217,7 @@ def test_of_a_program_that_failed_in_twins_it_is_said_what_failed_there() -> Non
     reason = "twins: 2 of 4, interval .15 to .85; 5 not run: the verdict is certain; twin 2: grasp_slip: 'obj' moved 12.1 mm"
     trace.add(0, "proof", "plan", "failed", "urscript", reason, kind="proof")
     assert what_to_try(trace.entries) == (
-        "mend the first objection, others may follow from it: twin 2: grasp_slip: 'obj' moved 12.1 mm",
+        "remove the first objection, others may follow from it: twin 2: grasp_slip: 'obj' moved 12.1 mm",
     )
 
 

@@ -36,7 +36,7 @@ class Bench(Value):
 
     @property
     def files(self) -> list[Path]:
-        """Files that the results depend on."""
+        """Files on which the experiment's results depend."""
         named = [self.experiment.beside(f) for f in (self.ablation.plugin, self.ablation.rules) if f]
         return [self.experiment.path, self.scenario.path, *named]
 
@@ -87,7 +87,8 @@ def _bench(thread: int, path: Path, set_name: str, without: str | None, plugins:
 
 
 def goal_missed(place: Bench, candidate: Candidate) -> str:
-    """Return the objections to a run that should have reached the experiment's goal; empty if none.
+    """Return the validators' objections to a run, if it missed the experiment's goal; empty if the goal was
+    reached.
 
     The goal is the experiment's, not what the plan predicts: a plan that promises nothing has not reached it.
     """

@@ -53,7 +53,7 @@ def _row(row: ObjectRow) -> list[str]:
 
 
 def numbers(tables: ObjectTables) -> list[Number]:
-    """Return the rates of a figure, a row for each object."""
+    """Return the rates of a figure's YAML file: a row for each object of the tables."""
     scales = [c.scale for c in tables.confusions]
     return [number for row in tables.rows for number in rates(row.object, _columns(row, scales))]
 
@@ -71,7 +71,7 @@ def _paper(row: ObjectRow) -> list[str | None]:
 
 
 def of_filter(c: Confusion) -> str:
-    """Format how well the proof told programs apart."""
+    """Format how well the proof told programs that later succeeded from those that failed."""
     return (
         f"wrongly accepted {share(c.wrongly_accepted)}, wrongly refused {share(c.wrongly_refused)}; area under the curve: {area(c)}; "
         f"twins refuse what the nominal run accepts: {against_nominal(c)}"
@@ -111,7 +111,7 @@ def to_json(tables: ObjectTables, results: Sequence[DemonstrationResult], key: d
 def html(
     title: str, about: list[str], tables: ObjectTables, results: Sequence[DemonstrationResult], changes: list[str], folder: Path
 ) -> str:
-    """Render the page as HTML.
+    """Render the report of demonstrations as HTML.
 
     Args:
         about: what was run, in lines for people.
@@ -125,7 +125,7 @@ def html(
 
 
 def _share(value: Share) -> str:
-    """Text of a share that breaks into two lines at most: its counts, and its interval."""
+    """Text of a share for a table cell: its counts and its interval, which may break into two lines only."""
     counts, _, rest = share(value).partition(" (")
     return counts.replace(" ", "\u00a0") + " (" + rest.replace(" ", "\u00a0")
 

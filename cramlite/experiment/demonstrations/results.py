@@ -8,7 +8,7 @@ from ...base.value import Value
 
 
 class Execution(Value):
-    """Execution of a text in a twin.
+    """Execution of a program's text in a twin.
 
     Args:
         scale: how many times the declared errors the twin was drawn from.
@@ -53,7 +53,7 @@ class Program(Value):
 
     @property
     def execution(self) -> Execution | None:
-        """Execution at the smallest scale; None where there was no text."""
+        """Execution with the smallest errors of the twin; None where the candidate has no program."""
         return self.executions[0] if self.executions else None
 
 

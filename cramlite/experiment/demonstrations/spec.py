@@ -17,7 +17,8 @@ from ..experiment_file import ExperimentFile, read_spec
 
 
 class SetSpec(Spec):
-    """Set of demonstrations: ``count`` of each object, with the seeds ``first`` + 100 j + 0, 1, ... for the j-th.
+    """Set of demonstrations: ``count`` of each object; those of object number j have the seeds ``first`` +
+    100 j + 0, 1, ...
 
     ``scenario`` stands for the experiment's own; ``short`` is how many of each object ``--short`` takes. With
     ``until_solved`` the candidates after the first that succeeds in execution are not tried: the set then says how many
@@ -35,7 +36,7 @@ class SetSpec(Spec):
 
 
 class AblationSpec(Spec):
-    """Ablation: plugins that answer instead, other rules, further candidates, or a twin without errors."""
+    """Ablation of an experiment: a replaced plugin, other rules, more candidates, or twins without errors."""
 
     about: str
     plugin: str | None = None
@@ -45,7 +46,7 @@ class AblationSpec(Spec):
 
 
 class PublishedSpec(Spec):
-    """Published figures, object by object in the order of ``objects``."""
+    """Published figures; each list has one number for each object, in the order of ``objects``."""
 
     source: str
     gave_candidates: tuple[int, ...]
@@ -102,7 +103,7 @@ class ExperimentSpec(Spec):
         for name, one in self.sets.items():
             for seed in (one.first + 100 * j + n for j in range(len(self.objects)) for n in range(one.count)):
                 if seed in taken:
-                    raise ValueError(f"the sets '{taken[seed]}' and '{name}' share the seed {seed}; move one 'first'")
+                    raise ValueError(f"the sets '{taken[seed]}' and '{name}' share the seed {seed}; change 'first' of one")
                 taken[seed] = name
         return self
 
@@ -127,7 +128,7 @@ class Experiment(ExperimentFile):
     spec: ExperimentSpec
 
     def choose(self, set_name: str) -> SetSpec:
-        """Return the set of a name.
+        """Return the set of demonstrations of a given name.
 
         Raises:
             UserError: there is none of the name.
@@ -135,7 +136,7 @@ class Experiment(ExperimentFile):
         return self.named("set", set_name, self.spec.sets)
 
     def ablation(self, name: str | None) -> AblationSpec:
-        """Return the ablation of a name; an empty one if no name is given.
+        """Return the ablation of a given name; without a name one that changes nothing.
 
         Raises:
             UserError: there is none of the name.

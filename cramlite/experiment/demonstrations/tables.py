@@ -1,4 +1,4 @@
-"""The tables of an experiment: the paper's columns with intervals, our own, and the confusion matrix of the filter."""
+"""Tables of an experiment: the columns that the paper published, beside ours, and the confusion matrix of the proof."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NEAR = 1e-9  # of areas that are one
 
 
 class Share(Rate):
-    """Rate beside a published one.
+    """Share: a rate beside the one that was published.
 
     Args:
         published: the same in the paper; None where there is none.
@@ -30,7 +30,7 @@ class Share(Rate):
 
     @property
     def reached(self) -> bool:
-        """True if the published rate is reached, or there is none."""
+        """True if the rate is at least the published one, or none was published."""
         return self.published is None or self.hits * self.published[1] >= self.published[0] * self.total
 
 
@@ -66,7 +66,7 @@ class ObjectRow(Value):
 
 
 class Confusion(Value):
-    """Confusion matrix of the proof against execution in a twin, over all programs with a text.
+    """Confusion matrix of the proof against execution in a twin, over all candidates with a program.
 
     Args:
         scale: of the twin's errors.
@@ -87,12 +87,12 @@ class Confusion(Value):
 
     @property
     def wrongly_accepted(self) -> Share:
-        """Programs that failed in execution, of those accepted."""
+        """Share of the accepted programs that failed in execution."""
         return Share(self.accepted_failed, self.accepted_succeeded + self.accepted_failed)
 
     @property
     def wrongly_refused(self) -> Share:
-        """Programs that succeeded in execution, of those refused."""
+        """Share of the refused programs that succeeded in execution."""
         return Share(self.refused_succeeded, self.refused_succeeded + self.refused_failed)
 
     @property
@@ -220,7 +220,11 @@ def area_under_curve(cases: Sequence[tuple[float, bool]]) -> tuple[float, float,
     others = (n + m) / 2 - 1
 
     def beyond(true: float) -> float:
-        """Squared distance of the observed area from an assumed true one, less Z^2 times the variance that this would have."""
+        """Return how far an assumed true area lies beyond the confidence bound.
+
+        It is the squared distance of the observed and the assumed area, less Z^2 times the variance that the
+        observation would have if the assumed area were true; 0 at the bound.
+        """
         variance = true * (1 - true) * (1 + others * (1 - true) / (2 - true) + others * true / (1 + true)) / (n * m)
         return (true - area) ** 2 - Z**2 * variance
 
@@ -230,7 +234,7 @@ def area_under_curve(cases: Sequence[tuple[float, bool]]) -> tuple[float, float,
 
 
 def _short(reason: str) -> str:
-    """A reason without its numbers, so that equal ones are counted together."""
+    """Reason without its numbers, so that reasons that differ in numbers only are counted together."""
     import re
     import textwrap
 

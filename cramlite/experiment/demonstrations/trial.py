@@ -29,7 +29,7 @@ from .twins import doubts, execute_in_twin, peak_force
 
 
 def run_demonstration(trial: Trial) -> DemonstrationResult:
-    """Run the trial of one demonstration, or its open part.
+    """Run the trial of one demonstration, or the part of the trial that is not done yet.
 
     Raises:
         UserError: a file that cannot be read or written.
@@ -62,7 +62,7 @@ def _demonstrated(trial: Trial) -> DemonstrationResult:
 
 
 def _until_solved(results: Iterable[CandidateResult], chosen: SetSpec) -> Iterator[CandidateResult]:
-    """All results, or those up to the first success, as the set says."""
+    """Yield all results of candidates, or those up to the first success if the set says ``until_solved``."""
     for result in results:
         yield result
         if result.succeeded and chosen.until_solved:
@@ -70,7 +70,7 @@ def _until_solved(results: Iterable[CandidateResult], chosen: SetSpec) -> Iterat
 
 
 def _results(trial: Trial, reading: Reading, trace: Trace) -> Iterator[CandidateResult]:
-    """Result of each candidate; a finished one is read."""
+    """Yield the result of each candidate; the result of a finished candidate is read from its file."""
     one, place = trial.demonstration, trial.place
     setting = place.engine.setting(reading, twins=0)
     setting = replace(setting, seed=derive_seed(one.seed, (), "resolve"), doubts=doubts(place, setting))
@@ -79,7 +79,8 @@ def _results(trial: Trial, reading: Reading, trace: Trace) -> Iterator[Candidate
 
 
 def _recorded(trial: Trial) -> tuple[Path, str]:
-    """Folder of the demonstration, recorded once, and the parts of it that did not come off."""
+    """Return the folder of the demonstration, which is recorded once, and what its simulated person failed to
+    bring about."""
     one, store, place = trial.demonstration, trial.store, trial.place
     name = "/".join((RECORDED, one.name))
     if (store.path / name).is_dir():
@@ -105,7 +106,7 @@ def _recorded(trial: Trial) -> tuple[Path, str]:
 
 
 def _candidate(trial: Trial, candidate: CandidateSequence) -> CandidateResult:
-    """Plan, prove, execute; written as soon as it is known."""
+    """Plan a candidate, prove its programs and execute them; write the result at once."""
     sequence, watch = candidate.sequence, trial.place.watch
     assert sequence is not None  # a demonstration was read as it
     watch.restart()
@@ -128,7 +129,7 @@ def _candidate(trial: Trial, candidate: CandidateSequence) -> CandidateResult:
 
 
 def _reason(made: list[Program], best: Program | None, entries: Iterable[Entry]) -> str:
-    """Place and reason of a candidate's failure; empty without one."""
+    """Place and reason of a candidate's failure, such as "plan: no grasp"; empty if it did not fail."""
     if best is not None:
         return "" if best.execution and best.execution.succeeded else f"execution: {_of(best.execution)}"
     texts = [a for a in made if a.executions]
@@ -141,7 +142,8 @@ def _reason(made: list[Program], best: Program | None, entries: Iterable[Entry])
 
 
 def _telling(said: list[Entry]) -> list[Entry]:
-    """Last two decisions of the gravest kind: failures before refusals, refusals before all others."""
+    """Return the last two of a candidate's gravest decisions: failures if any, else refusals, else all
+    others."""
     for outcomes in (("impossible", "fault", "capped"), ("refused",)):
         if found := [e for e in said if e.outcome in outcomes]:
             return found[-2:]
@@ -153,7 +155,7 @@ def _of(execution: Execution | None) -> str:
 
 
 def _attempts(trial: Trial, candidate: CandidateSequence) -> Iterator[Program]:
-    """Each complete program with its result in the believed world and in the twin."""
+    """Yield each complete program with its result in the believed world and in the twin."""
     watch = trial.place.watch
     with closing(_twin_runs(trial)) as group:
         attempts, spent = candidate.attempts(group), 0.0
@@ -168,7 +170,7 @@ def _attempts(trial: Trial, candidate: CandidateSequence) -> Iterator[Program]:
 
 
 def _twin_runs(trial: Trial) -> ExecutorGroup:
-    """Processes that run programs in twins."""
+    """Return the group of processes that run programs in twins."""
     registry = trial.place.engine.registry
     plugins = PluginChoice(tuple(registry.files), tuple(registry.blocked), tuple(registry.preferred), registry.models)
     return ExecutorGroup(plugins, min(trial.processes, trial.place.experiment.spec.proof.twins or 1))

@@ -21,7 +21,7 @@ from .trial import run_demonstration
 
 
 class Demonstrations(Value):
-    """Demonstrations that are asked for.
+    """Demonstrations of an experiment that a run was asked for.
 
     Args:
         path: of the experiment's file.
@@ -44,17 +44,17 @@ class Demonstrations(Value):
 
     @property
     def experiment(self) -> Experiment:
-        """The experiment, as its file says."""
+        """Experiment that the file at ``path`` describes."""
         return read_experiment(self.path)
 
     @property
     def demonstrations(self) -> dict[str, Demonstration]:
-        """Demonstrations by name, in order."""
+        """Demonstrations by name, in the order in which they are recorded."""
         return {d.name: d for d in self.experiment.demonstrations(self.set_name, short=self.short)}
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the demonstrations, in order."""
+        """Names of the demonstrations, in the order in which they are recorded."""
         return tuple(self.demonstrations)
 
     @property
@@ -63,8 +63,9 @@ class Demonstrations(Value):
         return "-".join([self.set_name, *(["short"] if self.short else []), *([f"without_{self.without}"] if self.without else [])])
 
     def key(self) -> dict[str, Any]:
-        """Return the key of the results: files, seeds, code; equal on every machine that would give the
-        same results.
+        """Return the key of the results: their files, seeds and code.
+
+        Keys are equal on every machine that would give the same results.
 
         Raises:
             UserError: a file that cannot be used.
@@ -74,19 +75,19 @@ class Demonstrations(Value):
         return run_key(place.experiment.spec.experiment, place.files, place.engine.registry, **asked)
 
     def prepare(self) -> None:
-        """Do nothing: all that is needed was read for the key."""
+        """Do nothing: ``key`` has already read everything that the trials need."""
 
     def run(self, name: str, store: Store, processes: int) -> DemonstrationResult:
-        """Run the trial of a demonstration, or its open part."""
+        """Run the trial of a demonstration, or the part of the trial that is not done yet."""
         return run_demonstration(Trial(self.demonstrations[name], store, self._bench(), self.pictures, processes))
 
     def lost(self, name: str, reason: str) -> DemonstrationResult:
-        """Return the result of a demonstration that was given up."""
+        """Return the result for a demonstration whose trial was given up."""
         one = self.demonstrations[name]
         return DemonstrationResult(name, one.object, one.seed, 0, 0, 0, (), f"worker: {reason}")
 
     def line(self, name: str, result: DemonstrationResult) -> str:
-        """Return a result in a line for people."""
+        """Format a result as one line for people."""
         good = [sum(getattr(r, stage) for r in result.results) for stage in ("planned", "simulated", "succeeded")]
         why = f"; {result.reason}" if result.reason else ""
         return f"{name}: {result.candidates} candidates, {'/'.join(map(str, good))} planned/simulated/executed{why}"
@@ -120,6 +121,6 @@ class Demonstrations(Value):
         ]  # fmt: skip
 
     def _kept(self, path: Path, found: ObjectTables) -> str:
-        """The stored baselines, with that of this run."""
+        """Return the stored baselines as JSON text, with this run's baseline added."""
         known = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
         return as_json(known | {self.what: baseline(found)}) + "\n"

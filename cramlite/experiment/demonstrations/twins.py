@@ -23,7 +23,7 @@ PICTURE = (320, 240)
 
 
 def doubts(place: Bench, setting: Setting) -> ProofDoubts:
-    """Return the errors of an experiment's proofs: twins of their own, other than those of executions."""
+    """Return the errors of the twins in which an experiment proves programs; executions use other twins."""
     spec = place.experiment.spec
     sensor = setting.robot.sensor_errors
     errors = spec.proof.errors.errors(spec.twin.errors(NO_ERRORS, sensor), sensor)
@@ -31,7 +31,8 @@ def doubts(place: Bench, setting: Setting) -> ProofDoubts:
 
 
 def execute_in_twin(trial: Trial, judged: Solution, *, scale: float) -> Execution:
-    """Run a program's text where things are not quite as believed, and judge how that ended.
+    """Run a program's text in a twin, whose objects are not quite where they are believed, and judge how the
+    run ended.
 
     Args:
         judged: the program; the number of its candidate names the files, and seeds the twin.
@@ -64,7 +65,7 @@ def peak_force(rollout: Rollout) -> float:
 
 
 def _run(place: Bench, candidate: Candidate, world: World, seed: int) -> Rollout | None:
-    """Result of the execution; None if the executing process died twice."""
+    """Return the recording of the execution; None if the executing process died twice."""
     assert candidate.code is not None
     for _ in range(DEATHS):
         try:

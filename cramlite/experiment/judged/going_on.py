@@ -1,5 +1,7 @@
-"""Attempts in a judge's simulator whose world changes on the way: the judge gives readings, and each stop a new
-plan."""
+"""Attempts in a judge's simulator whose world changes during execution.
+
+The judge sends readings; when the program stops, the rest is planned anew.
+"""
 
 from __future__ import annotations
 
@@ -36,7 +38,7 @@ PERSON = "a protective stop waits for a person, and an episode has none"
 
 
 class Played(Value):
-    """Attempt that was played to its end.
+    """Attempt whose programs were played to the end.
 
     Args:
         rollout: of the last program.
@@ -54,7 +56,8 @@ class Played(Value):
 
 
 def play_on(judge: Judge, engine: Engine, solution: Solution, folder: Path, twins: int) -> Played:
-    """Play a program; after each stop prove and play the rest from there.
+    """Play a program; after each stop prove and play a program for the rest of the goal from the world as it
+    is then.
 
     Args:
         folder: for the scenes and scenarios of later rounds.
@@ -97,7 +100,8 @@ def play_on(judge: Judge, engine: Engine, solution: Solution, folder: Path, twin
 def _following(
     judge: Judge, engine: Engine, read: World, folder: Path, twins: int
 ) -> tuple[Solution | None, str, tuple[str, ...]]:
-    """First proven program from the judge's present world, None with the reason; and the world's notes."""
+    """Return the first proven program from the judge's present world, else None with the reason; and the
+    world's notes."""
     trace = Trace()
     notes: tuple[str, ...] = ()
     try:
@@ -113,6 +117,6 @@ def _following(
 
 
 def _read(before: Setting, watch: RunWatch) -> World:
-    """World of a setting by the last readings, with the payload in the hand."""
+    """Return a setting's world with the poses that were read last, and with the payload in the hand."""
     assert watch.last is not None
     return world_as_read(before.world, watch.last, before.world, before.robot.gripper.opening[0])

@@ -1,4 +1,4 @@
-"""Protocol of a judge, and the loading of an experiment's own file of it."""
+"""Protocol of a judge, and the import of the file in which an experiment defines its judge."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ CONNECT = "connect"
 
 
 class Judgement(Protocol):
-    """Judgement of an episode."""
+    """Judgement of an episode by the judge: whether and when its goal held."""
 
     @property
     def success(self) -> bool:
-        """Whether the episode's goal holds now."""
+        """Whether the episode's goal holds at the present state."""
 
     @property
     def first(self) -> int | None:
@@ -33,15 +33,15 @@ class Judgement(Protocol):
 
     @property
     def steps(self) -> int:
-        """Actions that were taken."""
+        """Number of actions that the judge's simulator has taken."""
 
     @property
     def avoided(self) -> bool | None:
-        """Whether obstacles that must not move stood still; None in tasks without one."""
+        """Whether the obstacles that must not move stood still; None in tasks without such obstacles."""
 
     @property
     def changed(self) -> int | None:
-        """Action after which the judge changed its world; None for never."""
+        """Number of the action after which the judge changed its world; None if it never did."""
 
 
 class Judge(Protocol):
@@ -65,16 +65,16 @@ class Judge(Protocol):
         """Run a program in the judge's simulator to its end, or until a watcher of its readings stops it."""
 
     def rest(self) -> None:
-        """Do nothing until things are at rest."""
+        """Take no action until the things in the judge's world are at rest."""
 
     def check(self) -> Judgement:
-        """Return the present judgement."""
+        """Return the judgement of the present state of the judge's world."""
 
     def picture(self) -> bytes:
-        """Return the picture of the judge's camera as PNG; nothing without a camera."""
+        """Return the picture of the judge's camera as PNG; empty without a camera."""
 
     def close(self) -> None:
-        """End the process."""
+        """End the judge's process."""
 
 
 def connect(file: Path, environment: Path | None) -> Judge:

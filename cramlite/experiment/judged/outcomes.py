@@ -1,4 +1,4 @@
-"""How episodes ended, in words and in pictures."""
+"""Page about how episodes of a judged experiment ended, in words and pictures."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SHOWN = 4
 
 
 def outcomes_page(tables: EpisodeTables, results: Sequence[EpisodeResult], experiment: JudgedExperiment, folder: Path) -> str:
-    """Render the page as HTML.
+    """Render the page about the episodes' ends as HTML.
 
     Args:
         folder: of the episodes' files, where the pictures are.
@@ -35,7 +35,8 @@ def outcomes_page(tables: EpisodeTables, results: Sequence[EpisodeResult], exper
 
 
 def explained(results: Sequence[EpisodeResult]) -> list[tuple[str, int, list[EpisodeResult]]]:
-    """Return the commonest classes of failures, how many there are, and some of them, those with a picture first."""
+    """Return the commonest classes of failures, each with its count and some of its episodes, those with a
+    picture first."""
     counts = Counter(r.failure for r in results if r.failure and not r.apart)
     return [
         (kind, count, sorted((r for r in results if r.failure == kind), key=lambda r: not _name(r))[:SHOWN])
@@ -44,7 +45,7 @@ def explained(results: Sequence[EpisodeResult]) -> list[tuple[str, int, list[Epi
 
 
 def why(result: EpisodeResult) -> str:
-    """Return why an episode failed, in one clause."""
+    """Format the reason of an episode's failure as one clause."""
     attempt = result.attempt
     if attempt is None:
         return plain_reason(result.reason)
@@ -54,19 +55,19 @@ def why(result: EpisodeResult) -> str:
     if attempt.first is None:
         return f"the program ran to its end, and the judge's check was never true{ours}"
     if not attempt.rest:
-        return f"the check was true at action {attempt.first}, and no longer is at rest{ours}"
+        return f"the check was true at action {attempt.first}, but not when all things were at rest{ours}"
     return f"the check was true at action {attempt.first}, beyond the budget of {result.budget}"
 
 
 def outcome_text(result: EpisodeResult) -> str:
-    """Return the end of an episode, in a word or two."""
+    """Format how an episode ended in a few words: "true at rest", or the class of the failure."""
     if result.apart:
         return f"{result.failure}, counted in no rate"
     return "true at rest" if result.rest() else f"failed: {result.failure}"
 
 
 def in_a_line(result: EpisodeResult) -> str:
-    """Return an episode's result in a line."""
+    """Format an episode's result as one line."""
     name = f"{result.suite} {result.task} {result.state} {result.name}"
     if result.attempt is None:
         return f"{name}: no program ({result.failure}): {plain_reason(result.reason)}"

@@ -1,4 +1,4 @@
-"""One episode: its goal is resolved in the judge's scene, and the first proven program is played, once.
+"""Play of one episode: its goal is resolved in the judge's scene, and the first proven program is played once.
 
 Runs in a worker process. Nothing is searched, tried or reset in the judge's simulator.
 """
@@ -46,7 +46,7 @@ PICTURE = (320, 320)
 
 
 class Trial(Value):
-    """Trial of one episode.
+    """Trial of one episode in the judge's simulator.
 
     Args:
         experiment: that the episode is of.
@@ -69,7 +69,7 @@ class Trial(Value):
 
 
 def died(episode: Episode, budget: int, reason: str) -> EpisodeResult:
-    """Return the result of an episode that a defect of ours ended."""
+    """Return the result of an episode that was ended by a defect of cramlite."""
     return EpisodeResult(
         suite=episode.suite, task=episode.task, state=episode.state, name=episode.name, budget=budget, reason=reason, failure=DEFECT
     )
@@ -98,12 +98,12 @@ def play(trial: Trial) -> EpisodeResult:
 
 @lru_cache(maxsize=1)
 def _judge(file: Path, environment: Path | None) -> Judge:
-    """The judge of this process, as long as it answers."""
+    """Return the judge of this process; it is kept until it does not reply."""
     return connect(file, environment)
 
 
 def _end(judge: Judge) -> None:
-    """End a judge that does not answer as it must; the next episode has another one."""
+    """End a judge that does not reply as it must; the next episode starts another one."""
     judge.close()
     _judge.cache_clear()
 
@@ -114,7 +114,7 @@ def _engine(trial: Trial) -> Engine:
 
 
 def _resolved(trial: Trial, judge: Judge, result: EpisodeResult) -> EpisodeResult:
-    """Search, and one attempt with its program."""
+    """Search for a program that reaches the episode's goal, and play it once; return the result with both."""
     engine, trace, clock = _engine(trial), Trace(), time.monotonic()
     try:
         path, setting = judge.setting(engine, trial.folder, trial.twins)
@@ -145,7 +145,7 @@ def _seconds(trace: Trace) -> dict[str, float]:
 
 
 def _search(engine: Engine, scenario: object, setting: Setting, trace: Trace) -> tuple[Solution | None, Solution | None]:
-    """The first program that was proven, and the refused one with the fewest objections, of those whose text ran."""
+    """Return the first proven program, and the refused program that ran with the fewest objections."""
     best: Solution | None = None
     for candidate in engine.candidates(scenario, setting=setting, trace=trace):  # type: ignore[arg-type]
         for one in candidate.attempts():
@@ -158,7 +158,7 @@ def _search(engine: Engine, scenario: object, setting: Setting, trace: Trace) ->
 
 
 def _attempt(trial: Trial, judge: Judge, engine: Engine, solution: Solution, name: str) -> Attempt:
-    """A program is played to its end, and judged there and at rest."""
+    """Play a program to its end; judge the state there, and again when all things are at rest."""
     code = solution.candidate.code
     assert code is not None
     write_whole(trial.folder / f"{name}{code.suffix}", code.text)
@@ -194,7 +194,8 @@ def _attempt(trial: Trial, judge: Judge, engine: Engine, solution: Solution, nam
 
 
 def _holds_here(judge: Judge, engine: Engine, trial: Trial) -> bool | None:
-    """Whether our reading of the goal holds in the judge's present world; None if unknown."""
+    """Whether the goal, as cramlite understands it, holds in the judge's present world; None if that cannot
+    be told."""
     try:
         path, setting = judge.setting(engine, trial.folder / "end", 0)
         goal = Goal(tuple(map(str, read_scenario(path).spec.goal or ())))
@@ -205,14 +206,15 @@ def _holds_here(judge: Judge, engine: Engine, trial: Trial) -> bool | None:
 
 
 def _kept(path: Path, picture: bytes) -> str:
-    """A picture as a file; its name, or "" where there is none."""
+    """Write a picture to a file and return the file's name; "" for an empty picture."""
     if picture:
         write_whole(path, picture)
     return path.name if picture else ""
 
 
 def _refused_state(engine: Engine, setting: Setting, trace: Trace) -> bytes:
-    """State of the nearest miss with a collision; nothing without one."""
+    """Return a picture of the collision in the refusal that came nearest to a program; empty if no refusal
+    has one."""
     missed = nearest_miss([e for e in trace.entries if e.collision is not None])
     if missed is None or missed.collision is None:
         return b""
@@ -221,7 +223,8 @@ def _refused_state(engine: Engine, setting: Setting, trace: Trace) -> bytes:
 
 
 def _failure(result: EpisodeResult, experiment: JudgedExperiment) -> str:
-    """Class of a failure: by the reason of the refusal or the stop; else by the judge's answer."""
+    """Return the class of an episode's failure: by the reason of the refusal or the stop, else by the judge's
+    check."""
     attempt = result.attempt
     if result.rest():
         return ""

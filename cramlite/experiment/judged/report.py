@@ -1,4 +1,4 @@
-"""Report of a judged experiment in Markdown: the worth of a proof first, then the rates of true episodes."""
+"""Report of a judged experiment in Markdown: how often proofs were right, then the success rates of episodes."""
 
 from __future__ import annotations
 
@@ -36,7 +36,8 @@ def markdown(tables: EpisodeTables, experiment: JudgedExperiment) -> str:
 
 
 def worth(tables: EpisodeTables) -> list[str]:
-    """Return the worth of a proof, in lines."""
+    """Return lines on how often proofs were right: passing verdicts and refusals against the judge's
+    check."""
     known = tables.refusal_was_wrong
     lines = [f"- A passing verdict was right, in the judge's physics and at rest: {tables.passing_was_right.text}."]
     lines += [f"- Episodes without a program: {tables.refusals}."]
@@ -46,25 +47,27 @@ def worth(tables: EpisodeTables) -> list[str]:
 
 
 def suite_rows(tables: EpisodeTables, experiment: JudgedExperiment) -> list[list[str]]:
-    """Return a row for each suite, and one for all."""
+    """Return a table row for each suite, and one for all suites."""
     rows = [[r.suite, experiment.spec.suites[r.suite].about, str(r.budget), *_counts(r)] for r in tables.suites]
     return [*rows, ["all", "", "", *_counts(tables.whole)]] if len(rows) > 1 else rows
 
 
 def difference(found: Difference) -> str:
-    """Return a sentence on how much less often variants are true at rest than their originals."""
+    """Return a sentence on the difference between the rates of variant suites and of the suites that they
+    vary."""
     low, high = found.interval
     return (
-        f"Variants ({', '.join(found.variants)}) less what they are of ({', '.join(found.bases)}), true at rest: {signed(found.value)} "
-        f"({signed(low)} to {signed(high)}, Newcombe): {found.rate.text} less {found.base_rate.text}."
+        f"Difference of success rates at rest, variants ({', '.join(found.variants)}) less originals ({', '.join(found.bases)}): "
+        f"{signed(found.value)} ({signed(low)} to {signed(high)}, Newcombe): {found.rate.text} less {found.base_rate.text}."
     )
 
 
 def watched(found: Watched) -> str:
-    """Return a sentence with the rates of watched suites, if time stands still during the search and if it passes."""
+    """Return a sentence with the success rates of watched suites: with simulated time stopped during the
+    search, and with it passing."""
     return (
-        f"Watched suites, true at rest: {found.still.text} if simulated time stands still while the rest is resolved; "
-        f"{found.passing.text} if it passes, by CPU time."
+        f"Success rates of watched suites at rest: {found.still.text} if simulated time stops during the search; "
+        f"{found.passing.text} if the search's CPU time passes."
     )
 
 
@@ -74,7 +77,7 @@ def signed(value: float) -> str:
 
 
 def task_rows(tables: EpisodeTables) -> list[list[str]]:
-    """Return a row for each task."""
+    """Return a table row for each task."""
     return [[r.suite, str(r.task), r.name, *_counts(r, short=True)] for r in tables.tasks]
 
 
@@ -93,7 +96,7 @@ def times(seconds: dict[str, Spread]) -> list[list[str]]:
 
 
 def published_rows(tables: EpisodeTables) -> list[list[str]]:
-    """Return a row for each published figure."""
+    """Return a table row for each published rate."""
     return [[p.system, p.given, p.rate, p.ours.text, ", ".join(p.suites), p.source] for p in tables.published]
 
 
@@ -104,7 +107,8 @@ def grid(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
 
 
 def numbers(tables: EpisodeTables) -> list[Number]:
-    """Return the numbers of a figure: rates by suite, the worth of a verdict, and CPU times."""
+    """Return the numbers of a figure: rates by suite, how often passing verdicts were right, and CPU
+    times."""
     rows = [(r.suite, r) for r in tables.suites] + ([("all", tables.whole)] if len(tables.suites) > 1 else [])
     found = [number for name, row in rows for number in rates(name, _columns(row))]
     if tables.watched:

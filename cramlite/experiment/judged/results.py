@@ -88,7 +88,7 @@ class EpisodeResult(Value, kw_only=True):
 
     @property
     def apart(self) -> bool:
-        """Whether the episode counts in no rate, since the judge's process died while the robot moved."""
+        """Whether the episode counts in no rate, because the judge's process died while the robot moved."""
         return self.attempt is not None and self.attempt.outcome == JUDGE_DIED
 
     def first(self, *, unlimited: bool = False) -> bool:
@@ -96,23 +96,24 @@ class EpisodeResult(Value, kw_only=True):
         return self.attempt is not None and in_time(self.attempt, self.budget, unlimited=unlimited)
 
     def rest(self, *, unlimited: bool = False) -> bool:
-        """Return whether the check was true, and still is when things are at rest."""
+        """Return whether the judge's check became true, and was still true when all things were at rest."""
         return self.first(unlimited=unlimited) and self.attempt is not None and self.attempt.rest
 
     def rest_while_time_passes(self) -> bool:
-        """Return whether the goal holds at rest, and held within the budget if time passes during the search and nothing
-        else happens."""
+        """Return whether the judge's check held at rest, and became true within the budget if the search's
+        CPU time counts as actions."""
         first = self.attempt.first if self.attempt else None
         return self.rest() and first is not None and self.attempt is not None and first + self.attempt.waited <= self.budget
 
 
 def in_time(attempt: Attempt, budget: int, *, unlimited: bool = False) -> bool:
-    """Return whether the judge's check was true for the first time within the budget, or ever."""
+    """Return whether the judge's check was true for the first time within the budget; if ``unlimited``,
+    whether it ever was."""
     return attempt.first is not None and (unlimited or attempt.first <= budget)
 
 
 def plain_reason(reason: str) -> str:
-    """Return the first of the reasons of a refusal: the nearest miss, if there is one."""
+    """Return the nearest miss in the text of a refusal; without one, the first line of the text."""
     lines = [line.strip() for line in reason.splitlines() if line.strip()]
     miss = next((line for line in lines if line.startswith("Nearest miss: ")), lines[0] if lines else "nothing was said")
     return miss.removeprefix("Nearest miss: ")

@@ -15,9 +15,12 @@ from ..experiment_file import ExperimentFile, read_spec
 
 
 class SuiteSpec(Spec):
-    """Suite of tasks, numbered from 0, with the actions that the published protocol allows an episode; ``of``
-    is the suite that it varies. In a ``watched`` suite the judge sends poses while the robot moves, and the
-    rest is proven anew where the world changes."""
+    """Suite of tasks, numbered from 0.
+
+    ``budget`` is the number of actions that the published protocol allows in an episode; ``of`` is the suite
+    of which this one is a variant. In a ``watched`` suite the judge sends poses while the robot moves, and
+    the rest of the task is proven anew where the world changes.
+    """
 
     tasks: int = Field(ge=1)
     states: int = Field(ge=1)
@@ -28,7 +31,7 @@ class SuiteSpec(Spec):
 
 
 class FailureSpec(Spec):
-    """Class of failures: those whose reason matches a pattern; classes are tried in the order of the file."""
+    """Class of failures: all whose reason matches a pattern; the file's first class that matches is taken."""
 
     kind: str
     reason: str
@@ -44,7 +47,7 @@ class FailureSpec(Spec):
 
 
 class PublishedSpec(Spec):
-    """Published rate of another system over some suites, and the input that it was given."""
+    """Published rate of another system over some suites, and the input that the system was given."""
 
     system: str
     given: str
@@ -73,7 +76,7 @@ class JudgedSpec(Spec):
     def _known_suites(self) -> JudgedSpec:
         named = {s.of for s in self.suites.values() if s.of}.union(*(p.suites for p in self.published))
         if wrong := sorted(named - set(self.suites)):
-            raise ValueError(f"'{wrong[0]}' is none of the suites: {', '.join(self.suites)}")
+            raise ValueError(f"'{wrong[0]}' is no suite of this file; its suites are {', '.join(self.suites)}")
         return self
 
 
@@ -91,7 +94,7 @@ class Episode(Value):
 
     @staticmethod
     def named(name: str) -> Episode:
-        """Return the episode of a folder's name."""
+        """Return the episode whose folder has a given name."""
         suite, task, state = name.rsplit("-", 2)
         return Episode(suite, int(task), int(state))
 
@@ -102,7 +105,7 @@ class JudgedExperiment(ExperimentFile):
     spec: JudgedSpec
 
     def suite(self, name: str) -> SuiteSpec:
-        """Return the suite of a name.
+        """Return the suite with a given name.
 
         Raises:
             UserError: there is none of the name.
@@ -110,7 +113,7 @@ class JudgedExperiment(ExperimentFile):
         return self.named("suite", name, self.spec.suites)
 
     def episodes(self, suite: str, tasks: str, states: str) -> tuple[Episode, ...]:
-        """Return episodes of a suite, all tasks of a state before the next state.
+        """Return the chosen episodes of a suite, sorted by initial state, then by task.
 
         Args:
             tasks, states: numbers such as "0,2,8:12", which ends with 11; no task stands for all of them.
@@ -124,12 +127,14 @@ class JudgedExperiment(ExperimentFile):
         return tuple(Episode(suite, task, state) for state in chosen(states, spec.states, "states", whose) for task in which)
 
     def failure(self, reason: str, otherwise: str) -> str:
-        """Return the class of a failure by its reason."""
+        """Return the class of a failure with a given reason; ``otherwise`` if no pattern matches."""
         return next((f.kind for f in self.spec.failures if re.search(f.reason, reason)), otherwise)
 
 
 def chosen(text: str, count: int, what: str, whose: str) -> list[int]:
-    """Return the numbers of "0,2,8:12", which ends with 11, once each and in order of the text.
+    """Return the numbers that a text such as "0,2,8:12" means: 0, 2, 8, 9, 10 and 11.
+
+    Each number stands once, in the order of the text.
 
     Args:
         count: there are 0 to ``count`` - 1 of them.
@@ -144,7 +149,7 @@ def chosen(text: str, count: int, what: str, whose: str) -> list[int]:
     except ValueError:
         raise UserError(f"{wrong}; write numbers and ranges such as 0,2,8:12, which ends with 11.") from None
     if not found:
-        raise UserError(f"{wrong}, which names none; 0:5 is 0, 1, 2, 3 and 4.")
+        raise UserError(f"{wrong}, which names no number; 0:5 is 0, 1, 2, 3 and 4.")
     beyond = [n for n in found if not 0 <= n < count]
     if beyond:
         raise UserError(f"{wrong}; {whose} has {what} 0 to {count - 1}, and no {beyond[0]}.")
@@ -152,7 +157,7 @@ def chosen(text: str, count: int, what: str, whose: str) -> list[int]:
 
 
 def _span(part: str) -> Iterable[int]:
-    """The numbers of "8:12" or of "8"."""
+    """Return the numbers of one part, "8:12" or "8"."""
     first, colon, end = part.partition(":")
     return range(int(first), int(end) if colon else int(first) + 1)
 

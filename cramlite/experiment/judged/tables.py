@@ -1,4 +1,4 @@
-"""Tables of a judged experiment: how often the judge agreed with a proof, and how many episodes were true, by suite and task."""
+"""Tables of a judged experiment: how often the judge agreed with a proof, and how many episodes fulfilled the judge's check."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Episodes = Sequence[EpisodeResult]
 
 
 class EpisodeRow(Value):
-    """Episodes of a suite, a task, or all of them.
+    """Row of the tables: counts of the episodes of a suite, of a task, or of all.
 
     Args:
         suite, task: "" and None for all.
@@ -43,7 +43,7 @@ class EpisodeRow(Value):
 
 
 class Spread(Value):
-    """Spread of a time over so many episodes [s]: median, 95 % quantile, longest."""
+    """Spread of a duration over some episodes [s]: median, 95 % quantile, longest, and number of episodes."""
 
     median: float
     most: float
@@ -52,7 +52,7 @@ class Spread(Value):
 
 
 class PublishedRate(Value):
-    """Published rate beside ours over the same suites, as far as they were played."""
+    """Published rate beside cramlite's own rate over the episodes that were played of the same suites."""
 
     system: str
     given: str
@@ -63,7 +63,9 @@ class PublishedRate(Value):
 
 
 class Difference(Value):
-    """Difference between variants and the suites that they are of, true at rest within the budget.
+    """Difference between the success rates of variant suites and of the suites that they vary.
+
+    An episode succeeds if the judge's check became true within the budget and holds at rest.
 
     Args:
         variants, bases: names of suites of both, of which some episode was played.
@@ -81,8 +83,10 @@ class Difference(Value):
 
 
 class Watched(Value):
-    """Rates of watched suites, true at rest within the budget: if simulated time stands still during the search, and if it
-    passes."""
+    """Success rates of watched suites, with the judge's check true at rest and within the budget.
+
+    One is with simulated time stopped during the search, the other with the search's CPU time passing.
+    """
 
     still: Rate
     passing: Rate
@@ -121,7 +125,7 @@ class EpisodeTables(Value):
 
 
 def tables(results: Episodes, experiment: JudgedExperiment) -> EpisodeTables:
-    """Count the results of a run."""
+    """Compute the tables of a run's results."""
     apart, results = sum(r.apart for r in results), [r for r in results if not r.apart]
     suites = list(dict.fromkeys(r.suite for r in results))
     tasks = list(dict.fromkeys((r.suite, r.task) for r in results))
@@ -156,7 +160,7 @@ def rate(episodes: Iterable[EpisodeResult], hit: Callable[[EpisodeResult], bool]
 
 
 def row(results: Episodes, suite: str = "", task: int | None = None) -> EpisodeRow:
-    """Count episodes in one row."""
+    """Return the row of the tables that counts some episodes."""
     steps = [r.attempt.first for r in results if r.attempt is not None and r.attempt.first is not None]
     budgets = {r.budget for r in results}
     return EpisodeRow(
@@ -170,7 +174,7 @@ def row(results: Episodes, suite: str = "", task: int | None = None) -> EpisodeR
 
 
 def _seconds(results: Episodes) -> dict[str, Spread]:
-    """Spreads of all times, by name."""
+    """Return the spread of each kind of duration, by name."""
     named: dict[str, list[float]] = {}
     for r in results:
         for name, value in r.seconds.items():
@@ -185,7 +189,8 @@ def _spread(values: list[float]) -> Spread:
 
 
 def _difference(results: Episodes, experiment: JudgedExperiment) -> Difference | None:
-    """Difference of all variants together, and of their originals."""
+    """Return the difference between the success rates of all variant suites that were played and of the
+    suites that they vary."""
     of = {name: spec.of for name, spec in experiment.spec.suites.items() if spec.of}
     played = {r.suite for r in results}
     variants = tuple(name for name in of if name in played and of[name] in played)

@@ -23,7 +23,7 @@ from .tables import tables
 
 
 class Episodes(Value):
-    """Episodes that are asked for.
+    """Episodes of a judged experiment that a run was asked for.
 
     Args:
         episodes: none for the tables of what the run directory holds.
@@ -48,12 +48,14 @@ class Episodes(Value):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the episodes, in order."""
+        """Names of the episodes, in the order in which they are played."""
         return tuple(e.name for e in self.episodes)
 
     def key(self) -> dict[str, Any]:
-        """Return the key of results: files, code, and demands on each program; without episodes and
-        workers."""
+        """Return the key of the results: files, code, and demands on each program.
+
+        The chosen episodes and the number of workers are no part of it.
+        """
         path, chosen = self.experiment.path.resolve(), self.plugins
         files = [path, *sorted(path.parent.glob("*.py")), *sorted(data_folder("experiments").glob("*.py"))]  # the last are shared by all
         asked = {"twins": self.twins, "attempt_refused": self.attempt_refused}
@@ -76,12 +78,12 @@ class Episodes(Value):
         ))  # fmt: skip
 
     def lost(self, name: str, reason: str) -> EpisodeResult:
-        """Return the result of an episode that was given up."""
+        """Return the result for an episode that was given up."""
         episode = Episode.named(name)
         return died(episode, self.experiment.suite(episode.suite).budget, reason)
 
     def line(self, name: str, result: EpisodeResult) -> str:
-        """Return a result in a line for people."""
+        """Format a result as one line for people."""
         del name
         return in_a_line(result)
 
@@ -92,7 +94,7 @@ class Episodes(Value):
         found = tables(ran, self.experiment)
         asked = [results[name] for name in self.names]
         lost = [in_a_line(r) for r in asked if not r.rest()] if self.fail else []
-        failure = f"{len(lost)} of {len(asked)} episodes are not true at rest within their budget: {'; '.join(lost)}."
+        failure = f"{len(lost)} of {len(asked)} episodes failed the judge's check at rest within their budget: {'; '.join(lost)}."
         return Report(
             {"run": self.key(), "tables": found, "episodes": ran}, text := markdown(found, self.experiment),
             {"tables.md": text, "report.html": outcomes_page(found, ran, self.experiment, out / self.folder)},

@@ -1,1 +1,1 @@
-"""Calibration of cameras: from pictures of a printed board, where a camera is and how it sees."""
+"""Calibration of cameras: pose and intrinsics from pictures of a printed board."""

@@ -1,4 +1,4 @@
-"""Printed boards for calibration: ChArUco boards, and grids of ArUco or AprilTag markers; drawn, and found in pictures."""
+"""Printed boards for calibration, ChArUco boards and grids of ArUco or AprilTag markers: drawing, and detection in pictures."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ MARGIN = 0.005
 
 
 class BoardSpec(Spec):
-    """Board: ``columns`` x ``rows`` squares of a chess board with markers (charuco), or of markers with gaps (grid)."""
+    """Board of ``columns`` x ``rows`` fields: a chess board with markers (charuco), or markers with gaps
+    (grid)."""
 
     kind: Literal["charuco", "grid"] = "charuco"
     columns: int = Field(default=7, ge=2, le=40)
@@ -43,7 +44,7 @@ class BoardSpec(Spec):
 
     @property
     def size(self) -> tuple[float, float]:
-        """Width and height of the print [m]."""
+        """Width and height of the printed board [m]."""
         gap = self.square - self.marker if self.kind == "grid" else 0.0
         return self.columns * self.square - gap, self.rows * self.square - gap
 
@@ -56,7 +57,7 @@ class Sighting(Value, eq=False):
 
 
 def opencv() -> Any:
-    """Return the module cv2.
+    """Import and return OpenCV's module cv2.
 
     Raises:
         UserError: it is not installed, or a version without what is needed.
@@ -71,7 +72,7 @@ def opencv() -> Any:
 
 
 def made(spec: BoardSpec) -> Any:
-    """Return OpenCV's board.
+    """Return OpenCV's object for a board.
 
     Raises:
         UserError: there is no such dictionary, or it has too few markers.
@@ -116,7 +117,8 @@ def write_board(path: Path, spec: BoardSpec) -> None:
 
 
 def found(spec: BoardSpec, grey: Image) -> Sighting | None:
-    """Find a board in a grey picture; None where fewer than ``LEAST`` corners, or only those of one line, are seen."""
+    """Find a board in a grey picture; None if fewer than ``LEAST`` corners are visible, or only corners on
+    one line."""
     import numpy as np
 
     cv2, board = opencv(), made(spec)
@@ -137,7 +139,7 @@ def found(spec: BoardSpec, grey: Image) -> Sighting | None:
 
 
 def other_dictionary(spec: BoardSpec, grey: Image) -> str:
-    """Return the name of another dictionary of which markers are in a picture, the smallest one; empty if there is none."""
+    """Return the smallest other dictionary whose markers are in a picture; "" if there is none."""
     cv2 = opencv()
     names = (n.removeprefix("DICT_") for n in dir(cv2.aruco) if n.startswith("DICT_"))
     for name in sorted(names, key=lambda n: (int(size) if (size := n.rpartition("_")[2]).isdigit() else 10**6, n)):

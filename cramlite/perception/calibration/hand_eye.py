@@ -1,4 +1,4 @@
-"""Pose and intrinsics of a camera from corners of a board, with error bars.
+"""Calibration of a camera: its pose and intrinsics, with error bars, from corners of a board in several pictures.
 
 A first guess by Park and Martin (IEEE TRA 10, 1994) for the pose and Zhang (PAMI 22, 2000) for intrinsics, as OpenCV has them;
 then all at once by least squares of the reprojection errors, with the robot's poses as given. Error bars are a jackknife over
@@ -39,7 +39,7 @@ STRAY = 3.0
 
 
 class Station(Value, eq=False):
-    """Picture of a board with where the robot was.
+    """Picture of a board together with the robot's flange pose at that time.
 
     Args:
         name: of the picture.
@@ -53,7 +53,7 @@ class Station(Value, eq=False):
 
 
 class Calibration(Value, eq=False):
-    """Calibrated camera.
+    """Calibrated camera: pose, intrinsics and their uncertainty.
 
     Args:
         mount: "flange" of a camera on the robot, "world" of a fixed one.
@@ -87,7 +87,7 @@ class Calibration(Value, eq=False):
 
     @property
     def error(self) -> float:
-        """Reprojection error, root of the mean square over all corners [pixel]."""
+        """Root mean square of the reprojection error over all corners [pixel]."""
         return _rms(np.concatenate(list(self.pixels.values())))
 
     @property
@@ -99,7 +99,7 @@ class Calibration(Value, eq=False):
 
 
 def calibrated(stations: Sequence[Station], mount: str, intrinsics: Intrinsics, given: bool) -> Calibration:
-    """Calibrate a camera.
+    """Calibrate a camera from pictures of a board.
 
     Args:
         intrinsics: as known; else only their image size counts.
@@ -120,7 +120,10 @@ def calibrated(stations: Sequence[Station], mount: str, intrinsics: Intrinsics, 
 
 
 def _radius(covariance: Floats, freedom: int) -> float:
-    """Radius of 95 %: the squared length is nearly F distributed (Satterthwaite, Biometrics Bulletin 2, 1946)."""
+    """Return the radius that contains 95 % of a normal distribution with an estimated covariance.
+
+    The squared length is nearly F distributed (Satterthwaite, Biometrics Bulletin 2, 1946).
+    """
     from scipy.stats import f
 
     sizes = np.linalg.eigvalsh(covariance)
@@ -148,7 +151,7 @@ def _turned_enough(stations: Sequence[Station], mount: str) -> None:
 
 
 def _intrinsics(stations: Sequence[Station], size: Intrinsics) -> Intrinsics:
-    """Intrinsics by Zhang's method, without distortion."""
+    """Return a camera's intrinsics by Zhang's method, without lens distortion."""
     cv2 = opencv()
     flat = cv2.CALIB_FIX_K1 | cv2.CALIB_FIX_K2 | cv2.CALIB_FIX_K3 | cv2.CALIB_ZERO_TANGENT_DIST
     points = [s.sighting.corners.astype(np.float32) for s in stations]
@@ -172,7 +175,7 @@ def _matrix(k: Intrinsics) -> Floats:
 
 
 def _guess(stations: Sequence[Station], mount: str, intrinsics: Intrinsics) -> tuple[Pose, Pose]:
-    """First guess of the poses of camera and board, in the frames of ``Calibration``."""
+    """Return a first guess of the poses of camera and board, in the frames of ``Calibration``."""
     cv2, seen = opencv(), [_seen(s, intrinsics) for s in stations]
     flanges = [s.flange if mount == "flange" else s.flange.inverse() for s in stations]
     turn, shift = cv2.calibrateHandEye(
@@ -186,7 +189,8 @@ def _guess(stations: Sequence[Station], mount: str, intrinsics: Intrinsics) -> t
 
 
 class _Problem(Value, eq=False, dict=True):
-    """Least squares of the reprojection errors, over small motions of camera and board, and intrinsics if they are open."""
+    """Least-squares problem of the reprojection errors, over small motions of camera and board, and over
+    unknown intrinsics."""
 
     stations: tuple[Station, ...]
     mount: str
@@ -195,8 +199,8 @@ class _Problem(Value, eq=False, dict=True):
     scaled: bool = False
 
     def residuals(self, camera: Pose, board: Pose, x: Floats) -> Floats:
-        """Errors of all corners, (N, 2) [pixel]; ``x``: motions of camera and board in their own frames, then the open
-        intrinsics."""
+        """Return the reprojection errors of all corners (N, 2) [pixel]; ``x`` has the motions of camera and
+        board in their own frames, then unknown intrinsics."""
         k = x[12:16] if self.open else np.zeros(4)
         scale = math.exp(x[-1]) if self.scaled else 1.0
         eyes, corners, pixels, at = self._arrays
@@ -209,7 +213,8 @@ class _Problem(Value, eq=False, dict=True):
 
     @cached_property
     def _arrays(self) -> tuple[Floats, Floats, Floats, Any]:
-        """Transforms from the board's mount to the camera's, (M, 4, 4); corners, pixels and number of picture of all points."""
+        """Transforms (M, 4, 4) from the board's mount to the camera's mount; corners, pixels and picture
+        numbers of all points."""
         flanges = [s.flange.inverse() if self.mount == "flange" else s.flange for s in self.stations]
         at = np.repeat(np.arange(len(flanges)), [len(s.sighting.pixels) for s in self.stations])
         sightings = [s.sighting for s in self.stations]
@@ -217,14 +222,15 @@ class _Problem(Value, eq=False, dict=True):
         return np.array([f.matrix for f in flanges]), corners, pixels, at
 
     def solve(self, camera: Pose, board: Pose) -> Any:
-        """Result of scipy's least squares."""
+        """Solve the least-squares problem from first guesses of the poses; return SciPy's result."""
         from scipy.optimize import least_squares
 
         start = np.zeros(12 + 4 * self.open + self.scaled)
         return least_squares(lambda x: self.residuals(camera, board, x).ravel(), start, x_scale="jac", method="trf")
 
     def jackknife(self, jacobian: Floats, residuals: Floats) -> Floats:
-        """Covariance of the solution: its change if one picture is left out, over all pictures."""
+        """Return the covariance of the solution by the jackknife: from how much it changes when each picture
+        is left out."""
         ends = np.cumsum([2 * len(s.sighting.pixels) for s in self.stations])
         whole, moved = jacobian.T @ jacobian, []
         for j, r in zip(np.split(jacobian, ends[:-1]), np.split(residuals, ends[:-1]), strict=True):
@@ -259,21 +265,22 @@ def _solved(problem: _Problem, camera: Pose, board: Pose) -> Calibration:
 
 
 def _right_size(problem: _Problem, found: Calibration) -> None:
-    """Refuse a board whose size the robot's motions contradict."""
+    """Refuse a calibration if the robot's motions show that the board's size is not the stated one."""
     scaled = replace(problem, scaled=True)
     said = scaled.solve(found.camera, found.board)
     size, bar = math.exp(said.x[-1]), math.sqrt(scaled.jackknife(said.jac, said.fun)[-1, -1])
     if abs(size - 1) <= max(SCALE, 4 * bar):
         return
     raise UserError(
-        f"The board has another size than the file says: to the robot's motions fit {size:.3f} times (+-{bar:.3f}) its lengths, with "
+        f"The board has another size than the file says: the robot's motions fit {size:.3f} times (+-{bar:.3f}) its lengths, with "
         f"which the reprojection error falls from {found.error:.2f} to {_rms(said.fun.reshape(-1, 2)):.2f} pixels. Measure a printed "
         "square (a printer may have scaled it to the page); a focal length that is off by as much looks the same."
     )
 
 
 def _unrelated(stations: Sequence[Station], mount: str, intrinsics: Intrinsics, found: Calibration) -> str:
-    """Advice where pictures and poses do not fit; whether they would fit with the camera elsewhere."""
+    """Return advice for pictures that do not fit the robot's poses; checks whether they fit if the camera is
+    mounted elsewhere."""
     other = "world" if mount == "flange" else "flange"
     again = _solved(_Problem(tuple(stations), other, intrinsics, False), *_guess(stations, other, intrinsics))
     if again.error < found.error / 5:

@@ -1,4 +1,4 @@
-"""Folders of pictures for calibration: ``calibration.yaml`` says board, robot and where it was in each picture."""
+"""Folders of pictures for calibration; ``calibration.yaml`` states the board, and the robot's pose in each picture."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ FlangeOf = Callable[[Sequence[float]], Pose]
 
 
 class PictureSpec(Spec):
-    """Picture with where the robot was: its joints, or the flange in the base frame."""
+    """Picture of a calibration, with the robot's joints or its flange pose in the base frame."""
 
     file: str
     joints: tuple[Angle, ...] | None = None
@@ -65,7 +65,7 @@ class RecordingSpec(Spec):
 
 
 class Recording(Value, eq=False):
-    """Pictures of a board that was found.
+    """Recording for a calibration: the pictures in which the board was found.
 
     Args:
         intrinsics: as given; else only their size counts.
@@ -95,7 +95,7 @@ def read_spec(folder: Path) -> RecordingSpec:
         )
     data = load_yaml(path)
     if not isinstance(data, Mapping):
-        raise UserError(f"{path}:1: it is a mapping with the keys {', '.join(RecordingSpec.model_fields)}.")
+        raise UserError(f"{path}:1: this file is a mapping with the keys {', '.join(RecordingSpec.model_fields)}.")
     try:
         return RecordingSpec.model_validate(data)
     except ValidationError as error:
@@ -162,7 +162,11 @@ def _grey(path: Path) -> Image:
 
 
 def _table(path: Path) -> tuple[PictureSpec, ...]:
-    """Pictures of a CSV file: ``file`` and joints ``j1`` ... [rad], or ``file`` and the flange's x, y, z [m], qw, qx, qy, qz."""
+    """Read pictures from a CSV file.
+
+    Its columns are ``file`` and joints ``j1`` ... [rad], or ``file`` and the flange's x, y, z [m], qw, qx,
+    qy, qz.
+    """
     try:
         with path.open(encoding="utf-8", newline="") as file:
             table = csv.DictReader(file, skipinitialspace=True)
@@ -193,7 +197,7 @@ def _row(row: Mapping[str, Any], joints: Sequence[str], where: str) -> PictureSp
 
 
 def written(pose: Pose) -> PoseSpec:
-    """Return a pose as files write it: position, and rotations about the fixed axes x, y, z."""
+    """Convert a pose to the form that files use: position, and rotations about the fixed axes x, y, z."""
     r = pose.rotation
     pitch = math.atan2(-r[2, 0], math.hypot(r[0, 0], r[1, 0]))
     if math.hypot(r[0, 0], r[1, 0]) < 1e-9:  # about x and z it turns about one axis

@@ -1,4 +1,4 @@
-"""Calibrated cameras as text for people, and as the file that a scenario's camera takes."""
+"""Output of a calibration: text for people, and the calibration file that a scenario's camera can name."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ DISTORTED = 1.0
 
 
 def calibration_text(found: Calibration, recording: Recording, warned: Sequence[str] = ()) -> str:
-    """Return the solution, with error bars, in lines."""
+    """Return lines of text on a calibration, with error bars."""
     k, spec = found.intrinsics, recording.spec
     sizes = np.sqrt(np.diag(found.covariance))
     x, y, z = (1000 * v for v in found.camera.position)
@@ -47,7 +47,7 @@ def calibration_text(found: Calibration, recording: Recording, warned: Sequence[
 
 
 def warnings(found: Calibration, recording: Recording) -> list[str]:
-    """Return the doubts about a calibration: pictures that do not fit, and a lens that bends lines."""
+    """Return warnings about a calibration: pictures that do not fit, and lens distortion."""
     told = []
     if found.strays:
         each = ", ".join(f"{n} ({np.sqrt((found.pixels[n] ** 2).sum(axis=1).mean()):.2f} pixels)" for n in found.strays)
@@ -60,7 +60,8 @@ def warnings(found: Calibration, recording: Recording) -> list[str]:
 
 
 def distortion(recording: Recording, found: Calibration) -> float:
-    """Return the largest shift of a corner by radial distortion, as the pictures tell it [pixel]."""
+    """Return the largest shift of a corner by radial lens distortion, as estimated from the pictures
+    [pixel]."""
     from .board import opencv
 
     cv2, k = opencv(), found.intrinsics
@@ -77,7 +78,8 @@ def distortion(recording: Recording, found: Calibration) -> float:
 
 
 def calibration_file(found: Calibration, recording: Recording) -> dict[str, Any]:
-    """Return the keys of a file that ``camera: {calibration: FILE}`` of a scenario takes."""
+    """Return the content of a calibration file, which a scenario names under ``camera: {calibration:
+    FILE}``."""
     return {
         "camera": _camera(found.mount, found.camera, found.intrinsics),
         "error_95": {"position": f"{1000 * found.position:.3f} mm", "angle": f"{math.degrees(found.angle):.4f} deg"},
@@ -111,8 +113,11 @@ def _camera(mount: str, pose: Pose, intrinsics: Intrinsics) -> dict[str, Any]:
 
 
 def correction_file(scenario: Scenario, view: View, offset: CameraOffset) -> dict[str, Any]:
-    """Return the keys of a calibration file for a camera that fixtures moved: the scenario's, else one fixed where the view
-    was taken."""
+    """Return the content of a calibration file for a camera whose pose was corrected by fixtures in its
+    picture.
+
+    It is the scenario's camera, else a fixed one at the pose of the view.
+    """
     from ...scenario.worlds import camera_of
 
     before, base = camera_of(scenario), scenario.spec.robot.at.pose()
@@ -132,7 +137,7 @@ def correction_file(scenario: Scenario, view: View, offset: CameraOffset) -> dic
 
 
 def write_calibration(path: Any, keys: Mapping[str, Any]) -> None:
-    """Write a calibration's file.
+    """Write a calibration file.
 
     Raises:
         UserError: it exists and is no such file, or it cannot be written.

@@ -1,4 +1,5 @@
-"""Goals made true by hand: whether the judge accepts a goal at all, if bodies and joints are set for it and left alone.
+"""Goals made true by hand: whether the judge accepts a goal at all, once its bodies and joints have been set
+and released.
 
 The arm takes no part: it neither moves nor collides. Nor do things that the goal does not name; they are out of the scene. It runs in the
 judge's environment.
@@ -30,7 +31,7 @@ FAR = 20.0
 
 
 class Hand:
-    """Hand of the judge: sets bodies and joints.
+    """Stand-in for the robot's hand in the judge's simulator: sets poses of bodies and values of joints.
 
     Args:
         world: at the start of an episode; left as it was.
@@ -78,7 +79,8 @@ class Hand:
         return [(j, joint_value(self.world, literal)) for j in self.world.joints(literal[1])]
 
     def _opened(self, goal: Sequence[Literal]) -> dict[int, float]:
-        """Drawers that things are put in, of which the goal does not say that they are closed, are opened."""
+        """Return joint -> open value of the drawers that the goal puts things in, unless the goal has them
+        closed."""
         targets = [p[2] for p in goal if p[0] == "in" and p[2] in self.world.env.env.object_sites_dict and self.world.joints(p[2])]
         return {j: v for t in targets for j, v in self._values(("open", t)) if j not in self.still}
 
@@ -88,7 +90,7 @@ class Hand:
         self.parked = [t for t in self.world.things if t not in named]
 
     def _put(self, literal: Literal, rng: Any) -> bool:
-        """Find a pose of a thing in which it stays as it shall."""
+        """Find a pose of a thing in which the judge says that a literal holds after the thing has settled."""
         asked, start = 0, self.world.state()
         for position, turn in self._poses(literal, rng):
             self._place(literal[1], position, turn)
@@ -116,8 +118,8 @@ class Hand:
             yield np.array([middle[0] + x * half[0], middle[1] + y * half[1], z]), turn
 
     def _box(self, literal: Literal) -> tuple[Any, Any]:
-        """Bounds of a thing's origin: in a region, above one, or near the middle of a thing as the judge
-        allows."""
+        """Bounds of a thing's origin in the world: in a region for "in", on its upper side for "on"; on a
+        thing, as near to its middle as the judge demands."""
         world, name = self.world, literal[2]
         if name not in world.env.env.object_sites_dict:
             middle, top = world.data.body(world.root(name)).xpos.copy(), world.corners(name)[:, 2].max()
@@ -166,7 +168,8 @@ class Hand:
         data.qpos[self.held], data.qvel[self.braked] = self.at, 0.0
 
     def _holding(self) -> None:
-        """Set the held positions: those of the arm, of uninvolved things, and of joints of the goal."""
+        """Set the positions that are kept while bodies settle: of the arm, of things that take no part,
+        and of the goal's joints."""
         model = self.world.model
         places = {int(model.jnt_qposadr[j]): float(self.kept[1 + model.jnt_qposadr[j]]) for j in self.arm}
         brakes = [int(model.jnt_dofadr[j]) for j in (*self.arm, *self.still)]

@@ -1,4 +1,4 @@
-"""Draw problems for LIBERO's judge: scenes of libero_90, their states and goals that nobody chose.
+"""Draw problems for LIBERO's judge: scenes of libero_90 with random states and random goals.
 
     JUDGE/bin/python experiments/libero/drawing/draw.py 0:10 --out problems
 
@@ -66,7 +66,8 @@ def draw(seed: int, folder: Path) -> dict[str, Any]:
 
 
 def vary(problem: Problem, rng: Any) -> tuple[Problem, dict[str, Any]]:
-    """Draw which things there are, where they stand, and where fixtures do."""
+    """Draw a problem from another one: which things there are, where they stand, and where its fixtures
+    stand."""
     swap, replace = rng.random() < CHANCE, rng.random() < CHANCE
     made = replaced(problem, rng, library()) if replace else problem
     made = swapped(made, rng) if swap else made
@@ -77,7 +78,8 @@ def vary(problem: Problem, rng: Any) -> tuple[Problem, dict[str, Any]]:
 
 
 def in_state(made: Problem, rng: Any, told: Counter[str]) -> tuple[tuple[Literal, ...], Any]:
-    """Draw a state, and a goal in it; none without a state at rest, or without a goal after a number of tries."""
+    """Draw a state, and a goal in it; an empty goal if things do not fit or stay at rest, or if no goal is
+    found after some tries."""
     parts, seed = int(rng.integers(1, 4)), int(rng.integers(2**31))
     with TemporaryDirectory() as folder:
         path = Path(folder) / TEXT
@@ -113,7 +115,8 @@ def _goal(world: World, rng: Any, parts: int, told: Counter[str]) -> tuple[Liter
 
 
 def targets(world: World) -> dict[str, tuple[str, str]]:
-    """Return the regions that things can be put on or in -> "on" or "in", and of what sort they are; not those that fixtures stand in."""
+    """Return region -> ("on" or "in", sort of region) for all regions that things can be put on or in,
+    without those that fixtures stand in."""
     problem = world.problem
     stands = {row[2] for row in problem["initial_state"] if len(row) == 3 and row[1] not in world.things}
     known = (name for name in problem["regions"] if name in world.env.env.object_sites_dict and name not in stands)
@@ -121,14 +124,14 @@ def targets(world: World) -> dict[str, tuple[str, str]]:
 
 
 def _put(world: World, name: str) -> str:
-    """Whether things are put on or in a region: as in the 130 problem files, or by the region's model where none of them
-    mentions it."""
+    """"in" or "on", whichever things are put into or onto a region: by the 130 problem files, else by the
+    region's model."""
     contains = bool(world.joints(name)) or name.endswith("contain_region")
     return predicates_of_sites().get(name_of_kind(world.problem, name), "in" if contains else "on")
 
 
 def left_out(goal: tuple[Literal, ...], world: World, owner: dict[str, str]) -> str:
-    """Return the first rule that leaves a goal out; "" for none."""
+    """Return the first rule that excludes a goal; "" if none does."""
     if signature(goal, lambda n: name_of_kind(world.problem, n)) in known_goals():
         return "one of the 130 tasks has it"
     if contradiction(goal, owner):
@@ -141,7 +144,8 @@ def left_out(goal: tuple[Literal, ...], world: World, owner: dict[str, str]) -> 
 
 
 def written(made: Problem, goal: tuple[Literal, ...], state: Any, folder: Path, told: Counter[str]) -> bool:
-    """Write the files of a problem; whether the judge begins it as it was drawn."""
+    """Write the files of a problem; return whether the judge begins an episode of it in the drawn state
+    with the drawn goal."""
     folder.mkdir(parents=True, exist_ok=True)
     of_interest = sorted({n for p in goal for n in p[1:]})
     whole = made | {"goal_state": [list(p) for p in goal], "obj_of_interest": of_interest}
@@ -184,7 +188,8 @@ def told_of(facts: list[dict[str, Any]]) -> str:
 
 
 def main() -> None:
-    """Draw the problems of seeds that are not there yet, and tell of all that are."""
+    """Draw the problems of those seeds that have no files yet, and print the statistics of all problems in
+    the folder."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("seeds", help="such as 0:10, which ends with 9")
     parser.add_argument("--out", type=Path, default=Path("problems"), help="folder for them (default problems)")

@@ -14,7 +14,8 @@ COPIED = Path("bin") / "launch.py"
 
 
 def make_environment(folder: Path, python: str = sys.executable) -> None:
-    """Make a folder of problems an environment, ``bin/python``, of the judge that a Python belongs to."""
+    """Make a folder of problems an environment, with ``bin/python``, that runs the judge on the Python of
+    the judge's own environment."""
     launch = folder.resolve() / COPIED
     launch.parent.mkdir(parents=True, exist_ok=True)
     launch.write_bytes((Path(__file__).parent / "launch.py").read_bytes())

@@ -19,10 +19,10 @@ SUITE = "drawn"
 
 
 class Drawn:
-    """Suite as LIBERO has suites: a task is a seed, with one initial state."""
+    """Benchmark suite in LIBERO's interface: each seed is a task, with one initial state."""
 
     def get_num_tasks(self) -> int:
-        """Return the number after the last seed."""
+        """Return the number of tasks in LIBERO's interface: one more than the last seed."""
         return 1 + max((int(p.parent.name) for p in PROBLEMS.glob("*/problem.json")), default=-1)
 
     def get_task(self, seed: int) -> Any:
@@ -52,7 +52,7 @@ class Drawn:
 
 
 def main() -> None:
-    """Add the suite, and go on as the script."""
+    """Register the suite of drawn problems, and run the judge's script that the command line names."""
     from libero.libero import benchmark
 
     benchmark.BENCHMARK_MAPPING[SUITE] = Drawn

@@ -27,7 +27,7 @@ COLUMNS, LINE, WIDTH = 4, 12, 40
 
 
 def picture(judge: Judge, seed: int) -> tuple[Any, str]:
-    """Return the picture of a problem, and its name."""
+    """Return the camera picture of a problem's start, and the problem's name."""
     name = str(judge.reset("drawn", seed, 0)["task"])
     return Image.open(io.BytesIO(base64.b64decode(judge.cameras()["agentview"]["png"]))), name
 

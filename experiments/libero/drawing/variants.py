@@ -1,4 +1,4 @@
-"""Scenes that are varied: things stand where others stood, or are others of the judge's library.
+"""Variants of a scene: things swap places, or are replaced by others of the judge's library.
 
 A problem is a dictionary as LIBERO's parser returns it (``robosuite_parse_problem``). Nothing of cramlite or LIBERO is imported.
 """
@@ -46,7 +46,7 @@ def swapped(problem: Problem, rng: Any) -> Problem:
 
 
 def replaced(problem: Problem, rng: Any, library: Sequence[str]) -> Problem:
-    """Return a problem some of whose things, one at least, are others of a library.
+    """Return a problem in which some things, at least one, are replaced by others of a library.
 
     Args:
         rng: ``numpy.random.Generator``.
@@ -62,7 +62,7 @@ def replaced(problem: Problem, rng: Any, library: Sequence[str]) -> Problem:
 
 
 def _renamed(problem: Problem, new: Mapping[str, str]) -> Problem:
-    """The problem whose things are of other kinds, and are called so."""
+    """The problem with things replaced by things of other kinds, named after those kinds."""
     found, count, name = deepcopy(problem), dict[str, int](), dict[str, str]()
     for thing, kind in new.items():
         count[kind] = count.get(kind, 0) + 1
@@ -75,7 +75,8 @@ def _renamed(problem: Problem, new: Mapping[str, str]) -> Problem:
 
 
 def pinned(problem: Problem, rng: Any) -> Problem:
-    """Return a problem that says where its fixtures stand: drawn within the regions that they are drawn from at each reset."""
+    """Return a problem with fixed positions of its fixtures, drawn within the regions from which each
+    reset would draw them."""
     found, things = deepcopy(problem), movables(problem)
     for row in found["initial_state"]:
         region = found["regions"].get(row[-1])
@@ -87,7 +88,7 @@ def pinned(problem: Problem, rng: Any) -> Problem:
 
 
 def with_sites(problem: Problem, sites: Mapping[str, Sequence[str]]) -> Problem:
-    """Return a problem that declares the regions of all its things.
+    """Return a problem that also declares the regions that the models of its things have.
 
     Args:
         sites: kind -> names of the regions that its model has.

@@ -23,7 +23,7 @@ MARGIN = 0.01
 
 
 class World:
-    """Problem file in the judge's simulator.
+    """Judge's simulator with the scene of a problem file.
 
     Args:
         path: of the problem file.
@@ -55,11 +55,11 @@ class World:
         return self.env.sim.data._data
 
     def reset(self) -> None:
-        """Draw another state, as the judge does before it sets that of an episode; it tries until things fit."""
+        """Draw another state, as the judge does at the start of an episode; repeated until all things fit."""
         self.env.reset()
 
     def state(self) -> Any:
-        """Return the state, as LIBERO keeps initial states."""
+        """Return the state in the format of LIBERO's initial states."""
         return np.array(self.env.get_sim_state())
 
     def begin(self, state: Any) -> None:
@@ -69,7 +69,7 @@ class World:
             self.env.step(np.zeros(7))
 
     def restless(self) -> str:
-        """Return why the state is none that a task could begin in; "" if all things stay where they are, on the table."""
+        """Return why no task could begin in the state; "" if all things stay where they are, on the table."""
         before = self.places()
         for _ in range(REST):
             self.env.step(np.zeros(7))
@@ -81,19 +81,19 @@ class World:
         return float(self.env.env.workspace_offset[2]) - 0.05
 
     def places(self) -> Any:
-        """Return where things are."""
+        """Return the positions of all things in the world (n, 3) [m]."""
         return np.array([self.data.body(self.root(t)).xpos for t in self.things])
 
     def root(self, thing: str) -> str:
-        """Return the body that a thing is in the model."""
+        """Return the name of a thing's root body in the model."""
         return str(self.env.env.get_object(thing).root_body)
 
     def holds(self, literal: Literal) -> bool:
-        """Return the judge's answer for a part of a goal."""
+        """Return whether the judge says that a literal of a goal holds."""
         return bool(self.env.env._eval_predicate(list(literal)))
 
     def holds_nearly(self, literal: Literal) -> bool:
-        """Return whether a part of a goal holds, or misses by at most a hundredth of the joint's range."""
+        """Return whether a literal of a goal holds, or misses by at most a hundredth of the joint's range."""
         if literal[0] in PLACES or self.holds(literal):
             return self.holds(literal)
         return any(self._nearly(literal, sign) for sign in (1, -1))
@@ -109,13 +109,14 @@ class World:
         return found
 
     def joints(self, name: str) -> list[int]:
-        """Return the joints that the judge asks of a thing or a region."""
+        """Return the joints by which the judge checks a predicate of a thing or a region."""
         env = self.env.env
         named = env.object_sites_dict[name] if name in env.object_sites_dict else env.get_object(name)
         return [int(self.model.joint(j).id) for j in named.joints or () if self.model.joint(j).type[0] != mujoco.mjtJoint.mjJNT_FREE]
 
     def articulated(self) -> dict[str, tuple[str, ...]]:
-        """Return regions, and things without such regions, that have a joint -> the predicates about it."""
+        """Return each region with a joint, and each fixture with a joint but no such region -> the
+        predicates that the judge can check on it."""
         env = self.env.env
         parts = {n: s.parent_name for n, s in env.object_sites_dict.items() if getattr(s, "parent_name", None) and self.joints(n)}
         whole = {n: n for n in env.fixtures_dict if n not in parts.values() and self.joints(n)}
@@ -133,7 +134,8 @@ class World:
         return self.known_corners[thing]
 
     def footprint(self, literal: Literal) -> Any:
-        """Return the horizontal extents of the target of a part [m]: of the compartment, or of the support."""
+        """Return the horizontal extents [m] of what a literal puts a thing in or on: of the compartment,
+        or of the support."""
         predicate, _, name = literal
         site = self.env.env.object_sites_dict.get(name)
         if predicate == "in" and site is not None:
@@ -173,7 +175,7 @@ class World:
 
 
 def _asked(thing: Any, whole: bool) -> tuple[str, ...]:
-    """The predicates that the judge has about a thing's joints."""
+    """The predicates that the judge can check on a thing's joints: "open", "close", "turnon", "turnoff"."""
     ranges = thing.object_properties.get("articulation", {})
     opens = ("open", "close") if ranges.get("default_open_ranges") else ()
     turns = ("turnon", "turnoff") if whole and ranges.get("default_turnon_ranges") else ()

@@ -67,7 +67,7 @@ class Resolve(py_trees.behaviour.Behaviour):  # type: ignore[misc]  # an extra, 
         return self._job.solution if self._job else None
 
     def initialise(self) -> None:
-        """Prepare a new search; it starts with the first tick that finds the one before ended."""
+        """Prepare a new search; it starts at the first tick at which the search before it has ended."""
         self._job = _Job(self._work)
 
     def update(self) -> py_trees.common.Status:
@@ -95,7 +95,7 @@ class Resolve(py_trees.behaviour.Behaviour):  # type: ignore[misc]  # an extra, 
         self._job = None
 
     def _work(self, job: _Job) -> None:
-        """Resolve, then run; in the job's thread."""
+        """Resolve the goal, then run the program; executed in the job's thread."""
         try:
             found = self._engine.resolve(self._goal, setting=self._setting(), trace=job.trace, stop=job.stop.is_set)
             job.solution = next(found, None)
@@ -113,7 +113,8 @@ class Resolve(py_trees.behaviour.Behaviour):  # type: ignore[misc]  # an extra, 
 
 
 class _Job:
-    """One search and run in a thread; after an interruption it writes into its own job only."""
+    """Job of one search and one run in a thread; after an interruption the thread writes into its own job
+    only."""
 
     def __init__(self, work: Callable[[_Job], None]) -> None:
         self.thread = threading.Thread(target=work, args=(self,), daemon=True)
@@ -127,7 +128,7 @@ class _Job:
         self.thread.start()
 
     def status_text(self) -> str:
-        """Current work, or its end."""
+        """Sentence on the current work, or on its outcome once it has ended."""
         if self.outcome and not self.thread.is_alive():
             return self.outcome
         if self.running:
@@ -147,7 +148,7 @@ class Place:
         self._engine, self._setting = engine, setting
 
     def now(self) -> Setting:
-        """Return the current setting."""
+        """Return the setting of the place as it is now."""
         return self._setting
 
     def run(self, solution: Solution) -> bool:
@@ -163,7 +164,8 @@ NOTICE = "cramlite/notice"
 
 
 class WatchedPlace(Place):
-    """Place whose runs are watched, and gone on with where the world changes; each notice is on the blackboard.
+    """Place whose runs are watched, and continued with a new program after a change of the world; notices go
+    to the blackboard.
 
     There ``cramlite/notice`` is a dictionary: ``type`` (a class of the ontology), ``step``, ``thing``, ``reason``, ``measured``, ``limit``,
     ``unit``, ``decision`` and ``to_do``, what a person could do. A tree chooses a recovery by them when a run fails.
@@ -183,7 +185,8 @@ class WatchedPlace(Place):
         self.notices: list[Notice] = []
 
     def run(self, solution: Solution) -> bool:
-        """Execute a program's text, and go on; True if it came to its end, False where it could not go on or was cancelled."""
+        """Execute a program's text, continuing with new programs after deviations; True if the end was
+        reached, False if stuck or cancelled."""
         going = GoingOn(self._scenario, self._engine, self._seed)
         self._board.set(NOTICE, None)
         cancelled = False

@@ -61,7 +61,7 @@ def to_unified_planning(text: PddlText) -> Any:
 
 
 def with_engine(name: str = "fast-downward") -> Planner:
-    """Return the planner that is an engine of unified-planning, by its name there."""
+    """Return a planner that runs the engine of unified-planning of this name."""
 
     def plan(text: PddlText) -> str | None:
         from unified_planning.shortcuts import OneshotPlanner, get_environment
@@ -79,7 +79,8 @@ def with_engine(name: str = "fast-downward") -> Planner:
 def resolve_planned(
     engine: Engine, setting: Setting, goal: Goal, planner: Planner | None = None, *, rounds: int = 5
 ) -> Planned:
-    """Plan, resolve the plan one task more at a time; tell the planner of the first that cannot be, and plan again.
+    """Plan and resolve the plan task by task; exclude the first task that cannot be resolved from the
+    planning problem, and plan again.
 
     Args:
         planner: by default Fast Downward as an engine of unified-planning.

@@ -22,7 +22,8 @@ class Names(Struct):
         return name
 
     def of(self, origin: str, kind: str, value: str) -> str:
-        """Return the name of a step's value ("grasping_1_approach_pose"); the kind keeps it apart from keywords."""
+        """Return the name of a step's value ("grasping_1_approach_pose"); the kind at its end keeps the
+        name from being a keyword."""
         return self.name(f"{identifier(origin)}_{kind}" if origin else f"unnamed_{kind}", value)
 
 

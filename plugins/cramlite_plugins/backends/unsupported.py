@@ -14,7 +14,7 @@ def unsupported_step(step: AnyStep, language: str, why: str = "") -> UserError:
     """
     kind = type(step).__name__
     why = why or f"{language} has no {kind} here"
-    return UserError(f"step '{step.origin or kind}': {why}; write the program as typed_json, which says every step")
+    return UserError(f"step '{step.origin or kind}': {why}; write the program as typed_json, which can express every step")
 
 
 def refuse_drives(program: Program, language: str) -> None:

@@ -61,7 +61,8 @@ def world_tracks(rows: dict[str, Rows]) -> tuple[dict[str, Track], tuple[Repair,
 
 
 def rigid_links(rows: dict[str, Rows]) -> dict[str, str]:
-    """Return the frames that never move in their one parent, with it; children of the tree's root stay free."""
+    """Return name and parent of each frame that has one parent only and never moves in it; frames below the
+    tree's root are left out."""
     links = {}
     for name, recorded in rows.items():
         if len(set(recorded.names)) == 1 and recorded.names[0] in rows and not _ROOT.search(recorded.names[0]):
@@ -101,7 +102,8 @@ def _repaired(name: str, rows: Rows, inner: bool) -> tuple[Rows, list[Repair]]:
 
 
 def _alone_near_identity(rows: Rows) -> NDArray[np.bool_]:
-    """Poses of a recorder that has just started, or of a noisy one: nearly identity, and long before or after any other."""
+    """Whether each pose is a spurious one of a recorder that has just started or is noisy: nearly identity,
+    and long before or after any other."""
     near = (np.linalg.norm(rows.poses[:, :3], axis=1) < NEARLY) & (np.abs(rows.poses[:, 3]) > 1 - NEARLY)
     gaps = np.abs(np.diff(np.concatenate([[-np.inf], rows.times, [np.inf]])))
     return np.asarray(near & (np.minimum(gaps[:-1], gaps[1:]) > ALONE))
@@ -149,7 +151,7 @@ def _in_world(rows: Rows, tracks: dict[str, Track]) -> Track:
 
 
 def _piece(rows: Rows, start: int, end: int, total: int, tracks: dict[str, Track]) -> Track:
-    """Rows start to end, which share a parent."""
+    """Track in the world of the rows from start to end, which have one parent."""
     times, poses = rows.times[start:end], rows.poses[start:end]
     parent = tracks.get(rows.names[rows.parents[start]])
     if parent is None or not len(parent.times):

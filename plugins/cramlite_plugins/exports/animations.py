@@ -39,7 +39,8 @@ def write_gif(run: RunRecord, out: Path) -> None:
 
 
 class _Stoppable(io.FileIO):
-    """File whose writing ends when the work around it does: Pillow compares and writes the pictures in one call."""
+    """File whose writing stops when the work is cancelled: Pillow compares and writes all pictures in one
+    call."""
 
     def write(self, data: Any) -> int:
         checkpoint()

@@ -76,7 +76,8 @@ def safe_name(name: str) -> str:
 
 
 def _preconditions(program: Program) -> str:
-    """Preconditions of a tick; two hyphens may not stand in a comment."""
+    """Comment with the preconditions of the tree's execution; without double hyphens, which XML forbids in
+    comments."""
     start = ", ".join(f"{q:.4f}" for q in program.start)
     said = (
         f" cramlite {program.name}: robot {program.robot_type}, start posture [{start}] rad, TCP {_text(program.tcp)} in the flange, "
@@ -144,7 +145,7 @@ def _text(value: Any) -> str:
 
 
 def _numbers(value: Any) -> Iterator[float]:
-    """All numbers in a nest of tuples and poses, in order; truth as 1 and 0."""
+    """All numbers in nested tuples and poses, in order; booleans as 1 and 0."""
     if isinstance(value, Pose):
         yield from (*value.position, *value.quaternion)
     elif isinstance(value, tuple):

@@ -57,7 +57,7 @@ def roles_text(roles: dict[str, str]) -> str:
 
 
 def _poses(run: RunRecord) -> Iterator[CsvRow]:
-    """Poses of every body at every sample; of a resting one, once."""
+    """Poses of every body at every sample; of a body at rest only once."""
     times = run.scene.times.tolist()
     for body, track in run.scene.poses.items():
         yield from ((time, body, *row) for time, row in zip(times, track.tolist(), strict=False))

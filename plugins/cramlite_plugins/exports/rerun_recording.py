@@ -72,7 +72,8 @@ def _add_curves(rerun: Any, run: RunRecord) -> None:
 
 
 def _add_words(rerun: Any, run: RunRecord) -> None:
-    """Tasks, steps and events as they begin and end, contacts as they are, and the program's log."""
+    """Add the texts: tasks, steps and events when they begin and end, the contacts of each sample, and the
+    program's log."""
     said = {
         "tasks": [(s.start, s.name) for s in run.tasks],
         "steps": [(s.start, s.name) for s in run.steps],

@@ -56,7 +56,7 @@ def write_bag(run: RunRecord, out: Path) -> None:
 
 
 def nanoseconds(time: float) -> int:
-    """Return a time as bags have it."""
+    """Return a time in nanoseconds, as bags have it."""
     return round(1e9 * time)
 
 
@@ -184,7 +184,7 @@ class Messages:
         )
 
     def _pictures(self, run: RunRecord) -> Iterator[Said]:
-        """Pictures of an onlooker, a few times a second."""
+        """Pictures of the onlooking camera, a few times a second."""
         kind = "sensor_msgs/msg/CompressedImage"
         for sample in picture_samples(run.rollout.times):
             time = float(run.rollout.times[sample])

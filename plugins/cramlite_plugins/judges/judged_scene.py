@@ -61,6 +61,7 @@ def scene_setting(
 
 
 def _assets(xml: str) -> dict[str, str]:
-    """The folder of the judge's meshes, which its scene names by absolute paths; the judge's own process has been trusted by then."""
+    """Folder of the judge's meshes, which its scene names by absolute paths; it is trusted, as the judge's
+    own process is."""
     folders = [str(Path(file).parent) for file in re.findall(r'\bfile="([^"]+)"', xml) if Path(file).is_absolute()]
     return {"assets": os.path.commonpath(folders)} if folders else {}

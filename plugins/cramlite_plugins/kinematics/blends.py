@@ -180,7 +180,8 @@ def _speed(a: Floats, b: Floats, length: float) -> float:
 
 
 def _reachable(corners: list[Corner], free: list[float], accelerations: list[float]) -> list[Corner]:
-    """The blends slowed until each can be reached from the one before it and left for the one after it."""
+    """Blends slowed until the speed of each can be reached from the blend before it and left for the blend
+    after it."""
     lengths = [c.length for c in corners]
 
     def slow(k: int, near: Floats, speed: float, way: float, acceleration: float) -> None:

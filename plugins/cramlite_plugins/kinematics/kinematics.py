@@ -71,7 +71,7 @@ def frames(robot: Robot, q: Sequence[float] | Floats) -> list[Floats]:
 
 @cache
 def _links(rows: Table) -> Floats:
-    """Frames of the links in those before them, all joints at 0: (n, 4, 4); turning a joint turns its first two rows."""
+    """Frame of each link in the one before, all joints at 0: (n, 4, 4); turning a joint turns its first two rows."""
     found = np.zeros((len(rows), 4, 4))
     for link, (a, d, alpha) in zip(found, rows, strict=True):
         ca, sa = math.cos(alpha), math.sin(alpha)
@@ -300,8 +300,8 @@ def _well(robot: Robot, found: Iterable[Joints]) -> tuple[Joints, ...]:
 
 
 def _locked(robot: Robot, target: Pose, values: Iterable[float]) -> Iterator[Joints]:
-    """All solutions inside the limits at each of some values of the last joint. Least-squares answers are
-    none: of 497 such, over 120 poses of a Panda, none was refined to one."""
+    """All solutions inside the limits for given values of the last joint. The solver's least-squares
+    answers are dropped: none of 497, over 120 poses of a Panda, could be refined to a solution."""
     wrist = _from_root(robot, target).matrix
     for last in values:
         here: list[Joints] = []
@@ -336,7 +336,7 @@ def _same(a: Joints, b: Joints) -> bool:
 
 
 def _turns(robot: Robot, q: Joints) -> list[Joints]:
-    """The same position with whole turns added, wherever the limits allow it."""
+    """Joint positions that differ from the given one by whole turns, wherever the limits allow it; the given one included."""
     choices = []
     for value, (low, high) in zip(q, robot.limits, strict=True):
         first, last = math.ceil((low - value) / TURN - 1e-12), math.floor((high - value) / TURN + 1e-12)

@@ -63,7 +63,8 @@ def _near(a: Joints, b: Joints) -> bool:
 
 
 def _swept(robot: Robot, start: Joints, refine: Refine) -> Iterator[Joints]:
-    """The solution, and those of the same self-motion where the last joint is at a value of the grid."""
+    """The solution, and others of the same self-motion of the arm, one for each grid value of the last
+    joint."""
     yield start
     if len(start) <= 6:
         return
@@ -78,7 +79,7 @@ def _swept(robot: Robot, start: Joints, refine: Refine) -> Iterator[Joints]:
 
 
 def _reached(robot: Robot, flange: Pose) -> Iterator[Joints]:
-    """Ends of the starts, near the pose."""
+    """Joint positions near the pose, each reached from one of the starts."""
     import mink
 
     configuration, task, limits, starts = _solver(robot, threading.get_ident())

@@ -1,4 +1,5 @@
-"""The speed of the tool on joint-space lines, and the speed of the leading axis at which a controller lets it pass."""
+"""Speed of the tool on joint-space lines, and the largest speed of the leading axis that a controller's
+limit of tool speed allows."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ class Hands(Value):
 
     @classmethod
     def at(cls, poses: Sequence[Pose]) -> Hands:
-        """Return the hands at poses."""
+        """Return hands at these TCP poses."""
         return cls(np.array([p.position for p in poses]).reshape(-1, 3), np.array([p.rotation for p in poses]).reshape(-1, 3, 3))
 
     @property
@@ -62,7 +62,7 @@ class Hands(Value):
         return Hands(self.positions + by, self.turns)
 
     def of(self, rows: NDArray[np.bool_] | NDArray[np.intp]) -> Hands:
-        """Return some of the hands."""
+        """Return the hands of the given rows."""
         return Hands(self.positions[rows], self.turns[rows])
 
 
@@ -97,7 +97,8 @@ def pinches(shape: Body, hands: Hands) -> Pinches:
 
 
 def _around(low: Floats, high: Floats) -> tuple[Span, tuple[NDArray[np.intp], NDArray[np.intp]]]:
-    """The united interval of each line (n, geoms) that holds its point, and the geoms at its two ends."""
+    """Connected interval of material around the origin of each line, united over all geoms, and the indices
+    of the geoms at its two ends."""
     if not low.shape[1]:
         nothing = np.zeros(len(low), np.intp)
         return (np.full(len(low), np.inf), np.full(len(low), -np.inf)), (nothing, nothing)
@@ -129,8 +130,8 @@ def clear(shape: Body, hands: Hands, openings: Floats, gripper: Gripper) -> NDAr
 
 
 def caught(shape: Body, hands: Hands, widths: Floats, gripper: Gripper) -> NDArray[np.bool_]:
-    """Check for which hands (n,), pads at widths (n,) apart [m], a part of the shape is over a pad across a gap, right at
-    its face.
+    """Check for which hands (n,), with pads ``widths`` (n,) apart [m], a part of the shape is over a pad, at
+    its face, with a gap between.
 
     A thing that is released there in the air falls onto the pad, and comes along with the hand as it withdraws.
     """
@@ -151,7 +152,8 @@ def _meets(geom: Geom, hands: Hands, row: int, segments: tuple[Floats, Floats]) 
 
 @lru_cache(maxsize=16)
 def _finger(gripper: Gripper) -> tuple[Floats, Floats]:
-    """Segments that fill a swept finger along each axis, in the frame of its middle, so that no wall is missed."""
+    """Line segments (starts, ends) that fill the volume swept by a finger, along each axis, in the frame of
+    its middle: too dense for a wall to fit between them."""
     half, long = gripper.pad[0] / 2, (gripper.pad[1] / 2 + SAMPLES) / 2
     across, thick = np.linspace(-half, half, 4), (np.array([0.0, 0.3, 0.65, 1.0]) - 0.5) * FINGER
     along = np.arange(long, -long, -STEP)
@@ -163,7 +165,7 @@ def _finger(gripper: Gripper) -> tuple[Floats, Floats]:
 
 @lru_cache(maxsize=16)
 def _palm(gripper: Gripper) -> tuple[Floats, Floats]:
-    """Segments that fill the swept palm, in the frame of its middle."""
+    """Line segments (starts, ends) that fill the volume swept by the palm, in the frame of its middle."""
     long, segments = (SAMPLES - gripper.depth) / 2, []
     turns = [(PALM * math.cos(a), PALM * math.sin(a)) for a in np.linspace(0, math.tau, 12, endpoint=False)]
     for share, (x, y) in itertools.product((0.35, 0.7, 1.0), turns):
@@ -174,7 +176,9 @@ def _palm(gripper: Gripper) -> tuple[Floats, Floats]:
 
 
 def shallow(pose: Pose, near: float, far: float, gripper: Gripper) -> Pose | None:
-    """Draw a TCP pose back until the pads overlap a geom by twice ``most`` only (a thin geom by ``THIN`` of its thickness).
+    """Draw a TCP pose back until the pads end before the far side of a geom; None if they do already.
+
+    So a thin thing is gripped that lies on a table.
 
     So a rim above a floor, or a flat box, is gripped. None if the pose is as far back already; else the contacts'
     distance before the TCP as well.
@@ -190,9 +194,11 @@ def shallow(pose: Pose, near: float, far: float, gripper: Gripper) -> Pose | Non
 def by_tips(
     pose: Pose, near: float, far: float, gripper: Gripper, corner: float = 0.0, most: float = TIPS
 ) -> tuple[Pose, float] | None:
-    """Draw a TCP pose back until the pads overlap a geom by twice ``most`` only, so that a rim above a floor, or a flat box,
-    is gripped. So a rim above a
-    floor, or a flat box, is gripped.
+    """Draw a TCP pose back until the pads overlap a geom by twice ``most``, or a thin geom by ``THIN`` of its
+    thickness; None if it is as far back already.
+
+    Returned with the contacts' distance ahead of the TCP [m]. So a rim above a floor, or a flat box, is
+    gripped.
 
     Args:
         near, far: of the geom along the approach, from the TCP [m].

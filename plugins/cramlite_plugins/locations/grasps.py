@@ -1,4 +1,5 @@
-"""Grasps of a thing where it is: its grips, either way round, ordered so that the first one tried is likely to do.
+"""Grasps of a thing where it is: each of its grips, as it is and turned by 180 deg, in an order in which the
+first ones are the most likely to succeed.
 
 Those with room for the whole hand, there, before and when it lifts, which leave its holes open, come first; those of a hand that leans
 come after all others, and those by the ends of the pads after these. Among these decide the
@@ -81,7 +82,8 @@ class Grasp(Value):
         return self.at * Pose((0, 0, -STANDOFF))
 
     def legs(self, thing: str, opening: float) -> tuple[Leg, Leg]:
-        """Return the legs that the arm has to reach, with the fingers so far open [m]."""
+        """Return the poses that the arm has to reach, at the grasp with the fingers open by ``opening`` [m],
+        and at the pre-grasp."""
         at = Leg(self.at, (thing,), opening, said="at the grasp", where=Stage.POSE)
         return at, Leg(self.before, opening=opening, said="at the pre-grasp", where=Stage.BEFORE)
 
@@ -124,8 +126,8 @@ def _place(grasp: Grasp, before: Pose, opening: float, thing: str) -> Place:
 
 
 def _from_aside(grasp: Grasp, thing: str, cost: float, opening: float, arm: Arm) -> Iterator[Grounding]:
-    """Grasp without room straight before it: under an overhang the hand, open as far as it can be, comes in
-    from aside."""
+    """Grasp under an overhang, without room for the hand straight before it: the hand, opened as far as there
+    is room, comes in obliquely from above."""
     at, off = grasp.legs(thing, opening)
     if isinstance(there := arm.at(at), Refused):
         return
@@ -161,9 +163,12 @@ def _openings(grasp: Grasp, thing: Thing, belief: Belief, gripper: Gripper) -> I
 def _in_order(
     grips: Sequence[Grip], thing: Thing, belief: Belief, context: Context, room: HandRoom
 ) -> list[tuple[float, Grasp]]:
-    """Grasps with their cost [m]: those without room for the hand last, after them the late kinds of grips;
-    without those with the hand inside the thing. Of a payload for a place under an overhang the fitting grasps
-    come first, of one that is let down leaning those of a leaning hand."""
+    """Grasps with their cost [m], in the order of trial; grasps with the hand inside the thing are left out.
+
+    Grasps without room for the hand come last, and grips by leaning hands or by the ends of the pads after
+    the other kinds. For a payload that goes under an overhang the grasps that fit there come first; for one
+    that is let down tilted, those of leaning hands.
+    """
     pose, here, most = belief.pose(thing.name), tcp(belief, context), context.robot.gripper.opening[1]
     loads, found = _loads(grips, thing, belief, context), []
     for grip, load in zip(grips, loads.tolist(), strict=True):
@@ -188,7 +193,8 @@ def _in_order(
 
 
 def _loads(grips: Sequence[Grip], thing: Thing, belief: Belief, context: Context) -> Floats:
-    """Force that each pad needs at each grip to hold the weight and its moment, in shares of the gripper's most."""
+    """Force that each pad needs at each grip to hold the weight and its moment, as a share of the gripper's
+    greatest force."""
     gripper = context.robot.gripper
     weight = grip_force.grip_of(Held(thing.name, Pose(), 0.0), belief.world, gripper)
     pose = belief.base() * belief.pose(thing.name)

@@ -79,7 +79,8 @@ class Grip(Value):
 
     @property
     def late(self) -> int:
-        """Rank of the kind of grip: 0, 1 for a hand that leans, 2 for grips by the ends of the pads."""
+        """Rank of the kind of grip: 0 for straight hands, 1 for leaning hands, 2 for grips by the ends of the
+        pads."""
         return 2 if self.ends else int(bool(self.lean))
 
     @property
@@ -92,7 +93,8 @@ class Grip(Value):
 
     @property
     def likeness(self) -> tuple[float, ...]:
-        """Key of similar grasps, which hold or fail together: by the same part of the pads, from the same height, as wide."""
+        """Key that is equal for similar grasps, which hold or fail together: same part of the pads, same
+        inclination, width and lever."""
         down = float(self.pose.rotate((0.0, 0.0, 1.0))[2])
         return (round(self.ahead, 3), round(2 * down), round(self.width / 0.005), round(self.lever / 0.010))
 
@@ -118,7 +120,8 @@ def _ranked(
 
 
 def varied(grips: Iterable[tuple[float, Grip, T]]) -> list[tuple[float, T]]:
-    """Return the items of grips by rising cost, where each repetition of a likeness counts as a lever longer by ``AGAIN``."""
+    """Return the items sorted by the cost of their grips, where each repetition of a similar grip adds
+    ``AGAIN`` to its cost."""
     seen: dict[tuple[float, ...], int] = {}
     keyed = []
     for k, (cost, grip, what) in enumerate(sorted(grips, key=lambda x: (round(x[0], 4), x[1].name))):
@@ -143,7 +146,8 @@ def candidates(geoms: Sequence[Geom], gripper: Gripper) -> Iterator[Grip]:
 
 
 def _drawn_back(grip: Grip, near: float, far: float, gripper: Gripper) -> Iterator[Grip]:
-    """A grasp of a geom, and the same with less of the pads on it; the geom is so near and far along the approach [m].
+    """Yield a grasp of a geom, and the same drawn back so that less of the pads is on the geom, which reaches
+    from ``near`` to ``far`` along the approach [m].
 
     Of a hand that leans a corner of the pads is ahead of their middle.
     """
@@ -167,7 +171,8 @@ def _drawn_back(grip: Grip, near: float, far: float, gripper: Gripper) -> Iterat
 def _across_parts(
     shape: rays.Body, centre: Floats, handles: Sequence[Pose], gripper: Gripper, cone: float
 ) -> Iterator[Grip]:
-    """Grasps between faces of convex parts, from all sides; as deep as the hand is, and shallow."""
+    """Yield grasps between faces of convex parts, from all sides, each with the hand as deep as it goes and
+    drawn back."""
     parts = [g for g in shape.geoms if g.shape == "convex" and not g.part]
     lines = surfaces.lines(shape, parts, centre, gripper, LEAST_SLACK, cone) if parts else []
     found = [(line, pose, name) for line in lines for pose, name in surfaces.frames(line)]
@@ -188,7 +193,7 @@ def _of_geom(geom: Geom, gripper: Gripper) -> Iterator[Grip]:
 
 
 def too_wide(thing: Thing, gripper: Gripper) -> Remedy | None:
-    """Return the remedy where a side of a thing is wider than the hand opens; None where each fits."""
+    """Return the remedy if a side of a thing is wider than the hand opens; None if no side is."""
     limit = gripper.opening[1] - LEAST_SLACK
     sides = sorted(float(side) for side in np.ptp(corners(thing, Pose((0, 0, 0))), axis=0)) if thing.geoms else []
     wide = [side for side in sides if side > limit]
@@ -223,7 +228,8 @@ def _thinnest(geom: Geom) -> float:
 
 
 def _checked(shape: rays.Body, centre: Floats, grips: Sequence[Grip], gripper: Gripper, cone: float) -> list[Grip]:
-    """Candidates on the whole shape that fit, hold and are free; one of each set of equal ones on many parts."""
+    """Candidates that fit between the fingers, hold by friction and leave room for the hand, on the whole
+    shape; of equal ones on shapes of many parts only one is kept."""
     aheads, most = np.array([g.ahead for g in grips]), gripper.opening[1]
     proposed = antipodal.Hands.at([g.pose for g in grips])
     found = antipodal.pinches(shape, proposed.moved(aheads))
@@ -259,7 +265,8 @@ def _at(pose: Pose, position: Floats) -> Pose:
 
 
 def _cells(hands: antipodal.Hands) -> Floats:
-    """Rows (n, 9) that are equal for hands within ``AGAIN`` and some 7 deg of each other."""
+    """Rounded rows (n, 9), which are equal for hands closer than ``AGAIN`` and turned by less than some 7 deg
+    to each other."""
     rows: Floats = np.hstack([hands.positions / AGAIN, 8 * hands.approach, 8 * hands.closing])
     return np.asarray(np.round(rows) + 0.0)  # no minus zero
 
@@ -285,7 +292,8 @@ def _leaning(grip: Grip, lean: float) -> Grip:
 def _grip(
     geom: Geom, closing: int, approach: int, sign: float, along: int, offset: float, width: float, depth: float
 ) -> Grip:
-    """TCP z into the box, TCP y across it; as deep as the hand is, at most to the middle."""
+    """Grip of a box: TCP z points into the box and TCP y across it; the hand is as deep as it goes, at most
+    to the middle."""
     axes = np.eye(3)
     z, y = sign * axes[approach], axes[closing]
     depth_in = min(geom.size[approach], depth - MARGIN)

@@ -1,4 +1,5 @@
-"""Room for a hand at a grasp: boxes around the parts of the hand's model, and the obstacles around a thing.
+"""Check of the room for a hand at a grasp: boxes around the parts of the hand's model against the obstacles
+around a thing.
 
 Exact for hands and surroundings of boxes, on the safe side for others: a mesh is in two boxes, as it lies and along the tool, and where
 one of them is free, the mesh is. Fingers have a flat side to the gap, and meshes lie askew in their own frames. Hundreds of grasps are
@@ -72,18 +73,21 @@ class HandRoom(Value, dict=True):
         return cls(scene, rays.body([]), rays.body(near), rays.body([]))
 
     def in_a_hole(self, hands: Hands, opening: float) -> NDArray[np.bool_]:
-        """Check at which TCP poses (n,) the hand, open so wide [m], is where a peg comes through a hole of the thing."""
+        """Check at which TCP poses (n,) the hand, opened by ``opening`` [m], is where a peg comes through a
+        hole of the thing."""
         found = np.zeros(len(hands.positions), bool)
         for part in self._parts(opening) if self.holes.geoms else ():
             found |= _reaches_into(self.holes, hands, part, 0.0)
         return found
 
     def blocked(self, hands: Hands, openings: Floats, distance: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Check at which TCP poses (n,) the hand, open so wide [m], is in the thing, or nearer to something else than a distance [m]."""
+        """Check at which TCP poses (n,) the hand, opened by ``openings`` (n,) [m], is inside the thing, and
+        at which nearer to anything else than a distance [m]."""
         return self.meets(self.own, hands, openings, 0.0), self.meets(self.others, hands, openings, distance)
 
     def meets(self, shape: rays.Body, hands: Hands, openings: Floats, distance: float) -> NDArray[np.bool_]:
-        """Check at which TCP poses (n,) the hand, open so wide (n,) [m], is nearer to a shape than a distance [m]."""
+        """Check at which TCP poses (n,) the hand, opened by ``openings`` (n,) [m], is nearer to a shape than
+        a distance [m]."""
         met = np.zeros(len(openings), bool)
         for opening in np.unique(np.round(openings, 4)).tolist():
             rows = np.flatnonzero(np.round(openings, 4) == opening)
@@ -112,7 +116,7 @@ def _around(centre: Floats, reach: float, without: str, belief: Belief) -> list[
 
 
 def _reaches_into(shape: rays.Body, hands: Hands, part: Part, distance: float) -> NDArray[np.bool_]:
-    """At which TCP poses (n,) a part of the hand may be nearer to a shape than a distance [m]."""
+    """Whether a part of the hand may be nearer to a shape than a distance [m], for each TCP pose (n,)."""
     met = np.ones((len(hands.positions), len(shape.geoms)), bool)
     for box in part:
         met &= overlaps(shape, hands.positions + hands.turns @ box.centre, hands.turns @ box.turn, box.half + distance)
@@ -120,7 +124,8 @@ def _reaches_into(shape: rays.Body, hands: Hands, part: Part, distance: float) -
 
 
 def _column(hole: Feature) -> Geom | None:
-    """Column through a hole, to both sides, as room for a peg or bar; None for other features."""
+    """Column along a hole's axis that extends to both sides, as the room that a peg or bar needs; None for
+    other features."""
     if hole.type != HOLE or "diameter" not in hole.size:
         return None
     half = hole.size["diameter"] / 2

@@ -49,7 +49,8 @@ TURNED = (0.97, 0.6, 0.4)
 
 
 def handle_grasps(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate hands straight onto the handle, the fingers across its bar; also half a turn round, and tilted about the bar or along it."""
+    """Generate grasps straight onto a handle, the fingers across its bar; also turned by 180 deg, and tilted
+    about the bar or along it."""
     entity = bound(context, location.of)
     thing, handle = belief.thing(entity), belief.feature(entity, "cram:Handle")
     if handle is None or thing.joint is None:
@@ -120,12 +121,13 @@ def _thickness(thing: Thing, across: Pose) -> float:
 
 
 def joint_way(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate paths that keep the hand at the thing while the joint goes to its goal: at its handle, or, shut, against its front."""
+    """Generate paths on which the hand moves a thing along its joint to the goal: holding its handle, or with
+    closed fingers against its front."""
     entity = bound(context, location.of)
     thing = belief.thing(entity)
     held = belief.held is not None and belief.held.thing == thing.name
     if thing.joint is None or (belief.held is not None and not held):
-        raise Unresolvable(f"'{entity}' must have a joint, and the hand nothing else", causes(location, context), blocking=())
+        raise Unresolvable(f"'{entity}' must have a joint, and the hand must hold no other thing", causes(location, context), blocking=())
     now = held_pose(belief, context) if held else belief.pose(thing.name)
     pressed = PRESSED if location.relation != "opened" and asked(location, JointWay).turned else 0.0
     there = (joint_value(belief, thing.name, belief.base() * now) - thing.joint.lower) / (thing.joint.upper - thing.joint.lower)
@@ -135,7 +137,7 @@ def joint_way(location: Location, belief: Belief, context: Context) -> Iterator[
 
 
 def _driving(led: Grounding, thing: Thing, now: Pose, belief: Belief, context: Context) -> Grounding | Refused:
-    """Path of a drawer with the distance that it drives each loose thing before it; or a refusal with the
+    """Path of a drawer with the distance that it pushes each loose thing ahead of it; or a refusal with the
     obstacles."""
     there, place = Estimate(belief.base() * now), led.value
     free = belief.released(there, belief.opening) if belief.held else belief
@@ -143,12 +145,12 @@ def _driving(led: Grounding, thing: Thing, now: Pose, belief: Belief, context: C
     found = driven_along(thing, value, value + place.carried.joint, free, context)
     if isinstance(found, Refused):
         return found.of(led.key)
-    said = f"{led.reason}; {', '.join(map(repr, found)) or 'nothing'} is driven along"
+    said = f"{led.reason}; pushes {', '.join(map(repr, found)) or 'nothing'} along"
     return replace(led, value=replace(place, carried=replace(place.carried, driven_m=found)), reason=said)
 
 
 def _shares(location: Location, joint: Joint, hand: Pose, held: bool, there: float) -> tuple[float, ...]:
-    """Motion of a thing by a hand at a pose in its frame, from a share of its joint's range to others, best first; a
+    """Shares of a thing's joint range to which a hand at a pose in the thing's frame moves it, best first; a
     pushed thing goes on to its stop."""
     said = asked(location, JointWay)
     if said.share:
@@ -167,7 +169,8 @@ def _shares(location: Location, joint: Joint, hand: Pose, held: bool, there: flo
 
 
 def ajar(joint: Joint, hand: Pose) -> float:
-    """Return the share of its range that a joint is pushed to by a hand at a pose in its thing's frame, before the rest is felt."""
+    """Return the share of a joint's range to which a hand at a pose in the thing's frame pushes it; the rest
+    of the way is a guarded motion."""
     reach = lever(joint, hand) * (joint.upper - joint.lower) if joint.kind == "hinge" else 0.0
     return min(AJAR, LEFT / reach) if reach > 0.0 else AJAR
 

@@ -50,7 +50,8 @@ def _met(thing: Thing, value: float, goal: float, belief: Belief, context: Conte
 
 
 def _met_at(poses: Sequence[Pose], name: str, belief: Belief, context: Context, touch: Iterable[str] = ()) -> list[Refused | None]:
-    """Obstacles of a thing and its load at poses in the world; its present pose does not count."""
+    """Obstacles of a thing and its load at each of several poses in the world, as if the thing were not at
+    its present pose."""
     held = Held(name, Pose(), 0.0, carries=carried_along(belief, name))
     scene = make_scene(belief.grasped(held), context, touch, clearance=0.0)
 
@@ -62,9 +63,8 @@ def _met_at(poses: Sequence[Pose], name: str, belief: Belief, context: Context, 
 
 
 def driven_along(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> Mapping[str, float] | Refused:
-    """Return the distance that a drawer drives each loose thing before it on its level way from a joint value
-    to a goal [m]; {} for none. Else the refusal: nothing is driven into another thing, and nothing that would
-    tip over."""
+    """Return the distance by which a level drawer pushes each loose thing ahead of it between two joint
+    values [m]; {} without any; a refusal if one would be pushed into another thing or tip over."""
     assert thing.joint is not None
     found, after, line = dict[str, float](), belief, _direction(thing, goal - value, belief)
     while met := _met(thing, value, goal, after, context):

@@ -31,7 +31,7 @@ Groundings = Iterable[Grounding | Refused]
 
 
 class Lazy(Value):
-    """Function of a module beside this one, imported when it is first called."""
+    """Function of a sibling module, which is imported when the function is first called."""
 
     module: str
     function: str

@@ -25,7 +25,8 @@ def closes(name: str, put: str, context: Context) -> bool:
 
 
 def goes_on(put: str, context: Context) -> bool:
-    """Check whether the first later task about things other than the payload opens nothing, which would need more room."""
+    """Check whether the first later task with things other than the payload is no opening, since that would
+    need more room."""
     others = (task for task in context.later if task.things and put not in task.things)
     return any(not context.taxonomy.is_a(task.action.task, OPENING) for task in itertools.islice(others, 1))
 
@@ -39,7 +40,8 @@ def retracts_from(put: str, context: Context) -> bool:
 
 
 def brings(thing: str, belief: Belief, context: Context) -> Iterator[tuple[EntityName, str]]:
-    """Generate supports and containers of known places that later tasks bring a thing to, each with its region, or ""."""
+    """Generate the supports and containers, at known places, to which later tasks bring a thing, each with
+    the name of its region or ""."""
     for task in context.later:
         named = {role: EntityName.parse(entity) for role, entity in task.entities.items()}
         what, onto = named.get("Locatum"), named.get("Relatum")

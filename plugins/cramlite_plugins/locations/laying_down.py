@@ -32,7 +32,8 @@ Spots = Callable[[Location, Belief, Context], Iterator[Grounding | Refused]]
 
 
 def laid_down(location: Location, belief: Belief, context: Context, spots: Spots) -> Iterator[Grounding | Refused]:
-    """Yield the placements of a hanging payload that lies at the end, each with the way on which it turns.
+    """Yield the placements of a hanging payload that lies on its support at the end, each with the path on
+    which it turns.
 
     Args:
         spots: placements of what is held fast.
@@ -44,7 +45,7 @@ def laid_down(location: Location, belief: Belief, context: Context, spots: Spots
 
 
 def _led(answer: Grounding, location: Location, belief: Belief, context: Context) -> Grounding | Refused:
-    """A placement with its way, or why the arm cannot lead it there."""
+    """Placement with the path that lays the payload down, or the refusal if the arm cannot follow that path."""
     held, place = belief.held, answer.value
     assert held is not None and held.swing is not None
     lies = shift(place.pose, (0.0, 0.0, OVER - place.release.height_m))
@@ -72,7 +73,8 @@ def _led(answer: Grounding, location: Location, belief: Belief, context: Context
 
 
 def released(shares: list[float], hands: list[Pose]) -> tuple[float, Pose]:
-    """Return the share of a swing, and the TCP, ``LEFT`` above the end of a way down: there the hand lets go.
+    """Return the share of a swing and the TCP at which the hand lets go: ``LEFT`` above the end of the way
+    down.
 
     Args:
         shares, hands: as ``rolled`` returns them.
@@ -84,8 +86,8 @@ def released(shares: list[float], hands: list[Pose]) -> tuple[float, Pose]:
 
 
 def rolled(thing: Thing, lies: Pose, swing: Swing, below: tuple[Thing, Pose] | None = None) -> tuple[list[float], list[Pose]]:
-    """Return shares of a swing, from 1 to 0, and the TCP poses at which the thing rolls on its final level, or on
-    what rises over that, such as the rim of a plate below.
+    """Return shares of a swing, from 1 to 0, and the TCP poses at which the thing rolls on the level where it
+    will lie, or on what is higher than that, such as the rim of a plate below.
 
     Args:
         lies: the TCP there.

@@ -24,14 +24,14 @@ PER_METRE = 1.0  # cost of the way there: the nearest place that is near is near
 
 
 def near_thing(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate places around the thing, one on each side of it, the shortest way from here first: a later
-    failure holds for all turns and distances of a side, and each would be searched."""
+    """Generate places around a thing, one on each side of it, the nearest side first: a later failure holds
+    for all turns and distances of a side, and each would be searched."""
     there, entity, hand = reference_pose(belief, location, context), bound(context, location.of), tcp(belief, context)
     to_body = belief.held.tcp_to_thing if belief.held else Pose()
     options = []
     for side, name, point, gap in _around(entity, there, hand * to_body, belief):
         if gap >= NEAR:
-            reason = f"the middle would be {1000 * gap:.0f} mm away, and near is {1000 * NEAR:.0f} mm"
+            reason = f"its middle would be {1000 * gap:.0f} mm away; less than {1000 * NEAR:.0f} mm count as near"
             yield Refused(name, reason, numbers={"gap_m": gap, "limit_m": NEAR}, blocking=())
             continue
         facing = math.atan2(point[1], point[0]) - math.atan2(hand.position[1], hand.position[0])

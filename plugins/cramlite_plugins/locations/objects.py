@@ -18,7 +18,7 @@ EMPTY = 5.0  # cost of what has no contents where contents matter: after every t
 
 @hookimpl
 def resolve_object(designator: Object | Late, belief: Belief, context: Context) -> Answers:
-    """Resolve an object designator among the believed things; a late one is bound now, to the present belief."""
+    """Resolve an object designator among the believed things; a late one is resolved now, in the present belief."""
     return _candidates(designator.query if isinstance(designator, Late) else designator, belief, context)
 
 
@@ -29,7 +29,8 @@ def _candidates(wanted: Object, belief: Belief, context: Context) -> Iterator[Gr
 
 
 def _entities(wanted: Object, belief: Belief, context: Context) -> list[str]:
-    """Candidates: the named entity, the parts of the whole, or all things."""
+    """Names of candidates: the entity that is asked for, the features of the whole of which a part is asked
+    for, or all things."""
     if wanted.entity:
         return [wanted.entity]
     if wanted.part_of:
@@ -39,7 +40,7 @@ def _entities(wanted: Object, belief: Belief, context: Context) -> list[str]:
 
 
 def _grounded(entity: str, wanted: Object, belief: Belief, context: Context) -> Grounding | Refused:
-    """Checks in order; the further a candidate comes, the nearer it was."""
+    """Grounding of an object designator by an entity, or the first objection; later checks rank as nearer misses."""
     there = [t.name for t in belief.world.things]
     if thing_of(entity) not in there:  # it was taken away since the task was given
         return Refused(entity, f"it is not in the believed world, which has {', '.join(there) or 'nothing'}", blocking=())
@@ -78,7 +79,8 @@ def _fit(entity: str, wanted: Object, belief: Belief, context: Context) -> Groun
 
 
 def _too_few(wanted: Object, belief: Belief, context: Context) -> str:
-    """Remark where all things of the wanted kind play other roles; empty where one is free, or the world has none."""
+    """Remark that more things are needed if all things of the wanted kind play other roles; "" if one is
+    free, or the world has none."""
     kinds = wanted.types or wanted.like
     taken = {v for k, v in context.bindings.items() if k != wanted.name and isinstance(v, str)}
     fitting = [t.name for t in belief.world.things if _meets(t, kinds, wanted, context)]
@@ -100,7 +102,8 @@ def _meets(thing: Thing, kinds: tuple[str, ...], wanted: Object, context: Contex
 
 
 def _classed(entity: str, own: str, wanted: Object, belief: Belief, context: Context, *, part: bool) -> Grounding | Refused:
-    """Match of an entity by its class, or as a substitute that has all that is needed."""
+    """Grounding of a designator by an entity: asked for by name, of a wanted class, or a substitute with the
+    needed features and affordances; else a refusal."""
     if wanted.entity:
         return Grounding(entity, f"'{entity}' is asked for by name")
     types = _classes(wanted, belief, context)

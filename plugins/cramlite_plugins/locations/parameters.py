@@ -1,4 +1,4 @@
-"""Parameters of locations: a class for each set that a relation takes; a line of its docstring for each field."""
+"""Parameters of locations: a class for each set of parameters, with a docstring line for each field."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Where(Value):
 
 
 class Back(Value):
-    """Way back.
+    """Parameters of the relation "retreat": a way back of the hand.
 
     Args:
         straight: against the direction of the hand alone, as fingers around a bar come off it.
@@ -44,7 +44,7 @@ class Back(Value):
 
 
 class Up(Value):
-    """Way up.
+    """Parameters of the relation "lift": a way up of the hand.
 
     Args:
         height_m: of the way; negative for down.
@@ -54,7 +54,7 @@ class Up(Value):
 
 
 class Along(Value):
-    """Straight way.
+    """Parameters of relations whose path is a straight line of a given length.
 
     Args:
         distance_m: of the way.
@@ -64,7 +64,7 @@ class Along(Value):
 
 
 class Begun(Value):
-    """Way that goes on from another place.
+    """Parameters of relations whose path begins at another location.
 
     Args:
         begin: name of the location where it begins.
@@ -74,7 +74,7 @@ class Begun(Value):
 
 
 class Handle(Value):
-    """Hand at a handle.
+    """Parameters of a grasp of a handle.
 
     Args:
         least: share of the joint's range that must be reached.
@@ -86,7 +86,7 @@ class Handle(Value):
 
 
 class JointWay(Value):
-    """Way along a joint.
+    """Parameters of a path along a thing's joint.
 
     Args:
         share: of the joint's range; 0 for as far as the arm comes.
@@ -102,7 +102,7 @@ class JointWay(Value):
 
 
 class InnerSide(Value):
-    """Hand behind a door.
+    """Parameters of a hand that pushes a door open from its inner side.
 
     Args:
         least: share of the joint's range that must be reached.
@@ -114,7 +114,7 @@ class InnerSide(Value):
 
 
 class PushedThing(Value):
-    """Push of a flat thing.
+    """Parameters of a push of a flat thing.
 
     Args:
         region: surface feature to which it goes.
@@ -136,7 +136,7 @@ class PushedThing(Value):
 
 
 class Tilting(Value):
-    """Tilt of a vessel.
+    """Parameters of the tilting of a vessel.
 
     Args:
         tilt_rad: angle of the tilt.
@@ -148,7 +148,7 @@ class Tilting(Value):
 
 
 class Sight(Value):
-    """View of things.
+    """Parameters of a viewpoint from which a camera sees things.
 
     Args:
         around: names of things in view, in the place of the reference object.
@@ -158,7 +158,7 @@ class Sight(Value):
 
 
 class Followed(Value):
-    """Path that is followed.
+    """Parameters of a path that a demonstration showed.
 
     Args:
         path: of the payload's foot, about the reference object.

@@ -54,7 +54,8 @@ class Peg(Value):
 
     @property
     def onto(self) -> Floats:
-        """Return the ways (5, 3) [m] of a hole from the tip: before it, back to it, past its bend, along it, and let down."""
+        """Return the displacements (5, 3) [m] of a hole that starts at the peg's tip: to before the tip, back
+        to it, past its bend, along the peg, and down onto it."""
         if stands(self.axis):
             deep = max(self.length - self.thick - SHORT, self.length / 2)
             down, off = -self.axis * max(self.length - self.thick - GAP - deep, 0.0), self.thick + OVER
@@ -64,7 +65,7 @@ class Peg(Value):
 
     @property
     def to_middle(self) -> Floats:
-        """Return the upward shift (3,) [m] that brings the peg to the middle of the hole: no rim is jammed there."""
+        """Return the upward shift (3,) [m] that brings the hole's centre to the peg's axis, so that no rim jams."""
         sunk = float(self.root[2] + self.along * self.axis[2] - self.hole[2])
         return np.array([0.0, 0.0, min(max(sunk, 0.0), self.play)])
 
@@ -118,8 +119,8 @@ def insert(location: Location, belief: Belief, context: Context) -> Iterator[Gro
 
 
 def _held_so(location: Location, belief: Belief, context: Context) -> tuple[str, ...]:
-    """Return the choices that decide whether the arm reaches a peg with the payload, obstacles aside: the peg
-    and the grasp, not the height of the lift. All places if the grasp is unknown."""
+    """Return the choices on which it depends whether the arm reaches a peg with the payload, if nothing is in
+    the way: the peg and the grasp; all places if the grasp is unknown."""
     grasps = taken_at(belief, context)
     return (*grasps, location.of or "") if grasps else causes(location, context)
 
@@ -177,7 +178,7 @@ def _hand(belief: Belief, hole: Pose) -> Pose:
 
 
 def _legs(location: Location, context: Context, corners: list[Pose]) -> Iterator[Leg]:
-    """Legs of the arm, one after the other: only the payload may touch the peg, from the tip on."""
+    """TCP poses of the way along the peg, in order: only the payload may touch the peg, from the tip on."""
     near = Leg(corners[0], (bound(context, location.of),), clearance=0.0, hand=False)
     for stage, pose in zip(("before the tip", "at the tip", "past its bend", "on the peg", "let down"), corners, strict=True):
         yield replace(near, pose=pose, said=stage) if pose is not corners[0] else Leg(pose, said=stage)

@@ -38,7 +38,8 @@ class PinchLine(Value):
 def lines(
     shape: rays.Body, parts: list[Geom], centre: Floats, gripper: Gripper, slack: float, cone: float
 ) -> list[PinchLine]:
-    """Return contact pairs between the pads, the nearest to the centre of mass first, no two alike.
+    """Return contact pairs between the pads, the nearest to the centre of mass first; of similar pairs only
+    the first.
 
     Args:
         slack: that must be left between the pads [m].
@@ -61,7 +62,8 @@ def _cell(point: Floats, way: Floats) -> tuple[float, ...]:
 
 
 def _spread(found: list[PinchLine]) -> list[PinchLine]:
-    """Best half of ``LINES``, then those farthest from all before: near the centre something may be in the way."""
+    """Best half of ``LINES``, then one by one those farthest from all chosen ones, since near the centre of
+    mass something may be in the way."""
     chosen, rest = found[: LINES // 2], found[LINES // 2 :]
     if not rest:
         return chosen
@@ -87,7 +89,8 @@ def frames(line: PinchLine) -> Iterator[tuple[Pose, str]]:
 
 
 def _ways(normal: Floats, cone: float) -> Iterator[Floats]:
-    """The face's normal, and level where that is inside the friction cone: slanted walls are gripped from above."""
+    """Closing directions for a face: its normal, and the level one if that is inside the friction cone, so
+    that slanted walls are gripped from above."""
     yield normal
     tilt = math.asin(min(1.0, abs(float(normal[2]))))
     if LEVEL < tilt < 0.9 * cone:

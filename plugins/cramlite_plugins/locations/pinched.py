@@ -1,4 +1,5 @@
-"""Grasps across a slanted rim of a flat thing where it lies (``rim_pinches``), for the relation "grasp": after all others."""
+"""Grasps across a slanted rim of a flat thing where it lies (``rim_pinches``), tried after all other grasps
+of the relation "grasp"."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ def retreat(location: Location, belief: Belief, context: Context) -> Groundings:
 
 
 def ways_back(here: Pose, straight: bool = False) -> list[tuple[str, Pose]]:
-    """Return the poses to which a hand comes back from a pose of the TCP, each with its name, best first.
+    """Return the poses to which a hand may retreat from a TCP pose, each with its name, best first.
 
     Args:
         straight: only against the direction in which the hand points, as fingers come off a bar.
@@ -65,7 +65,7 @@ def lift(location: Location, belief: Belief, context: Context) -> Groundings:
 
 
 def _until_it_hangs(here: Pose, height: float, belief: Belief, swing: Swing, context: Context) -> Groundings:
-    """Ways up until a payload that swings down in the hand is off its support."""
+    """Ways up that are high enough for a payload that swings down in the hand to come off its support."""
     assert belief.held is not None
     needed = dropped(belief.world.thing(belief.held.thing), here, swing) + OFF
     hanging = replace(belief, held=replace(belief.held, tcp_to_thing=swing.end))
@@ -74,7 +74,7 @@ def _until_it_hangs(here: Pose, height: float, belief: Belief, swing: Swing, con
 
 
 def _out_from_under(here: Pose, heights: Sequence[float], belief: Belief, context: Context) -> Groundings:
-    """Lifts that lead aside as well, free all the way, those that keep a distance first.
+    """Lifts that also lead aside, with room all the way; those with a clearance first, then those without.
 
     Few where one straight up is free: what comes next fails for them as for that, unless that ends too near to something.
     """
@@ -91,7 +91,7 @@ def _out_from_under(here: Pose, heights: Sequence[float], belief: Belief, contex
 
 
 def _reachable(options: list[tuple[str, Pose]], belief: Belief, context: Context) -> Groundings:
-    """Options whose end is reachable and free, in order."""
+    """Groundings of the named poses that the arm reaches free of collision, in order, and refusals of the others."""
     ends = (Candidate(name, Place(pose, pose), (Leg(pose),)) for name, pose in options)
     for answer in reached(ends, Arm(belief, context)):
         yield replace(answer, because=led_here(context)) if isinstance(answer, Refused) else answer

@@ -27,7 +27,8 @@ IN_ORDER = 0.1
 
 
 class Leg(Value):
-    """TCP pose at which the arm has to be free of collision, next to the joint position of the leg before.
+    """TCP pose at which the arm has to be free of collision, with joint positions near those of the previous
+    leg.
 
     Args:
         pose: in the base frame.
@@ -50,7 +51,7 @@ class Leg(Value):
     where: Stage | None = None
 
     def refused(self, no: Refused) -> Refused:
-        """Return a refusal with the thing that it is about."""
+        """Return a refusal that begins with the stage of this leg, such as "at the grasp"."""
         return replace(no, reason=f"{self.said}: {no.reason}" if self.said else no.reason, where=self.where or no.where)
 
 
@@ -119,8 +120,8 @@ class Arm:
         return leg.refused(there) if isinstance(there, Refused) else there
 
     def _hand_met(self, leg: Leg) -> Refused | None:
-        """Obstacles of the hand at a leg, wherever the arm is: asked first of arms whose inverse kinematics has no closed
-        form, which takes a hundred times as long."""
+        """Obstacles of the hand at a leg, wherever the arm is. Checked first if the arm has no closed-form
+        inverse kinematics, which takes a hundred times as long."""
         robot = self.context.robot
         if len(robot.joints) < 7 or reach_shortfall(robot, leg.pose):
             return None

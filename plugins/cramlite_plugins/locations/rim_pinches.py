@@ -74,8 +74,8 @@ class Rim(Value):
 
 
 def rim_pinches(thing: Thing, pose: Pose, gripper: Gripper, friction: float) -> list[RimPinch]:
-    """Return the pinches of a thing at a pose whose parent frame's z is up; none if it has no slanted rim, or
-    too smooth a one.
+    """Return the pinches of a thing at a pose whose parent frame's z is up; none without a slanted rim, or
+    with too little friction.
 
     Args:
         friction: of pads and thing.
@@ -138,8 +138,8 @@ def _pinch(rim: Rim, lean: float, side: float, pose: Pose, gripper: Gripper) -> 
 
 
 def _centred(rim: Rim, at: Pose, pose: Pose, tips: float) -> tuple[Rim, Pose]:
-    """Rim and thing once both fingers touch: one has pushed the edge inwards until the other's tips, a distance ahead of the
-    TCP [m], meet the slope."""
+    """Rim and thing after both fingers touch: one finger has pushed the edge inwards until the other finger's
+    tips, ``tips`` [m] ahead of the TCP, meet the slope."""
     hand, out = at.inverse(), _level(rim.up)
     edge, face = hand.apply(rim.edge), hand.apply(rim.middle + rim.thick / 2 * rim.normal)
     up, inwards = hand.rotate(rim.up), -hand.rotate(out)

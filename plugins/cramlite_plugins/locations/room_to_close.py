@@ -20,8 +20,12 @@ STEPS = 0.01, math.radians(2.0)  # between the values of a joint that are looked
 
 
 def first_met(put: str, after: Belief, context: Context, clearance: float | None) -> Refused | None:
-    """Return the obstacles of all things that later tasks close, with a thing at its believed place: up to the
-    stop, or without a clearance [m] until the last part, which is felt."""
+    """Return the first obstacle that later tasks meet when they close a thing, with the placed thing at its
+    believed place.
+
+    The way is looked at up to the stop, or without a clearance [m] only up to the last part, which is a
+    guarded motion.
+    """
     for thing in after.world.things:
         if thing.joint is not None and thing.name in after.poses:
             met = _met(thing, put, after, context, clearance)
@@ -31,8 +35,8 @@ def first_met(put: str, after: Belief, context: Context, clearance: float | None
 
 
 def _met(closing: Thing, put: str, after: Belief, context: Context, clearance: float | None) -> Refused | None:
-    """First contact between a placed thing and one that closes; between the placed thing and furniture, if it
-    moves along with that."""
+    """First contact between a placed thing and a closing one; if the placed thing moves along with it,
+    between the placed thing and furniture."""
     assert closing.joint is not None
     joint, at, here = closing.joint, after.poses[closing.name].pose, after.poses[put].pose
     value, whole = joint_value(after, closing.name, at), joint.upper - joint.lower
@@ -55,8 +59,8 @@ def _met(closing: Thing, put: str, after: Belief, context: Context, clearance: f
 
 
 def _on_its_way(joint: Joint, at: Pose, value: float, end: float) -> Iterator[tuple[float, Pose]]:
-    """Remaining opening of a joint on its way from a value to an end [m, rad], with the thing's pose in the
-    world; the end first, where most contacts are."""
+    """Remaining openings of a joint on its way from a value to an end [m, rad], each with the thing's pose in
+    the world; that at the end first, since most contacts are there."""
     count = max(1, math.ceil((value - end) / STEPS[joint.kind == "hinge"]))
     ways = ((value - end) * k / count for k in (count, *range(1, count)))
     return ((value - way - joint.lower, joint.moved(at, -way)) for way in ways)

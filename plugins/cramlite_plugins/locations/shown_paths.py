@@ -23,7 +23,8 @@ STARTS = 4
 
 
 def followed(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate ways along a shown path; of a closed one a round, from several places on it and both ways round."""
+    """Generate ways along a shown path; along a closed path one full round, from several starts and in both
+    directions."""
     path, entity = asked(location, Followed).path, bound(context, location.of)
     now = held_pose(belief, context)
     assert belief.held is not None
@@ -58,4 +59,4 @@ def ways(path: ShownPath) -> Iterator[tuple[str, Floats]]:
     ring = corners[:-1]
     for k, back in itertools.product(range(STARTS), (False, True) if path.either else (False,)):
         begun = np.roll(ring[::-1] if back else ring, -(k * len(ring) // STARTS), axis=0)
-        yield f"a round {'back ' if back else ''}from {k} of {STARTS}", np.concatenate([begun, begun[:1]])
+        yield f"one round{' backwards' if back else ''} from start {k} of {STARTS}", np.concatenate([begun, begun[:1]])

@@ -40,7 +40,7 @@ FEATURES = ("vrps:Peg", "cram:Cavity", "cram:Handle")  # where a fixed thing is 
 
 
 class Target(Value):
-    """Target of reach: a variable, its thing, and whether it is to be grasped."""
+    """Thing that the arm has to reach from a stand: its variable, its name, and whether it is to be grasped."""
 
     variable: str
     thing: str
@@ -69,7 +69,7 @@ def stands(location: Location, belief: Belief, context: Context) -> Iterator[Gro
 
 
 def _targets(location: Location, belief: Belief, context: Context) -> list[Target]:
-    """Things of the tasks up to the next drive, where their places are known; else the destination."""
+    """Things, at known places, of the tasks up to the next drive; the destination if there are none."""
     found: dict[str, Target] = {}
     for task in itertools.takewhile(lambda t: t.action.task != DRIVES, context.later):
         for role, entity in zip(task.action.roles.values(), task.entities.values(), strict=True):
@@ -82,7 +82,8 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[Targe
 
 
 def _around(target: Pose, base: Pose) -> list[tuple[float, str, Pose]]:
-    """(cost, name for people, arm's base) of places around a point, the cheapest first; the arm's base stays level."""
+    """Places of the arm's base around a point, as (cost, name for people, pose), the cheapest first; the base
+    stays level."""
     x, y, _ = target.position
     found = []
     for k, distance, aside in itertools.product(range(BEARINGS), DISTANCES, ASIDE):
@@ -101,7 +102,7 @@ def _around(target: Pose, base: Pose) -> list[tuple[float, str, Pose]]:
 def _checked(
     stand: Pose, there: Belief, destination: str, targets: list[Target], floor: Ground, context: Context
 ) -> tuple[int, str]:
-    """Number of checks that a stand passes, with the reason of the next one; "" for all."""
+    """Number of checks that a stand passes, and the reason of the first that it fails; "" if it passes all."""
     if blocked := floor.hit(at(stand)):
         return 0, blocked
     if (gap := _gap(stand, destination, there, context)) > BESIDE:
@@ -148,7 +149,7 @@ def _over(target: Target, there: Belief, context: Context) -> str:
 
 
 def _none(answers: Iterable[Grounding | Refused], otherwise: str) -> str:
-    """Why there is no grounding among answers, by the first refusal; "" where there is one."""
+    """Reason of the first refusal if there is no grounding among answers; "" if there is one."""
     first = ""
     for answer in answers:
         if isinstance(answer, Grounding):

@@ -50,7 +50,7 @@ def views(location: Location, belief: Belief, context: Context) -> Iterator[Grou
 def _candidate(
     k: int, name: str, eye: Floats, points: Floats, around: Sequence[str], belief: Belief, context: Context
 ) -> Candidate | Refused:
-    """The camera at a point, unless it does not see everything from there."""
+    """Candidate with the camera at a point, or a refusal if not everything can be seen from there."""
     assert context.camera is not None
     optical = _optical(eye, points.mean(axis=0))
     if not _in_view(context.camera.intrinsics, optical, points):
@@ -83,8 +83,8 @@ def _cavity(thing: Thing) -> Feature | None:
 
 
 def _floor(opening: Pose, size: Mapping[str, float]) -> Floats:
-    """Middle and corners (5, 3) of the part of a cavity's floor that is looked at, half way up to its
-    opening, which is a pose with z out of it."""
+    """Middle and corners (5, 3) of the inner part of a cavity's cross-section half way up, which the camera
+    looks at; ``opening`` is the pose of its opening, z outwards."""
     x, y = (FLOOR * (size[side] / 2 if side in size else size.get("radius", 0.0)) for side in ("width", "depth"))
     corners = [(0, 0), (x, y), (x, -y), (-x, y), (-x, -y)]
     points: Floats = opening.apply([(a, b, -size.get("height", 0.0) / 2) for a, b in corners])
@@ -141,6 +141,6 @@ def _seen_of(belief: Belief, entity: str) -> Floats:
 
 
 def _belongs(thing: Thing, place: str, belief: Belief) -> bool:
-    """Place that is looked at: itself, and things that are known to hang on it or to lie on or in it."""
+    """Whether a thing is the place that is looked at, or is known to hang on it or to lie on or in it."""
     whole = thing_of(place)
     return thing.name == whole or any(s == thing.name and o == whole for _, s, o in belief.relations)

@@ -106,7 +106,8 @@ def ground(
 
 
 def _grow(model: Any, platform: int, by: float) -> None:
-    """Grow the platform with its load; only these and things collide from then on."""
+    """Grow all shapes of the robot by a distance [m], the platform's only sideways; from then on only
+    robot and things collide."""
     for g in range(model.ngeom):
         robot = int(model.body_rootid[model.geom_bodyid[g]]) == int(model.body_rootid[platform])
         model.geom_contype[g], model.geom_conaffinity[g] = (ROBOT, THING) if robot else (THING, ROBOT)
@@ -150,14 +151,16 @@ def plan_base_path(floor: Ground, start: Vector3, goal: Vector3) -> list[Vector3
 
 
 class NoBasePath(Value):
-    """Refused of a base path; ``shut_in``: whatever the goal, the start cannot be left by more than the lattice's cells."""
+    """Refusal of a base path; ``shut_in`` if the free cells around the start are enclosed, so that the
+    platform gets nowhere, whatever the goal."""
 
     reason: str
     shut_in: bool = False
 
 
 def _both_ends(floor: Ground, start: Vector3, goal: Vector3) -> list[Vector3] | NoBasePath:
-    """The way that a search from the start or one from the goal finds first, both ends included; or why there is none."""
+    """Path that a search from the start or one from the goal, advanced in turn, finds first, both ends
+    included; or why there is none."""
     searches = {"start": _Search(floor, start, goal), "goal": _Search(floor, goal, start)}
     while True:
         for end, search in searches.items():
@@ -186,7 +189,7 @@ class _Search:
         self.found: list[Vector3] = []
 
     def step(self) -> bool:
-        """Go on from the most promising cell; False when there is none, or too many were looked at."""
+        """Expand the most promising cell; False when there is none, or too many were looked at."""
         while self.queue and self.queue[0][1] in self.closed:
             heapq.heappop(self.queue)
         if not self.queue or len(self.spots) >= LOOKS:
@@ -204,7 +207,7 @@ class _Search:
         return True
 
     def why(self) -> str:
-        """Why nothing was found, as a clause."""
+        """Clause on why the search found no path."""
         return f"{len(self.spots)} places were looked at, none nearer than {self.nearest:.2f} m; in the way, for one: {self.last}"
 
     def _offer(self, cell: Cell, other: Cell, total: float) -> None:
@@ -258,7 +261,7 @@ def _places(cell: Cell, came: Mapping[Cell, Cell], place: Callable[[Cell], Vecto
 
 
 def _rewound(places: list[Vector3], start: Vector3) -> list[Vector3]:
-    """The same places, each turned by less than half a turn from the one before it."""
+    """Places of a path with yaw unwrapped: each is turned by less than half a turn from the one before it."""
     done = [start]
     for place in places[1:]:
         done.append(unwound(place, done[-1]))
@@ -266,7 +269,8 @@ def _rewound(places: list[Vector3], start: Vector3) -> list[Vector3]:
 
 
 def _shortened(floor: Ground, places: list[Vector3]) -> list[Vector3]:
-    """Corners that a straight leg can leave out are left out, from the start on, the furthest first."""
+    """Places of a path without the corners that a straight leg can skip, from the start on, the longest
+    leg first."""
     done, k = [places[0]], 0
     while k < len(places) - 1:
         k = next(j for j in range(len(places) - 1, k, -1) if j == k + 1 or not floor.leg(places[k], places[j]))

@@ -78,8 +78,8 @@ def line(motion: Motion, belief: Belief, context: Context, targets: list[Pose]) 
 
 
 def _refused(said: str, motion: Motion, belief: Belief, context: Context, no: Refused) -> Unresolvable:
-    """Refusal without a straight line. If hand or payload meets an obstacle, the arm's way there is not to
-    blame; if a door or a drawer does, neither is the hand's place on it."""
+    """Refusal of a straight line, blaming the right choices: if hand or payload meets an obstacle, not the
+    arm's way there; if a door or a drawer meets one, not the hand's place on it either."""
     pair = no.collision.pair if no.collision else ()
     if motion.to is None or no.collision is None or any(thing_of(n) == no.collision.robot for n in pair):
         return Unresolvable(said, blocking=no.blocking, collision=no.collision, remedy=no.remedy)
@@ -197,7 +197,7 @@ def _refusal(why: Refused, reached: int, total: int, ways: Sequence[float]) -> R
 
 
 def _follow(robot: Robot, origin: Joints, goals: Sequence[Pose]) -> tuple[list[Joints], str]:
-    """The joint positions up to the first pose that cannot be had, and why it cannot."""
+    """Joint positions up to the first pose that cannot be reached, and why it cannot."""
     points = [origin]
     if reason := out_of_limits(robot, origin):
         return points, reason
@@ -225,7 +225,8 @@ def _singular(robot: Robot, q: Joints) -> str:
 
 
 def _stopped(scene: PlanningScene, points: Sequence[Joints]) -> tuple[int, Refused] | None:
-    """Number of points reached before a collision, the collision, and the things that must be moved."""
+    """Number of points up to a collision, and the refusal with the collision and the things that must be
+    moved; None without a collision."""
     eased = scene.relaxed([points[0], points[-1]])
     for k, (a, b) in enumerate(pairwise(points)):
         checkpoint()

@@ -56,7 +56,8 @@ class Inflated(Value):
 
 
 def inflated(model: Any, apart: Floats, distance: float) -> Inflated:
-    """Inflate the geoms of a model; only those collide that some joint of the arm moves apart.
+    """Inflate the geoms of a model; only pairs that some joint of the arm moves relative to each other
+    collide.
 
     Args:
         model: the planning model; it is not changed.

@@ -18,7 +18,8 @@ PROBED = 0.05  # largest joint difference [rad] between two places at which a li
 
 
 class Rates(Value):
-    """Bounds of the approach of each two geoms (geoms, geoms) over a whole line, and the largest of them [m]."""
+    """Bounds on how much each two geoms approach each other over a whole line (geoms, geoms) [m], and the
+    largest of them."""
 
     between: Floats
     most: float
@@ -45,7 +46,8 @@ class JointLine:
         return [(k / count, (k + 1) / count, None) for k in range(count)]
 
     def probes(self) -> Floats:
-        """Return joint positions (m, n) ``PROBED`` apart between the ends, such that few of the first ones leave no long gap."""
+        """Return joint positions (m, n) on the line, ``PROBED`` apart, in an order in which already the
+        first few leave no long gap."""
         at: Floats = self.start + _spread(int(self.size / PROBED))[:, None] * self.way
         return at
 
@@ -79,8 +81,8 @@ def _spread(count: int) -> Floats:
 
 
 def rates(line: JointLine, half: float, movers: Movers, data: Any, bounds: Floats, first: int) -> Rates:
-    """Compute bounds of each joint's motion of any point of each geom over a whole line, within ``half`` of the
-    state in ``data``.
+    """Compute upper bounds on how far each joint moves any point of each geom over a whole line, valid within
+    ``half`` of the state in ``data``.
 
     The lever is the distance of the geom's centre p from the axis u through a, |p - a|^2 - ((p - a) u)^2 under
     a root, and its bounding radius. It grows by no more than the way G that the geom itself moves:

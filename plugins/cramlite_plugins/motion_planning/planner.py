@@ -145,8 +145,7 @@ def start_blocked(scene: Space, start: Joints) -> Refused | None:
 
 
 def in_the_way(scene: Space, positions: Sequence[Sequence[float]]) -> tuple[tuple[str, ...], ...]:
-    """Return, of each blocked joint position that moving things can free, the things to be moved; minimal sets
-    only."""
+    """Return the minimal sets of things that must be moved to free a blocked joint position, each once."""
     found = set(filter(None, map(scene.blocking, positions)))
     return tuple(sorted(one for one in found if not any(set(other) < set(one) for other in found)))
 
@@ -156,7 +155,7 @@ def _joints(q: Sequence[float] | Floats) -> Joints:
 
 
 def _free_goals(scene: Space, origin: Joints, goals: list[Joints]) -> list[tuple[int, Joints]]:
-    """The nearest goals that are free, each with its index: whole turns of a blocked one are blocked too."""
+    """The nearest free goals, each with its index; goals that are whole turns apart are checked once."""
     known: dict[tuple[float, ...], bool] = {}
     result: list[tuple[int, Joints]] = []
     for index, q in sorted(enumerate(goals), key=lambda item: (leading(origin, item[1]), item[0])):
@@ -219,7 +218,8 @@ def _no_path(scene: Space, origin: Joints, goal: Joints, spent: int, truncated: 
 def _search(
     scene: Space, origin: Joints, goals: list[Joints], law: tuple[float, float], seed: int, samples: int, attempts: int
 ) -> tuple[Points, Points, int, bool]:
-    """The first path and the shortened one, samples and whether it was cut: rounds in boxes around start and goals.
+    """First path, shortened path, samples used, and whether the search was cut short; each round samples a
+    box around start and goals.
 
     Once a path cannot be mended, what probes find is not to be trusted: further rounds check lines all along.
     """
@@ -244,7 +244,7 @@ def _search(
 
 
 def _mended(scene: Space, points: Points, seed: int, ends: float) -> Points:
-    """A path with ways around where its lines are blocked; empty where one is not found."""
+    """Path in which blocked lines are replaced by ways around; empty if one of these is not found."""
     result = [points[0]]
     for a, b in pairwise(points):
         checkpoint()

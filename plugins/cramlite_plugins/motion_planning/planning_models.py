@@ -53,7 +53,8 @@ def _movers(compiled: Itself[Compiled], mount: str) -> Movers:
 
 
 def inflated_model(compiled: Compiled, mount: str, distance: float) -> Inflated:
-    """Return a planning model with inflated shapes for a distance [m] of the robot of a mount from everything."""
+    """Return a planning model inflated for a distance [m] between the robot of a mount and everything
+    else."""
     return _inflated(Itself(compiled), mount, distance)
 
 

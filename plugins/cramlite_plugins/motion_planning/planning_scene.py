@@ -113,7 +113,7 @@ class PlanningScene(Value):
         return replace(self, data=data, joints=_joints(data, self.index), opening=opening, known={})
 
     def free(self, q: Position) -> bool:
-        """Check whether the joints are inside their limits and every pair keeps the distance that it needs."""
+        """Check whether the joints are inside their limits and every pair keeps its required distance."""
         key = tuple(q)
         if key not in self.known:
             if len(self.known) == KNOWN:
@@ -153,7 +153,8 @@ class PlanningScene(Value):
         return refusal(reason, blocking=() if "" in loose else (tuple(sorted(loose)),), collision=drawn)
 
     def line_free(self, a: Position, b: Position) -> bool:
-        """Check whether the straight joint-space line from a free position is free; its end, long intervals first."""
+        """Check whether the straight joint-space line from a free position is free: its end first, then
+        its parts, long ones first."""
         if not self.free(b):
             return False
         return self._clear(JointLine(a, b))
@@ -186,7 +187,7 @@ class PlanningScene(Value):
         return found if found is not None or self.free(b) else 1.0
 
     def collisions(self, q: Position) -> tuple[tuple[str, str, float], ...]:
-        """Return the pairs that are closer than they need to be: (one, other, depth), deepest first.
+        """Return the pairs that are closer than their required distance: (one, other, depth), deepest first.
 
         Depth is positive inside each other and negative for a distance that is too small [m]. Names are those of
         ``Owner.touch``: "thing", "thing/part", "effector/left", "mount/link".
@@ -238,7 +239,8 @@ class PlanningScene(Value):
         return next((n for n in still if world.thing(n).movable or world.thing(n).joint is not None), "")
 
     def relaxed(self, anchors: Sequence[Position]) -> PlanningScene:
-        """Return the same scene, asking near each of these positions for no more clearance than there is at it."""
+        """Return the same scene, in which the clearance needed near each of these positions is no more
+        than what there is at it."""
         found = [self._anchor(q) for q in anchors]
         return replace(self, anchors=tuple((q, closer) for q, closer in found if closer), known={})
 
@@ -266,13 +268,14 @@ class PlanningScene(Value):
         return all(low <= value <= high for value, (low, high) in zip(q, self.limits, strict=True))
 
     def _keeps(self, q: Position) -> bool:
-        """Whether every pair keeps the distance that it needs."""
+        """Whether every pair keeps its required distance."""
         self._place(q)
         near = self.levels[0].near(self.data)
         return not near or all(d >= self.need.item(g, h) or d >= self._needed(q, g, h) for g, h, d in self._measured(near))
 
     def _look(self, q: Position, level: Inflated) -> Iterator[tuple[int, int, float]]:
-        """The pairs (one, other, distance) that may not touch and are within a level's distance; some are beyond it."""
+        """Pairs (one, other, distance) that may not touch and whose shapes, inflated by a level, meet at a
+        joint position; a few are farther apart."""
         self._place(q)
         return self._near(level)
 
@@ -283,11 +286,11 @@ class PlanningScene(Value):
         self.checks[0] += 1
 
     def _near(self, level: Inflated) -> Iterator[tuple[int, int, float]]:
-        """The pairs of ``_look`` where the arm is now."""
+        """Pairs that ``_look`` yields, at the joint position that the arm has in the model's data."""
         return self._measured(level.near(self.data))
 
     def _measured(self, near: Iterable[tuple[int, int]]) -> Iterator[tuple[int, int, float]]:
-        """Given pairs that may not touch, with their distance.
+        """Those of the given pairs that may not touch, with their distance.
 
         Each is measured when it is asked for: the first one that is too close ends most checks of blocked positions.
         """
@@ -308,10 +311,8 @@ class PlanningScene(Value):
         return tuple(float(v) for v in q), near
 
     def _judge(self, line: JointLine, part: Part) -> list[Part] | None:
-        """Look at the middle of a part of a line: None where it is blocked, else the parts that are still open.
-
-        Distances there say how far to both sides the line is free, too.
-        """
+        """Check the middle of a part of a line: None if it is blocked, else the smaller parts that must
+        still be checked: the distances there clear the line to both sides, too."""
         low, high, known = part
         middle, half = (low + high) / 2, (high - low) / 2
         q = line.at(middle)

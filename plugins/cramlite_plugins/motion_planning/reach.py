@@ -94,7 +94,8 @@ def standing(belief: Belief, context: Context) -> World:
 
 
 def _touchable(belief: Belief, entity: str) -> tuple[str, ...]:
-    """A thing as a whole; of a feature, all named parts of its thing but not the rest of its body."""
+    """Names that a motion may touch for an entity: a thing as a whole; for a feature all named parts of
+    its thing, but not the rest of its body."""
     name = EntityName.parse(entity)
     if not name.part:
         return (name.thing,)
@@ -183,8 +184,8 @@ def taken_at(belief: Belief, context: Context) -> tuple[str, ...]:
 
 
 def led_by(location: Location, context: Context) -> tuple[str, ...]:
-    """Return the names of the tasks whose motions lead to a location: if one way of them is refused, another
-    may be free."""
+    """Return the names of the tasks whose motions lead to a location: another way of doing such a task may
+    have a free motion."""
     leading = (m for m in context.agenda if isinstance(m, Motion) and m.to is not None and m.to.name == location.name)
     return tuple(dict.fromkeys(whole for m in leading for whole in [*enclosing_names(m.name)][1:2]))
 

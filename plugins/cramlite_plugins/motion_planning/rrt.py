@@ -45,7 +45,7 @@ PATIENCE = 0.1
 
 @contextmanager
 def _alone() -> Iterator[None]:
-    """No other query of this process runs meanwhile."""
+    """Hold the lock that lets one thread at a time query OMPL in this process."""
     while not _ONE_QUERY.acquire(timeout=PATIENCE):
         checkpoint()
     try:
@@ -82,7 +82,7 @@ def _query(
     scene: Space, lines: FreeLines, origin: Joints, goals: Sequence[Joints], box: Sequence[tuple[float, float]],
     seed: int, budget: int, ends: float,
 ) -> Answer:  # fmt: skip
-    """One query. Everything of OMPL lives in this frame: nothing it holds refers back to it."""
+    """Run one query. Everything of OMPL lives in this frame: nothing it holds refers back to it."""
     from ompl import base, geometric, util
 
     util.setLogLevel(util.LogLevel.LOG_NONE)
@@ -124,7 +124,7 @@ def _state(space: Any, q: Joints) -> Any:
 
 def _motion_validator(base: Any, info: Any, lines: FreeLines, size: int) -> Any:
     class Line(base.MotionValidator):  # type: ignore[misc]  # OMPL's class is only known at run time
-        """Checks an edge as the straight line that the robot will drive."""
+        """Motion validator that checks an edge as the straight line that the robot will drive."""
 
         def checkMotion(self, a: Any, b: Any) -> bool:
             return lines.line_free(a[0:size], b[0:size])
@@ -133,7 +133,8 @@ def _motion_validator(base: Any, info: Any, lines: FreeLines, size: int) -> Any:
 
 
 class _Counter:
-    """Ends a query after so many evaluations: the planner asks once an extension. An exception must not pass through OMPL."""
+    """Condition that ends a query after a number of evaluations; the planner asks it once per extension.
+    An exception must not pass through OMPL."""
 
     def __init__(self, budget: int, ends: float) -> None:
         self.count, self.budget, self.ends = 0, budget, ends

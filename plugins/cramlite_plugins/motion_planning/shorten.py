@@ -52,7 +52,8 @@ def shortened(
 
 
 def _skip_corners(scene: FreeLines, path: Points, speed: float, acceleration: float) -> Points:
-    """From each point straight to the furthest later point that can be reached and is worth it."""
+    """Path that goes from each point straight to the furthest later point that can be reached and saves
+    time."""
     result, i = [path[0]], 0
     while i < len(path) - 1:
         for j in range(len(path) - 1, i, -1):

@@ -48,13 +48,15 @@ class Space(FreeBlends, Protocol):
         """Explain why a joint position is not free, as a clause with numbers; empty when free."""
 
     def blocking(self, q: Sequence[float]) -> tuple[str, ...]:
-        """Return the things, sorted, all of which must be moved before a joint position can be free; none where that is no help."""
+        """Return the things, sorted, all of which must be moved before a joint position can be free; empty
+        if moving things cannot free it."""
 
     def collision(self, q: Sequence[float]) -> Collision | None:
         """Return the deepest collision at a joint position; None where there is none, or where it is beyond a limit."""
 
     def relaxed(self, anchors: Sequence[Sequence[float]]) -> Space:
-        """Return the same scene, asking near each of these positions for no more clearance than there is at it."""
+        """Return the same scene, in which the clearance needed near each of these positions is no more
+        than what there is at it."""
 
 
 class Probed(Value):
@@ -73,7 +75,7 @@ class Probed(Value):
 def refusal(
     reason: str, *, blocking: InTheWay = (), collision: Collision | None = None, remedy: Remedy | None = None, **numbers: float
 ) -> Refused:
-    """Return a refusal that names no alternative yet (``Refused.of``).
+    """Return a refusal that does not say yet which alternative it refuses (see ``Refused.of``).
 
     Args:
         reason: a clause with numbers.

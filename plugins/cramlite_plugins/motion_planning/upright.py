@@ -144,7 +144,8 @@ def _over(
     motion: Motion, place: Place, belief: Belief, context: Context, carry: Load, scene: PlanningScene, ends: tuple[Pose, Pose],
     about: str, pace: tuple[float, float],
 ) -> Iterator[Grounding]:  # fmt: skip
-    """The first way up, over and down that is free: rounded off, and as straight lines of the tcp."""
+    """Motions of the first free way up, over and down: one with rounded corners, and one of straight lines
+    of the tcp."""
     nearest, blocking = refusal("none"), dict[str | tuple[str, ...], None]()
     for before, lift, around in product(BEFORE, LIFTS, (False, True)):
         corners = waypoints_over(*ends, carry.up, lift, around, before)
@@ -280,6 +281,7 @@ def _tilted(carry: Load, angle: float) -> str:
 
 
 def _causes(motion: Motion, context: Context) -> tuple[str, ...]:
-    """The place, and everything that the hand was led to before: how the load is held and where the arm starts."""
+    """Names of the choices that a transfer depends on: its place, and all earlier places, which decide how
+    the load is held and where the arm starts."""
     places = tuple(name for name, value in context.bindings.items() if isinstance(value, Place))
     return (*places, *((motion.to.name,) if motion.to else ()))

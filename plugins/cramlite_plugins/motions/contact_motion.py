@@ -127,7 +127,8 @@ def _along(thing: str, belief: Belief, context: Context) -> Belief:
 
 
 def _with_joint_moved(thing: str, way: float, belief: Belief) -> Belief:
-    """Belief in which a thing's joint has moved on [m, rad], with the thing's content."""
+    """Belief in which a thing's joint has moved by a distance or an angle [m, rad] and has taken the
+    thing's content along."""
     joint, known = belief.world.thing(thing).joint, belief.poses[thing]
     assert joint is not None
     there, with_it = joint.moved(known.pose, way), carried_along(belief, thing)
@@ -143,8 +144,8 @@ def frame_along(axis: Floats) -> Pose:
 
 
 def carried(motion: Motion, belief: Belief) -> float:
-    """Return the upward force of the compliant arm [N]: its load's weight, less the part that presses on a
-    surface."""
+    """Return the upward force that the compliant arm applies [N]: its load's weight, less the force that
+    it shall press on a surface with."""
     held = belief.world.thing(belief.held.thing) if belief.held else None
     weight = GRAVITY * (held.mass or 0.0) if held is not None and held.joint is None else 0.0  # rails carry a drawer
     return weight - float(motion.parameters.get("press_n", 0.0))
@@ -156,7 +157,7 @@ def timeout(length: float, speed: float) -> float:
 
 
 def _slide(motion: Motion, belief: Belief, context: Context) -> Groundings:
-    """Along a place's path, pressing against its approach: the surface that it lies on."""
+    """Resolve motion "slide": along a place's path, pressing down on the surface that the path lies on."""
     from ..motion_planning.cartesian import line
     from ..motion_planning.reach import tcp
     from .free_motion import place_of
@@ -175,7 +176,8 @@ def _slide(motion: Motion, belief: Belief, context: Context) -> Groundings:
 
 
 def _until_contact(motion: Motion, belief: Belief, context: Context) -> Groundings:
-    """From here towards the place, or a corner of its path, and up to a little beyond it, until something is felt."""
+    """Resolve a guarded motion: from here towards the place, or a corner of its path, and a little beyond,
+    until a contact is felt."""
     from ..motion_planning.cartesian import line
     from ..motion_planning.reach import tcp
     from .free_motion import place_of
@@ -226,8 +228,8 @@ def _zero(motion: Motion, belief: Belief, context: Context) -> Groundings:
 
 
 def _blind(motion: Motion, robot: str) -> Unresolvable:
-    """Refusal since a robot feels nothing: no grasp, place or path changes that, only another way to do the tasks that ask
-    for the motion."""
+    """Refusal of a motion that needs a force sensor, by a robot without one: no other grasp, place or path
+    helps, only another way to do the tasks that ask for the motion."""
     task = task_of(motion.name)
     remedy = Remedy(
         "sensor",
@@ -251,7 +253,8 @@ REACH, SHARE, PITCH = 0.008, 0.75, 0.0015
 
 
 def spiral_search(motion: Motion, belief: Belief, context: Context) -> Groundings:
-    """Search a hole in a spiral around where the tool is, pressing the way the place is approached.
+    """Search a hole on a spiral around the present position of the tool, pressing in the place's direction of
+    approach.
 
     The pitch follows from the radial play of hole and peg.
     """
@@ -288,7 +291,8 @@ def _spiral(motion: Motion, play: float, belief: Belief, context: Context) -> tu
 
 
 def force_insert(motion: Motion, belief: Belief, context: Context) -> Groundings:
-    """Push the hole onto the peg, as deep as the place says; the tool has reached the corner, the peg leads the hole."""
+    """Push the hole onto the peg by the place's depth; the tool is at the corner of the path where the peg
+    begins to lead the hole."""
     from ..motion_planning.cartesian import line
     from .free_motion import place_of
 
@@ -306,7 +310,8 @@ def force_insert(motion: Motion, belief: Belief, context: Context) -> Groundings
 
 
 def force_extract(motion: Motion, belief: Belief, context: Context) -> Groundings:
-    """Pull the hole off the peg along the path of the place: its end says how far, the peg says where along."""
+    """Pull the hole off the peg along the path of the place: the path's end sets the distance, and the peg
+    leads the hole."""
     from ..motion_planning.cartesian import line
     from ..motion_planning.reach import tcp
     from .free_motion import place_of

@@ -50,7 +50,7 @@ def _drive(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundi
 
 
 def _floor(belief: Belief, context: Context) -> Ground:
-    """The robot as it stands, with as much clearance as there is.
+    """Floor with the robot where it stands, planned with the largest clearance that is free there.
 
     Raises:
         Unresolvable: it stands too near to something, or has no platform.

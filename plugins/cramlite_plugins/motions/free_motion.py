@@ -36,7 +36,8 @@ def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
 
 
 def _transfer(motion: Motion, belief: Belief, context: Context) -> Groundings:
-    """Joint-space motion to the stand-off of a place, once per inverse solution that can go on from there."""
+    """Resolve a transfer: a joint-space motion to the stand-off of a place, one for each inverse solution
+    that leads straight on to the place."""
     from ..motion_planning.joint_move import joint_move
     from ..motion_planning.planner import plan
     from ..motion_planning.reach import make_scene, tcp

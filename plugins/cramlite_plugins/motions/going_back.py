@@ -1,4 +1,4 @@
-"""Return motion to where a control step began, from wherever its steps may have ended.
+"""Motion "back": returns to where a control step began, from wherever its steps may have ended.
 
 The plan language asks for it: before an attempt is made again, at the end of a round, after the first of several has
 succeeded. Steps that cannot fail come first in most attempts (a transfer); from all later ones the arm goes straight back
@@ -46,7 +46,7 @@ def _back(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundin
     _check_lines(motion, start, context, pivot, _ends(rest))
     steps = [*_open(motion, start, after), *_straight(motion, context, pivot, rest), *_retraced(motion, start, context, lead)]
     kept = replace(start, poses=belief.poses) if belief.poses.keys() == start.poses.keys() else start
-    reason = f"straight to where {len(rest)} steps began, then back the way of {len(lead)}"
+    reason = f"straight to the beginning of the last {len(rest)} steps, then back along the first {len(lead)}"
     yield Grounding(tuple(steps), reason, 0.0, kept, key="back")
 
 
@@ -66,7 +66,7 @@ def _sure(step: AnyStep) -> bool:
 
 
 def _split(after: list[AnyStep]) -> tuple[list[AnyStep], list[AnyStep]]:
-    """The steps that cannot fail at the beginning, and the others."""
+    """Steps at the beginning that cannot fail, and all steps from the first that can."""
     count = next((k for k, s in enumerate(after) if not _sure(s)), len(after))
     return after[:count], after[count:]
 
@@ -112,7 +112,7 @@ def _straight(motion: Motion, context: Context, pivot: Joints, rest: list[AnySte
 
 
 def _retraced(motion: Motion, start: Belief, context: Context, lead: list[AnyStep]) -> Iterator[AnyStep]:
-    """The motions at the beginning, the last one first."""
+    """Steps that go back along the motions at the beginning, the last one first."""
     from ..kinematics.kinematics import forward
 
     here = start.joints

@@ -30,7 +30,7 @@ ACCELERATION = 1.2
 
 
 class GripLoad(Value):
-    """Load of two pads.
+    """Load of a gripper's two pads, with the friction that holds it.
 
     Args:
         thing: what is gripped.
@@ -60,7 +60,8 @@ class GripLoad(Value):
 
     @property
     def wanted(self) -> float:
-        """Force on each pad that also holds the weight's moment and a motion's push [N], in whole newtons; as ``least`` else."""
+        """Force on each pad that also holds the weight's moment and a motion's push [N], rounded up to
+        whole newtons; infinite without friction."""
         if not self.friction:
             return self.least
         radius = math.hypot(*self.gripper.pad) / 4  # exact for a line; a rectangle's is up to a tenth larger
@@ -90,7 +91,8 @@ def grip_of(held: Held, world: World, gripper: Gripper) -> GripLoad:
 
 
 def grip_force(grip: GripLoad, asked: float, context: Context, of_thing: tuple[str, ...], within: tuple[str, ...]) -> tuple[float, str]:
-    """Return the force of each pad [N] and where it comes from; one that was asked for stays, as far as the thing bears it.
+    """Return the force of each pad [N] and its source; a force that was asked for is kept, up to what the
+    thing bears.
 
     Args:
         asked: 0 for what the weight needs [N].

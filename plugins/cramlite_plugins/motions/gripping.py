@@ -48,7 +48,8 @@ def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
 
 
 def _close(motion: Motion, belief: Belief, context: Context) -> Groundings:
-    """Close on the thing at a place; it moves with the hand from then on."""
+    """Resolve a gripper motion that closes on the thing at a place; the thing moves with the hand from
+    then on."""
     from ..motion_planning.reach import tcp
     from ..shapes.carried_along import carried_along
     from .free_motion import place_of
@@ -77,8 +78,8 @@ def _names_of(thing: str, context: Context) -> tuple[str, ...]:
 
 
 def _open(motion: Motion, belief: Belief, context: Context) -> Groundings:
-    """Open all the way, or as for the grasp ("open"); close on nothing ("shut"); or open as the place asks
-    ("place")."""
+    """Resolve a gripper motion: open fully or as far as the grasp needs ("open"), close on nothing
+    ("shut"), or open as the place states ("place")."""
     gripper = context.robot.gripper
     opening = _opening(motion, belief, context)
     enough = word(motion, "to", Fingers) is Fingers.OPEN and _is_open(belief, gripper)
@@ -105,8 +106,8 @@ def _speed(robot: Robot) -> float:
 
 
 def release_opening(belief: Belief, context: Context) -> float:
-    """Return the opening of the fingers for a release [m]: that of the payload's latest place, for its release
-    or else its grasp; the widest without one."""
+    """Return the opening of the fingers for a release [m]: as the payload's latest place states for its
+    release, else for its grasp; else the widest."""
     held, most = belief.held.thing if belief.held else "", context.robot.gripper.opening[1]
     said = [
         v.release.opening_m if v.release and v.release.opening_m is not None else v.opening

@@ -25,8 +25,8 @@ def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
 
 
 def _swing(motion: Motion, belief: Belief, context: Context) -> Iterator[Grounding]:
-    """Swing to the place ("hangs"), the whole turn in one line; or along its path ("lies"), an even part of the turn on each
-    line."""
+    """Resolve motion "swing": to the place ("hangs") with the whole turn on one line, or along its path
+    ("lies") with an equal part of the turn on each line."""
     held = belief.held
     assert held is not None and held.swing is not None, f"motion '{motion.name}' needs something that swings in the hand"
     place, hangs = place_of(motion, context), word(motion, "to", Hang) is Hang.HANGS
@@ -48,7 +48,8 @@ def _swing(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundi
 
 
 def _raised(target: Pose, belief: Belief, context: Context) -> Sequence[Pose]:
-    """Poses of a thing on the line up to a target: the near side rises from the start, the far side last of all."""
+    """Poses of the tcp on the line up to a target: the near side of the thing rises from the start, its
+    far side last of all."""
     from ..motion_planning.cartesian import interpolate
     from ..motion_planning.reach import tcp
 
@@ -57,7 +58,8 @@ def _raised(target: Pose, belief: Belief, context: Context) -> Sequence[Pose]:
 
 
 def _line(motion: Motion, belief: Belief, tcp_to_thing: Pose, target: Pose, context: Context) -> Sequence[tuple[float, ...]]:
-    """A straight line with the thing in the hand as flat as it is on it: its far side is then as low as what holds it up."""
+    """Joint positions along a straight line of the tcp, checked with the thing at its flattest on that
+    line, its far side as low as its support."""
     from ..motion_planning.cartesian import plan_straight_line
     from ..motion_planning.reach import make_scene, touched
 

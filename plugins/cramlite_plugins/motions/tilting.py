@@ -30,7 +30,8 @@ def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
 
 
 def _tilt(motion: Motion, belief: Belief, context: Context) -> Iterator[Grounding]:
-    """Tilt to the end of the path ("tilted"), or back to its beginning ("upright")."""
+    """Resolve motion "tilt": to the end of the place's path ("tilted"), or back to its beginning
+    ("upright")."""
     from ..motion_planning.joint_move import joint_move
     from ..motion_planning.reach import make_scene
     from ..motion_planning.round_off import blend_radii
@@ -51,7 +52,8 @@ def _tilt(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundin
 
 
 def _trace(motion: Motion, belief: Belief, context: Context) -> Iterator[Grounding]:
-    """Along the path; of a closed one, as many rounds as its place says."""
+    """Resolve motion "trace": along the place's path; a closed path as many times as the place's value
+    "rounds" says."""
     from ..motion_planning.joint_move import joint_move
     from ..motion_planning.reach import make_scene, tcp, touched
     from ..motion_planning.round_off import blend_radii
@@ -77,7 +79,8 @@ def _trace(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundi
 def _through(
     motion: Motion, poses: Sequence[Pose], scene: PlanningScene, belief: Belief, context: Context, where: str
 ) -> list[Joints]:
-    """Joint positions at poses of the TCP, straight lines between them, the believed ones first.
+    """Joint positions at poses of the TCP, connected by straight lines; the first are the arm's believed
+    ones.
 
     Raises:
         Unresolvable: a line cannot be gone.

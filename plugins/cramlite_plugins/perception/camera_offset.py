@@ -77,7 +77,7 @@ def _near(inputs: Inputs, solids: Sequence[tuple[Geom, Pose]]) -> tuple[_Points,
     near = np.min(distances, axis=0) < limits["reach_m"] if distances else np.zeros(len(at), bool)
     if near.sum() < limits["least"]:
         few = f"{int(near.sum())} of {len(at)} measured points are near fixtures"
-        raise Unresolvable(f"{few}; {limits['least']:.0f} at least tell the camera")
+        raise Unresolvable(f"{few}; at least {limits['least']:.0f} are needed to locate the camera")
     kept = [s for s, d in zip(solids, distances, strict=True) if (d < limits["reach_m"]).sum() >= 5]
     row, column = np.divmod(index[near], view.depth.shape[1])
     blocks = (row // BLOCK) * 1000 + column // BLOCK
@@ -100,7 +100,8 @@ def _registered(points: _Points, solids: Sequence[tuple[Geom, Pose]], centre: Fl
 def _clear(
     points: _Points, whole: Pose, solids: Sequence[tuple[Geom, Pose]], limits: Mapping[str, float]
 ) -> tuple[_Points, list[tuple[Geom, Pose]]]:
-    """Solids on which most points near them lie, and their points: a thing on a peg is near it, too, and tells nothing."""
+    """Points near solids on which most of the points near them lie, and these solids; a thing on a peg is
+    near it, too, and says nothing on the camera."""
     import numpy as np
 
     at, rays = whole.apply(points.at), whole.rotate(points.rays)
@@ -131,7 +132,8 @@ def _linear(
 
 
 def _prior(eye: Floats, limits: Mapping[str, float]) -> Floats:
-    """Information on a small motion about the centre: the camera's own error in position and angle."""
+    """Information matrix of a small motion about the centre, as known beforehand: from the errors of the
+    camera's position and angle."""
     import numpy as np
 
     lever = np.array([[0, -eye[2], eye[1]], [eye[2], 0, -eye[0]], [-eye[1], eye[0], 0]])
@@ -152,8 +154,8 @@ def _twist(whole: Pose, centre: Floats) -> Floats:
 
 
 def _covariance(points: _Points, away: Floats, j: Floats, weight: Floats, prior: Floats) -> tuple[Floats, int]:
-    """Covariance of the motion, and how many directions only the prior tells: what noise explains, and what blocks of the image disagree
-    on."""
+    """Covariance of the motion, from noise and from how far blocks of the image disagree; and the number
+    of directions that only the prior determines."""
     import numpy as np
     from scipy.linalg import eigh
 
@@ -187,7 +189,7 @@ def _said(offset: CameraOffset) -> str:
     return (
         f"the camera is {1000 * position:.1f} mm (+-{1000 * offset.position:.1f}) and {math.degrees(angle):.2f} deg "
         f"(+-{math.degrees(offset.angle):.2f}) from where it is believed: fixtures are seen {1000 * offset.before:.1f} mm off, "
-        f"and {1000 * offset.after:.1f} mm with it moved" + (f"; {offset.open} of 6 directions are open" if offset.open else "")
+        f"and {1000 * offset.after:.1f} mm with it moved" + (f"; {offset.open} of 6 directions are undetermined" if offset.open else "")
     )
 
 

@@ -25,8 +25,8 @@ def types(priors: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 class Known(Value, eq=False):
-    """Appearance of a known model: red and green shares of its largest geom, sorted extents of its bounding box [m], and
-    whether it has a print, which one colour does not tell."""
+    """Appearance of a known model: red and green shares of its largest geom, sorted extents of its
+    bounding box [m], and whether it has a printed texture, which one colour does not describe."""
 
     model: Thing
     chroma: Floats
@@ -35,7 +35,7 @@ class Known(Value, eq=False):
 
 
 def printed(looks: Iterable[Known]) -> bool:
-    """Check whether a known model has a print."""
+    """Check whether some known model has a printed texture."""
     return any(k.printed for k in looks)
 
 

@@ -46,7 +46,7 @@ def _type(values: Mapping[str, Judged]) -> str:
 
 
 def _stem(values: Mapping[str, Judged], shared: Collection[str]) -> str:
-    """What a new object is called before its number."""
+    """Beginning of a new object's name, before its number."""
     candidates = values["candidates"].value if "candidates" in values else ()
     if candidates and _type(values) in shared:
         return str(candidates[0].value)
@@ -69,7 +69,8 @@ def _named(
 
 
 def _sure(i: int, name: str, kept: Mapping[int, str], known: list[str], costs: Any, limit: float) -> float:
-    """Certainty that the nearest is nearer than the next; for a new object it grows with the distance of all."""
+    """Confidence of a match, growing with the gap between the cost of the matched object and that of the
+    next; 0.9 for a new object."""
     if i not in kept:
         return 0.9
     others = sorted(c for j, c in enumerate(costs[i]) if known[j] != name)

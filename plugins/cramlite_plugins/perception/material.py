@@ -29,7 +29,8 @@ def materials(priors: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def material(inputs: Inputs) -> Mapping[str, Any]:
-    """Return the materials of the models that an object may be, each with their summed confidence; or of its fixture."""
+    """Return the possible materials of an object: of the models that it may be, each with their summed
+    confidence; else of its fixture."""
     models = {m.name: m for m in inputs["models"]}
     kind = inputs.judged("type")
     looks = [(c.value, models[c.value].type, c.confidence) for c in inputs["candidates"] if c.value in models]

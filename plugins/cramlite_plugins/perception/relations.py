@@ -54,7 +54,8 @@ def _to_fixture(points: Any, thing: Thing, parameters: Mapping[str, float]) -> I
 
 
 def _hangs(local: Floats, points: Floats, thing: Thing, peg: Any, parameters: Mapping[str, float]) -> bool:
-    """Points near the peg's axis, and most of them below it."""
+    """Whether an object hangs on a peg: it has points near the peg's axis, and most of its points are
+    below that."""
     import numpy as np
 
     tip = thing.feature("vrps:Tip")
@@ -83,7 +84,8 @@ def _inside(local: Floats, size: Mapping[str, float]) -> bool:
 
 
 def _to_others(number: int, objects: Sequence[Mapping[str, Judged]], camera: Any) -> Iterator[Fact]:
-    """Directions to the others within 0.4 m in the image plane: the axis along which they are further apart."""
+    """Directions from an object to others within 0.4 m in the image plane, each along the axis on which
+    the two are further apart."""
     import numpy as np
 
     own = _centre(objects[number - 1], camera)

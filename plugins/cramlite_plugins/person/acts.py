@@ -1,5 +1,5 @@
-"""Actions of a person with one hand: each looks where things are, and first grasps the things that it
-needs."""
+"""Actions of a person with one hand: each looks where the things are, and first grasps the things that it
+moves."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def _by(person: Performer, way: Floats | tuple[float, float, float], speed: floa
 
 
 def carry(person: Performer, world: World, thing: Thing, to: Thing | None) -> None:
-    """Carry a thing upright over another one; aside, where none is named."""
+    """Carry a thing upright over another one; a random distance aside if no other one is named."""
     _lifted(person, world, thing)
     now = upright(person.pose(thing.name))
     if to is None:
@@ -119,7 +119,7 @@ def release(person: Performer, world: World, thing: Thing) -> None:
 
 
 def withdraw(person: Performer, world: World) -> None:
-    """Move the hand straight back."""
+    """Withdraw the hand straight back, against its pointing direction."""
     back = person.aim * Pose((0, 0, -person.between(0.12, 0.18)))
     person.move([back], person.between(0.15, 0.3))
     person.wait(person.between(0.2, 0.5))
@@ -174,7 +174,8 @@ def pour(person: Performer, world: World, vessel: Thing, into: Thing) -> None:
 
 
 def _tilting(person: Performer) -> tuple[Floats, Floats]:
-    """Axis to tilt about, and the way that the lip is from the vessel's middle: both level (3,), the hand beside the stream."""
+    """Axis to tilt a vessel about, and direction from its middle to the lip: both level (3,), chosen so
+    that the hand is beside the stream."""
     level = np.array(person.tool().rotate((0, 0, 1))) * (1, 1, 0)
     if np.linalg.norm(level) < 0.5:  # a hand from above turns with the vessel, to the side of a finger
         level = np.array(person.tool().rotate((1, 0, 0))) * (1, 1, 0)
@@ -231,7 +232,8 @@ def push(person: Performer, world: World, thing: Thing, distance_m: float = 0.06
 
 
 def _pushing_poses(person: Performer, thing: Thing, way: Floats) -> list[Pose]:
-    """Two poses, half a turn apart, of a hand that points down, its closed fingers about to push a thing a way."""
+    """Two poses, half a turn apart, of a hand that points down and is about to push a thing in a direction
+    with closed fingers."""
     pose = person.pose(thing.name)
     bottom, top = pose.position[2] + lowest(thing, pose), support(thing, pose, UP)
     back = support(thing, Pose((0, 0, 0), pose.quaternion), -way) + BESIDE + KNUCKLE
@@ -295,7 +297,7 @@ def roam(person: Performer, world: World) -> None:
 
 
 def _threading(person: Performer, world: World, thing: Thing, hanger: Thing) -> Scene:
-    """Parts of a thread: an object with a hole, and the peg that it is on, or comes on."""
+    """Scene for threading a hole on or off a peg: an object with a hole, and a hanger with a peg."""
     hole, peg = thing.feature("vrps:Hole"), hanger.feature("vrps:Peg")
     if hole is None or peg is None:
         lacks = f"'{thing.name}' has no hole (vrps:Hole)" if hole is None else f"'{hanger.name}' has no peg (vrps:Peg)"
@@ -311,7 +313,7 @@ def extract(person: Performer, world: World, thing: Thing, hanger: Thing) -> Non
 
 
 def insert(person: Performer, world: World, thing: Thing, hanger: Thing) -> None:
-    """Thread the hole of a held thing onto a peg."""
+    """Thread the hole of a thing onto a peg, with the thing lifted first."""
     scene = _threading(person, world, thing, hanger)
     _lifted(person, world, thing)
     face(person, scene)

@@ -1,4 +1,4 @@
-"""Where a person's hand begins a list of tasks: in front of the things, pointing forward and down."""
+"""Start pose of a person's hand for a list of tasks: in front of the things, pointing forward and down."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ def width_from_above(thing: Thing) -> float:
 
 def waiting(scene: Scene, rng: np.random.Generator) -> Pose:
     """Choose the pose at which the other hand waits: in front, pointing down, on the side of the things
-    that it may take."""
+    that this hand may take."""
     side = np.cross(scene.facing, (0.0, 0.0, 1.0)) * rng.choice([-1.0, 1.0]) * rng.uniform(0.28, 0.4)
     others = [np.subtract(t.pose.position, scene.product.pose.position) for t in _for_other_hand(scene)]
     if others and float(np.sum(others @ side)) < 0:
@@ -48,7 +48,7 @@ def waiting(scene: Scene, rng: np.random.Generator) -> Pose:
 
 
 def be_busy(person: Performer, scene: Scene) -> None:
-    """Make the other hand take something else up and put it back, while this one acts."""
+    """Make the other hand pick another thing up and put it back, while the acting hand goes on."""
     others = _for_other_hand(scene)
     if person.other is None or not others:
         return
@@ -72,7 +72,7 @@ def be_busy(person: Performer, scene: Scene) -> None:
 
 
 def _for_other_hand(scene: Scene) -> list[Thing]:
-    """Things that the other hand can take without being in the way of the acting hand."""
+    """Things that the other hand can take far away from the acting hand."""
     own = scene.product
     far = [t for t in scene.world.things if np.hypot(*np.subtract(t.pose.position, own.pose.position)[:2]) > CLEAR]
     return [t for t in far if t.movable and t is not own and width_from_above(t) <= WIDEST]
@@ -109,7 +109,7 @@ def hand_over(person: Performer, scene: Scene, hold: Pose, take: Pose) -> None:
 
 
 def _get_out_of_the_way(person: Performer, scene: Scene) -> None:
-    """The hand that gave goes on, away from where the thing is brought to."""
+    """Move the hand that has handed its thing over aside, away from where the thing is taken next."""
     assert person.other is not None
     here = np.array(person.other.aim.position)
     off = here - scene.hanger.pose.position if scene.stands else here - scene.container.pose.position

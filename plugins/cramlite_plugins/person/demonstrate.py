@@ -22,7 +22,7 @@ from .person import Person
 
 
 def demonstrate(world: World, shown: Sequence[Shown], *, seed: int, rate: float = 50.0) -> Rollout:
-    """Record a person performing scripts in a world, one after the other, until one does not come off.
+    """Record a person performing scripts in a world, one after the other, until one fails.
 
     Args:
         world: with the things that the scripts need; robots are left out.
@@ -52,7 +52,7 @@ def demonstrate(world: World, shown: Sequence[Shown], *, seed: int, rate: float 
 
 
 def _performed(performance: Performance, person: Person) -> str:
-    """Perform a script; why it did not come off, "" where it did."""
+    """Perform a script; return why it failed, "" if it succeeded."""
     try:
         performance.act(person)
     except WristTooFar as too_far:
@@ -61,7 +61,7 @@ def _performed(performance: Performance, person: Person) -> str:
 
 
 def _beginning(world: World, shown: Sequence[Performance], rng: np.random.Generator, rate: float) -> Person:
-    """A person whose hands touch nothing yet: as the first script begins.
+    """Person at the start of the first script, with hands that touch nothing.
 
     Raises:
         UserError: there is no room for a hand where it begins.

@@ -72,7 +72,7 @@ def _grips(thing: Thing, pose: Pose, ahead: Floats) -> Iterator[PersonGrip]:
 
 
 def _by_handle(thing: Thing, pose: Pose) -> Iterator[PersonGrip]:
-    """Across a handle's bar, upright or level, straight against the way that the handle points."""
+    """Grasps across a handle's bar, upright or level, approaching against the handle's outward direction."""
     handle = thing.feature("cram:Handle")
     if handle is None:
         return
@@ -83,7 +83,7 @@ def _by_handle(thing: Thing, pose: Pose) -> Iterator[PersonGrip]:
 
 
 def _by_body(thing: Thing, pose: Pose, ahead: Floats) -> Iterator[PersonGrip]:
-    """Around the whole body, else around one of its parts."""
+    """Grasps around the whole body of a thing, then around its single parts."""
     if thing.joint is not None:  # a drawer or a door is moved by its handle
         return
     body = [g for g in thing.geoms if not g.part] or list(thing.geoms)
@@ -104,7 +104,8 @@ def _preferred(thing: Thing, pose: Pose, hole: Feature | None, ahead: Floats) ->
 
 
 def _around(low: Floats, high: Floats, pose: Pose, hole: Feature | None, ways: list[Floats]) -> Iterator[PersonGrip]:
-    """Grasps of a box (its corners in the thing's frame), the ways in order, the narrow side first."""
+    """Grasps of a box (its corners in the thing's frame) from given directions, in their order, the narrow
+    side first."""
     size = np.subtract(high, low)
     for way in ways:
         local = pose.inverse().rotate(way)

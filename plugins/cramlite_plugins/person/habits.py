@@ -67,7 +67,7 @@ def draw_pace_and_tremor(person: Performer) -> None:
 
 
 def pause(person: Performer, own: Habits) -> None:
-    """Wait for a moment, if the person does."""
+    """Wait for a moment, if that was drawn as a habit of the person."""
     if person.rng.random() < own.pause:
         person.wait(person.between(0.25, 0.8))
 
@@ -97,7 +97,7 @@ def go_wrong(person: Performer, scene: Scene, grasp: Pose) -> None:
 
 
 def be_interrupted(person: Performer) -> None:
-    """Stop with the payload, take it half a step back, wait, and go on."""
+    """Stop with the payload, move a few centimetres aside, wait, and move back."""
     here = person.aim
     away = Pose(tuple(np.add(here.position, person.rng.uniform(-0.06, 0.06, 3))), here.quaternion)
     person.move([away], person.between(0.1, 0.2))
@@ -117,14 +117,14 @@ def take_again(person: Performer, scene: Scene, grasp: Pose) -> None:
 
 
 def detour(person: Performer) -> None:
-    """Move the payload along a detour."""
+    """Move the payload to a point beside its direct way."""
     side = np.array([person.between(-0.08, 0.0), person.between(-0.08, 0.08), person.between(-0.02, 0.08)])
     goal = Pose(tuple(np.add(person.aim.position, side)), person.aim.quaternion)
     person.move([goal], person.between(0.15, 0.3))
 
 
 def put_down_and_take(person: Performer, scene: Scene, grasp: Pose) -> None:
-    """Put the payload on the nearest surface, let go, step back, and grasp it again."""
+    """Put the payload on the nearest surface, let go, move back, and grasp it again."""
     support, top = nearest_top(person, scene)
     put_down(person, scene, support, top, grasp)
     person.grip(min(extent(scene, grasp) + 0.02, OPENING), person.between(0.3, 0.5))
@@ -167,13 +167,13 @@ def put_down(person: Performer, scene: Scene, support: Thing, top: Feature, gras
 
 
 def _upright(pose: Pose) -> Pose:
-    """The same place and heading, z up."""
+    """Pose at the same position with z up and its x direction kept in the plan view."""
     x = pose.rotate((1, 0, 0))
     return Pose.from_axes(pose.position, (0, 0, 1), (x[0], x[1], 0.0))
 
 
 def _spot(person: Performer, scene: Scene, support: Thing, top: Feature) -> Floats:
-    """Spot on a surface: near the hand, away from its edge and from all things there."""
+    """Point on a surface: near the hand, away from the surface's edge and from all things on it."""
     frame = support.pose * top.pose
     x, y, _ = frame.inverse().apply(person.aim.position)
     room = [max(top.size[k] / 2 - 0.09, 0.0) for k in ("width", "depth")]

@@ -1,4 +1,5 @@
-"""Hand movements of every demonstration: reach for the object, grasp it, move its hole along points."""
+"""Hand movements that all demonstrations share: reach for the object, grasp it, move its hole along
+points."""
 
 from __future__ import annotations
 
@@ -43,7 +44,8 @@ def close(person: Performer, width: float) -> None:
 
 
 def lead(person: Performer, scene: Scene, route: list[Floats], speed: float) -> None:
-    """Move the hole along points (3,) [m] in the world; the hand keeps its orientation, the hole's offset is seen."""
+    """Move the hole along points (3,) [m] in the world; the hand keeps its orientation, and the hole's
+    offset from it is measured first."""
     hole = np.array((person.pose(scene.product.name) * scene.hole.pose).position)
     offset = np.array(person.tool().position) - hole
     person.move([Pose(tuple(p + offset), person.aim.quaternion) for p in route], speed)

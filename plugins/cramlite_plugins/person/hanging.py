@@ -57,7 +57,8 @@ def face(person: Performer, scene: Scene) -> None:
 
 
 def _hand_for(person: Performer, scene: Scene, hole: Floats) -> Pose:
-    """Aim of the hand for the hole to be at a point, facing along the peg with its top upwards.
+    """Target pose of the hand that brings the hole to a point, the object's front along the peg and its top
+    upwards.
 
     What the hand lags behind its aim (a load pulls it down) is corrected.
     """
@@ -82,7 +83,8 @@ def thread(person: Performer, scene: Scene) -> None:
 
 
 def leave(person: Performer, scene: Scene, grasp: Pose) -> None:
-    """Open the fingers as far as is needed, withdraw the way the hand points, and wait until all is quiet."""
+    """Open the fingers as far as needed, withdraw the hand against its pointing direction, and wait until
+    nothing moves."""
     person.wait(person.between(0.1, 0.3))
     person.grip(min(extent(scene, grasp) + person.between(*FREE), OPENING), person.between(0.3, 0.6))
     person.wait(0.2)

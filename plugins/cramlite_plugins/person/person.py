@@ -188,7 +188,7 @@ class Person:
         self.limb.opening = opening
 
     def wait(self, seconds: float) -> None:
-        """Keep still for a time [s], but for drift and tremor."""
+        """Keep still for a time [s], except for drift and tremor."""
         for _ in _fractions(seconds):
             self._follow(self.aim, self.opening)
 

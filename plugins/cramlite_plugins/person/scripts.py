@@ -25,7 +25,7 @@ Act = Callable[[Performer, Scene, Pose], None]
 
 
 class Script(Value):
-    """A demonstration of one object with a hole, a peg, and the object's support or container.
+    """Demonstration of one object with a hole, on or off a peg, onto or from its support or container.
 
     Args:
         see: what the person makes out in the world.
@@ -42,7 +42,7 @@ class Script(Value):
     both_hands: bool = False
 
     def prepare(self, world: World, _fillers: Mapping[str, Any], rng: np.random.Generator) -> Performance:
-        """Look at the world, and decide where the hand will close."""
+        """Look at the world, and choose the grasp."""
         scene = self.see(world)
         grasp = _grasp(scene, rng)
         hands = [grasp, *([from_above(scene.product.pose, scene.product)] if self.both_hands else [])]
@@ -73,7 +73,8 @@ def _grasp(scene: Scene, rng: np.random.Generator) -> Pose:
 
 
 def _start(scene: Scene, grasp: Pose, rng: np.random.Generator) -> Pose:
-    """Start pose of a hand: in front of the shelf, as of a person at ease, turned a little."""
+    """Random start pose of a hand: in front of the object, where a relaxed person holds it, turned a
+    little."""
     side = np.cross(scene.facing, (0, 0, 1))
     place = np.array(grasp.position) + scene.facing * rng.uniform(0.22, 0.35)
     sideways, up = rng.uniform(-0.2, 0.2), rng.uniform(-0.12, 0.08)

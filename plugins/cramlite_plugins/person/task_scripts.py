@@ -1,4 +1,4 @@
-"""Scripts of single tasks by a person with one hand, and the checks that tell that one did not come off.
+"""Scripts of single tasks by a person with one hand, and the checks that say whether one failed.
 
 Parking an arm, driving, looking at and looking for have none: they need joints, a base, and a camera, and a hand has none of them.
 """
@@ -54,7 +54,7 @@ def _moved(share: float) -> Missed:
 
 
 def _script(act: Callable[..., None], *roles: str, missed: Missed | None = None, also: tuple[str, ...] = ()) -> Prepare:
-    """The script of a task.
+    """Make the function that prepares a task's script.
 
     Args:
         act: called with person, world, the things of the roles, and those parameters of the task that it knows.
@@ -76,7 +76,7 @@ def _script(act: Callable[..., None], *roles: str, missed: Missed | None = None,
 
 
 def _thing(world: World, fillers: Fillers, role: str) -> Thing | None:
-    """Filler of a role, as a whole."""
+    """Thing that fills a role; of a filler that is a part, its whole thing."""
     name = fillers.get(role.rstrip("?"))
     if name is None and role.endswith("?"):
         return None

@@ -74,7 +74,7 @@ def hang(person: Performer, scene: Scene, grasp: Pose, *, distracted: bool = Fal
 
 
 def step_back(person: Performer, scene: Scene) -> None:
-    """Move the object away from the wall, where the other hand has room."""
+    """Move the object away from the wall, to where the other hand has room."""
     back = np.add(person.aim.position, scene.along * person.between(0.08, 0.12))
     person.move([Pose(tuple(back), person.aim.quaternion)], person.between(0.15, 0.3))
 

@@ -1,4 +1,4 @@
-"""Ways of a person's hand over the things between, and free spots to put things at."""
+"""Paths of a person's hand over the things in between, and free points to put things at."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def go(person: Performer, world: World, goal: Pose, speed: float, held: str = ""
 
 
 def _between(pose: Pose, thing: Thing, a: tuple[float, float, float], b: tuple[float, float, float]) -> bool:
-    """Whether a thing is near the straight line between two points, seen from above, and no floor."""
+    """Whether a thing is near the straight line between two points, seen from above."""
     half = half_extents(thing)[:2]
     start, way = np.array(a[:2]), np.subtract(b, a)[:2]
     length = float(way @ way)

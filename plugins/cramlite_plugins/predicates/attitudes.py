@@ -68,7 +68,7 @@ def faces(phase: Phase, name: str | None, other: str | None) -> Iterator[Row]:
 
 
 def _front(phase: Phase, name: str) -> Floats:
-    """The way that a thing's front looks, in its frame."""
+    """Direction of a thing's front, in its frame."""
     parts = [e for e in phase.timeline.entities.values() if e.part_of == name]
     return front([Feature(p.name, p.types[0], p.pose) for p in parts if p.types and p.pose is not None])
 

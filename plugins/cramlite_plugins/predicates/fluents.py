@@ -82,7 +82,7 @@ def is_part(_scene: SymbolicWorld, thing: str, part: str) -> bool:
 
 
 def in_chain(scene: SymbolicWorld, entity: str) -> bool:
-    """Evaluate chain(X) in a symbolic world: the hand, its payload, and the parts of that."""
+    """Evaluate chain(X) in a symbolic world: the hand, its payload, and the payload's parts."""
     return thing_of(entity) in {EFFECTOR, *scene.held}
 
 
@@ -107,7 +107,7 @@ def _supporting(scene: SymbolicWorld) -> Iterator[tuple[str, str]]:
 
 
 def _carried(scene: SymbolicWorld) -> Iterator[tuple[Thing, str]]:
-    """Things that hang, lie in a container on a joint, or stand, with their carrier."""
+    """Things that hang, stand, or lie in a container on a joint, each with the thing that bears it."""
     inside, boxes = {t.name: c.name for t, c in _contained(scene) if c.joint is not None}, _tops(scene)
     for thing in scene.world.things:
         below = _hanger(thing, scene) or inside.get(thing.name)
@@ -120,7 +120,7 @@ def _carried(scene: SymbolicWorld) -> Iterator[tuple[Thing, str]]:
 
 
 def _contained(scene: SymbolicWorld) -> Iterator[tuple[Thing, Thing]]:
-    """Things whose middle is in the cavity of another, with that one."""
+    """Pairs of a thing and a container whose cavity holds the thing's middle."""
     hollow = [(t, f) for t in scene.world.things for f in t.features if f.type == CAVITY]
     for thing in scene.world.things:
         for container, cavity in hollow:
@@ -160,7 +160,7 @@ def _stood_on(thing: Thing, scene: SymbolicWorld) -> str | None:
 
 
 def _leans_on(thing: Thing, below: list[Thing], within: float = STANDS_WITHIN) -> str | None:
-    """Support of a thing that stands on no surface: the nearest below it, if as good as touched, within a distance [m]."""
+    """Support of a thing that stands on no surface: the nearest thing below it, if within a distance [m]."""
     found = min(((abs(room_under(thing, thing.pose, b, b.pose)), b.name) for b in below), default=(math.inf, ""))
     return found[1] if found[0] < within else None
 

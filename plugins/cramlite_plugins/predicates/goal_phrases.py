@@ -36,7 +36,7 @@ STANDS = ("is", "hangs", "stands", "lies")
 
 
 def let_go(thing: str) -> frozenset[Pattern]:
-    """Return the patterns that may not hold of a released thing: a grasp of it, and contact with the hand."""
+    """Return the facts that must not hold of a released thing: a grasp of it, and contact with the hand."""
     return frozenset({("grasps", None, thing), ("touches", EFFECTOR, thing)})
 
 
@@ -56,7 +56,7 @@ def _on(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
 def _amid(scene: SymbolicWorld, thing: str, place: str, amount: str) -> GoalCondition:
     """Goal of a thing on a whole other one, their origins at most a distance apart, seen from above."""
     if place != thing_of(place):
-        raise UserError(f"'on ... within' is said of a whole thing: '{thing_of(place)}'.")
+        raise UserError(f"'on ... within' needs a whole thing, not a part: '{thing_of(place)}'.")
     most = _quantity(amount, "length")
     apart = math.dist(*(scene.world.thing(name).pose.position[:2] for name in (thing, place)))
     near = {"near": place, "within": f"{max(most - SHIFTS, most / 2):.4f} m"}
@@ -76,7 +76,7 @@ def _quantity(amount: str, kind: str) -> float:
 def _off(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
     """Goal of leaving a place; the thing may be in the hand."""
     if place != thing_of(place):
-        raise UserError(f"'off' is said of a whole thing: '{thing_of(place)}'.")
+        raise UserError(f"'off' needs a whole thing, not a part: '{thing_of(place)}'.")
     return GoalCondition(without=frozenset(_on(scene, thing, place).needs))
 
 
@@ -108,7 +108,8 @@ def _at_region(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
 
 
 def _poured_into(scene: SymbolicWorld, source: str, destination: str) -> GoalCondition:
-    """Goal of pouring: the first vessel is lifted, though the rule does not ask for it."""
+    """Goal of pouring: its facts include that the source vessel is lifted, though the rule does not ask
+    for that."""
     if source not in {t.name for t in scene.filled()}:
         raise UserError(f"'{source}' holds nothing that could be poured.")
     return GoalCondition(frozenset({("contains", destination, contents(source))}), frozenset({("supports", None, source)}))
@@ -157,7 +158,8 @@ def _jointed(thing: Thing) -> bool:
 
 
 def _is_hollow(scene: SymbolicWorld, _thing: str, place: str) -> bool:
-    """Whether things go into a place rather than onto it, where people say neither."""
+    """Whether a place is deep enough that things go into it rather than onto it, where a sentence says
+    neither."""
     part = EntityName.parse(place).part
     deep = [f for f in scene.world.thing(thing_of(place)).features if f.type == CAVITY and part in ("", None, f.name)]
     return any(f.size.get("height", 0.0) > DEEP for f in deep)

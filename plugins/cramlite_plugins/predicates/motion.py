@@ -170,7 +170,8 @@ def _smoothed(times: Floats, values: Floats) -> Floats:
 
 
 def _swings(times: Floats, values: Floats) -> int:
-    """The longest row of stretches between turns, each of SWUNG at least (by how turns are found) and within SWING."""
+    """Most turns in a row that follow each other within SWING; each stretch between turns is at least
+    SWUNG long (see ``_turns``)."""
     best = row = 0
     for one, other in pairwise(_turns(values.tolist())):
         row = row + 1 if times[other] - times[one] <= SWING else 0
@@ -195,14 +196,14 @@ def _turns(values: list[float]) -> list[int]:
 
 
 def gripper_closed(phase: Phase) -> Iterator[Row]:
-    """Evaluate gripper_closed(): at the instant, or all through."""
+    """Evaluate gripper_closed(): at the instant, or during the whole phase."""
     share = _share(phase)
     if share is not None and share[1] < CLOSED:
         yield ()
 
 
 def gripper_open(phase: Phase) -> Iterator[Row]:
-    """Evaluate gripper_open(): at the instant, or all through."""
+    """Evaluate gripper_open(): at the instant, or during the whole phase."""
     share = _share(phase)
     if share is not None and share[0] > OPENED:
         yield ()
@@ -239,7 +240,8 @@ def joint_share(phase: Phase, thing: str | None) -> Iterator[Row]:
 
 
 def parked(phase: Phase) -> Iterator[Row]:
-    """Evaluate parked(): against the episode's extra "park", the park state's joint values [rad]."""
+    """Evaluate parked(): the joint positions against those of the park posture, from the episode's extra
+    "park" [rad]."""
     extras = phase.episode.extras
     if {"joints", "times", "park"} <= set(extras) and extras["joints"].ndim == 2:
         joints = _values_over(extras["times"], extras["joints"], phase)
@@ -255,7 +257,8 @@ def _candidates(phase: Phase, thing: str | None) -> list[str]:
 
 
 def _values_over(times: Floats, values: Floats, phase: Phase) -> Floats:
-    """The values of a signal that holds between samples, over the phase: from the last sample before it."""
+    """Values over the phase of a signal that holds between samples, beginning with the last sample before
+    the phase."""
     first = max(int(times.searchsorted(phase.start, side="right")) - 1, 0)
     return values[first : max(int(times.searchsorted(phase.end, side="left")), first + 1)]
 
@@ -296,7 +299,8 @@ def _find_opening(phase: Phase) -> tuple[Floats, Floats] | None:
 
 
 def _share(phase: Phase) -> tuple[float, float] | None:
-    """Least and largest opening in the phase as shares of the widest one known."""
+    """Least and largest opening in the phase, as shares of the widest opening that the recording states or
+    shows."""
     opening = _opening(phase)
     if opening is None:
         return None

@@ -38,7 +38,7 @@ def tips(timeline: Timeline) -> tuple[str, ...]:
 
 
 def pose_of(phase: Phase, name: str, time: float) -> Pose | None:
-    """Return the pose of an entity in the world frame; one that is tracked nowhere is looked up once."""
+    """Return the pose of an entity in the world frame; that of an untracked one is looked up only once."""
     timeline = phase.timeline
     if name not in timeline.entities and name not in phase.episode.tracks:
         return None
@@ -91,8 +91,8 @@ def distance_to_box(phase: Phase, name: str, other: str, time: float) -> float |
 
 
 def _gaps_at_boundaries(phase: Phase, name: str, other: str) -> dict[float, float | None]:
-    """The distances at all boundaries of the timeline at once; the same that ``_distance`` gives one by one.
-    Nothing for parts: they follow their whole."""
+    """Distances of ``_distance`` at all boundaries of the timeline, computed at once; empty for parts,
+    which follow their whole."""
     mine, its = _at_boundaries(phase, name), _at_boundaries(phase, other)
     if mine is None or its is None:
         return {}

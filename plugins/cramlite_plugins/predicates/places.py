@@ -97,7 +97,8 @@ def flat(phase: Phase, name: str | None) -> Iterator[Row]:
 
 
 def approaches(phase: Phase, name: str | None) -> Iterator[Row]:
-    """Evaluate approaches(Thing): distance to its box at the end against that at the start."""
+    """Evaluate approaches(Thing): the hand's distance to the thing's box is smaller at the end of the
+    phase than at the start."""
     for other in [name] if name is not None else things(phase):
         before, after = _from_hand(phase, other, phase.start), _from_hand(phase, other, phase.end)
         if before is not None and after is not None and before - after > APPROACHED:
@@ -130,8 +131,8 @@ def between_fingers(phase: Phase, name: str | None) -> Iterator[Row]:
 
 
 def _between_pads(phase: Phase) -> list[tuple[Floats, Floats]]:
-    """Lines between two fingers: between the middles of their pads, and, of pads of known size, between their edges and on to their ends;
-    pairs of points (3,)."""
+    """Lines between two fingers, as pairs of points (3,): between the middles of their pads; of pads of
+    known size also between their edges and towards their ends."""
     names = tips(phase.timeline)[:2]
     poses = [p for n in names if (p := pose_of(phase, n, phase.end)) is not None]
     if len(poses) < 2:
@@ -194,12 +195,14 @@ def _in_cavity(point: Vector3, size: Mapping[str, float]) -> bool:
 
 
 def in_region(phase: Phase, name: str | None, region: str | None) -> Iterator[Row]:
-    """Evaluate in_region(Thing, Region): in which of the cavities and areas of a thing another is, by that one's origin."""
+    """Evaluate in_region(Thing, Region): the origin of the thing is in the cavity or over the area of
+    another thing."""
     yield from in_region_by(phase, name, region, 0.0)
 
 
 def in_region_by(phase: Phase, name: str | None, region: str | None, margin: float) -> Iterator[Row]:
-    """Generate the rows of in_region(Thing, Region) that would hold as well with the origin so far aside on each axis of the region [m]."""
+    """Generate the rows of in_region(Thing, Region) that hold even if the origin is moved by a margin
+    along each axis of the region [m]."""
     moved = margin * np.vstack([np.zeros(3), np.eye(3), -np.eye(3)])
     for type_ in extents.REGIONS:
         for place in phase.timeline.entities_of(type_):
@@ -231,8 +234,8 @@ def distance_seen_from_above(phase: Phase, name: str | None, other: str | None) 
 
 
 def recedes(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
-    """Evaluate recedes(Thing, Place): Thing moves by ELSEWHERE, and its origin comes no nearer to Place's box, nor, seen from above, to its
-    middle."""
+    """Evaluate recedes(Thing, Place): Thing moves by ELSEWHERE, and its origin comes no nearer to the box
+    of Place, nor, seen from above, to the middle of Place."""
     for one in [name] if name is not None else things(phase):
         poses = [pose_of(phase, one, t) for t in (phase.start, phase.end)]
         if None in poses or math.dist(*(p.position for p in poses if p is not None)) < ELSEWHERE:
@@ -282,7 +285,8 @@ def apart(one: Pose, box: Box, other: Pose, its: Box) -> float:
 
 
 def _flat(pose: Pose) -> Floats:
-    """(2, 2) horizontal axes of a frame: of its two flattest axes the first, and the one across it."""
+    """(2, 2) horizontal axes of a frame: its most horizontal axis, projected and of unit length, and the
+    direction across it."""
     axes = pose.rotation.T
     x = axes[int(np.argmin(np.abs(axes[:, 2])))][:2]
     x = x / np.linalg.norm(x)
@@ -290,7 +294,7 @@ def _flat(pose: Pose) -> Floats:
 
 
 def _upright(corners: Floats, pose: Pose) -> tuple[Floats, Floats]:
-    """Lowest and highest of corners along the horizontal axes of a frame, from its origin."""
+    """Lowest and highest coordinates of corners along the horizontal axes of a frame, from its origin."""
     seen = (corners[:, :2] - np.asarray(pose.position)[:2]) @ _flat(pose)
     return seen.min(axis=0), seen.max(axis=0)
 
@@ -312,7 +316,7 @@ def in_view(phase: Phase, name: str | None) -> Iterator[Row]:
 
 
 def _hidden(phase: Phase, name: str, eye: Pose) -> bool:
-    """Whether another thing is before each point of a thing that is looked at, at the end of a phase."""
+    """Whether other things hide every point of a thing from a camera at the end of a phase."""
     pose, box = pose_of(phase, name, phase.end), box_of(phase, name)
     assert pose is not None
     inside = np.array([(0.0, 0.0, 0.0), *(itertools.product(*zip(*box, strict=True)) if box else ())]) * DRAWN_IN

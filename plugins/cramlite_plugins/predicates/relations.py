@@ -146,7 +146,8 @@ def contains(phase: Phase, _container: str | None, _content: str | None) -> Iter
 
 
 def touches(phase: Phase, _a: str | None, _b: str | None) -> Iterable[Row]:
-    """Evaluate touches(A, B), from soma:ContactState, both ways round; a contact of a part is one of the whole."""
+    """Evaluate touches(A, B), from soma:ContactState, in both orders; a part's contact counts as one of
+    its whole."""
     if "touches" not in phase.situation:
         phase.situation["touches"] = tuple(_contact_rows(phase, phase.states("soma:ContactState")))
     return phase.situation["touches"]  # type: ignore[no-any-return]
@@ -249,7 +250,8 @@ def _contact_rows(phase: Phase, states: Iterable[object]) -> Iterator[Row]:
 
 
 def _lifted(phase: Phase, a: str, b: str) -> Iterable[tuple[str, str]]:
-    """The pair, and each pair of wholes that they are parts of; nothing is related to its own parts."""
+    """Pairs of two related entities and of the wholes that they are parts of, without pairs of a thing and
+    its own part."""
     known = phase.timeline.memo
     key = ("lifted", a, b)
     if key not in known:

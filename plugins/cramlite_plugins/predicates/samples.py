@@ -1,4 +1,5 @@
-"""Window queries on sampled signals: the samples of an action or instant, found once for all boundaries of a timeline."""
+"""Window queries on sampled signals: the samples in an action or at an instant, found once for all
+boundaries of a timeline."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Reasons why predicates cannot be judged: gaps of a recording for which closed world would say "false"."""
+"""Reasons why predicates cannot be evaluated: gaps of a recording, in which the closed world assumption
+would say "false"."""
 
 from __future__ import annotations
 
@@ -22,7 +23,7 @@ def no_pose_of(phase: Phase, *names: str | None) -> str | None:
 
 
 def no_hand(phase: Phase, *_names: str | None) -> str | None:
-    """Return the clause of an unknown position of the hand."""
+    """Return the reason why the position of the hand is unknown; None if it is known."""
     return no_pose(phase)
 
 
@@ -40,7 +41,7 @@ def no_fingers(phase: Phase, *_names: str | None) -> str | None:
 
 
 def no_effector(phase: Phase, _name: str | None) -> str | None:
-    """Return "who acts" if no effector of the recording is known."""
+    """Return "who acts", the reason of an unknown predicate, if no effector of the recording is known."""
     known = phase.episode.effector is not None or phase.timeline.entities_of("soma:PrehensileEffector")
     return None if known else "who acts"
 

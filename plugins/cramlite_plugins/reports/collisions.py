@@ -36,7 +36,7 @@ class Pair(Value):
 
     @property
     def least(self) -> Entry:
-        """Refusal with the least overlap, which is the one that is drawn."""
+        """Refusal with the smallest overlap of the pair, the one that is drawn."""
         return self.entries[0]
 
     @property
@@ -57,7 +57,7 @@ class Pair(Value):
 
 
 class Drawing(Value):
-    """Drawing of the least collision of a pair, as a data URI."""
+    """Drawing of the smallest overlap of two bodies in the refusals of a search, as a data URI."""
 
     pair: Pair
     uri: str

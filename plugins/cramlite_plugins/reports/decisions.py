@@ -16,14 +16,14 @@ WHOLE = ("twin", "proof", "budget", "stop")
 
 
 class Branch(Value):
-    """Alternative that was tried, with the decisions below it and its outcome."""
+    """Alternative that was tried, with the decisions that followed from it, and its outcome."""
 
     entry: Entry
     decisions: tuple[Decision, ...]
 
 
 class Decision(Value):
-    """Decision about one designator that came up.
+    """Decision about one designator: which alternative was chosen, and which were refused or failed.
 
     Args:
         asked: the question.
@@ -41,17 +41,18 @@ class Decision(Value):
 
     @property
     def asks(self) -> bool:
-        """Whether a designator is asked for, which has one place on the page; else it is a remark on a goal or a task sequence."""
+        """Whether the decision resolves a designator, which has an anchor on the page; others are remarks
+        on a goal or a task sequence."""
         return self.asked.kind not in ("goal", "sequence")
 
     @property
     def task(self) -> bool:
-        """Whether the decision is about a task of the plan, or about a rule for tasks."""
+        """Whether the decision is about a task of the plan, or about a control rule around tasks."""
         return of_plan(self.asked)
 
 
 class CandidateDecisions(Value):
-    """Decisions of one candidate task sequence in order, and its proofs, each behind its runs in twins."""
+    """Decisions of one candidate task sequence in order, and its proofs, each after the runs of its twins."""
 
     number: int
     decisions: tuple[Decision, ...]
@@ -64,7 +65,7 @@ class CandidateDecisions(Value):
 
     @property
     def refusals(self) -> int:
-        """Return the number of refusals in its decisions."""
+        """Return the number of refusals in the candidate's decisions."""
         return sum(len(d.refused) for d in self.decisions)
 
 
@@ -91,7 +92,8 @@ def _attempt(number: int, entries: Sequence[Entry]) -> CandidateDecisions:
 
 
 def _chain(asked: Iterable[Entry], children: Mapping[int, list[Entry]]) -> tuple[Decision, ...]:
-    """Decisions along the last alternative of each question: the path that the search ended on.
+    """Decisions along the last alternative of each designator: the path of choices with which the search
+    ended.
 
     A loop, not a recursion: paths are long, while alternatives within alternatives are few.
     """
@@ -112,5 +114,5 @@ def _chain(asked: Iterable[Entry], children: Mapping[int, list[Entry]]) -> tuple
 
 
 def path(attempt: CandidateDecisions) -> dict[str, Entry]:
-    """Return designator -> the alternative that the candidate ended on."""
+    """Return designator -> the alternative that was chosen for it when the candidate ended."""
     return {d.asked.designator: d.chosen for d in attempt.decisions if d.chosen is not None}

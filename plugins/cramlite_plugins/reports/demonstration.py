@@ -1,4 +1,5 @@
-"""Picture of the demonstration: its states and actions over time, the reading that was used, and the best other one."""
+"""Diagram of the demonstration: its states and actions over time, the reading that was used, and the best
+other one."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ MARKS: Mapping[str, tuple[str, str]] = {
 
 
 class GoalRow(Value):
-    """Part of a goal on the page.
+    """Part of a goal, as the report shows it.
 
     Args:
         says: the part in words.
@@ -69,5 +69,5 @@ def _rows(done: Finished) -> Iterator[GoalRow]:
 
 
 def _mark(answer: GoalAnswer, finding: Finding | None) -> tuple[str, str]:
-    """Mark of a part of the goal: a measurement counts for more than a plan."""
+    """Sign that marks a part of the goal as met or not: a failed measurement overrides the plan."""
     return ("✗", "bad") if finding is not None and not finding.passed else MARKS[answer.answer]

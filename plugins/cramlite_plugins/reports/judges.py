@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Measured(Value):
-    """Finding with its numbers in units that people read, and the share of the limit that was used."""
+    """Finding with value and limit in convenient units, and the value's share of the limit."""
 
     finding: Finding
     value: str
@@ -49,7 +49,7 @@ def render(done: Finished) -> str:
 
 
 def measured(finding: Finding) -> Measured:
-    """Convert a finding to the units that people read."""
+    """Convert the value and the limit of a finding to convenient units."""
     value, limit = finding.value, finding.limit
     share = value / limit if value is not None and limit and 0 <= value <= limit else None
     return Measured(finding, _number(value, finding.unit), _number(limit, finding.unit), share)

@@ -19,24 +19,27 @@ COMMENTS = ("#", "//", ";")
 
 
 def targets(done: Finished) -> frozenset[str]:
-    """Return the designators that have a place on the page: decisions of the candidate that is shown, and looks."""
+    """Return the designators that have an anchor on the page: those decided for the shown candidate, and
+    those of the robot's looks."""
     decided = {d.asked.designator for a in attempts(done.trace) if a.number == number_of(done) for d in a.decisions if d.asks}
     looks = done.setting.look.pictures if done.setting.look is not None else ()
     return frozenset(decided | {look_name(k) for k, _ in enumerate(looks, 1)})
 
 
 def look_name(number: int) -> str:
-    """Return the name of the steps towards a picture, from 1 (cramlite.perception.active_perception)."""
+    """Return the name of the task that takes a picture, numbered from 1, as
+    cramlite.perception.active_perception gives it."""
     return f"0.LookingFor_{number}"
 
 
 def target(designator: str, known: Collection[str]) -> str:
-    """Return the designator itself if it has a place, else the nearest one that it is part of; "" for none."""
+    """Return the designator itself if it has an anchor on the page, else the nearest enclosing designator
+    that has one; "" for none."""
     return next((name for name in enclosing_names(designator) if name in known), "")
 
 
 def lines_of(steps: Sequence[str]) -> Mapping[str, list[tuple[int, int]]]:
-    """Map designators to the first and last lines of their stretches of text.
+    """Return designator -> the first and last lines of each stretch of text that it produced.
 
     Args:
         steps: of each line, what it came from; "" for nothing.

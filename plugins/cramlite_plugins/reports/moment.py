@@ -63,7 +63,8 @@ def _seen(collision: Collision | None) -> Collision:
 
 
 def _things(done: Finished) -> tuple[str, ...]:
-    """The things that goals and refusals name, in the order of the world; none where all are meant."""
+    """Things named by goals and by the nearest refusal, in the order of the world; empty to show all
+    things."""
     nearest = nearest_miss(done.trace.entries)
     texts = [e.text for e in done.trace.entries if e.kind == "goal"] + ([nearest.designator, nearest.reason] if nearest else [])
     named = set(re.findall(r"\w+", " ".join(texts)))

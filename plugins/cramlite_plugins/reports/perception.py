@@ -21,7 +21,8 @@ QUALITY = 78
 
 
 class Seen(Value):
-    """Recognised object of a picture: its number in it, class and confidence, or why it was left out.
+    """Recognised object of a picture: its number in the picture, class and confidence, or why it was left
+    out.
 
     Args:
         name: under which it is believed; "" where it is not.

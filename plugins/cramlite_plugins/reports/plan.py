@@ -89,7 +89,7 @@ def _lane(used: bool, row: int, last: int) -> str:
 
 
 def _flat(actions: Iterable[object], depth: int = 0, rule: str = "") -> Iterator[tuple[Action, int, str]]:
-    """Actions with the rules around them, in order."""
+    """Actions and the control rules around them, each with its depth and branch, in the order of the plan."""
     for action in actions:
         if not isinstance(action, Action):
             continue
@@ -105,7 +105,7 @@ def _flat(actions: Iterable[object], depth: int = 0, rule: str = "") -> Iterator
 def _by_task(
     tasks: Sequence[tuple[Action, int, str]], decisions: Sequence[Decision]
 ) -> dict[str, tuple[tuple[Entry, Entry | None], ...]]:
-    """Decisions after each action came up and before the next one did."""
+    """Name of each action -> the decisions that follow it in the trace, up to the next action's."""
     found: dict[str, list[tuple[Entry, Entry | None]]] = {action.name: [] for action, _, _ in tasks}
     current = ""
     for decision in decisions:

@@ -51,7 +51,8 @@ def plot(title: str, unit: str, times: Floats, curves: dict[str, Floats], ticks:
 
 
 def _nice(low: float, high: float, zero: bool) -> tuple[float, float]:
-    """Round ends: the multiples of a 1-2-5 step around the values; a constant gets room on both sides."""
+    """Round limits of an axis: multiples of a 1-2-5 step around the values; a constant gets room on both
+    sides."""
     low = min(low, 0.0) if zero else low
     span = max(high - low, 1e-3 * max(abs(low), abs(high), 1.0))
     power = 10.0 ** math.floor(math.log10(span / 2))
@@ -61,7 +62,7 @@ def _nice(low: float, high: float, zero: bool) -> tuple[float, float]:
 
 
 def _path(times: Floats, values: Floats, low: float, high: float) -> str:
-    """Lowest and highest value of each stretch, so that no peak is lost."""
+    """SVG path of a curve from the lowest and the highest value of each stretch, so that no peak is lost."""
     x = (times - times[0]) / max(float(times[-1] - times[0]), 1e-9) * 1000
     y = 100 - (values - low) / (high - low) * 100
     keep: set[int] = {0, len(x) - 1}

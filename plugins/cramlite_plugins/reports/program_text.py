@@ -32,7 +32,7 @@ class ProgramLine(Value):
 
 
 class Block(Value):
-    """Block of lines that belong together: a task's code, or the lines before and around the tasks."""
+    """Consecutive lines of one task's code, or of the code before and after the tasks."""
 
     task: str
     lines: tuple[ProgramLine, ...]

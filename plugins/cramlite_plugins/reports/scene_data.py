@@ -1,4 +1,5 @@
-"""Scene data for the page's own renderer (templates/scene.js): triangles once, poses for every tick."""
+"""Scene data for the page's own renderer (templates/scene.js): triangles once, poses at every tick of the
+time axis."""
 
 from __future__ import annotations
 
@@ -61,7 +62,7 @@ def _packed(numbers: Floats) -> str:
 
 
 def _colours(times: Floats, tasks: Sequence[Span]) -> list[int]:
-    """The number of each tick's task colour."""
+    """Number of the colour at each tick of the time axis: that of the task that runs then."""
     numbers = np.zeros(len(times), int)
     for task in tasks:
         numbers[(times >= task.start) & (times <= task.end)] = int(colour(task.task)[1:])

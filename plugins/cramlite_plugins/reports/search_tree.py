@@ -42,7 +42,8 @@ class TaskStage(Value):
 
 
 class Bar(Value):
-    """Decision on the map of a search: shares of the largest cost (its square root) and refusals, and words."""
+    """Bar of a decision in the search map: square root of its cost and its refusals, as shares of the
+    largest, and a text."""
 
     designator: str
     cost: float
@@ -51,8 +52,8 @@ class Bar(Value):
 
 
 class CandidateRow(Value):
-    """Candidate as the page shows it; ``miss`` is its refusal nearest to a proof, ``anchors`` are the numbers of decisions
-    that links lead to, the last one of each designator."""
+    """Candidate as the page shows it; ``miss`` is its refusal nearest to a proof, ``anchors`` are the
+    numbers of the decisions that links lead to, the last one of each designator."""
 
     attempt: CandidateDecisions
     title: str
@@ -103,7 +104,7 @@ def _row(done: Finished, attempt: CandidateDecisions, titles: Sequence[Sequence[
 
 
 def _written(entries: Sequence[Entry]) -> str:
-    """Tasks that were reached, where the others are unknown."""
+    """Tasks in the trace of a candidate, for one whose complete task sequence is not known."""
     return " → ".join(dict.fromkeys(e.designator for e in entries if of_plan(e)))
 
 

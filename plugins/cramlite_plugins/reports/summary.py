@@ -46,12 +46,12 @@ def render(done: Finished) -> str:
 
 
 def _doubts(world: World) -> list[str]:
-    """Changes and guesses about robot and things."""
+    """Notes on what was changed or guessed about the robot and the things of a world."""
     return [*world.notes, *(f"thing '{t.name}': {note}" for t in world.things for note in t.notes)]
 
 
 def _substitutes(solution: Solution) -> frozenset[str]:
-    """Names of the objects for which a thing of none of the classes asked for was taken."""
+    """Names of the objects that were filled by a thing of another class than those asked for."""
     bindings, belief, classes = solution.candidate.bindings, solution.candidate.belief, solution.candidate.taxonomy
     found = set()
     for asked in (o for o in solution.plan.objects if o.types and not o.entity and o.name in bindings):
@@ -63,6 +63,7 @@ def _substitutes(solution: Solution) -> frozenset[str]:
 
 
 def _ran(rollout: Rollout) -> float | None:
-    """Length of the run [s], as validators say it; the recorded settling afterwards is longer."""
+    """Time until the last line of the program ran [s], as validators state it; the recording goes on while
+    things settle."""
     running = [time for time, line in zip(rollout.times, rollout.lines, strict=True) if line]
     return float(running[-1]) if running else None

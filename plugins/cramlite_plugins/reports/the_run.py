@@ -64,7 +64,8 @@ def render(done: Finished) -> str:
 
 
 def work(rollout: Rollout) -> str:
-    """Say which things the simulation computed contacts for, in shares of all contact points, and which slept; "" where it says nothing."""
+    """Say which things the simulation computed contacts for, as shares of all contact points, and which
+    slept; "" if the run does not tell."""
     total = sum(rollout.work.values())
     if not total:
         return ""
@@ -77,7 +78,8 @@ def work(rollout: Rollout) -> str:
 
 
 def _tick(rollout: Rollout) -> float:
-    """The time between positions of the slider [s]: a multiple of TICK, so that the page stays small."""
+    """Time between two positions of the slider [s]: a multiple of TICK, chosen so that the page stays
+    small."""
     bodies = BODIES + sum(int(centres.shape[1]) for centres in rollout.grains.values())
     duration = float(rollout.times[-1] - rollout.times[0])
     return TICK * math.ceil(duration / TICK * bodies / POSES)
@@ -106,7 +108,7 @@ def _marks(begin: float, end: float) -> list[tuple[str, float]]:
 
 
 def _where(code: Any, lines: Iterable[int]) -> dict[int, str]:
-    """Line -> the step that it belongs to."""
+    """Line -> the origin of the step whose code it is."""
     return {
         n: code.origins[max(k for k in code.origins if k <= n)]
         for n in set(lines)

@@ -15,5 +15,6 @@ ERRORS = SensorErrors(noise=0.1, precision=0.6, drift=0.005)
 
 
 def with_sensor(gripper: Gripper) -> Gripper:
-    """Return a gripper with the sensor's height and mass added: the flange carries both."""
+    """Return a gripper with the height and mass of the sensor added, as the sensor is between the flange
+    and the gripper."""
     return replace(gripper, tcp=Pose((0.0, 0.0, HEIGHT)) * gripper.tcp, mass=gripper.mass + MASS)

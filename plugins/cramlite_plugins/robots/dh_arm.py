@@ -120,7 +120,8 @@ def _body(i: int, dh: tuple[DhRow, ...], link: Link, joint: str, limit: tuple[fl
 
 
 def _inertial(row: DhRow, link: Link) -> str:
-    """Mass and inertia, moved from Denavit-Hartenberg frame i to the body frame."""
+    """Inertial element of a link: mass, centre and inertia, converted from Denavit-Hartenberg frame i to
+    the body frame."""
     a, _, alpha = (0.0, 0.0, 0.0) if link.own else row
     turn = Pose((a, 0, 0), (math.cos(alpha / 2), math.sin(alpha / 2), 0, 0))
     xx, yy, zz, xy, xz, yz = link.inertia

@@ -1,4 +1,4 @@
-"""A shape of a link that is the convex hull of circles, as MuJoCo collides a mesh."""
+"""Link shape that is the convex hull of circles, which is what MuJoCo collides of a mesh."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Parallel grippers as MJCF text: two coupled slides with a pad each, driven by one tendon.
+"""Parallel grippers as MJCF text: two coupled sliding joints with a pad each, driven by one tendon.
 
 Whatever opens and closes the fingers of the real gripper (a linkage, a belt, a rack) is left out: both slides are
 coupled, and one actuator pulls on their mean. Tool frame: z is the approach direction, y the closing direction.
@@ -66,7 +66,7 @@ def finger(jaws: Jaws, name: str, side: int) -> str:
 
 
 def _shape(jaws: Jaws, name: str, side: int) -> str:
-    """The finger behind its pad."""
+    """Geoms of a finger without its pad, as MJCF text."""
     if jaws.corners:
         return f'<geom name="{name}_finger/0" type="mesh" mesh="{name}_finger/0" rgba="0.35 0.35 0.38 1" mass="0"/>'
     half_width, half_thickness = jaws.back

@@ -90,7 +90,7 @@ def robot(arm: UrArm) -> Robot:
 
 
 def mjcf(arm: UrArm) -> str:
-    """Write the arm with its gripper, and its sensor if it is a part of its own, as MJCF text."""
+    """Write the arm with its gripper as MJCF text, and with a wrist sensor if the arm has none built in."""
     sensor = (HEIGHT, MASS) if arm.precision is None else (0.0, 0.0)
     tool = gripper_mjcf(NAMES[-1], *sensor)
     return arm_mjcf(arm.type, rows(arm.lengths), links(arm), JOINTS, LIMITS, _foot(arm), tool)
@@ -108,7 +108,8 @@ def links(arm: UrArm) -> tuple[Link, ...]:
 
 
 def _each(values: Triple) -> Six:
-    """Value of joints 1 and 2, of the elbow, and of the wrist, one a joint."""
+    """One value for each of the six joints, from a value for joints 1 and 2, one for the elbow, and one
+    for the three wrist joints."""
     turn, elbow, wrist = values
     return turn, turn, elbow, wrist, wrist, wrist
 

@@ -27,7 +27,8 @@ _CORNERS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1
 
 
 def support(thing: Thing, pose: Pose, way: ArrayLike) -> float:
-    """Support of a thing at a pose along a unit vector (3,) of the frame of the pose [m], from that frame's origin."""
+    """Largest coordinate of any point of a thing at a pose along a unit vector (3,) [m]: its support
+    function, in the frame of the pose."""
     direction = np.asarray(way, dtype=float)
     points, round_ = _parts(Itself(thing.geoms))
     along = [float((points @ (pose.rotation.T @ direction)).max() + np.asarray(pose.position) @ direction)] if len(points) else []
@@ -36,7 +37,7 @@ def support(thing: Thing, pose: Pose, way: ArrayLike) -> float:
 
 @lru_cache(maxsize=256)
 def _parts(geoms: Itself[tuple[Geom, ...]]) -> tuple[Floats, tuple[Geom, ...]]:
-    """Corners (n, 3) of all boxes and hulls of a thing in its frame [m], and its other shapes."""
+    """Corners (n, 3) of all boxes and hulls of a thing in its frame [m], and the thing's round shapes."""
     flat = [g for g in geoms.it if g.shape in FLAT_FACED]
     points = np.concatenate([_corners(g, Pose()) for g in flat]) if flat else np.zeros((0, 3))
     return points, tuple(g for g in geoms.it if g.shape not in FLAT_FACED)
@@ -125,13 +126,14 @@ def volume(geom: Geom) -> float:
 
 
 def _support(geom: Geom, pose: Pose, way: Floats) -> float:
-    """Support of a primitive, of no hull."""
+    """Support function of a primitive (not a hull) at a pose along a unit vector [m]."""
     there = pose * geom.pose
     return float(np.asarray(there.position) @ way + _reach(geom, there.rotation.T @ way))
 
 
 def _reach(geom: Geom, ways: Floats) -> Floats:
-    """Support (...) of a primitive from its own origin along unit vectors (..., 3) of its own frame [m]; of no hull."""
+    """Support function (...) of a primitive (not a hull) from its own origin, along unit vectors (..., 3)
+    of its own frame [m]."""
     if geom.shape == "box":
         return np.asarray(np.abs(ways) @ np.asarray(geom.size))
     if geom.shape == "sphere":

@@ -37,8 +37,8 @@ def carried_along(belief: Belief, name: str) -> dict[str, Estimate]:
 
 
 def pushed_along(belief: Belief, place: Place) -> Belief:
-    """Return a belief in which a place's thing, with its contents, has moved straight towards the place, as far as the place
-    says."""
+    """Return a belief in which a place's thing and its contents have been pushed straight towards the
+    place, by the place's ``pushed_m``."""
     if place.carried is None or not place.carried.pushed_m:
         return belief
     return gone_along(belief, place.thing, place.carried.pushed_m * np.asarray(place.approach))
@@ -56,15 +56,15 @@ def gone_along(belief: Belief, name: str, way: Floats, sigma: float = 0.0, sourc
 
 
 def driven_before(belief: Belief, place: Place, way: Floats) -> Belief:
-    """Return a belief in which the things that a place's thing drives before it have moved along (3,) in the
-    base frame."""
+    """Return a belief in which the things that a place's thing pushes ahead of itself have moved along a
+    unit vector (3,) of the base frame."""
     for name, metres in driven(place).items():
         belief = gone_along(belief, name, metres * way, metres, "predicted: driven along")
     return belief
 
 
 def driven(place: Place) -> Mapping[str, float]:
-    """Return the distance that each thing is driven along at a place [m]."""
+    """Return the distance by which each thing is pushed along on the way to a place [m]."""
     return place.carried.driven_m if place.carried else {}
 
 

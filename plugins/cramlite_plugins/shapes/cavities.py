@@ -91,7 +91,7 @@ def heights(geoms: tuple[Geom, ...], turned: Pose, xs: Floats, ys: Floats) -> Fl
 
 
 def _points(geom: Geom) -> Floats:
-    """Points whose hull is the geom: balls and capsules stand for themselves by a prism around them."""
+    """Points whose hull is the geom, or for round geoms a prism around it."""
     if geom.shape == "convex":
         return np.asarray(geom.corners)
     half = np.asarray(geom.half_extents)
@@ -105,7 +105,8 @@ def _points(geom: Geom) -> Floats:
 
 
 def _largest_pool(top: Floats, step: float) -> tuple[float, float, tuple[int, int, int, int]] | None:
-    """Level, floor and the rows and columns of the largest box in the pool with the most water."""
+    """Water level, floor height, and the rows and columns of the largest box, of the pool that holds the
+    most water."""
     from scipy.ndimage import label
 
     water = _flooded(top)
@@ -122,7 +123,8 @@ def _largest_pool(top: Floats, step: float) -> tuple[float, float, tuple[int, in
 
 
 def _flooded(top: Floats) -> Floats:
-    """Level of the water above each cell: the least height that it must rise to, to run off over the edge of the grid."""
+    """Level of the water above each cell: the least height to which water must rise to run off over the
+    edge of the grid."""
     level = np.full(top.shape, math.inf)
     rows, columns = top.shape
     edge = [(i, j) for i in range(rows) for j in range(columns) if i in (0, rows - 1) or j in (0, columns - 1)]
@@ -140,7 +142,8 @@ def _flooded(top: Floats) -> Floats:
 
 
 def _largest_box(mask: Floats) -> tuple[int, int, int, int]:
-    """The largest rectangle of cells that are all set, as half-open ranges of rows and columns."""
+    """The largest rectangle of cells that are all set, as row and column ranges (row, column, end row, end
+    column), ends excluded."""
     best, area = (0, 0, 0, 0), 0
     heights = np.zeros(mask.shape[1], dtype=int)
     for i, row in enumerate(mask):

@@ -101,7 +101,8 @@ def solid(vertices: Floats, faces: Any) -> Any:
 
 
 def _refined(pieces: list[Any], light: Any, centre: Floats) -> Iterator[Any]:
-    """Pieces, cut until each fits its hull and no hull closes a hole, the worst first."""
+    """Pieces, each cut until its hull fits it and closes no hole; the piece with the largest excess is cut
+    first."""
     count = itertools.count()
     heap = [(-_excess(p), next(count), p) for p in pieces]
     heapq.heapify(heap)
@@ -121,8 +122,9 @@ def _excess(piece: Any) -> float:
 
 
 def _fits(piece: Any, light: Any) -> bool:
-    """Whether the hull of a piece adds little volume, fills no deep hollow, and stays out of the light through a hole. The
-    depth does not tell of the last: all corners of a plate are in the two sides of its hull, so no notch in it is deep."""
+    """Whether the hull of a piece adds little volume, fills no deep hollow, and stays out of the free
+    space of a hole. The depth does not tell of the last: all corners of a plate are in the two sides of
+    its hull, so no notch in it is deep."""
     if (piece.hull() ^ light).volume() > NOTHING:
         return False
     added = _excess(piece) / max(piece.volume(), 1e-15)
@@ -143,8 +145,9 @@ def _depths(piece: Any) -> Floats:
 
 
 def _cut(piece: Any, centre: Floats) -> list[Any]:
-    """The connected pieces on both sides of the plane that leaves the least hull volume, evenly if it can be: the first
-    cut through a bowl gains nothing but makes the next ones gain. None if no plane divides the piece."""
+    """Connected pieces on both sides of the plane that leaves the least hull volume, and leaves it evenly:
+    the first cut through a bowl gains nothing, but lets the next ones gain. Empty if no plane divides
+    the piece."""
     best, least = [], math.inf
     for normal, offset in _planes(piece, centre):
         sides = piece.split_by_plane(normal.tolist(), offset)
@@ -157,7 +160,8 @@ def _cut(piece: Any, centre: Floats) -> list[Any]:
 
 
 def _planes(piece: Any, centre: Floats) -> Iterator[Plane]:
-    """Candidates: across the axes, where hollows are deepest and in between; about the centre; along concave edges."""
+    """Planes that may cut a piece: across the axes, where hollows are deepest and in between; about the
+    centre; along concave edges."""
     mesh = piece.to_mesh64()
     points, depths = np.asarray(mesh.vert_properties)[:, :3], _depths(piece)
     low, high = points.min(axis=0), points.max(axis=0)
@@ -193,13 +197,14 @@ def _along_edges(points: Floats, faces: Any) -> Iterator[Plane]:
 
 
 def _cylinder(bore: Bore, width: float) -> Any:
-    """A prism of SECTORS sides along a hole and a little beyond, its corners at that many radii of the hole."""
+    """Prism of SECTORS sides along a hole and a little beyond, its corners at a multiple of the hole's
+    radius."""
     height = 2 * bore.half + 0.002
     return _placed(manifold3d.Manifold.cylinder(height, width * bore.radius, -1.0, SECTORS, True), bore)
 
 
 def _wedges(bore: Bore) -> Iterator[Any]:
-    """The sectors of the column; their sides meet in the hole's axis."""
+    """Sectors of the column of material around a hole; their sides meet in the hole's axis."""
     outer, height = 2.5 * RIM * bore.radius, 2 * bore.half + 0.004
     for k in range(SECTORS):
         turns = [math.tau * (k + s) / SECTORS for s in (0, 1)]

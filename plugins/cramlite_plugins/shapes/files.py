@@ -138,7 +138,7 @@ def _check_size(path: Path, extents: Any, scale: float) -> None:
 
 
 def _outward(mesh: Any) -> bool:
-    """Turn faces that point inwards; whether any had to be turned."""
+    """Turn faces that point inwards; return whether any had to be turned."""
     before = mesh.faces.copy()
     mesh.fix_normals(multibody=True)
     return bool((mesh.faces != before).any())
@@ -152,7 +152,8 @@ def _weld(mesh: Any) -> None:
 
 
 def _joined(mesh: Any) -> Any | None:
-    """The mesh as it is, if it is closed; corners that rounding in a file has torn apart are joined. Else None."""
+    """The closed mesh, with corners that rounding in a file has torn apart joined; None if it is not
+    closed."""
     import trimesh
 
     from .convex import solid

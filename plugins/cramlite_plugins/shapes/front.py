@@ -1,4 +1,4 @@
-"""Fronts of things: the way that they look."""
+"""Fronts of things: the direction that they face."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ takes it."""
 
 
 def front(features: Iterable[Feature]) -> Floats:
-    """Return the way that a thing's front looks, (3,) in its frame.
+    """Return the direction that a thing's front faces, (3,) in its frame.
 
     Without a feature that says so it is x: out of a cabinet, to the handle of a mug.
     """

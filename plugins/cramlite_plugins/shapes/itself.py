@@ -1,4 +1,5 @@
-"""Objects as keys of remembered results, where comparing them would take as long as computing again."""
+"""Objects as keys of remembered results, for objects whose comparison would take as long as computing
+again."""
 
 from __future__ import annotations
 
@@ -13,7 +14,8 @@ LAST = 2
 
 
 class Itself(Generic[T]):
-    """An object as a key: equal to itself alone, so that no world of thousands of corners is compared.
+    """Object as a key of remembered results: equal to itself alone, so that worlds of thousands of corners
+    are not compared.
 
     Args:
         it: the object, which must not change; it lives as long as the key.

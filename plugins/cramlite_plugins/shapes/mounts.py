@@ -1,4 +1,4 @@
-"""Mount of a drawer or a door, by where it is."""
+"""Mount of a drawer or a door, found by where the thing is."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ GAP = 0.002  # between the boxes around a drawer and its cabinet at most [m]
 
 
 def mounts(thing: Thing, world: World) -> tuple[str, ...]:
-    """Find the mount of a thing on a joint: the stated one, and furniture whose box, along the axes, meets
-    its own.
+    """Find the mounts of a thing on a joint: the stated one, and furniture whose axis-aligned box meets the
+    thing's.
 
     Rails and hinges lead it clear of that, and it may run against its stop there. Of furniture on joints only what is mounted in the
     same thing counts, as the next drawer is; a latch on the jamb is an obstacle.

@@ -1,4 +1,4 @@
-"""Where a thing comes to rest on another that is not level: a bowl in a bowl, a mug within the rim of a plate.
+"""Resting place of a thing on a support that is not level: a bowl in a bowl, a mug within the rim of a plate.
 
 Both are seen from above on a grid: the lower one's upper side, and the upper one's lower side. Let down straight, the thing stops
 where the two first meet. Beside that place it may get lower, as a bowl slides into the middle of another; it is put where it
@@ -33,7 +33,7 @@ OVERTURNED = Pose.from_rotvec((0, 0, 0), (math.pi, 0, 0))
 
 
 def nested(thing: Thing, pose: Pose, below: Thing, at: Pose) -> Surface | None:
-    """Find the support of a thing that is let down onto another; None where it would pass beside it.
+    """Find the support on which a thing comes to rest when it is let down; None if it would pass beside it.
 
     Args:
         pose: of the thing in a frame whose z is up: its height does not matter.
@@ -68,15 +68,15 @@ def touching(thing: Thing, pose: Pose, below: Thing, at: Pose) -> Any:
 
 
 def room_under(thing: Thing, pose: Pose, below: Thing, at: Pose) -> float:
-    """Return the distance that a thing could be let down straight before it meets another [m]; negative inside
-    it, inf beside it. Poses as of ``nested``."""
+    """Return the distance that a thing could be let down straight before it meets another [m]; negative
+    inside of that, inf beside it. Poses as of ``nested``."""
     _, _, own, under = _seen(thing, pose, below, at)
     return -float(_gap(own, under, CELLS, CELLS).max())
 
 
 def _seen(thing: Thing, pose: Pose, below: Thing, at: Pose) -> tuple[Floats, Floats, Floats, Floats]:
-    """Middles of cells (n,) and (m,); the thing's lower side there, downwards (n, m), and the upper side
-    of the support, also around it."""
+    """Cell centres (n,) and (m,), the depth of the thing's lower side at them (n, m), and the height of
+    the support's upper side there and around."""
     points = corners(thing, pose)
     (left, near, _), (right, far, _) = points.min(axis=0), points.max(axis=0)
     xs, ys = np.arange(left, right, STEP) + STEP / 2, np.arange(near, far, STEP) + STEP / 2
@@ -89,13 +89,15 @@ def _wider(cells: Floats) -> Floats:
 
 
 def _gap(own: Floats, under: Floats, i: int, j: int) -> Floats:
-    """Rise that each cell of the thing would need to be over the support, (n, m) [m]."""
+    """Height by which the thing must rise over the support, for each of its cells (n, m) [m], shifted by
+    cells (i, j)."""
     gap: Floats = own + under[i : i + own.shape[0], j : j + own.shape[1]]
     return gap
 
 
 def _lowest(own: Floats, under: Floats) -> tuple[int, int]:
-    """The shift in cells at which it cannot get lower by going on to a neighbour, down from the middle."""
+    """Shift in cells from which no neighbouring shift lets the thing get lower, searched downhill from the
+    middle."""
     at = (CELLS, CELLS)
     rise = float(_gap(own, under, *at).max())
     while True:

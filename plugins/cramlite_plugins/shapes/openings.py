@@ -71,7 +71,7 @@ def _through(body: Any, frame: Floats, centre: Floats) -> Iterator[Feature]:
 
 
 def _square_side(ring: Floats) -> Floats | None:
-    """The direction (2,) of a side of a ring that is a square; None of any other."""
+    """Direction (2,) of a side of a ring, if the ring is a square; else None."""
     ways = np.roll(ring, -1, axis=0) - ring
     corner = np.abs([_cross(a, b) for a, b in zip(np.roll(ways, 1, axis=0), ways, strict=True)]) > 1e-9
     ways = np.roll(ring[corner], -1, axis=0) - ring[corner]
@@ -88,7 +88,8 @@ def _cross(a: Floats, b: Floats) -> float:
 
 
 def _squared(hole: Feature, bore: Bore, side: Floats) -> Feature:
-    """A hole with sides: its y axis is across the one that is most away from the centre of mass."""
+    """Square hole as a feature: its y axis is perpendicular to the side that is farthest from the centre
+    of mass."""
     up = hole.pose.rotation[:, 1]
     across = max((side, -side, np.cross(bore.axis, side), -np.cross(bore.axis, side)), key=lambda v: float(v @ up))
     pose = Pose.from_axes(hole.pose.position, bore.axis, np.cross(across, bore.axis))
@@ -101,7 +102,7 @@ def _rings(body: Any, frame: Floats) -> list[Floats]:
 
 
 def _numbered(opening: Opening, found: list[Opening]) -> Opening:
-    """Features of one kind get numbers: hole, hole2, ..."""
+    """Number features of one kind: hole, hole2, ..."""
     same = [o for o in found if o.feature.name == opening.feature.name]
     k = next(i for i, o in enumerate(same) if o is opening)
     feature = opening.feature
@@ -110,7 +111,7 @@ def _numbered(opening: Opening, found: list[Opening]) -> Opening:
 
 
 def _axes(mesh: Any) -> Iterator[Floats]:
-    """The file's axes, and normals of large flat faces."""
+    """Directions to look along for openings: the file's axes, and the normals of large flat faces."""
     seen: list[Floats] = []
     large = sorted(zip(mesh.facets_area, mesh.facets_normal, strict=True), key=lambda f: -float(f[0]))
     normals = [n for area, n in large[:8] if area > FACET * mesh.area]
@@ -147,7 +148,7 @@ def _opening(body: Any, frame: Floats, ring: Floats, outer: list[Floats], centre
 
 
 def _hole(bore: Bore, centre: Floats) -> Feature:
-    """Hole as a feature, its y axis away from the centre of mass, which hangs below the hole."""
+    """Hole as a feature, its y axis pointing away from the centre of mass, which hangs below the hole."""
     up = bore.centre - centre
     up = up - (up @ bore.axis) * bore.axis
     if np.linalg.norm(up) < 0.001:
@@ -159,7 +160,8 @@ def _hole(bore: Bore, centre: Floats) -> Feature:
 
 
 def _handle(body: Any, frame: Floats, ring: Floats, outer: list[Floats], bore: Bore) -> Feature | None:
-    """The thinnest material between an opening and the outside: z outwards, x along the opening's axis."""
+    """Handle where the material between an opening and the outside is thinnest: z outwards, x along the
+    opening's axis."""
     points = _dense(ring)
     gaps = np.array([min(_distance(p, o) for o in outer) for p in points])
     thin = points[gaps < 1.3 * gaps.min()]
@@ -176,7 +178,8 @@ def _handle(body: Any, frame: Floats, ring: Floats, outer: list[Floats], bore: B
 
 
 def _reach(body: Any, frame: Floats, middle: Floats, radius: float) -> tuple[float, float]:
-    """Reach of the material about an opening along the axis."""
+    """Lowest and highest coordinate of the material along the axis, within a radius of a point beside the
+    opening."""
     turned = body.transform(np.column_stack([frame.T, np.zeros(3)]))
     column = manifold3d.Manifold.cylinder(20.0, radius, -1.0, 32, True).translate((*middle.tolist(), 0.0))
     box = (turned ^ column).bounding_box()

@@ -1,4 +1,4 @@
-"""How a hole fits on a peg: round ones by their radius, square ones by their width.
+"""Fit of a hole on a peg: round ones by their radius, square ones by their width.
 
 The size of a ``vrps:Peg`` is its ``radius`` and ``length``, that of a ``vrps:Hole`` its ``diameter`` (the widest round rod that
 goes through) and ``depth``. Either is square if it has a ``width``, too; then the x and y axes of its pose are along its sides.
@@ -29,6 +29,6 @@ def aligned(hole: Feature, peg: Feature) -> bool:
 
 
 def stands(axis: Floats) -> bool:
-    """Return whether a peg is upright, its unit axis (3,) pointing to its tip: it carries nothing, a
-    threaded thing rests at its foot."""
+    """Return whether a peg is upright, its unit axis (3,) pointing to its tip: a thing threaded onto it is
+    carried by what the peg stands on."""
     return float(axis[2]) > STANDING

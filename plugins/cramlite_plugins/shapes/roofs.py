@@ -1,4 +1,5 @@
-"""Roofs: parts of a thing over a surface of its own, so that nothing is put there from above."""
+"""Roofs: parts of a thing over a surface of the same thing, which keep things from being put there from
+above."""
 
 from __future__ import annotations
 
@@ -32,7 +33,8 @@ def roofed(thing: Thing, pose: Pose, part: str = "") -> Iterator[tuple[Surface, 
 
 
 def has_a_roof(thing: Thing, pose: Pose) -> bool:
-    """Check whether some surface of a thing, or of one of its regions, is under a part of the thing.
+    """Check whether some surface of a thing, or of one of its regions, is under another part of the same
+    thing.
 
     Args:
         pose: of the thing in a frame whose z is up.
@@ -42,7 +44,8 @@ def has_a_roof(thing: Thing, pose: Pose) -> bool:
 
 
 def has_own_roof(thing: Thing, pose: Pose, part: str = "") -> bool:
-    """Check whether all of the cavity of a thing, the first or the one that is meant, is under parts of itself: the room under a shelf.
+    """Check whether the whole cavity of a thing (the named one, else the first) is under parts of the thing,
+    as the room under a shelf is.
 
     Args:
         pose: of the thing in a frame whose z is up.
@@ -57,7 +60,7 @@ def has_own_roof(thing: Thing, pose: Pose, part: str = "") -> bool:
 
 
 def roof_over(thing: Thing, pose: Pose, point: Vector3) -> float:
-    """Return how far over a point the first shape of a thing is [m]; inf where there is none.
+    """Return the distance straight up from a point to the first shape of a thing [m]; inf if there is none.
 
     Args:
         pose: of the thing in a frame whose z is up.
@@ -66,7 +69,8 @@ def roof_over(thing: Thing, pose: Pose, point: Vector3) -> float:
 
 
 def open_sides(thing: Thing, pose: Pose, surface: Surface, height: float) -> list[Floats]:
-    """Return the level ways out (3,) of a surface on which its thing has nothing before its middle at a height [m], the shortest first."""
+    """Return the level directions (3,) in which nothing of its own thing is beside the middle of a surface
+    at a height [m], that to the nearest edge first."""
     middle = np.asarray(surface.pose.apply((0.0, 0.0, height)))
     ways = (surface.pose.rotate(axis) for axis in AXES)
     free = [way for way in ways if _first(thing, pose, middle, way) == np.inf]

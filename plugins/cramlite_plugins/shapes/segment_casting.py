@@ -40,7 +40,7 @@ def planes(geom: Geom) -> Floats:
 
 
 def _in_planes(p: Floats, d: Floats, faces: Floats) -> NDArray[np.bool_]:
-    """Segments p .. p + d with a part below all faces by more than ``SKIN``."""
+    """Whether each segment p .. p + d has a part that is below all faces by more than ``SKIN``."""
     slope, height = d @ faces[:, :3].T, p @ faces[:, :3].T + faces[:, 3] + SKIN
     level = np.abs(slope) < 1e-12
     at = -height / np.where(level, 1.0, slope)
@@ -52,7 +52,8 @@ def _in_planes(p: Floats, d: Floats, faces: Floats) -> NDArray[np.bool_]:
 
 
 def _in_slab(p: Floats, d: Floats, half: float) -> tuple[Floats, Floats]:
-    """The part of each segment between -half and half along one coordinate, as shares of it; low > high for none."""
+    """Start and end of the part of each segment that is between -half and half along one coordinate, as
+    shares of the segment; start > end for none."""
     level = np.abs(d) < 1e-12
     safe = np.where(level, 1.0, d)
     one, two = (-half - p) / safe, (half - p) / safe

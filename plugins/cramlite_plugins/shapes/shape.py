@@ -24,7 +24,7 @@ SIMPLER = 1e-4  # [m]
 
 
 class Shape(Value):
-    """Everything that follows from a mesh file alone.
+    """Shape of a mesh file: everything that follows from the file alone.
 
     Args:
         geoms: convex parts; those about a hole to hang by are parts of that feature.
@@ -59,13 +59,13 @@ def shape_of(path: Path, scale: float = 1.0) -> Shape:
 
 
 def kept_shape(content: bytes, make: Callable[[], Shape]) -> Shape:
-    """Return the shape that was kept of some content, else make and keep it."""
+    """Return the cached shape of some file content; on the first call make it and keep it."""
     return _shape(_Content(hashlib.sha256(content + f"|{VERSION}".encode()).hexdigest(), make))
 
 
 @dataclass(frozen=True)
 class _Content:
-    """Content of a shape as a key: equal keys are equal content."""
+    """Content of a file as a cache key of its shape: equal keys are equal content."""
 
     key: str
     make: Callable[[], Shape] = field(compare=False)
@@ -131,7 +131,8 @@ def _simplified(mesh: Any) -> tuple[Any, tuple[str, ...]]:
 
 
 def _unless_all_hole(geoms: tuple[Geom, ...]) -> tuple[Geom, ...]:
-    """Parts of a shape; where most of it is labelled as a hole, as of a ring, none is: something must be gripped."""
+    """Parts of a shape; if most of their volume is labelled as a hole's rim, as of a ring, the labels are
+    removed, since something must be gripped."""
     from .convex import hull_volume
 
     volumes = [hull_volume(g.corners) for g in geoms]
@@ -140,7 +141,8 @@ def _unless_all_hole(geoms: tuple[Geom, ...]) -> tuple[Geom, ...]:
 
 
 def _part(corners: Floats, found: Sequence[Any]) -> str:
-    """Hole that a part was cut about: hands keep off it, and touching the part is touching the hole."""
+    """Name of the hole whose rim a part is, or ""; hands keep off rims, and touching one counts as
+    touching the hole."""
     from .convex import RIM, SECTORS
 
     for opening in found:

@@ -1,4 +1,4 @@
-"""Triangle meshes of things, for display and geometry; holes survive."""
+"""Triangle meshes of things, for display and geometry; holes are kept."""
 
 from __future__ import annotations
 

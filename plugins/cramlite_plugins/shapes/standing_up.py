@@ -1,4 +1,5 @@
-"""The level that a leaning thing comes to when it is let go of: onto the face of its hull that is nearest to facing down."""
+"""Attitude in which a leaning thing comes to stand when it is released: on the face of its hull that is
+nearest to facing down."""
 
 from __future__ import annotations
 
@@ -19,7 +20,8 @@ _DOWN = np.array([0.0, 0.0, -1.0])
 
 
 def stood_up(thing: Thing, pose: Pose) -> Pose:
-    """Return a pose turned the shortest way so that the thing stands; as it is where it stands already, or has no face to stand on.
+    """Return a pose turned the shortest way so that the thing stands; unchanged if it stands already or has
+    no face to stand on.
 
     Args:
         pose: of the thing, in a frame whose z is up.
@@ -45,8 +47,8 @@ def carrying_faces(thing: Thing) -> list[Floats]:
 
 
 def _carries(points: Floats, normal: Floats, centre: Floats) -> bool:
-    """Whether the centre of mass (3,) is over the points (n, 3) in the plane that bounds them along a
-    normal."""
+    """Whether a thing can stand on a face of its hull: its centre of mass (3,) is over those of its points
+    (n, 3) that are in the face's plane."""
     along = points @ normal
     level = (1.0, 0.0, 0.0) if abs(normal[0]) < 0.9 else (0.0, 1.0, 0.0)
     frame = Pose.from_axes((0.0, 0.0, 0.0), normal, level).inverse()

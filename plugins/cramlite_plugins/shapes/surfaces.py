@@ -1,4 +1,4 @@
-"""Surfaces of things: level upper faces, the things on them and where these stay when let go.
+"""Surfaces of things: level upper faces, the things on them, and whether these stay when released.
 
 A face is level where its normal is within ``LEVEL`` of the vertical, and faces that lie in one plane within ``FLAT`` are
 one surface: the rim of a pot is one, of twelve boxes. Boxes and cylinders have them analytically, hulls by their planes;
@@ -122,7 +122,7 @@ def _upper_faces(geoms: tuple[Geom, ...], up: Vector3, part: str) -> tuple[Surfa
 
 
 def _extent(points: Floats, up: Vector3) -> float:
-    """Area of a face [m2], rounded; of those alike the highest first."""
+    """Area of a face [m2], rounded so that faces of alike size tie."""
     return round(float(shapely.MultiPoint(_frame(points, up).inverse().apply(points)[:, :2]).convex_hull.area), 9)
 
 
@@ -131,7 +131,7 @@ def _height(surface: Surface, up: Vector3) -> float:
 
 
 def _frame(points: Floats, up: Vector3) -> Pose:
-    """Frame on a face; its x is as near to the thing's own x as it can be."""
+    """Frame on a face, z upwards, its x as near to the thing's own x as it can be."""
     middle = points.mean(axis=0)
     normal = np.linalg.svd(points - middle)[2][2]
     normal = normal if normal @ np.asarray(up) > 0 else -normal
@@ -139,7 +139,7 @@ def _frame(points: Floats, up: Vector3) -> Pose:
 
 
 def _united(frame: Pose, faces: list[Floats]) -> Surface:
-    """Faces in one plane as one area, the frame at its middle."""
+    """Surface that unites faces in one plane, its frame in the middle of their area."""
     area = shapely.union_all([shapely.MultiPoint(frame.inverse().apply(p)[:, :2]).convex_hull for p in faces])
     x, y, x1, y1 = area.bounds
     middle = (x + x1) / 2, (y + y1) / 2
@@ -201,12 +201,14 @@ def _footprint(geoms: tuple[Geom, ...], pose: Pose, low: float, high: float) -> 
 
 @lru_cache(maxsize=512)
 def _turns_alike(geoms: Itself[tuple[Geom, ...]]) -> bool:
-    """Whether outlines of a body only turn when it does about the vertical: a polygon in place of a circle would not."""
+    """Whether an outline can be turned about the vertical instead of being computed anew: exact for flat
+    faces, while polygons stand for circles."""
     return all(g.shape in FLAT_FACED for g in geoms.it)
 
 
 def _up(pose: Pose) -> Vector3:
-    """Lean of a thing: the vertical in its frame, rounded; the same however it is turned about that."""
+    """Vertical direction in a thing's frame, rounded: says how the thing leans, however it is turned about
+    the vertical."""
     x, y, z = (pose.rotation[2] + 0.0).round(FINE).tolist()
     return (x, y, z)
 
@@ -228,7 +230,7 @@ def _leaning_footprint(geoms: Itself[tuple[Geom, ...]], up: Vector3, low: float,
 
 
 def _turned(area: Area, pose: Pose, up: Vector3) -> Area:
-    """Features of a thing that leans, at its pose."""
+    """Area computed for a leaning thing at the origin, turned and moved to the thing's pose."""
     turn = pose.rotation @ _leaning(up).rotation.T
     return shapely.transform(area, lambda points: points @ turn[:2, :2].T + np.asarray(pose.position[:2]))
 
@@ -254,7 +256,7 @@ def _outline(geom: Geom, there: Pose, points: Floats) -> Area:
 
 
 def standing(thing: Thing, pose: Pose) -> Standing:
-    """Return the parts of a thing that touch its support, at a pose in the frame of a surface."""
+    """Return the support polygon of a thing and its centre of mass, at a pose in the frame of a surface."""
     centre = shapely.Point(pose.apply(centre_of_mass(thing))[:2])
     if not _turns_alike(Itself(thing.geoms)):
         return Standing(_under(thing.geoms, pose), centre)
@@ -291,8 +293,8 @@ def _level_lowest(geom: Geom, pose: Pose, low: float) -> Area | None:
 
 
 def inset(standing: Standing, area: Area) -> tuple[float, float]:
-    """Return the distance of a centre of mass inside its support's border [m], negative outside, and the needed
-    one.
+    """Return the distance of a centre of mass inside its support's border [m], negative outside, and the
+    least distance that is needed.
 
     What supports it is the hull of what touches the area. It should be by ``EDGE``, or, of what stands on less, by half of
     what its own support leaves it.
@@ -311,7 +313,8 @@ def _depth(point: Any, area: Area) -> float:
 
 
 def resting_height(thing: Thing, pose: Pose, others: Iterable[tuple[Thing, Pose]]) -> tuple[float, str]:
-    """Return the height of the highest surface that would support a thing, and whose it is; -inf and "" for none.
+    """Return the height of the highest surface that would support a thing, and the name of the thing that it
+    belongs to; -inf and "" for none.
 
     Args:
         pose: of the thing, in the frame of the others' poses, z up: it falls straight down from there.

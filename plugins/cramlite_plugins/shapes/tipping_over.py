@@ -1,4 +1,4 @@
-"""Side on which a thing comes to lie when it tips over about its lowest edge."""
+"""Attitude in which a thing comes to lie after it tips over about its lowest edge."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ BALANCED = 1e-6  # of a centre of mass over the edge [m]
 
 
 def tipped_over(thing: Thing, pose: Pose) -> tuple[Pose, float] | None:
-    """Return the pose of a thing after tipping over about its lowest edge, and the distance of its centre of
-    mass beyond that edge before [m].
+    """Return the pose of a thing after tipping over about its lowest edge, and how far its centre of mass was
+    beyond that edge [m].
 
     Args:
         pose: of the thing, in a frame whose z is up; its lowest edge is on what is level.
@@ -44,7 +44,7 @@ def _edge(thing: Thing, pose: Pose) -> Floats:
 
 
 def _turn(normal: Floats, axis: Floats) -> float | None:
-    """Angle about an axis until a face looks down [rad]; None if a quarter turn does not reach that."""
+    """Angle about an axis that turns a face downwards [rad]; None if it is more than a quarter turn."""
     if abs(float(normal @ axis)) > ALONG:
         return None
     down = np.array([0.0, 0.0, -1.0])

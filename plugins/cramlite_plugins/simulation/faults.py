@@ -26,7 +26,7 @@ ORDERS = frozenset({FaultKind.GOAL, FaultKind.CANCELLED})
 
 
 class Killed(Exception):
-    """The program was ended from outside, and did nothing about it."""
+    """Raised when a fault ends the program from outside; the program did nothing about the fault."""
 
 
 class FaultsToCome:
@@ -54,7 +54,7 @@ class FaultsToCome:
         self.keep_away()
 
     def keep_away(self) -> None:
-        """Keep absent things out of the way."""
+        """Keep absent things far below the scene."""
         for name in self.away:
             x, y, _ = self.compiled.world.thing(name).pose.position
             self.compiled.place(self.data, name, Pose((x, y, AWAY)))
@@ -111,7 +111,7 @@ class FaultsToCome:
 
 
 def _lines_with(wanted: str, text: str) -> Collection[int]:
-    """Numbers of the lines that have a text themselves, or in the comment right above their block of lines."""
+    """Numbers of the lines that contain a text, or whose block of lines has a comment above it that does."""
     found, heading = set[int](), ""
     for number, row in enumerate(text.splitlines(), 1):
         comment = row.strip().startswith("#")
@@ -225,7 +225,7 @@ def _goal(run: FaultsToCome, fault: Fault, now: float) -> None:
 
 
 def _nothing(run: FaultsToCome, fault: Fault, now: float) -> None:
-    """Do nothing: such a fault acts before the start, or where clients are let in."""
+    """Do nothing at runtime: faults of this kind take effect before the start, or where clients connect."""
 
 
 _HAPPENS: Mapping[FaultKind, Callable[[FaultsToCome, Fault, float], None]] = {

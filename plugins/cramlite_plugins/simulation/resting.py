@@ -71,7 +71,8 @@ def let_down(thing: Thing, start: Pose, below: Thing, at: Pose) -> Pose | None:
 
 
 def rests(thing: Thing, start: Pose, below: Thing, at: Pose, aside: float, there: bool = False) -> Iterator[Pose | None]:
-    """Generate rest poses of a thing that is released at its first touch of another, near a pose.
+    """Generate the rest poses of a thing released near a pose at its first contact with another: there and to
+    each side, with little and with full friction; None where it falls off.
 
     Let go of there and to each side, each with little friction and with the friction of the two; None where it falls off.
 
@@ -87,7 +88,7 @@ def rests(thing: Thing, start: Pose, below: Thing, at: Pose, aside: float, there
 
 @lru_cache(maxsize=2048)
 def _firm(thing: Itself[Thing], start: Pose, below: Itself[Thing], at: Pose) -> Pose | None:
-    """Rest pose of a thing that is also reached from beside it and leaning."""
+    """Rest pose of a thing that it also reaches if released beside that pose, leaning; None otherwise."""
     found = _dropped(thing, start, below, at)
     if found is None:
         return None
@@ -96,7 +97,7 @@ def _firm(thing: Itself[Thing], start: Pose, below: Itself[Thing], at: Pose) -> 
 
 
 def _beside(pose: Pose, x: float, y: float) -> Pose:
-    """A pose shifted to a side, leaning over to there."""
+    """Pose shifted sideways and leaning in the same direction."""
     turn = Pose.from_rotvec((0.0, 0.0, 0.0), (-y * LEANING, x * LEANING, 0.0))
     there = np.add(pose.position, (x * ASIDE, y * ASIDE, 0.0))
     return Pose(tuple(there.tolist()), (turn * Pose((0.0, 0.0, 0.0), pose.quaternion)).quaternion)
@@ -110,7 +111,8 @@ def _same(one: Pose, other: Pose) -> bool:
 def _dropped(
     thing: Itself[Thing], start: Pose, below: Itself[Thing], at: Pose, friction: float = FRICTION, there: bool = False
 ) -> Pose | None:
-    """Rest pose of a thing that is released at its first touch, or there; None if it falls off."""
+    """Rest pose of a thing that is released just above its first contact, or at ``start`` if ``there``; None
+    if it falls off."""
     compiled = _alone(thing, below, at, friction)
     data = compiled.data()
     if there:
@@ -131,8 +133,8 @@ def _dropped(
 
 
 def _let_down(compiled: Compiled, data: Data, thing: Thing, start: Pose, below: Floats) -> Pose | None:
-    """Let a thing down to some ``STEP`` over its first touch of a thing with these corners (n, 3); None if it
-    would pass beside that."""
+    """Let a thing down to some ``STEP`` above its first contact with a thing that has the corners ``below``
+    (n, 3); None if it passes beside that thing."""
     lowest = float(corners(thing, start)[:, 2].min())
     bottom, top = (float(v) for v in (below[:, 2].min(), below[:, 2].max()))
     for drop in np.arange(0.0, top - bottom, STEP):
@@ -147,13 +149,13 @@ def _let_down(compiled: Compiled, data: Data, thing: Thing, start: Pose, below: 
 
 
 def _rests(compiled: Compiled, data: Data) -> bool:
-    """Whether the thing is still, and in contact."""
+    """Whether the thing is at rest and in contact."""
     return data.ncon > 0 and float(np.linalg.norm(data.qvel[:3])) < STILL[0] and float(np.linalg.norm(data.qvel[3:])) < STILL[1]
 
 
 @lru_cache(maxsize=16)
 def _alone(thing: Itself[Thing], below: Itself[Thing], at: Pose, friction: float = FRICTION) -> Compiled:
-    """A world of a thing that can be moved and of one that cannot, with little friction."""
+    """World of a movable thing and a fixed one, with low friction."""
     under = replace(below.it, pose=at, mass=None, joint=None, filling=None, inertia=None)
     compiled = compile_world(World((under, replace(thing.it, filling=None))), {})
     model = compiled.model

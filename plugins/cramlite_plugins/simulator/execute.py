@@ -93,8 +93,8 @@ def execute(
 
 
 def _come_to_rest(run: _Run) -> None:
-    """Let the world settle while the arm holds, without MuJoCo's no-slip iterations, which take four fifths of
-    a step with sixteen vessels. Things may creep by 0.03 mm/s meanwhile."""
+    """Let the world settle while the arm holds still, without MuJoCo's no-slip iterations, which take four
+    fifths of a step with sixteen vessels. Things may creep by 0.03 mm/s meanwhile."""
     options = run.controller.model.opt
     firm, options.noslip_iterations = options.noslip_iterations, 0
     for _ in range(round(BEFORE / run.controller.period)):
@@ -113,14 +113,14 @@ class _Runner(Protocol):
     def finished(self) -> bool: ...
     def cycle(self) -> None: ...
     def remember(self) -> None:
-        """Record a control cycle, once the arm has moved."""
+        """Record a control cycle, after the arm has moved."""
         ...
 
     def close(self) -> None: ...
 
 
 class _Script(Machine):
-    """URScript machine whose ``finish`` is called once all threads of a cycle have run."""
+    """URScript machine that completes each cycle by ``finish``, called once all threads have run."""
 
     def __init__(self, text: str, functions: Functions, limits: Limits | None) -> None:
         library = functions.library()
@@ -144,7 +144,7 @@ def _typed(run: _Run, text: str) -> _Runner:
 
 
 def _across(arm: Controller) -> Vector3:
-    """From one pad to the other, a unit vector in the world."""
+    """Unit vector from one pad to the other, in the world."""
     left, right = (arm.data.geom_xpos[list(pads)].mean(axis=0) for pads in (arm.index.left, arm.index.right))
     x, y, z = ((left - right) / max(float(np.linalg.norm(left - right)), 1e-9)).tolist()
     return (x, y, z)
@@ -181,13 +181,13 @@ class _Run:
         self.observe(0)
 
     def observe(self, line: int) -> None:
-        """Look at what is carried, and record a sample if one is due."""
+        """Check which grips need no-slip iterations, and record a sample if one is due."""
         self.no_slip.look(self.data)
         self.peaks.see(self.data.time, self.controller)
         self.recorder.observe(self.data, line)
 
     def shown(self, watch: Watch, line: int) -> Notice | None:
-        """Show readings to a watcher, if they are due."""
+        """Show the readings to a watcher if they are due; return its notice."""
         now = float(self.data.time)
         if now < self.read_at - 1e-9:
             return None
@@ -197,19 +197,20 @@ class _Run:
         return watch.see(replace(self.readings, time=now, line=line, goal=self.faults.goal))
 
     def hold(self) -> None:
-        """Advance a cycle after the program's end."""
+        """Advance the simulation by a cycle after the program's end."""
         self.controller.hold()
         self.faults.keep_away()
         self.observe(0)
 
     def await_readings(self) -> None:
-        """Stand still until there are readings again, at most for ``PATIENCE``."""
+        """Hold still until readings arrive again, for at most ``PATIENCE``."""
         until = float(self.data.time) + PATIENCE
         while self.data.time < min(until, max(self.faults.lost_until, self.faults.frozen_until)):
             self.hold()
 
     def read(self, line: int) -> Readings:
-        """Return the present readings of the robot and of the things around it, without errors."""
+        """Return the present readings of the robot and of the things around it, without the errors of
+        sensors."""
         arm, compiled = self.controller, self.compiled
         seen = [t.name for t in compiled.world.things if t.movable and t.name not in self.faults.away]
         poses = {n: compiled.pose(self.data, n) for n in seen} if self.data.time >= self.faults.lost_until else None

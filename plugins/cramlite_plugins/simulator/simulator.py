@@ -37,8 +37,8 @@ class MujocoSimulator:
     def put_apart(
         self, world: World, robots: Mapping[str, Robot], most: float, deep: float | None = None
     ) -> tuple[World, tuple[str, ...]]:
-        """Move loose things that are inside others to free places, at most so far off [m]; return clauses on
-        the moves."""
+        """Move loose things that overlap others to free places, at most a distance away [m]; return
+        clauses on the moves."""
         from ..simulation.model.put_apart import put_apart
 
         return put_apart(world, robots, most) if deep is None else put_apart(world, robots, most, deep)
@@ -55,7 +55,8 @@ class MujocoSimulator:
         return execute(text, world, robots, mount=mount, seed=seed, watch=watch)
 
     def inspect(self, text: str) -> Iterable[tuple[int, str]]:
-        """List the lines of a URScript program that are doubtful or cannot run here, with reasons."""
+        """List the lines of a URScript program that are doubtful, or that the virtual controller cannot
+        run, with reasons."""
         from ..ur_controller.functions import known_functions
         from ..ur_controller.urscript.check import by_reason
         from ..ur_controller.urscript.doubts import doubts

@@ -12,7 +12,7 @@ def near(thing: Object) -> Location:
 
 
 def at_or_near(thing: Object | None, following: Action | None, goal: Location) -> Location:
-    """Return where a free motion to a thing leads.
+    """Return the location to which a free motion towards a thing leads.
 
     To ``goal``, where the following task begins, if that is about the thing or a part of it; else near the thing.
     """
@@ -31,7 +31,7 @@ def empty_hand(belief: Belief) -> None:
 
 
 def held_payload(belief: Belief, to_be: str) -> Held:
-    """Return the payload, for a task about it.
+    """Return the payload; refuse, since a task needs one, if nothing is held.
 
     Args:
         to_be: what, such as "let go".

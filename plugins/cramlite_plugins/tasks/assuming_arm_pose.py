@@ -21,7 +21,7 @@ class AssumingArmPose(TaskType):
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         goal = action.goal or Location("home", "home")
-        move = Motion(action.inside("move"), "transfer", goal, reason=f"to where the arm stands before {goal}")
+        move = Motion(action.inside("move"), "transfer", goal, reason=f"to the arm's pose before {goal}")
         let_go = (e for e in belief.poses.values() if e.source.startswith("predicted"))
         if belief.held is None and any(0 < e.sigma <= IN_PLACE for e in let_go):
             away = Location(action.inside("away"), "retreat")

@@ -36,14 +36,14 @@ class AssumingArmPoseConstrained(TaskType):
         yield Decomposition(steps, f"straight line into {goal}")
 
     def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
-        """Allowance of the motion; a thing at its goal may be touched, too."""
+        """Allowance of the motion; a thing that its goal is about may be touched, too."""
         own, about = super().allowance(action, bindings), bindings.get(action.goal.of or "") if action.goal else None
         if not isinstance(about, str):
             return own
         return replace(own, touches=own.touches | {frozenset({who, thing_of(about)}) for who in (HAND, HELD)})
 
     def _felt(self, action: Action, belief: Belief) -> Decomposition:
-        """Until the empty hand feels a surface."""
+        """Decomposition of a guarded motion down to a surface, until the empty hand feels it."""
         if belief.held is not None:
             raise Unresolvable(f"the gripper holds '{belief.held.thing}'; PuttingDown brings that to a surface")
         surface = action.roles["Relatum"]

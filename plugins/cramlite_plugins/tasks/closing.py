@@ -37,7 +37,8 @@ class Closing(ByHandle):
             yield self._led_then_pushed(action, belief)
 
     def _led_then_pushed(self, action: Action, belief: Belief) -> Decomposition:
-        """Way of closing a door that turns farther than the wrist does: the hand takes it at another place on its way."""
+        """Closing of a door that turns farther than the arm can lead it: by its handle as far as the arm
+        comes, then by pushing its front."""
         begun = Location(action.inside("begun"), "closed", action.roles["Patient"].name, {"ajar": 1.0})
         led = self.led_by_handle(replace(action, name=action.inside("led")), begun)
         steps = (*led, *self._by_its_front(action, belief).steps)

@@ -67,7 +67,8 @@ class InsertHoleOntoPeg(TaskType):
         yield Decomposition(steps, "touch the tip, search for it, push along the peg, let down; elsewhere if the peg does not carry")
 
     def _attempt(self, action: Action, belief: Belief, k: int) -> Action:
-        """Thread once, and feel whether the peg carries: a rim that seemed to hold the tip may not have."""
+        """Motions that thread once, and check by force that the peg carries: a rim that seemed to hold the
+        tip may not have done so."""
         relatum, way, once = action.roles["Relatum"], self.begins_at(action), "" if k == 0 else f"attempt_{k + 1}"
         beside = {"aside_m": tuple(self.parameter(action, "aside_m") * v for v in AROUND[k % len(AROUND)])} if k else {}
         known, advance = belief.poses.get(relatum.thing), self.parameter(action, "advance_m")
@@ -96,7 +97,8 @@ class InsertHoleOntoPeg(TaskType):
         )
 
     def _push_along_peg(self, felt: Callable[..., Motion], belief: Belief, relatum: Object) -> Iterable[Motion]:
-        """Motions down an upright peg: straight, compliant to its sides, since there is no bent tip to follow."""
+        """Motions along the peg: down an upright peg straight and compliant sideways, since it has no bent
+        tip to follow; else by force over the tip."""
         peg = belief.feature(relatum.thing, "vrps:Peg")
         if peg is not None and stands((belief.thing(relatum.thing).pose * peg.pose).rotate((0.0, 0.0, 1.0))):
             yield felt("sink", "force_path", "down along the peg", corner=TIP, end=DEEP)
@@ -108,7 +110,8 @@ class InsertHoleOntoPeg(TaskType):
         return belief.related(("hangs_on", action.roles["Locatum"].entity or "", relatum))
 
     def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
-        """Return the allowance of a hole that is led down to a peg's root: it may touch the peg's support."""
+        """Return the allowance, in which a hole that is led down an upright peg may touch the peg's
+        support."""
         own, place = super().allowance(action, bindings), bindings.get(self.begins_at(action).name)
         feet = place.fit.feet if isinstance(place, Place) and place.fit else ()
         return replace(own, touches=own.touches | {frozenset({HELD, foot}) for foot in feet})

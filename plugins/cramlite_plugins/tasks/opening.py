@@ -39,7 +39,7 @@ class Opening(ByHandle):
             for k, share in enumerate(LESS):
                 less = replace(action, parameters={**action.parameters, "share": share})
                 for way in super().decompose(less, belief):
-                    yield replace(way, reason=f"{way.reason}; to {share:g} of the range alone", cost=0.5 + 0.1 * k)
+                    yield replace(way, reason=f"{way.reason}; only to {share:g} of the range", cost=0.5 + 0.1 * k)
         thing = belief.thing(action.roles["Patient"].entity or action.roles["Patient"].name)
         if thing.joint is not None and thing.joint.kind == "hinge":
             yield self._push_from_inside(action)
@@ -47,11 +47,12 @@ class Opening(ByHandle):
         yield from self._driving(replace(action, parameters={**action.parameters, DRIVES: 1.0}), belief)
 
     def _driving(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
-        """Ways of opening a drawer that drives obstacles along; last, since their ends are less certain."""
+        """Decompositions of opening a drawer that push obstacles along; tried last, since where those end
+        is less certain."""
         joint = belief.thing(action.roles["Patient"].entity or "").joint
         ways = (*super().decompose(action, belief), self._pressing(action)) if joint is not None and joint.kind == "slide" else ()
         for way in ways:
-            yield replace(way, reason=f"{way.reason}; what it meets is driven along", cost=way.cost + 2.0)
+            yield replace(way, reason=f"{way.reason}; obstacles in its way are pushed along", cost=way.cost + 2.0)
 
     def _push_from_inside(self, action: Action) -> Decomposition:
         patient, touch, way = action.roles["Patient"], (action.roles["Patient"].name,), self.way(action)
@@ -94,8 +95,8 @@ class Opening(ByHandle):
         return replace(super().begins_at(action), parameters=self._least(action))
 
     def _least(self, action: Action) -> dict[str, Any]:
-        """Parameters of a location: the least share of its range at which a thing counts as open, and whether
-        obstacles may be driven along."""
+        """Parameters of a location: from which share of its range a thing counts as open, and whether
+        obstacles may be pushed along."""
         return {"least": self.parameter(action, "share") or LESS[-1], **self._drives(action)}
 
     @staticmethod
@@ -107,7 +108,8 @@ class Opening(ByHandle):
         return Location(f"opened({patient})", "opened", patient, {"share": self.parameter(action, "share"), **self._drives(action)})
 
     def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
-        """Return the allowance, with obstacles that the drawer drives along, which may touch each other."""
+        """Return the allowance, extended by contacts between the drawer and the obstacles that it pushes
+        along."""
         allowed, patient = super().allowance(action, bindings), action.roles["Patient"]
         way = bindings.get(self.way(action).name)
         along = (patient.thing, *driven(way)) if isinstance(way, Place) else ()

@@ -111,7 +111,7 @@ class Pushing(TaskType):
             far,
             Motion(action.inside("push"), "compliant_slide", far, slide, touch, f"{patient.entity} comes along"),
         )
-        return Decomposition(steps, f"at its rim from inside, {'around what is in its way' if around else 'straight'}", cost)
+        return Decomposition(steps, f"push its rim from inside, {'around obstacles' if around else 'straight'}", cost)
 
     @staticmethod
     def _over(action: Action, begin: Location, says: str, fingers: Fingers) -> tuple[Location | Motion, ...]:
@@ -123,8 +123,8 @@ class Pushing(TaskType):
         )
 
     def effects(self, action: Action, belief: Belief) -> Belief:
-        """Return the belief with the thing somewhere within the stroke; things that came along are before
-        or about the fingers."""
+        """Return the belief with the pushed thing somewhere within the stroke; a thing that came along
+        with the fingers is known more exactly."""
         thing = action.roles["Patient"].entity or ""
         known = belief.poses[thing]
         before_them = action.parameters.get("where") or known.source == CAME_ALONG

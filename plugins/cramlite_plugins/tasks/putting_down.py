@@ -44,7 +44,8 @@ class PuttingDown(TaskType):
         yield Decomposition(steps, "guarded motion down to the surface")
 
     def _laying_down(self, action: Action) -> Decomposition:
-        """Laying down of a hanging plate: its far side first, the near one about that."""
+        """Decomposition of laying down a hanging plate: its far side touches first, and the plate turns
+        about that until it lies."""
         place, surface = self.begins_at(action), action.roles["Relatum"]
         rest = {"duration_s": self.parameter(action, "duration_s")}
         lower = {"to": Hang.LIES}
@@ -55,7 +56,7 @@ class PuttingDown(TaskType):
             Motion(action.inside("lower"), "swing", place, lower, (surface.name,), "it turns back about its far side until it lies"),
             Motion(action.inside("rest"), "hold", None, rest, reason="the object comes to rest before anybody lets go"),
         )
-        return Decomposition(steps, "lay down: what hangs touches with its far side first")
+        return Decomposition(steps, "lay the hanging thing down, its far side first")
 
     def effects(self, action: Action, belief: Belief) -> Belief:
         locatum, relatum = action.roles["Locatum"].entity or "", action.roles["Relatum"].thing

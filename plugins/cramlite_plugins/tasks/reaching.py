@@ -40,7 +40,8 @@ class Reaching(TaskType):
         yield Decomposition((move,) if led else (move, rest), f"collision-free motion to {goal}", 1.0)
 
     def leads_to(self, action: Action, following: Action | None, goal: Location) -> Location:
-        """Return where the next task begins, if that is at the reached thing; else near that."""
+        """Return the location where the next task begins, if that is at the reached thing; else a location
+        near this thing."""
         return at_or_near(action.roles.get("Goal"), following, goal)
 
 

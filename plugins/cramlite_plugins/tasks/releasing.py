@@ -38,8 +38,8 @@ class Releasing(TaskType):
 
 
 def _rests(action: Action, held: Held, belief: Belief) -> bool:
-    """Whether the payload would stay: not moved since it was grasped, known to rest there, or without a
-    named support."""
+    """Whether the payload would stay when released: the hand has not moved since the grasp, the payload is
+    known to rest there, or no support is named."""
     relatum = action.roles.get("Relatum")
     if relatum is None or relatum.entity is None:
         return True

@@ -30,7 +30,7 @@ class Retracting(TaskType):
         yield Decomposition(self._back(action), "straight back")
 
     def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
-        """Return the allowance, with the thing that it pushes farther in."""
+        """Return the allowance, which lets the task move the thing that it pushes farther in."""
         pushed: Place | None = bindings.get(action.inside("deeper"))
         return replace(super().allowance(action, bindings), moves=frozenset({thing_of(pushed.thing)} if pushed else ()))
 
@@ -42,8 +42,8 @@ class Retracting(TaskType):
 
     @staticmethod
     def _farther_in(action: Action, what: str) -> tuple[Location | Motion, ...]:
-        """Whether a thing in the way of a later closing has to be pushed in with closed fingers, as the
-        hand comes no farther with it."""
+        """Steps that push a thing farther in with closed fingers, out of the way of a door or a drawer
+        that is closed later."""
         off, deeper = Location(action.inside("off"), "off", what), Location(action.inside("deeper"), "deeper", what)
         push = {"stage": Stage.POSE, "speed_m_s": SPEED}
         return (
@@ -51,12 +51,12 @@ class Retracting(TaskType):
             Motion(action.inside("out"), "linear", off, {"stage": Stage.POSE}, (what,), f"fingers off {what}"),
             Motion(action.inside("shut"), "gripper", None, {"to": Fingers.SHUT, "expect": ExpectedGrip.NONE}, reason="fingers together"),
             deeper,
-            Motion(action.inside("push"), "linear", deeper, push, (what,), f"{what} farther in, out of the way of what is closed later"),
+            Motion(action.inside("push"), "linear", deeper, push, (what,), f"{what} farther in, for a later closing"),
         )
 
 
 def _under_a_roof(name: str, belief: Belief) -> bool:
-    """Whether a thing was put onto something that is also over it."""
+    """Whether a thing was put onto a support that also has a part above it."""
     onto = thing_of(belief.relates("on", name) or "")
     return onto in belief.poses and has_a_roof(belief.thing(onto), belief.pose(onto))
 

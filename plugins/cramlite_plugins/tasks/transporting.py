@@ -36,7 +36,8 @@ class Transporting(TaskType):
         )
 
     def leads_to(self, action: Action, following: Action | None, goal: Location) -> Location:
-        """Return where the next task begins, if that is at the destination; else near it."""
+        """Return the location where the next task begins, if that is at the destination; else a location
+        near the destination."""
         return at_or_near(action.roles.get("Destination"), following, goal)
 
 

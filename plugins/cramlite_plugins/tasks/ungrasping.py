@@ -49,8 +49,8 @@ class Ungrasping(TaskType):
             yield self._tip_over(action)
 
     def _tip_over(self, action: Action) -> Decomposition:
-        """Decomposition for a place under an overhang: the payload's foot goes in level, the payload is
-        released leaning out, tips over, and is pushed in from behind."""
+        """Decomposition for a place under an overhang: the payload's lower end goes in level, the payload
+        is released leaning outwards, tips over, and is pushed in from behind."""
         relatum, what = action.roles["Relatum"], action.roles["Locatum"].name
         place = spot("toppled", action)
         there = Location(_way_in(action.roles["Locatum"]), "pushed_in", what, {"begin": place.name})
@@ -66,12 +66,13 @@ class Ungrasping(TaskType):
             Motion(action.inside("fingers"), "gripper", there, apart, reason="both will touch it"),
             Motion(action.inside("over"), "transfer", there, reason=f"over a place behind {what}"),
             Motion(action.inside("down"), "linear", there, {"stage": Stage.POSE}, touch, f"behind {what}"),
-            Motion(action.inside("push"), "linear", there, push, touch, "in again, by what it came out with the hand"),
+            Motion(action.inside("push"), "linear", there, push, touch, "in again, as far as it came out with the hand"),
         )
-        return Decomposition(steps, f"under the roof of {relatum.entity} with its foot, where it tips over, and push it in", 1.0)
+        return Decomposition(steps, f"under the roof of {relatum.entity} with its foot first; it tips over there, and is pushed in", 1.0)
 
     def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
-        """Return the allowance, with the thing that it pushes in after it tipped over."""
+        """Return the allowance, which lets the task move the payload that it pushes in after it has tipped
+        over."""
         pushed: Place | None = bindings.get(_way_in(action.roles["Locatum"]))
         return replace(super().allowance(action, bindings), moves=frozenset({thing_of(pushed.thing)} if pushed else ()))
 
@@ -84,7 +85,7 @@ class Ungrasping(TaskType):
 
 
 def _way_in(what: Object) -> str:
-    """The name of the way on which a thing is pushed in that tipped over."""
+    """Name of the location of the final push on a thing that has tipped over, which moves it farther in."""
     return f"pushed_in({what.name})"
 
 
@@ -96,7 +97,7 @@ def _let_go(action: Action, place: Location) -> tuple[Motion, Motion]:
 
 
 def _has_a_roof(action: Action, belief: Belief) -> bool:
-    """Whether the opening that is meant is under a part of its own thing."""
+    """Whether the opening that the action is about is under a part of its own thing."""
     from ..shapes.roofs import has_own_roof
 
     entity = EntityName.parse(action.roles["Relatum"].entity or "")

@@ -47,7 +47,7 @@ def is_client_program(text: str) -> bool:
 
 
 def can_run(text: str = "import rtde_control") -> str:
-    """Explain why a program cannot be run here; "" if it can."""
+    """Explain why a client program cannot be run on this computer; "" if it can."""
     names = {found[1] for found in CLIENTS.finditer(text)} - {"socket", "rtde"}
     if names and importlib.util.find_spec("rtde_control") is None:
         return "the package ur-rtde is not installed in this Python (it has wheels for 3.11 and 3.12): pip install ur-rtde"
@@ -108,7 +108,7 @@ class _Run:
         """Drop the controller's own log; only a stop matters here."""
 
     def begin(self, program: Path, host: str) -> None:
-        """The ports are open: start the program."""
+        """Start the client's program, when the ports are open."""
         self.process = subprocess.Popen(
             [sys.executable, str(program), host], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
             env={**os.environ, HOST: host, "PYTHONUNBUFFERED": "1"},
@@ -119,7 +119,7 @@ class _Run:
             self.readers[-1].start()
 
     def each(self) -> str:
-        """After every control cycle: record, and see whether the program has ended."""
+        """Record after each control cycle; return how the program ended, "" while it runs."""
         robot = self.robot
         self.observe()
         if self.process is None:
@@ -138,7 +138,7 @@ class _Run:
         return ""
 
     def observe(self) -> None:
-        """Record, as ``execute`` does."""
+        """Record the peaks and the state of a control cycle."""
         self.peaks.see(self.robot.time, self.robot.arm)
         self.recorder.observe(self.robot.data, self.line)
 

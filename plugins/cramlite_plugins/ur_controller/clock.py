@@ -28,7 +28,8 @@ class Clock:
         return {"time": self.time, "random": self.random}
 
     def time(self, mode: Any = 0) -> StructValue:
-        """Return the time since the controller started as struct(sec, nanosec); 2 asks for the date, and is answered alike."""
+        """Return the time since the controller started as struct(sec, nanosec); mode 2, which asks for the
+        date on a real controller, gets the same."""
         if mode not in (0, 2):
             raise ScriptError(f"time's mode is 0 or 2, not {show(mode)}")
         seconds, nano = divmod(round(self.clock() * 1e9), 1_000_000_000)

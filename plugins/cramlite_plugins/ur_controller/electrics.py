@@ -13,7 +13,7 @@ from .urscript.values import ScriptError, real, show
 
 
 def electrics() -> Library:
-    """Return the functions by name."""
+    """Return this module's functions by name."""
     return {f.__name__: f for f in _FUNCTIONS}
 
 
@@ -64,7 +64,7 @@ def set_tool_digital_output_mode(n: Any, mode: Any) -> None:
 
 
 def set_safety_mode_transition_hardness(type: Any) -> None:
-    """Set how hard the arm changes between its safety modes; there is one mode here."""
+    """Check the hardness of changes between safety modes, without effect: the model has one safety mode."""
     _one_of(type, (0, 1), "set_safety_mode_transition_hardness's type")
 
 
@@ -138,7 +138,7 @@ def modbus_set_runstate_dependent_choice(signal_name: Any, runstate_choice: Any)
 
 
 def modbus_set_digital_input_action(signal_name: Any, action: Any) -> None:
-    """Give a signal an action; it never comes."""
+    """Accept an action for a Modbus input signal, without effect: the signal never changes here."""
 
 
 def rpc_factory(type: Any, url: Any) -> str:

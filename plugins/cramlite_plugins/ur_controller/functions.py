@@ -86,7 +86,8 @@ class Functions:
         return {**PURE, **electrics(), **{name: f if name in BLENDING else self._settled(f) for name, f in bound.items()}}
 
     def _settled(self, function: Callable[..., Any]) -> Callable[..., Any]:
-        """A function that first waits for the end of motions which were to be blended into another one."""
+        """Wrap a function so that it first executes the motions that are waiting for a next motion to blend
+        into, and waits for their end."""
 
         @wraps(function)
         def call(*arguments: Any, **named: Any) -> Generator[None, None, Any]:
@@ -98,7 +99,7 @@ class Functions:
         return call
 
     def finish(self) -> Wait:
-        """Move to the end of motions that wait for another one to be blended into, and wait for it."""
+        """Execute the motions that are waiting for a next motion to blend into, and wait for their end."""
         yield from self._blended_joints()
         yield from self._blended_process()
 
@@ -174,7 +175,7 @@ class Functions:
         yield from self._follow(motion)
 
     def _stops_there(self, name: str, r: Any) -> None:
-        """Write once that a blend radius is not modelled."""
+        """Check a blend radius, and log once per function that it is not modelled: the motion stops at its goal."""
         if real(r, name) < 0:
             raise ScriptError(f"{name} needs a blend radius of 0 or more, not {show(r)}")
         if real(r, name) > 0 and name not in self._told:
@@ -190,7 +191,7 @@ class Functions:
         yield from self._stop(a, "stopl")
 
     def force_mode(self, task_frame: Any, selection_vector: Any, wrench: Any, type: Any, limits: Any) -> None:
-        """Switch force mode on; only type 2, which takes the frame as it is."""
+        """Switch force mode on; only type 2 is supported, which uses the given frame as it is."""
         if type != 2:
             raise ScriptError(f"force_mode: type {show(type)} is not supported; 2 takes the frame as it is")
         selection = np.array(numbers(selection_vector, 6, "force_mode's selection_vector"))
@@ -331,7 +332,8 @@ class Functions:
             yield
 
     def check(self) -> None:
-        """Check, once a cycle, that no thread left motions behind that wait for another one, and that inputs were written in time.
+        """Check, once a cycle, that no thread ended while its motions waited for a next one to blend into,
+        and that watched inputs were written in time.
 
         Raises:
             ScriptError: a thread ended with a movej or movep that is to be blended, or waits for another thread: where in its
@@ -344,7 +346,7 @@ class Functions:
             raise ScriptError(f"watchdog: '{late}' was not written in time")
 
     def forget(self) -> None:
-        """Discard motions that wait to be blended, after the end of their program."""
+        """Discard motions that still wait for a next motion to blend into, after the end of their program."""
         self.blending.clear()
         self.process.clear()
 
@@ -371,7 +373,8 @@ class Functions:
 
 
 def _rates(v: Any, a: Any, where: str, t: Any, way: float) -> tuple[float, float]:
-    """Speed and acceleration; a duration ``t`` above 0 has priority over both (URScript manual, movej and movel)."""
+    """Speed and acceleration of a motion; a duration ``t`` above 0 determines both (URScript manual, movej
+    and movel)."""
     speed, acceleration, time = real(v, where), real(a, where), real(t, where)
     if speed <= 0 or acceleration <= 0 or time < 0:
         raise ScriptError(f"{where} needs a positive speed and acceleration, not v={show(v)}, a={show(a)}, t={show(t)}")

@@ -104,7 +104,8 @@ async def _serve(
 
 
 async def _clock(ports: Ports, seconds: float, idle: float, each: Callable[[], str]) -> str:
-    """Real time where the machine is fast enough; else simulated time falls behind and nothing is skipped."""
+    """Run control cycles in real time if the machine is fast enough; else simulated time falls behind, and no
+    cycle is skipped."""
     begin = due = time.monotonic()
     count = 0
     while True:
@@ -229,7 +230,8 @@ async def _dashboard(ports: Ports, reader: Reader, writer: Writer) -> None:
 
 
 async def _script(ports: Ports, reader: Reader, writer: Writer) -> None:
-    """Programs end with ``end`` in column 0; a line that starts none is a program of its own."""
+    """Read programs from a connection: each ends with ``end`` in column 0; a line outside of def and sec is a
+    program of its own."""
     waiting: list[bytes] = []
     size = 0
     while line := await reader.readline():

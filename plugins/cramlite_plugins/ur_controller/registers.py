@@ -51,7 +51,8 @@ class Registers:
         self.written |= dict.fromkeys(values, self.clock())
 
     def late(self) -> str | None:
-        """Name a watched input that was not written in time; both actions, "pause" and "stop", stop the program."""
+        """Return the name of a watched input that was not written in time, None without one; both actions,
+        "pause" and "stop", stop the program."""
         for name, (patience, action) in self.watched.items():
             if action != "ignore" and self.clock() - self.written[name] > patience:
                 return name
@@ -61,12 +62,13 @@ class Registers:
         """Watch an input that must be written with at least a frequency [Hz]."""
         frequency = real(min_frequency, "rtde_set_watchdog")
         if frequency <= 0 or action not in ("pause", "stop", "ignore"):
-            raise ScriptError(f"rtde_set_watchdog: {show(min_frequency)} Hz and action {show(action)!r} do not fit")
+            given = f"{show(min_frequency)} Hz and {show(action)!r}"
+            raise ScriptError(f"rtde_set_watchdog needs a positive frequency and 'pause', 'stop' or 'ignore', not {given}")
         self.watched[show(variable_name)] = (1 / frequency, action)
         self.written[show(variable_name)] = self.clock()
 
     def _outputs(self, name: str, first: int) -> tuple[Callable[[Any, Any], None], Callable[[Any], bool]]:
-        """Setter and getter of a kind of digital outputs; its bits begin at ``first``."""
+        """Setter and getter of a kind of digital outputs, whose bits begin at ``first``."""
         count = OUTPUTS - first if first == TOOL else OUTPUTS if first == 0 else 8
 
         def put(n: Any, b: Any) -> None:

@@ -70,7 +70,8 @@ class Settings:
         return from_pose(Pose.from_matrix(self.arm.kinematics.flange(self.arm.actual_joints())))
 
     def tool_pose(self) -> PoseValue:
-        """Return the TCP in the base frame, from the encoders: the name in the programs of PolyScope 3 for a force in the tool's frame."""
+        """Return the TCP in the base frame, from the encoders; programs of PolyScope 3 call this when they
+        set a force in the tool's frame."""
         return from_pose(self.arm.actual_tcp())
 
     # Speeds and torques
@@ -115,7 +116,7 @@ class Settings:
         return bool(((q >= self.arm.watch.limits[0]) & (q <= self.arm.watch.limits[1])).all())
 
     def get_target_waypoint(self) -> PoseValue:
-        """Refuse: the function is not modelled."""
+        """Refuse ``get_target_waypoint``: it is not modelled."""
         raise ScriptError("get_target_waypoint is not modelled here: keep the target in a variable")
 
     # Force mode and contact

@@ -47,7 +47,7 @@ class Sockets:
         return True
 
     def socket_close(self, socket_name: Any = "socket_0") -> None:
-        """Close a socket."""
+        """Close the program's socket of a name."""
         self.open.pop(show(socket_name), None)
 
     def socket_set_var(self, name: Any, value: Any, socket_name: Any = "socket_0") -> None:
@@ -88,7 +88,7 @@ class Sockets:
     def socket_read_string(
         self, socket_name: Any = "socket_0", prefix: Any = "", suffix: Any = "", interpret_escape: Any = False, timeout: Any = 2
     ) -> Generator[None, None, str]:
-        """Read everything that waits; a part between ``prefix`` and ``suffix`` is not cut out here."""
+        """Read all waiting bytes as a string; ``prefix`` and ``suffix``, which would cut out a part, are refused."""
         if prefix != "" or suffix != "":
             raise ScriptError("socket_read_string: prefix and suffix are not modelled here: read all and use str_find and str_sub")
         buffer = self._buffer(socket_name)

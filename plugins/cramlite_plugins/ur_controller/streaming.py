@@ -52,7 +52,8 @@ class JointSpeed(Value):
 
 
 class ToolSpeed(JointSpeed):
-    """Tool speeds (6,) [m/s, rad/s], base axes, as ``JointSpeed``; ``start`` is unused, ``place`` is the first pose."""
+    """Tool speeds (6,) [m/s, rad/s], base axes, that change like those of ``JointSpeed``; ``place`` is the
+    first TCP pose, and ``start`` is unused."""
 
     place: Pose = field(default_factory=Pose)
 
@@ -74,7 +75,7 @@ class Servo(Value):
 
     @property
     def duration(self) -> float:
-        """Return the time after which the error is e^-10 of the first [s]."""
+        """Return the time after which e^-10 of the initial distance to the target is left [s]."""
         return 10 * self.constant  # e^-10: below the encoder's resolution
 
     def at(self, time: float) -> Floats | Pose:
@@ -124,7 +125,7 @@ class Streaming:
         yield from self._wait(motion, wait)
 
     def servoc(self, pose: Any, a: Any = 1.2, v: Any = 0.25, r: Any = 0) -> None:
-        """Refuse: the function is not modelled."""
+        """Refuse ``servoc``: it is not modelled."""
         raise ScriptError("servoc is not modelled here: use servoj or movel")
 
     def _hold_on(self, motion: JointSpeed, t: Any, ramp: float) -> Wait:
@@ -132,7 +133,8 @@ class Streaming:
         yield from self._wait(self.arm.follow(motion), real(t, "t") or ramp)
 
     def _wait(self, motion: Any, seconds: float) -> Wait:
-        """At least one cycle; a killed thread leaves the arm to stop by itself."""
+        """Wait for a time [s], at least one control cycle; if the thread is killed meanwhile, the arm stops
+        by itself."""
         try:
             for _ in range(max(1, math.ceil(seconds / self.arm.period - 1e-9))):
                 yield

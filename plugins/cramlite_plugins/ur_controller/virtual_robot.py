@@ -206,7 +206,7 @@ class VirtualRobot:
 
 
 def _as_program(text: str) -> str:
-    """A single line, as clients send it, is a program of one statement."""
+    """Program text of a text that a client sends: a single line becomes a program of one statement."""
     if text.lstrip().startswith(("def", "sec")):
         return text
     return f"def unnamed():\n{text.strip()}\nend\n"
@@ -247,11 +247,13 @@ _FIELDS: dict[str, Callable[[VirtualRobot], Any]] = {
 
 
 def _refuse(world: World) -> None:
-    """Refuse faults that mean nothing where programs are others', and come and go.
+    """Refuse faults that cannot happen to programs of clients, which come and go: faults of readings or
+    goals, or at a line.
 
     Raises:
         UserError: the world has one.
     """
     for fault in world.faults:
         if fault.kind in READINGS | ORDERS or (fault.trigger and fault.trigger.line):
-            raise UserError(f"Clients of the controller get no readings or goals, and have no lines: '{fault}' cannot happen to them.")
+            why = "they get no readings or goals from the simulation, and their lines are unknown"
+            raise UserError(f"Fault '{fault}' cannot happen to programs of clients: {why}.")

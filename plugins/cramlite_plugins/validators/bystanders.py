@@ -62,7 +62,8 @@ class Bystanders(Value):
         yield from self._at_rest(candidate, rollout)
         limit, whose = candidate.limits.bystander_motion, candidate.limits.source("bystander_motion")
         if worst[0] <= limit:
-            what = f"'{worst[1]}' got furthest of what no task moves, {1000 * worst[0]:.1f} mm" if worst[1] else "nothing to move"
+            what = f"'{worst[1]}' moved furthest of all things that no task moves, {1000 * worst[0]:.1f} mm"
+            what = what if worst[1] else "nothing to move"
             yield Finding(self.name, True, f"{what}, limit {1000 * limit:g} mm {whose}", worst[0], limit, "m")
 
     def _at_rest(self, candidate: Candidate, rollout: Rollout) -> Iterator[Finding]:
@@ -103,8 +104,9 @@ def _let(name: str, key: str, value: float, unit: str) -> Remedy:
 
 
 def stays(rollout: Rollout, thing: Thing, moved: Moved) -> Iterator[Stay]:
-    """Yield the displacement of a thing from its place at the beginning of each stretch in which no task moves
-    it. Of a hanging thing the hole must stay; the rest may swing up to the limit of tilt."""
+    """Yield the displacement of a thing in each stretch in which no task moves it, from its pose at the
+    stretch's beginning. Of a hanging thing the hole must stay; the rest may swing up to the limit of
+    tilt."""
     for nobody, stretch in groupby(range(len(rollout.times)), key=lambda k: moved[thing.name][k] is None):
         rows = list(stretch)
         if nobody:
@@ -115,15 +117,16 @@ def stays(rollout: Rollout, thing: Thing, moved: Moved) -> Iterator[Stay]:
 
 
 def _watched(thing: Thing, *, hanging: bool) -> Floats:
-    """(P, 3) points of a thing whose way is measured, in its frame [m]: the corners of the box around it, or its hole."""
+    """Points (P, 3) of a thing whose displacement is measured, in its frame [m]: the corners of the box
+    around it, or its hole."""
     hole = thing.feature("vrps:Hole") if hanging else None
     low, high = box_around(thing.geoms)
     return np.array([hole.pose.position]) if hole else low + _CORNERS * (high - low)
 
 
 def _carriers(rollout: Rollout, thing: Thing, sample: int, moved: Moved) -> list[str]:
-    """Moved things that bear the thing at a sample, directly or through others: a drawer bears the content of
-    a bowl in it."""
+    """Things that some task moves and that bear the thing at a sample, directly or through others: a
+    drawer bears the content of a bowl in it."""
     found, new, names = list[str](), [thing.name], {t.name for t in rollout.world.things}  # a hand bears things, too
     while new:
         borne = [o for n in new if rollout.world.thing(n).movable for o in borne_by(rollout, n, sample)]

@@ -1,4 +1,4 @@
-"""Carries: stretches in which the hand takes along a thing that it touches and does not hold."""
+"""Carries: stretches in which the hand moves a thing along that it touches without holding it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .slides import GAP
 
 
 class Carry(NamedTuple):
-    """Way on which the hand takes a thing along.
+    """Motion of a thing that the hand takes along without holding it.
 
     Args:
         way: of that point of the thing that is taken farthest [m]: of its way, what points where the hand would lead it, and no more
@@ -29,7 +29,8 @@ class Carry(NamedTuple):
 
 
 def carries(rollout: Rollout, thing: str, within: range) -> Iterator[Carry]:
-    """Yield the carry of each stretch of some samples in which the hand touches a thing; a hand that is at rest carries nothing."""
+    """Yield the carry of each stretch of samples in which the hand touches a thing; a hand at rest carries
+    nothing."""
     near = [k for k in within if _touched(rollout, thing, k)]
     breaks = [n for n, (a, b) in enumerate(pairwise(near), 1) if rollout.times[b] - rollout.times[a] > GAP]
     for first, end in pairwise((0, *breaks, len(near))):

@@ -37,9 +37,10 @@ class Bump(NamedTuple):
 
 
 class Collision(Value):
-    """Validator of contacts: the running task permits each, or the task that released a thing that still falls.
-    Force is judged by what the arm feels; of two things pressed together without a grip, by the task's limit
-    beyond their weight. The shock of a dropped thing is not judged, since a rigid model says little of it."""
+    """Validator of contacts: each must be permitted by the running task, or by the task that released a
+    thing that still falls. Force is judged by what the arm feels; of two things pressed together
+    without a grip, by the task's limit beyond their weight. The shock of a dropped thing is not judged,
+    since a rigid model says little of it."""
 
     name: str = "collision"
     cost: Cost = "rollout"
@@ -50,7 +51,7 @@ class Collision(Value):
         whose = f"limit {brush:g} N {candidate.limits.source('brush')}"
         worst = max(bumps(candidate), default=None)
         if worst is None:
-            reason = f"nothing was touched, and nothing was pressed harder, than the tasks say ({whose} elsewhere)"
+            reason = f"each contact is permitted by a task and within its force ({whose} elsewhere)"
             yield Finding(self.name, True, reason, 0.0, brush, "N")
             return
         task = inner_tasks(candidate)[worst.sample]
@@ -64,9 +65,9 @@ class Collision(Value):
 
 
 def more_room(worst: Bump) -> Remedy:
-    """Remedies against a contact: room, or a limit where the force is one that tasks without a declared limit
-    may press with."""
-    meet = f"'{worst.one}' and '{worst.other}' meet with {worst.force:.1f} N where {worst.limit:.0f} N are let"
+    """Remedies against a contact: more room between the two; or a higher limit, if other tasks may press
+    as hard by default."""
+    meet = f"'{worst.one}' and '{worst.other}' meet with {worst.force:.1f} N where {worst.limit:.0f} N are permitted"
     harmless = f", or, where that does no harm, 'limits: {{brush: {math.ceil(worst.force)} N}}' in the scenario"
     raised = harmless if not worst.why and worst.force <= LIMIT.default else ""
     pair = " ".join(sorted((worst.one, worst.other)))
@@ -85,13 +86,13 @@ def bumps(candidate: Candidate) -> Iterator[Bump]:
             if limit is not None:
                 contacts.note(k, pair)
             if force > (brush if limit is None else limit):
-                why = "" if limit is None else f"limit {limit:.0f} N of the task and of what they weigh"
+                why = "" if limit is None else f"limit {limit:.0f} N by the task and their weights"
                 yield Bump(force - (limit or brush), force, limit or brush, k, touch.a, touch.b, why)
 
 
 def _to_judge(rollout: Rollout, contacts: _Contacts) -> Iterator[tuple[int, tuple[Touch, ...]]]:
-    """Samples and their touches; of sleeping things only the touches that were not permitted when they fell
-    asleep."""
+    """Samples with the contacts to judge; of sleeping things only those contacts that were not permitted
+    when they fell asleep."""
     still, known = tuple[Touch, ...](), list[Pair]()
     asleep = itertools.chain(rollout.asleep, itertools.repeat(()))
     for k, (touches, awake, now) in enumerate(zip(rollout.touches, rollout.awake_touches, asleep, strict=False)):
@@ -106,7 +107,7 @@ def _to_judge(rollout: Rollout, contacts: _Contacts) -> Iterator[tuple[int, tupl
 
 
 def _by_pair(touches: Iterable[Touch]) -> dict[Pair, tuple[float, Touch]]:
-    """The force between two wholes [N], and their hardest touch."""
+    """Sum of the contact forces between each two whole things [N], with the hardest of their contacts."""
     found: dict[Pair, tuple[float, Touch]] = {}
     for touch in touches:
         pair = frozenset({_whole(touch.a), _whole(touch.b)})
@@ -120,7 +121,7 @@ def _whole(body: str) -> str:
 
 
 class _Contacts:
-    """Permitted contacts at each sample of a run, which is gone through from its start."""
+    """Contacts that are permitted at each sample of a run; the samples are visited in order."""
 
     def __init__(self, candidate: Candidate, rollout: Rollout) -> None:
         self.times, self.robot = rollout.times, candidate.program.robot
@@ -138,7 +139,7 @@ class _Contacts:
         self.rested: dict[str, float] = {}  # when one that is held last touched something of that [s]
 
     def limit(self, k: int, pair: Pair) -> float | None:
-        """Largest force between two bodies at a sample [N]; None if they must not touch."""
+        """Largest permitted force between two bodies at a sample [N]; None if they must not touch."""
         if pair == {HAND} or (HAND in pair and pair & self.gripped[k]):
             return math.inf  # pads that close on a thing: the gripper's own force
         if self.robot in pair:
@@ -156,12 +157,13 @@ class _Contacts:
         return own[0] + sum(self.weight[one] for one in pair & self.weight.keys()) if own else math.inf
 
     def _settles(self, k: int, pair: Pair) -> bool:
-        """Whether a contact comes from settling: at the start, or between things that no task moves then."""
+        """Whether a contact comes from settling: at the start, or between two things that no task moves at
+        that sample."""
         return k == 0 or (HAND not in pair and all(self.moved[one][k] == "" for one in pair & self.moved.keys()))
 
     def _declared(self, k: int, pair: Pair) -> bool:
-        """Whether the running task permits two bodies to touch, or the task that moved one of them, whose
-        released thing may still fall."""
+        """Whether two bodies may touch: by the running task, or by the task that moved one of them, as a
+        thing that it released may still fall."""
         if self._allows(self.tasks[k], k, pair) or self._among_contents(self.tasks[k], k, pair):
             return True
         return HAND not in pair and any(self._allows(t, k, pair) or self._among_contents(t, k, pair) for t in self._movers(k, pair))
@@ -180,7 +182,8 @@ class _Contacts:
         return bool(self.times[k] - self.rested[held] > GAP)
 
     def _among_contents(self, task: str, k: int, pair: Pair) -> bool:
-        """Whether a task that brings a payload into a container permits it to touch the container's content."""
+        """Whether a task that brings a payload into a container lets two bodies touch, one of which is the
+        container's content or rests against it."""
         touches = self.allowances.get(task, Allowance()).touches
         return HAND not in pair and any(
             frozenset({one, c}) in touches and any(self._goes_on(k, frozenset({other, c})) for other in pair - {one})
@@ -191,7 +194,7 @@ class _Contacts:
         return bool(self.times[k] - self.last.get(pair, -math.inf) <= GAP)
 
     def note(self, k: int, pair: Pair) -> None:
-        """Remember two bodies that touch, and may."""
+        """Remember a permitted contact of two bodies."""
         self.last[pair] = float(self.times[k])
         taken = self.held[k]
         if taken and (k == 0 or self.held[k - 1] != taken):

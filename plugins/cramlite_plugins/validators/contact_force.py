@@ -69,7 +69,7 @@ def _of(name: str, candidate: Candidate, steps: Iterable[AnyStep]) -> TaskForce:
 
 
 def _force(step: AnyStep) -> float | None:
-    """Largest force of a step, by its end condition [N]; None for steps that do not feel."""
+    """Largest force that a step's end condition allows [N]; None for steps without force sensing."""
     if isinstance(step, Forced):
         return step.force_limit
     return _guard_force(step) if isinstance(step, MoveUntilContact) else None
@@ -80,7 +80,7 @@ def _guard_force(step: MoveUntilContact) -> float:
 
 
 def _steps(candidate: Candidate) -> Mapping[str, list[AnyStep]]:
-    """The steps of each task, by the innermost that they belong to."""
+    """Steps of each task or part of a task, each listed with the innermost one that it belongs to."""
     known, found = {a.name for a in (*candidate.actions, *candidate.parts)}, dict[str, list[AnyStep]]()
     for step in walk(candidate.program.steps):
         task = next((n for n in enclosing_names(step.origin) if n in known), "")
@@ -89,8 +89,8 @@ def _steps(candidate: Candidate) -> Mapping[str, list[AnyStep]]:
 
 
 def guard_forces(candidate: Candidate) -> list[TaskForce | None]:
-    """Return for each sample the contact force to which the running guarded motion leads, by its threshold; None without
-    one, and at its first samples, which have peaks of the code before."""
+    """Return for each sample the force threshold of the guarded motion that runs then; None without one,
+    and at its first samples, which still show force peaks of the code before it."""
     guards: dict[str, TaskForce] = {}
     for step in walk(candidate.program.steps):
         if isinstance(step, MoveUntilContact):
@@ -126,10 +126,10 @@ def force_limits(candidate: Candidate) -> ForceLimits:
         if not touched and not force.declared:
             continue
         force = min(force, (guards[k] if touched else None) or force, key=lambda one: one.most)
-        limit, whose = STOPPED * force.most, f"{force.source} ({force.most:g} N, and {STOPPED - 1:.0%} while it stops)"
+        limit, whose = STOPPED * force.most, f"{force.source} ({force.most:g} N, and {STOPPED - 1:.0%} while the arm stops)"
         least = min((fragile[one] for one in touched if one in fragile), key=lambda known: known.value, default=None)
         if least is not None and least.value < force.most:
-            limit, whose = STOPPED * least.value, f"{least} ({least.value:g} N, and {STOPPED - 1:.0%} while it stops)"
+            limit, whose = STOPPED * least.value, f"{least} ({least.value:g} N, and {STOPPED - 1:.0%} while the arm stops)"
         limit += 0.0 if force.declared else IN_DOUBT * weights.get(held[k], 0.0)
         if limit < program.force_limit:
             most[k], source[k] = limit, whose
@@ -137,7 +137,7 @@ def force_limits(candidate: Candidate) -> ForceLimits:
 
 
 def _fragile(candidate: Candidate) -> dict[str, Known]:
-    """Limits of fragile things, as far as an ontology has them."""
+    """Force limits of fragile things, where an ontology states one."""
     said = {t.name: lowest([t], "cram:maximumForce", candidate) for t in candidate.world.things}
     return {name: known for name, known in said.items() if known is not None}
 

@@ -1,4 +1,5 @@
-"""Hands from files that closed on nothing: the finding, and the keys of a scenario that may be wrong."""
+"""Explanation for hands from robot files that closed without a thing: the finding, and the keys of a
+scenario that may be wrong."""
 
 from __future__ import annotations
 
@@ -12,8 +13,8 @@ KEYS = "this hand is from a file: 'pads' and 'tcp' of 'gripper' say where it gri
 
 
 def closed_on_nothing(candidate: Candidate, sample: int) -> str:
-    """Return a clause on the distance that a hand from a file closed on nothing; "" for other hands, and if it
-    was not to take anything then.
+    """Return a clause on the opening at which a hand from a robot file closed on nothing; "" for other hands,
+    and if it was not to grasp then.
 
     Args:
         sample: at which the run ended.

@@ -1,4 +1,5 @@
-"""Explained grips: the handover of the plan by which each grip of a run begins, and the one by which it ends."""
+"""Explanation of grips: the handover of the plan by which each grip of a run begins, and the one by which
+it ends."""
 
 from __future__ import annotations
 
@@ -56,7 +57,7 @@ def explained_at(candidate: Candidate) -> list[str]:
 
 
 class _Run:
-    """Handovers, origins and tasks of a run."""
+    """Handovers of a run, with the origin and the task of the code at each sample."""
 
     def __init__(self, candidate: Candidate, rollout: Rollout) -> None:
         self.candidate, self.times = candidate, rollout.times
@@ -85,7 +86,8 @@ class _Run:
         return ExplainedGrip(grip, "", grip.first, left)
 
     def _declared_move(self, grip: Grip) -> bool:
-        """Whether tasks that move the thing without holding it run all the while: open fingers push with both pads."""
+        """Whether tasks that may move the thing without holding it run during a whole grip: open fingers
+        push with both pads."""
         allowed = self.candidate.allowances
         tasks = set(self.tasks[grip.first : grip.last + 1])
         return all(t in allowed and grip.thing in allowed[t].moves for t in tasks) and not self._taken_in(tasks, grip.thing)
@@ -95,8 +97,8 @@ class _Run:
         return any(h.thing == thing and tasks & set(enclosing_names(h.by)) for h in found)
 
     def _own_way(self, grip: Grip) -> bool:
-        """Whether one task without known handovers runs from the first to the last sample of a grip whose thing
-        has none."""
+        """Whether a single task, none of whose handovers are known, runs at the beginning and at the end
+        of a grip; False if the thing has handovers."""
         if any(h.thing == grip.thing for h in self.handovers or ()):
             return False
         tasks = {self._whole(k) for k in (grip.first, grip.last)}
@@ -104,18 +106,19 @@ class _Run:
         return len(tasks) == 1 and not tasks & (spoken | {""})
 
     def _whole(self, sample: int) -> str:
-        """The action of the plan that runs at a sample."""
+        """Name of the action of the plan that runs at a sample; "" if none does."""
         names = set(enclosing_names(self.came_from[sample]))
         return next((a.name for a in self.candidate.actions if a.name in names), "")
 
     def _about(self, sample: int, thing: str) -> bool:
-        """Whether the action that runs, or the part of one, has a thing in a role."""
+        """Whether the action that runs at a sample, or a running part of it, has a thing in one of its
+        roles."""
         names = set(enclosing_names(self.came_from[sample]))
         acting = (a for a in (*self.candidate.actions, *self.candidate.parts) if a.name in names)
         return any(o.thing == thing for a in acting for o in a.roles.values())
 
     def _near(self, thing: str, sample: int, *, taken: bool) -> Handover | None:
-        """The handover whose code runs about a sample."""
+        """Handover of the plan whose code runs at about a sample."""
         now = self.times[sample]
         before, after = (LATE, EARLY) if taken else (EARLY, LATE)
         near = {o for t, o in zip(self.times, self.came_from, strict=True) if now - before <= t <= now + after}
@@ -123,12 +126,12 @@ class _Run:
         return next((h for h in self.handovers or () if (h.thing, h.taken) == (thing, taken) and h.by in names), None)
 
     def _kept(self, thing: str) -> bool:
-        """Whether a thing is still in the hand when the plan ends."""
+        """Whether the last handover of a thing puts it into the hand, where it is when the plan ends."""
         last = next((h for h in reversed(self.handovers or ()) if h.thing == thing), None)
         return last is not None and last.taken
 
     def _after(self, left: Handover, grip: Grip) -> Iterator[int]:
-        """Samples of a grip with code that comes after the handover that ends it."""
+        """Samples of a grip at which code runs that the program has after the handover that ends the grip."""
         until, end = self.order.get(left.by, math.inf), self.times[grip.last] - LATE
         for k in range(grip.first, grip.last):
             if self.order.get(self.came_from[k], 0) > until and self.times[k] < end:

@@ -53,8 +53,8 @@ SIDES: Mapping[str, tuple[int, float]] = {
 
 
 class Goal(Value):
-    """Validator of the goal: every literal of it, or of the demonstration's end, holds at the end of the run,
-    with its thing at rest.
+    """Validator of the goal: each literal, of the goal or of the state in which the demonstration ended,
+    holds at the end of the run, and its thing is at rest.
 
     Places are measured where they then are: what was put into a drawer is looked for in the drawer where it was pushed to.
     """
@@ -84,7 +84,8 @@ def _what(literal: GoalLiteral) -> str:
 
 
 def _unmet(literal: GoalLiteral, timeline: Timeline, rollout: Rollout) -> str:
-    """The first condition that does not hold all through the last moments; empty where all do."""
+    """Clause on the first condition that does not hold all through the last moments of the run; empty if
+    all do."""
     binding: dict[str, str | float] = {v: _recorded(e, timeline.episode) for v, e in literal.binding.items()}
     last = float(rollout.times[-1])
     first = max(last - LASTS, timeline.cuts[0])
@@ -102,7 +103,8 @@ def _unmet(literal: GoalLiteral, timeline: Timeline, rollout: Rollout) -> str:
 
 
 def _doubtful(literal: GoalLiteral, timeline: Timeline, rollout: Rollout) -> str:
-    """Clause on a thing that is in its region by less than simulators differ by; empty without one."""
+    """Clause on a thing that is inside of its region by less than simulators differ; empty if it is well
+    inside."""
     from cramlite.plugin import atoms
 
     binding: dict[str, str | float] = {v: _recorded(e, timeline.episode) for v, e in literal.binding.items()}
@@ -112,13 +114,13 @@ def _doubtful(literal: GoalLiteral, timeline: Timeline, rollout: Rollout) -> str
             if atom.predicate.function is in_region:
                 thing, region = (None if v is None else str(v) for v in atom.arguments(binding))
                 if next(in_region_by(end, thing, region, SURE), None) is None:
-                    return f"by less than {1000 * SURE:g} mm '{thing}' is in '{region}': another simulator may have it beside that"
+                    return f"'{thing}' is less than {1000 * SURE:g} mm inside of '{region}': another simulator may find it outside"
     return ""
 
 
 def _recorded(entity: str, episode: Episode) -> str:
-    """Name of an entity in the recording: the robot's for the hand, the vessel's for a filling, the thing's for
-    a feature without a shape, unless that is a place."""
+    """Name of an entity in the recording: the robot's for the hand, the vessel's for a filling, the whole
+    thing's for a feature without a shape, unless the feature is a place."""
     whole = thing_of(entity)
     if entity == EFFECTOR:
         return episode.effector or entity
@@ -130,8 +132,8 @@ def _recorded(entity: str, episode: Episode) -> str:
 
 
 def _too_few(clause: Clause, literal: GoalLiteral, rollout: Rollout) -> str:
-    """Refusal where too small a share of a vessel's loose content is in place; empty where it is enough, or
-    none was asked."""
+    """Clause on a vessel whose content has arrived in too small a share; empty if enough has, or if the
+    clause is about no content."""
     from cramlite.plugin import atoms
 
     for atom in atoms(clause.condition) if not clause.text.startswith("not ") else ():
@@ -154,7 +156,7 @@ def _beside(literal: GoalLiteral, candidate: Candidate) -> str:
     one, other = (np.asarray(base.apply(_at(candidate.rollout, n))) for n in (literal.things[0], literal.other))
     if literal.side not in SIDES:
         gap = float(np.linalg.norm((one - other)[:2]))
-        return "" if gap <= NEAR else f"it is {1000 * gap:.0f} mm from '{literal.other}', up to {1000 * NEAR:.0f} mm are near"
+        return "" if gap <= NEAR else f"it is {1000 * gap:.0f} mm from '{literal.other}', up to {1000 * NEAR:.0f} mm count as near"
     axis, sign = SIDES[literal.side]
     by = sign * float((one - other)[axis])
     said = f"it is {1000 * by:.0f} mm {literal.side.replace('_', ' ')} '{literal.other}', at least {1000 * ASIDE:.0f} mm are needed"
@@ -162,17 +164,18 @@ def _beside(literal: GoalLiteral, candidate: Candidate) -> str:
 
 
 def _unsettled(literal: GoalLiteral, rollout: Rollout) -> str:
-    """Things of the literal that still move; empty where they rest, or hang."""
+    """Clause on the first thing of the literal that still moves at the end of the run; empty if all are at
+    rest."""
     recent = rollout.times >= rollout.times[-1] - LASTS
     for name in dict.fromkeys(thing_of(t) for t in literal.things if thing_of(t) in rollout.poses):
         way = float(np.linalg.norm(np.ptp(rollout.poses[name][recent, :3], axis=0)))
         if way > STILL:
-            return f"'{name}' moves by {1000 * way:.0f} mm in the last {LASTS:g} s, up to {1000 * STILL:.0f} mm are at rest"
+            return f"'{name}' moves by {1000 * way:.0f} mm in the last {LASTS:g} s, up to {1000 * STILL:.0f} mm count as at rest"
     return ""
 
 
 def _badly_rests(literal: GoalLiteral, candidate: Candidate) -> str:
-    """Fault in how a thing rests on its support; empty for none."""
+    """Clause on a thing that rests wrongly on its support, such as on its edge; empty if it rests well."""
     from cramlite.plugin import atoms
 
     assert candidate.rollout is not None
@@ -187,7 +190,7 @@ def _badly_rests(literal: GoalLiteral, candidate: Candidate) -> str:
 
 
 def _sprung_back(literal: GoalLiteral, candidate: Candidate) -> str:
-    """Clause on a knob that is off and not at its stop; empty without one."""
+    """Clause on a knob that is turned off but not to its stop; empty if there is none."""
     from cramlite.plugin import atoms
 
     assert candidate.rollout is not None
@@ -201,12 +204,13 @@ def _sprung_back(literal: GoalLiteral, candidate: Candidate) -> str:
                     continue
                 share = (float(rollout.values[name][-1]) - joint.lower) / (joint.upper - joint.lower)
                 if share > AT_STOP:
-                    return f"'{name}' is {100 * share:.2g} % of its range before its stop, up to {100 * AT_STOP:g} % are off"
+                    return f"'{name}' is {100 * share:.2g} % of its range from its stop; up to {100 * AT_STOP:g} % count as off"
     return ""
 
 
 def _tipped(literal: GoalLiteral, candidate: Candidate) -> str:
-    """Clause on a thing that leant over after a task of the plan had let go of it and it had come to rest; empty without one.
+    """Clause on a thing that tipped over after a task of the plan had released it and it had come to rest;
+    empty if there is none.
 
     Also where bystanders only advise: how it then comes to rest is left to chance.
     """
@@ -221,13 +225,13 @@ def _tipped(literal: GoalLiteral, candidate: Candidate) -> str:
         for stay in stays(rollout, rollout.world.thing(name), moved) if len(released) else ():
             if stay.leant > released[-1] and stay.tilt > LEAN:
                 when = f"by {rollout.times[stay.leant]:.1f} s, after it had been put there and rested"
-                return f"'{name}' leant over by {np.degrees(stay.tilt):.0f} deg {when}; up to {np.degrees(LEAN):.0f} deg are left as put"
+                return f"'{name}' leant over by {np.degrees(stay.tilt):.0f} deg {when}; up to {np.degrees(LEAN):.0f} deg count as standing"
     return ""
 
 
 def _measured(literal: GoalLiteral, rollout: Rollout, episode: Episode) -> str:
-    """Clause on the things of a literal at the end: openings, and the position in or on the place, wherever
-    that is then."""
+    """Clause on the things of a literal at the end of the run: openings of joints, and the position of a
+    thing in the frame of its place."""
     said, last = [], float(rollout.times[-1])
     names = list(dict.fromkeys(thing_of(t) for t in literal.things if episode.known(thing_of(t)) is not None))
     for name in names:

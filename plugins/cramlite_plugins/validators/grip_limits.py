@@ -57,7 +57,8 @@ class GripLimits(Value):
 
 
 def grip_limits(candidate: Candidate) -> Iterator[Limit]:
-    """Yield the lower of each thing's believed limit and its limit in the run's world."""
+    """Yield the force limit of each thing that has one: the lower of that of the believed thing and that
+    of the thing in the run's world."""
     assert candidate.rollout is not None
     for name in sorted({t.name for w in (candidate.world, candidate.rollout.world) for t in w.things}):
         things = [t for w in (candidate.world, candidate.rollout.world) if (t := _thing(w, name)) is not None]

@@ -1,4 +1,4 @@
-"""Grip strength: a slipped thing's weight against the load that the pads carry."""
+"""Grip strength: weight of a thing that slipped, against the load that the pads carry."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ SOON = 0.5  # after the pads last pressed a thing that was lost, the fingers go 
 
 
 class GripStrength(Value):
-    """Check that a thing that slipped was gripped strongly enough for its weight; others are not judged."""
+    """Check that a thing that slipped was gripped strongly enough for its weight; things that did not slip
+    are not judged."""
 
     name: str = "grip_strength"
     cost: Cost = "rollout"
@@ -41,20 +42,20 @@ class GripStrength(Value):
 
 
 def explained(grip: GripLoad, force: float) -> str:
-    """Explain, as a clause, that a force of each pad [N] does not carry a weight, and which would."""
+    """Explain, as a clause, that a force of each pad [N] does not carry a weight, and which force would."""
     low, high = grip.gripper.force
     carried = f"{force:g} N on each pad carry {2 * grip.friction * force:.1f} N of {grip}"
     if not grip.friction:
         return f"{carried}; no force does"
     just = GRAVITY * grip.mass / (2 * grip.friction)
     return (
-        f"{carried}; {just:.0f} N carry it just so, {grip.least:.0f} N with a margin of {MARGIN:g} and {ACCELERATION:g} m/s2 of the arm"
+        f"{carried}; {just:.0f} N just carry it, {grip.least:.0f} N with a margin of {MARGIN:g} and {ACCELERATION:g} m/s2 of the arm"
         f" (gripper '{grip.gripper.type}': {low:g} .. {high:g} N)"
     )
 
 
 def _lost(rollout: Rollout, grip: hand.Grip, turns: Sequence[Turn]) -> bool:
-    """Whether a thing slid in the hand, or the fingers closed further once they had lost it."""
+    """Whether a thing slid in the hand, or the fingers closed further after losing it."""
     if hand.slip(rollout, grip, turns).max() > SLIP:
         return True
     soon = int(np.searchsorted(rollout.times, rollout.times[grip.last] + SOON))

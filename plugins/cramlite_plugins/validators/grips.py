@@ -1,4 +1,4 @@
-"""Grips of a run: their times, their payloads, and the slip in the hand."""
+"""Grips of a run: their time spans, their payloads, and the slip of payloads in the hand."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def pressed_at(rollout: Rollout) -> list[str]:
 
 @lru_cache(maxsize=1)
 def _pressed_at(run: Itself[Rollout]) -> tuple[str, ...]:
-    """What ``pressed_at`` tells, for all judges of a run."""
+    """Result of ``pressed_at``, computed once for all validators of a run."""
     rollout = run.it
     loose = {t.name for t in rollout.world.things if t.movable or t.joint}
     pressed = zip(map(_pressed, rollout.awake_touches), rollout.opening, strict=True)

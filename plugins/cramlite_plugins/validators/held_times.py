@@ -1,4 +1,4 @@
-"""Times of a run at which a rule's condition holds that was asked of another moment."""
+"""Times of a run at which a condition of a rule holds, for a message that it does not hold when it should."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def held_times(clause: Clause, bindings: Iterable[dict[str, Any]], timeline: Tim
 
 
 def _joined(pieces: Iterable[tuple[float, float, bool]]) -> list[Span]:
-    """Neighbours that hold become one span."""
+    """Spans in which a condition holds, neighbouring ones united."""
     found: list[Span] = []
     before = False
     for start, end, held in pieces:
@@ -58,7 +58,8 @@ def said_times(spans: list[Span]) -> str:
 
 
 def said_values(clause: Clause, bindings: Iterable[dict[str, Any]], phase: Phase) -> str:
-    """Format the value that a condition compares, as ": it is 2"; empty for others, and where it has none."""
+    """Format the value that a comparison evaluates, as ": it is 2"; "" for other conditions, and if there
+    is no value."""
     from cramlite.plugin import Compare
 
     if not isinstance(clause.condition, Compare):

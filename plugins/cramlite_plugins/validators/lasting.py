@@ -8,7 +8,8 @@ from cramlite.model import Floats
 
 
 def lasting(values: Floats, times: Floats, seconds: float) -> Floats:
-    """Return the least value from each sample on for a time (M,); of a run that is shorter, 0 once.
+    """Return the least value in a time window (M,), for each sample at which one begins; one 0 if the run is
+    shorter than the window.
 
     Args:
         values, times: (N,), evenly sampled.

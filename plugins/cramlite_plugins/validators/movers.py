@@ -1,4 +1,5 @@
-"""Moving tasks of each thing, at each sample of a run: from the grip until the released thing has come to rest."""
+"""Task that moves each thing, at each sample of a run: from the grip until the released thing has come to
+rest."""
 
 from __future__ import annotations
 
@@ -53,7 +54,7 @@ def moved_by(candidate: Candidate) -> Moved:
 
 
 def _stretches(names: Sequence[str], rows: range | None = None) -> Iterator[tuple[str, range]]:
-    """Names, each with the samples of a stretch, of some, at which it is the same."""
+    """Stretches of samples with the same name, each with that name; of all samples, or of some."""
     for name, same in groupby(rows or range(len(names)), key=lambda k: names[k]):
         own = list(same)
         yield name, range(own[0], own[-1] + 1)
@@ -68,7 +69,8 @@ def _after(rollout: Rollout, sample: int, time: float) -> int:
 
 
 def rests(rollout: Rollout, name: str, sample: int) -> int:
-    """Return the first sample, from one on, after which a thing is at rest for a while; past the end where it never is."""
+    """Return the first sample, from a given one on, from which a thing stays at rest for a while; the
+    number of samples if it never does."""
     from numpy.lib.stride_tricks import sliding_window_view
 
     step = float(rollout.times[1] - rollout.times[0]) if len(rollout.times) > 1 else OVER
@@ -84,7 +86,8 @@ def rests(rollout: Rollout, name: str, sample: int) -> int:
 
 
 def _way(track: Floats) -> Floats:
-    """(N, 9) a thing's own point and two beside it [m]: a thing that only turns is not at rest."""
+    """(N, 9) positions of three points of a thing [m], its origin and two beside it: a thing that only
+    turns is not at rest."""
     from scipy.spatial.transform import Rotation
 
     turns = Rotation.from_quat(track[:, 3:], scalar_first=True)

@@ -1,4 +1,5 @@
-"""Payload that the arm is told, against the load on its flange: the gripper, and a held thing as believed."""
+"""Payload that the controller is told, against the load on the arm's flange: the gripper, and a held thing
+with its believed mass."""
 
 from __future__ import annotations
 
@@ -26,7 +27,7 @@ ALONG = 0.03
 
 
 class Hanging(NamedTuple):
-    """Least and largest load of the flange at each sample (N,) [kg], and its parts."""
+    """Least and largest load of the flange at each sample (N,) [kg], and a clause on what it consists of."""
 
     least: Floats
     most: Floats
@@ -52,16 +53,17 @@ class Payload(Value):
         k = int(np.argmax(share))
         limit, passed = float(_slack(hanging.most[k])), bool(share[k] <= 1.0)
         off, when = float(share[k] * limit), f"at {rollout.times[k]:.1f} s, and still {TELLING:g} s later"
-        wrong = f"the arm was told that {rollout.payload[k]:.2f} kg hang on it {when}, and {hanging.what[k]}"
+        wrong = f"the arm was told that {rollout.payload[k]:.2f} kg hang on it {when}, instead of {hanging.what[k]}"
         reason = f"{'the arm was told what hangs on it' if passed else wrong}: off by {off:.2f} kg, limit {limit:.2f} kg"
         yield Finding(self.name, passed, reason, off, limit, "kg", task_at(candidate, k), places=False)
 
     def _never(self, candidate: Candidate) -> Finding:
-        """Finding on a text that tells no payload: it passes, unless it was written from a program that tells one."""
-        said, wanted = "the text tells the arm no payload", candidate.program.mass
+        """Finding on a program text that sets no payload: it passes, unless the typed program that it was
+        written from sets one."""
+        said, wanted = "the program sets no payload", candidate.program.mass
         if wanted > 0:
             return Finding(self.name, False, f"{said}; the program that was proven begins with {wanted:.2f} kg", places=False)
-        return Finding(self.name, True, f"{said}; its controller reckons with what it is set to")
+        return Finding(self.name, True, f"{said}; the controller uses the one that it is set to")
 
 
 def _slack(mass: Floats | float) -> Floats:
@@ -82,11 +84,11 @@ def hanging_on(candidate: Candidate) -> Hanging:
     rollout, mass = candidate.rollout, candidate.robot.gripper.mass
     assert rollout is not None
     count, awake = len(rollout.times), rollout.awake_touches
-    least, most, what = np.full(count, mass), np.full(count, mass), [f"it was the gripper's {mass:.2f} kg"] * count
+    least, most, what = np.full(count, mass), np.full(count, mass), [f"the gripper's {mass:.2f} kg"] * count
     for grip in (g for g in grips(rollout) if rollout.world.thing(g.thing).joint is None):  # a joint carries what it moves
         carried = [_believed(candidate, name) for name in (grip.thing, *_along(rollout, grip))]
         empty, full = (sum(weigh(t) for t in carried) for weigh in (_empty, load))
-        said = f"they were {mass + full:.2f} kg, the gripper's and those of {', '.join(repr(t.name) for t in carried)}"
+        said = f"{mass + full:.2f} kg of the gripper and {', '.join(repr(t.name) for t in carried)}"
         for k in range(grip.first, grip.last + 1):
             stands = _stands(awake[k], {t.name for t in carried})
             least[k], most[k], what[k] = mass + (0.0 if stands else empty), mass + full, said
@@ -105,8 +107,8 @@ def _empty(thing: Thing) -> float:
 
 
 def _along(rollout: Rollout, grip: Grip) -> Iterator[str]:
-    """Things that move with the payload: in contact with it, or with one another, in the middle of the grip,
-    and constant in the hand."""
+    """Things that move with the payload: in contact with it, or with another such thing, in the middle of
+    the grip, and at rest in the hand's frame."""
     loose = {t.name for t in rollout.world.things if t.movable and t.joint is None} - {grip.thing}
     pairs = [frozenset({thing_of(t.a), thing_of(t.b)}) for t in rollout.touches[(grip.first + grip.last) // 2]]
     found, new = set[str](), {grip.thing}

@@ -47,7 +47,8 @@ class Execution(Value):
 
 
 class ForcePeak(Value):
-    """Check that the force the program feels, without the weight that it carries, stayed under the limit of each task."""
+    """Check that the force that the program feels, without the weight of its payload, stayed under the
+    limit of each task."""
 
     name: str = "force_peak"
     cost: Cost = "rollout"
@@ -65,7 +66,8 @@ class ForcePeak(Value):
 
 
 class CommandedForce(Value):
-    """No task told the arm to press or pull harder than the task's own limit, whether or not anything stood against it."""
+    """Check that no task commanded the arm to press or pull harder than the task's own limit, whether or
+    not anything stood against it."""
 
     name: str = "commanded_force"
     cost: Cost = "rollout"

@@ -37,7 +37,8 @@ BORNE = 0.5  # share of a thing's weight below which a support only touches it
 
 
 class EndState(Value):
-    """Check that every relation the plan predicts holds in physics at the end, with its thing at rest and let go."""
+    """Check that every relation that the plan predicts holds in physics at the end, with its thing
+    released and at rest."""
 
     name: str = "end_state"
     cost: Cost = "rollout"
@@ -74,7 +75,8 @@ def _last_about(candidate: Candidate, thing: str) -> str:
 
 
 def _not_in(rollout: Rollout, thing: str, container: Thing) -> str:
-    """Empty when the thing's centre is inside a cavity of the container; which one of several is the goal's to say."""
+    """Clause on a thing whose centre is in no cavity of the container; empty if it is in one. Which cavity
+    is meant is checked with the goal."""
     found = [_beside(rollout, thing, container, f) for f in container.features if f.type == "cram:Cavity"]
     return "" if "" in found else next(iter(found), f"'{container.name}' has no cavity")
 
@@ -90,7 +92,7 @@ def _beside(rollout: Rollout, thing: str, container: Thing, cavity: Feature) -> 
 
 
 def _not_on(rollout: Rollout, thing: str, support: Thing) -> str:
-    """Empty when the support bears most of the thing's weight."""
+    """Clause on a support that bears too little of the thing's weight; empty if it bears most of it."""
     weight, lift = (rollout.world.thing(thing).mass or 0.0) * GRAVITY, 0.0
     pair = {thing, support.name}
     for touch in rollout.touches[-1]:
@@ -104,7 +106,8 @@ def _not_on(rollout: Rollout, thing: str, support: Thing) -> str:
 
 
 def _not_hanging(rollout: Rollout, thing: str, hanger: Thing) -> str:
-    """Empty when a peg of the hanger passes through a hole of the thing and, unless it stands, bears it."""
+    """Clause on a thing that does not hang: no peg of the hanger passes through a hole of it, or the peg,
+    unless upright, does not bear it; else empty."""
     from ..episodes.detection.threaded import around_standing, threaded
 
     pairs = [(hole, peg, flags) for hole, peg, flags in threaded(rollout) if _of(hole, peg) == (thing, hanger.name)]
@@ -120,7 +123,8 @@ def _of(hole: str, peg: str) -> tuple[str, str]:
 
 
 def _unsettled(rollout: Rollout, thing: str, *, hanging: bool) -> str:
-    """Empty when a thing is let go and at rest; of one that hangs, the hole must be at rest, and the rest may swing."""
+    """Clause on a thing that is not released and at rest at the end; empty if it is. Of a hanging thing
+    the hole must be at rest, and the rest may swing."""
     held = any(
         "effector" in (t.a + t.b) and thing in (thing_of(t.a), thing_of(t.b)) for t in rollout.touches[-1]
     )
@@ -165,8 +169,8 @@ class TaskRules(Value):
 
 
 def _already(candidate: Candidate, action: Action) -> str:
-    """Part of the previous action that did the same with the same things; empty without one. Its effect cannot be
-    asked for twice."""
+    """Clause on a part of the previous action that did the same task with the same things; empty without
+    one. No effect can be demanded twice."""
     names = [a.name for a in candidate.actions]
     if action.name not in names[1:]:
         return ""
@@ -181,7 +185,8 @@ def _fillers(action: Action) -> dict[str, str | None]:
 
 
 def _in_order(candidate: Candidate) -> Iterator[tuple[Action, Span | None, float]]:
-    """Actions and their parts, with the time span of their code, and the end of the code of the actions before them [s]."""
+    """Actions and their parts, each with the time span of its code (None if it did not run), and the end
+    of the code before it [s]."""
     assert candidate.rollout is not None
     now = float(candidate.rollout.times[0])
     for action in candidate.actions:
@@ -192,8 +197,8 @@ def _in_order(candidate: Candidate) -> Iterator[tuple[Action, Span | None, float
 
 
 def no_trace(candidate: Candidate, task: str, ran: Span | None) -> str:
-    """Return the parts that a run lacks of a task with steps in the program; empty where there are none, or
-    all left a trace."""
+    """Return a clause on a task whose steps are in the program while none of their code ran; empty if some
+    ran, or if it has no steps."""
     code = candidate.code
     assert code is not None
     steps = [s.origin for s in candidate.program.steps if task in enclosing_names(s.origin)]  # what the run decides about may be left out
@@ -207,7 +212,7 @@ Way = Mapping["PhaseName", "Phase"]
 
 
 def _ways(timeline: Timeline, start: float, end: float) -> Iterator[Way]:
-    """Spans of the run over which a task's rule may be met.
+    """Time spans of the run in which a task's rule may be satisfied, one after the other.
 
     As it ran; without its first moments, in which the arm still follows what the code before it commanded (up to 5 mm of servo
     lag after a fast motion, gone within 0.2 s: measured); with the moments after it, in which its effects may still appear (the
@@ -233,8 +238,8 @@ def _ways(timeline: Timeline, start: float, end: float) -> Iterator[Way]:
 
 
 def _opened(timeline: Timeline, start: float) -> float:
-    """Time at which the fingers opened before ``start`` [s]: their last release if the hand has not moved
-    since, at least ``OPENING`` before."""
+    """Time at which the fingers opened before ``start`` [s]: that of the last release if the hand has not
+    moved since, and at least ``OPENING`` earlier than ``start``."""
     from ..predicates.phase_poses import pose_of
 
     hand = timeline.episode.effector
@@ -265,7 +270,8 @@ def _judged(rule: Rule, action: Action, timeline: Timeline, ran: Span, name: str
 
 
 def _as_many(rule: Rule, action: Action, timeline: Timeline, ran: Span, name: str) -> Iterator[Finding]:
-    """Check that the run reached each parameter that the rule compares, such as the number of shown swings."""
+    """Check that the run reached each number that the rule measures, such as the number of swings that
+    were shown."""
     from cramlite.plugin import Segment, measured
 
     roles = {r: o.entity for r, o in action.roles.items() if o.entity}
@@ -277,9 +283,9 @@ def _as_many(rule: Rule, action: Action, timeline: Timeline, ran: Span, name: st
 
 
 def _asked(clause: Clause, action: Action, rule: Rule) -> bool:
-    """Whether a precondition is asked of a robot's action. Two denials are not: that the task's result does not
-    hold yet, which is no fault of a program that finds it done; and one about a role without a filler, which
-    would be about everything."""
+    """Whether a precondition is demanded of a robot's action. Two negations are not: that the task's
+    result does not hold yet, as a program may find it done; and one about a role without a filler,
+    which would be about everything."""
     from cramlite.plugin import Not, atoms
 
     if clause.phase != "pre" or not isinstance(clause.condition, Not):
@@ -295,7 +301,8 @@ Unmet = tuple["Clause", list[dict[str, Any]]]
 
 
 def _unmet_in(rule: Rule, clauses: list[Clause], action: Action, ways: Iterable[Way]) -> Unmet | None:
-    """Missing condition of the span that meets most of a rule; None if one span meets it all."""
+    """Unsatisfied condition in the span that satisfies most of a rule; None if one span satisfies all of
+    it."""
     furthest: tuple[int, Unmet] | None = None
     for phases in ways:
         unmet = _unmet(clauses, action, rule, phases)
@@ -308,7 +315,8 @@ def _unmet_in(rule: Rule, clauses: list[Clause], action: Action, ways: Iterable[
 
 
 def _unmet(clauses: Iterable[Clause], action: Action, rule: Rule, phases: Mapping[PhaseName, Phase]) -> Unmet | None:
-    """The first condition that no filling of the open variables satisfies; roles are the objects that were meant."""
+    """First condition that no value of the open variables satisfies, with roles bound to the objects that
+    were meant; None if all are satisfied."""
     bindings: list[dict[str, Any]] = [
         {k: _felt(o.entity or "", phases) for k, o in action.roles.items() if k in rule.roles}
     ]
@@ -322,8 +330,9 @@ def _unmet(clauses: Iterable[Clause], action: Action, rule: Rule, phases: Mappin
 
 
 def _ends(rule: Rule, clause: Clause) -> list[Not]:
-    """Effects of a task that end what one of its preconditions asks for. Who finds that ended already, such as the support of what closing
-    fingers lifted off, has nothing to end; what has left the hand is lost instead."""
+    """Effects of a task that negate one of its preconditions. A robot that finds such a precondition no
+    longer true, such as the support of a thing that closing fingers lifted off, has nothing to end; for
+    a thing that has left the hand this does not hold: it is lost."""
     from cramlite.plugin import Compare, Not, atoms
 
     if clause.phase != "pre" or isinstance(clause.condition, Not | Compare):
@@ -338,7 +347,8 @@ def _ends(rule: Rule, clause: Clause) -> list[Not]:
 
 
 def _has_ended(clause: Clause, end: Not, now: Phase, binding: dict[str, Any]) -> bool:
-    """Whether nothing of what a task ends holds any more, and what it asks for before was the last of that."""
+    """Whether the relation that a task ends has ended already, and the one that ended last is that of the
+    task's precondition."""
     before = [now.timeline.instant(cut) for cut in reversed(now.timeline.cuts) if cut < now.start]
     ended = [next(end.solve(then, binding), None) is not None for then in (now, *before)]
     if False not in ended or not ended[0]:
@@ -347,7 +357,7 @@ def _has_ended(clause: Clause, end: Not, now: Phase, binding: dict[str, Any]) ->
 
 
 def _binds(clause: Clause) -> bool:
-    """Whether a clause identifies entities (the effector, a class), and states no condition of them."""
+    """Whether a clause only identifies entities (the effector, a class), and states no condition on them."""
     from cramlite.plugin import atoms
 
     return all(a.predicate.timeless for a in atoms(clause.condition))

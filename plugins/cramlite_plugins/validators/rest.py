@@ -29,7 +29,7 @@ here hang 60 to 70 mm below it. Measured: 0.01 to 0.03."""
 
 
 def at_the_end(rollout: Rollout, name: str) -> Thing:
-    """Return a thing where the run left it."""
+    """Return a thing at the pose that it has at the end of the run."""
     thing, row = rollout.world.thing(name), rollout.poses[name][-1]
     return replace(thing, pose=Pose(tuple(row[:3]), tuple(row[3:])))
 
@@ -65,8 +65,8 @@ def restless(rollout: Rollout, thing: str, *, hanging: bool) -> str:
 
 
 def _speed(rollout: Rollout, thing: str, point: Vector3) -> float:
-    """Speed of a point of a thing in the last half second [m/s]: the diagonal of the box around its way, by the
-    time."""
+    """Speed of a point of a thing in the last half second [m/s]: the diagonal of the box around its path,
+    divided by the time."""
     recent = rollout.times >= rollout.times[-1] - 0.5
     poses = [Pose(tuple(row[:3]), tuple(row[3:])) for row in rollout.poses[thing][recent]]
     way = float(np.linalg.norm(np.ptp([p.apply(point) for p in poses], axis=0)))
@@ -74,8 +74,8 @@ def _speed(rollout: Rollout, thing: str, point: Vector3) -> float:
 
 
 def _turn(rollout: Rollout, thing: str) -> float:
-    """Turning speed of a thing in the last half second [rad/s], about any axis: its turns from sample to
-    sample, added up to the largest sum."""
+    """Turning speed of a thing in the last half second [rad/s]: the largest of its summed rotations since
+    then, about any axis, divided by the time."""
     from scipy.spatial.transform import Rotation
 
     recent = rollout.times >= rollout.times[-1] - 0.5

@@ -103,12 +103,12 @@ def _no_longer_asked(asked: Asked, said: Asked) -> Iterator[str]:
 def _no_longer_called(called: Asked, said: Asked) -> Iterator[str]:
     for step in said:
         if lost := said[step] - called.get(step, set()):
-            yield f"{step} no longer calls '{min(lost)}': what is felt after it begins with a force that is no contact"
+            yield f"{step} no longer calls '{min(lost)}': the forces felt after it begin with an offset"
 
 
 def _no_longer_felt(steps: Iterable[str]) -> Iterator[str]:
     for step in sorted(steps):
-        yield f"{step} has no guarded motion any more: what is met there is hit by the motion behind it"
+        yield f"{step} has no guarded motion any more: the motion after it would hit an obstacle there unguarded"
 
 
 def _objections(lines: list[str], proven: list[str], guards: list[str]) -> Iterator[str]:
@@ -120,28 +120,29 @@ def _objections(lines: list[str], proven: list[str], guards: list[str]) -> Itera
     kept = {m[1] for g in guards if g.startswith("global ") and (m := SETTING.match(g))}
     for k in new:
         if (m := SETTING.match(lines[k])) and m[1] in kept and not any(_keeps(lines[k], g) for g in guards):
-            yield f"'{lines[k]}' sets what a safeguard of the proven text sets"
+            yield f"'{lines[k]}' overwrites a setting of a safeguard of the proven text"
         if lines[k].startswith("kill ") and lines[k].split()[1] in kept:
             yield f"'{lines[k]}' ends a safeguard before the tasks are done"
         for state in LEFT_ON:
             if lines[k].startswith(f"{state}(") and f"end_{state}()" not in lines[k:]:
-                yield f"'{state}' is switched on and nothing behind it switches it off: the arm gives way"
+                yield f"'{state}' is switched on and no later line switches it off: the arm stays compliant"
 
 
 def _statements(text: str) -> list[str]:
-    """Lines of code, without indentation and comments."""
+    """Statements of a program text: its lines without indentation and comments, empty ones left out."""
     return [s for line in text.splitlines() if (s := re.sub(r"(^|\s+)#.*", "", line).strip())]
 
 
 def _outside(proven: Code) -> list[str]:
-    """Statements before the first task that are no poses."""
+    """Statements of the proven text before its first task, without the definitions of poses."""
     lines = proven.text.splitlines()
     first = next(k for k, line in enumerate(lines) if SECTION.match(line))
     return [s for s in _statements("\n".join(lines[:first])) if not POSE.match(s)]
 
 
 def _missing(lines: list[str], guards: list[str]) -> str:
-    """The first of the guards, but for force limits, that has no place among the lines; "" for none."""
+    """First safeguard statement that is not found, in order, among the lines of a text; "" if all are.
+    Force limits are not looked at."""
     blocks = SequenceMatcher(None, guards, lines, autojunk=False).get_matching_blocks()
     there = {k for block in blocks for k in range(block.a, block.a + block.size)}
     return next((g for k, g in enumerate(guards) if k not in there and not LIMIT.match(g)), "")
@@ -153,7 +154,8 @@ def _keeps(line: str, guard: str) -> bool:
 
 
 def _new(lines: list[str], proven: list[str]) -> list[int]:
-    """Numbers of the statements that the proven text has not, or fewer times; of equal ones the first are new."""
+    """Indices of statements that the proven text does not have, or has fewer times; of equal statements
+    the first ones count as new."""
     more, found = Counter(lines) - Counter(proven), []
     for k, line in enumerate(lines):
         if more[line] > 0:
@@ -163,7 +165,8 @@ def _new(lines: list[str], proven: list[str]) -> list[int]:
 
 
 def _expected(lines: list[str]) -> dict[str, set[str]]:
-    """Expectations of the calls that name a step, also "" for none."""
+    """Step name -> the expectations ("contact", "object", ...) of the gripper calls and guarded motions
+    that carry this name; the name "" stands for calls without one."""
     steps: dict[str, set[str]] = {}
     for line in lines:
         if line.startswith(("move_gripper(", "move_until_contact(")):
@@ -172,12 +175,13 @@ def _expected(lines: list[str]) -> dict[str, set[str]]:
 
 
 def _guarded(lines: Iterable[str]) -> set[str]:
-    """Steps that guarded motions name."""
+    """Names of the steps that are guarded motions in a text."""
     return {line.rsplit('"', 2)[1] for line in lines if line.startswith("move_until_contact(")}
 
 
 def _expected_by(program: Program) -> dict[str, set[str]]:
-    """Expectations of the steps of each origin, also "" for none."""
+    """Origin -> the expectations ("contact", "object", ...) of the program's gripper steps and guarded
+    motions of that origin; the origin "" stands for steps without one."""
     steps: dict[str, set[str]] = {}
     for step in walk(program.steps):
         if isinstance(step, SetGripper | MoveUntilContact):
@@ -186,12 +190,12 @@ def _expected_by(program: Program) -> dict[str, set[str]]:
 
 
 def _tares(program: Program) -> set[str]:
-    """Origins of steps that tare the sensor."""
+    """Origins of the steps that tare the force sensor."""
     return {s.origin for s in walk(program.steps) if isinstance(s, ZeroSensor)}
 
 
 def _called(code: Code, origins: set[str]) -> dict[str, set[str]]:
-    """Functions that the code of some origins calls, but for those that only wait or speak."""
+    """Functions that the code of each of some origins calls, without those that only wait or print."""
     found: dict[str, set[str]] = {}
     for first, origin in code.origins.items():
         if origin in origins:
@@ -201,19 +205,20 @@ def _called(code: Code, origins: set[str]) -> dict[str, set[str]]:
 
 
 def _no_longer_watched(program: Program, proven: Program) -> Iterator[str]:
-    """Conditions that monitors of the proven program watch, in order, and those of another do not, or less closely."""
+    """Clauses on monitors of the proven program that have no counterpart, in order, in another program:
+    what they watch is watched no more, or less closely."""
     left = [s for s in walk(program.steps) if isinstance(s, Monitor)]
     for one in (s for s in walk(proven.steps) if isinstance(s, Monitor)):
         same = next((k for k, other in enumerate(left) if _watches(other, one)), None)
         if same is None:
             what = ", ".join(f"{name} {value:g}" for name in WATCHED if (value := getattr(one, name)) is not None)
-            yield f"nobody watches any more what a step of the proven program watched ({what}), or less closely"
+            yield f"no monitor watches any more, or as closely, what one of the proven program did ({what})"
         else:
             left = left[same + 1 :]
 
 
 def _watches(one: Monitor, other: Monitor) -> bool:
-    """Whether a monitor watches all that another does, as closely."""
+    """Whether a monitor watches the same steps as another, and each condition at least as closely."""
     limits = ((getattr(one, name), getattr(other, name)) for name in WATCHED)
     same_origins = {s.origin for s in walk(other.steps)} <= {s.origin for s in walk(one.steps)}
     return same_origins and all(there is None or (own is not None and own <= there) for own, there in limits)

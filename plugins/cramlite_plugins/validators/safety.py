@@ -1,4 +1,4 @@
-"""Static safety check: limits of all programs, judged before a text is written."""
+"""Static safety check: limits that hold for all programs, checked before a text is written."""
 
 from __future__ import annotations
 

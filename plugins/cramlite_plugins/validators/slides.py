@@ -38,7 +38,7 @@ class Slide(NamedTuple):
 
 
 def slides(rollout: Rollout, grip: Grip, within: range) -> Iterator[Slide]:
-    """Yield every slide of a grip's payload that begins and ends within some samples."""
+    """Yield every slide of a grip's payload that begins and ends within the given samples."""
     rows = [k for k in range(grip.first, grip.last + 1) if k in within]
     touched = _touched(rollout, grip.thing, rows)
     for other in sorted(set().union(*touched)):
@@ -57,7 +57,7 @@ def _touched(rollout: Rollout, thing: str, rows: list[int]) -> list[set[str]]:
 
 
 def _near(rollout: Rollout, thing: str, touching: set[int], rows: list[int]) -> list[int]:
-    """The samples at which a payload touches something, or skims it since it did."""
+    """Samples at which a payload touches something, or has risen by less than ``SKIMS`` since it last did."""
     near, heights, last = list[int](), rollout.poses[thing][:, 2], -1
     for k in rows:
         last = k if k in touching else last

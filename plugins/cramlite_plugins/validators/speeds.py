@@ -39,7 +39,7 @@ class ToolSpeed(Value):
 
 
 def _reached(candidate: Candidate) -> list[Reached]:
-    """Values that the run reached of each limit; none where nothing moved."""
+    """Largest speeds that the run reached, each with its limit; empty if nothing moved."""
     peaks = peaks_of(candidate.rollout) if candidate.rollout is not None else None
     program = candidate.program
     return [] if peaks is None else list(reached(peaks, candidate.robot, program.force_limit, program.force_limit_source))

@@ -1,4 +1,5 @@
-"""Stance of one thing on another: whether a lid covers its opening, and how far a centre of mass is inside of its support."""
+"""Stance of one thing on another: whether a lid covers the vessel's opening, and how far a centre of mass
+is inside of its support's border."""
 
 from __future__ import annotations
 
@@ -32,7 +33,8 @@ CONTACT = 0.01
 
 
 def wrongly_rests(candidate: Candidate, thing: Thing, support: Thing) -> str:
-    """Return the fault in how a thing rests on another at the end of a run; "" for none.
+    """Return a clause on what is wrong with how a thing rests on another at the end of a run; "" if nothing
+    is.
 
     A lid covers the opening that it lies on. What is stacked on a thing that can be moved has its centre of mass over that; on
     furniture, a thing may stand as it stands.
@@ -56,7 +58,8 @@ def borne(rollout: Rollout, thing: str, support: str) -> float:
 
 
 def uncovered(lid: Thing, vessel: Thing) -> str:
-    """Return the part of a vessel's opening that a lid leaves open; "" where it covers one, or the vessel has none.
+    """Return a clause on the part of a vessel's opening that a lid leaves open; "" if it covers one, or the
+    vessel has none.
 
     Args:
         lid, vessel: where they are, their z upwards.

@@ -1,5 +1,5 @@
-"""Ends of steps that feel contact: guarded motions, searches, insertions and extractions, against the ranges that their plan
-gives them."""
+"""End positions of steps that feel contact: guarded motions, searches, insertions and extractions,
+compared with the ranges that they were planned with."""
 
 from __future__ import annotations
 
@@ -37,7 +37,8 @@ and a sample may miss the peak."""
 
 
 def wrong_end(candidate: Candidate, steps: Sequence[AnyStep], samples: Sequence[int]) -> str:
-    """Return the fault in where a feeling step ended; "" for none, and for any other step.
+    """Return a clause on what is wrong with the end of a step that feels contact; "" if nothing is, and for
+    all other steps.
 
     Args:
         steps: the step as the last one, after those of the same designator.
@@ -80,8 +81,8 @@ def _position(candidate: Candidate, joints: Sequence[float]) -> Floats:
 
 
 def _guarded(run: _Run, step: MoveUntilContact) -> str:
-    """Check that a guarded motion ends at a contact before the end of its range, or there if it need not meet
-    anything."""
+    """Clause on a guarded motion that ended without a contact, or beyond its range; "" if it ended at a
+    contact, or at the range's end where none is expected."""
     touched, way = list(touched_at(run.rollout, held_at(run.rollout))), np.array(step.direction)
     gone = float((run.tools[-1] - run.tools[0]) @ way)
     known = [np.array(s.target.position) for s in run.before[-1:] if isinstance(s, MoveLinear) and not s.relative]
@@ -91,26 +92,27 @@ def _guarded(run: _Run, step: MoveUntilContact) -> str:
         return f"it went on {1000 * beyond:.0f} mm beyond the end of its range of {1000 * step.distance:.0f} mm"
     if any(touched[run.last - SPREAD : run.last + SPREAD + 1]) or (step.expect == "any" and gone > step.distance - OFF):
         return ""
-    return f"it ended after {1000 * gone:.0f} of at most {1000 * step.distance:.0f} mm, where nothing was met"
+    return f"it ended after {1000 * gone:.0f} of at most {1000 * step.distance:.0f} mm without a contact"
 
 
 def _searched(run: _Run, step: SpiralSearch) -> str:
-    """A search ends where the tool gives way, or a rim holds it, within its radius."""
+    """Clause on a search that left its radius, or in which neither the tool gave way nor a rim held it; ""
+    for a search that ended well."""
     axis, ways = _axis(step.frame), run.tools - run.tools[0]
     aside = float(np.linalg.norm(ways[-1] - (ways[-1] @ axis) * axis))
     if aside > step.radius + OFF:
-        return f"it ended {1000 * aside:.0f} mm from where it began, within a radius of {1000 * step.radius:.0f} mm it searches"
+        return f"it ended {1000 * aside:.0f} mm from where it began; its search radius is {1000 * step.radius:.0f} mm"
     force = float(run.rollout.contact_force()[run.first : run.last + 1].max())
     advance = float((ways @ axis).max())
     if advance > GAVE_WAY * step.advance or force > RIM * step.force:
         return ""
-    return f"it gave way by {1000 * advance:.1f} of {1000 * step.advance:.1f} mm, and no rim held it"
+    return f"the tool gave way by {1000 * advance:.1f} of {1000 * step.advance:.1f} mm, and no rim held it"
 
 
 def _inserted(run: _Run, step: ForceInsert) -> str:
     gone = float((run.tools[-1] - run.tools[0]) @ _axis(step.frame))
     if gone > step.depth + OFF:
-        return f"it was pushed in by {1000 * gone:.0f} mm, {1000 * step.depth:.0f} mm are its depth"
+        return f"it was pushed in by {1000 * gone:.0f} mm, more than its depth of {1000 * step.depth:.0f} mm"
     return _covered(gone, step.depth)
 
 

@@ -41,7 +41,7 @@ LEVER = 0.1  # a turn of 1 rad counts as so much way [m]: what is held reaches a
 
 
 class Stage(NamedTuple):
-    """Steps that follow each other under one origin, or a control step with all in it.
+    """Consecutive steps of one origin, or a control step with all steps inside of it.
 
     Args:
         origin: of the first.
@@ -55,7 +55,7 @@ class Stage(NamedTuple):
 
 
 class Ran(NamedTuple):
-    """Samples at which the code of a stage ran: the first, and the one after the last."""
+    """First sample at which the code of a stage ran, and the one after the last."""
 
     first: int
     end: int
@@ -117,7 +117,8 @@ class Steps(Value):
         assert candidate.rollout is not None
         late, sample, later = turn
         when = candidate.rollout.times[sample]
-        said = f"the code of {stages[late].origin} ran at {when:.2f} s, after that of {stages[later].origin}, which comes after it"
+        said = f"the code of {stages[late].origin} ran at {when:.2f} s, after that of {stages[later].origin}"
+        said = f"{said}, which comes later in the program"
         return Finding(self.name, False, said, origin=stages[late].origin)
 
     def _way(self, candidate: Candidate, stage: Stage, ran: Ran) -> Iterator[Finding]:
@@ -163,12 +164,12 @@ class Steps(Value):
             target, thing = _target(candidate, stage), held[when.end]
             lean = _lean(_hand(candidate, when.end), target) if target is not None and thing in loose else 0.0
             if lean > LEAN:
-                said = f"{stage.origin} was not carried out: '{thing}' leans {np.degrees(lean):.0f} deg from where it leads"
+                said = f"{stage.origin} was not carried out: '{thing}' leans {np.degrees(lean):.0f} deg from the attitude that it leads to"
                 yield Finding(self.name, False, f"{said}, limit {np.degrees(LEAN):.0f} deg", lean, LEAN, "rad", stage.origin)
 
 
 def _stages(steps: Iterable[AnyStep]) -> list[Stage]:
-    """The steps of a program that have an origin, those that share one together."""
+    """Stages of a program: consecutive steps that share an origin; steps without an origin are left out."""
     found = []
     for origin, same in groupby(steps, lambda s: s.origin or next((i.origin for i in walk([s]) if i.origin), "")):
         own = tuple(same)
@@ -178,22 +179,23 @@ def _stages(steps: Iterable[AnyStep]) -> list[Stage]:
 
 
 def _without_code(code: Code | None, stages: list[Stage]) -> list[int]:
-    """Numbers of the stages that no line of a text belongs to."""
+    """Indices of the stages that have no line of code in a text."""
     assert code is not None
     there = {origin for line, origin in code.origins.items() if code.lines_of(line)}
     return [k for k, stage in enumerate(stages) if not stage.known & there]
 
 
 def _left_out(stages: list[Stage], lost: Iterable[int]) -> Iterator[tuple[str, str]]:
-    """Origin and reason for each stage, or whole task, that has lost its code."""
+    """Origin of each stage, or of a whole task, that has lost its code, and a clause on that."""
     names = [stages[k].origin for k in lost]
     kept = {task_of(s.origin) for s in stages if s.origin not in names}
     for origin in dict.fromkeys(o if task_of(o) in kept else task_of(o) for o in names):
-        yield origin, f"{origin} has no line of code in this text, and had some in the one that was proven"
+        yield origin, f"{origin} has no line of code in this text, while the proven text had some"
 
 
 def _turns(candidate: Candidate, stages: list[Stage]) -> Turns:
-    """Match of the run's stretches with stages: each is taken for the next stage that it can be."""
+    """Assignment of the run's stretches to stages: each stretch belongs to the next stage that has its
+    origin, else it is late."""
     now, ran, late = 0, dict[int, Ran](), list[tuple[int, int, int]]()
     for origin, first, end in _stretches(origins(candidate)):
         own = [k for k, stage in enumerate(stages) if origin in stage.known and _moves(stage)]
@@ -207,7 +209,7 @@ def _turns(candidate: Candidate, stages: list[Stage]) -> Turns:
 
 
 def _stretches(each: list[str]) -> Iterator[tuple[str, int, int]]:
-    """Origin, first sample and the one after the last, as long as it stays the same."""
+    """Stretches of equal origin: the origin, its first sample, and the one after its last."""
     first = 0
     for origin, same in groupby(each):
         end = first + sum(1 for _ in same)
@@ -216,8 +218,8 @@ def _stretches(each: list[str]) -> Iterator[tuple[str, int, int]]:
 
 
 def _moves(stage: Stage) -> bool:
-    """Whether a stage moves the arm, the fingers or the platform; stages that do not may swap places with their
-    neighbours."""
+    """Whether a stage moves the arm, the fingers or the platform; stages that move nothing may swap places
+    with their neighbours."""
     return any(not isinstance(s, SetPayload | ZeroSensor | Wait | Control) for s in walk(stage.steps))
 
 
@@ -227,12 +229,12 @@ def _leads(stage: Stage) -> bool:
 
 
 def _lean(hand: Floats, other: Floats) -> float:
-    """Angle between two poses of the tool (4, 4) against the vertical [rad]."""
+    """Angle between two poses of the tool (4, 4), without the turn about the vertical [rad]."""
     return float(np.arccos(np.clip(hand[2, :3] @ other[2, :3], -1.0, 1.0)))
 
 
 def _when(turns: Turns, stage: int) -> Ran:
-    """Time span of a stage's code; empty, after the stages before it, if none of it ran."""
+    """Samples of a stage's code; an empty span, after the stages before it, if none of it ran."""
     if stage in turns.ran:
         return turns.ran[stage]
     before = max((ran.end for k, ran in turns.ran.items() if k < stage), default=0)
@@ -240,7 +242,8 @@ def _when(turns: Turns, stage: int) -> Ran:
 
 
 def _target(candidate: Candidate, stage: Stage) -> Floats | None:
-    """Stated target of a stage's last motion, (4, 4) of the tool in the base frame; None without one."""
+    """Target of a stage's last motion, as a (4, 4) pose of the tool in the base frame; None if the motion
+    states none."""
     for step in reversed(stage.steps):
         if isinstance(step, Control | Drive):
             return None
@@ -254,13 +257,13 @@ def _target(candidate: Candidate, stage: Stage) -> Floats | None:
 
 
 def _hand(candidate: Candidate, sample: int) -> Floats:
-    """Pose of the tool at a sample, (4, 4) as of ``_target``."""
+    """Pose (4, 4) of the tool in the base frame at a sample."""
     assert candidate.rollout is not None
     return _tool(candidate, candidate.rollout.joints[sample])
 
 
 def _pushes(candidate: Candidate, origin: str) -> set[str]:
-    """Loose things that a step's task moves without holding them."""
+    """Names of the loose things that the task of a step may move without holding them."""
     loose = {t.name for t in candidate.world.things if t.joint is None}
     allowed = (candidate.allowances.get(task, Allowance()).moves for task in enclosing_names(origin))
     return loose & set[str]().union(*allowed)
@@ -273,7 +276,8 @@ def _tool(candidate: Candidate, joints: Iterable[float]) -> Floats:
 
 
 def _way(start: Floats, end: Floats) -> Floats:
-    """Way of the tool between two poses: translation, and rotation times ``LEVER`` [m]."""
+    """Motion of the tool from one pose to another (6,): translation, and rotation vector times ``LEVER``
+    [m]."""
     from ..kinematics.kinematics import twist
 
     way: Floats = twist(start, end) * np.repeat([1.0, LEVER], 3)
@@ -281,7 +285,8 @@ def _way(start: Floats, end: Floats) -> Floats:
 
 
 def _covered(start: Floats, end: Floats, planned: Floats) -> Floats:
-    """Way between two poses; of the two rotations about half a turn, which differ in sign, that which is more like the planned one."""
+    """Motion of the tool from one pose to another (6,); of a rotation by more than a quarter turn, the
+    direction that is nearer to the planned one."""
     way = _way(start, end)
     angle = float(np.linalg.norm(way[3:])) / LEVER
     if angle < np.pi / 2:

@@ -1,4 +1,4 @@
-"""When the code of each task ran."""
+"""Times at which the code of each task ran."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..shapes.itself import remembered
 
 
 class Span(NamedTuple):
-    """First and last time of something [s]."""
+    """First and last time [s] of an action or of a condition."""
 
     start: float
     end: float

@@ -36,8 +36,8 @@ RANGE = 0.1
 
 
 class Tracks(Value):
-    """Validator of tracks: a task of the plan explains each time that a thing is in the hand, falls or is moved
-    along, by a handover, by its place of release, or as moved or slid by the task."""
+    """Validator of tracks: each time that a thing is in the hand, falls or is moved along is explained by
+    a task of the plan: by a handover, by the place of its release, or as moved or slid by the task."""
 
     name: str = "tracks"
     cost: Cost = "rollout"
@@ -74,7 +74,8 @@ def _way(track: Floats) -> float:
 
 
 def _interrupted(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
-    """Times without a grip between two handovers of a thing that the plan always makes."""
+    """Findings on times without a grip between two handovers of a thing, both of which the plan always
+    makes."""
     rollout, tasks = _rollout(candidate), inner_tasks(candidate)
     came_from = np.array(origins(candidate))
     for taken, left in _held_between(candidate.handovers or ()):
@@ -89,7 +90,7 @@ def _interrupted(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterat
 
 
 def _held_between(handovers: Iterable[Handover]) -> Iterator[tuple[Handover, Handover]]:
-    """Pairs of the handover that takes a thing and the one that lets go of it next."""
+    """Pairs of handovers of a thing: one that takes it, and the next one, which lets go of it."""
     taken: Handover | None = None
     for one in handovers:
         if taken is not None and not one.taken and one.thing == taken.thing and not (one.optional or taken.optional):
@@ -98,7 +99,8 @@ def _held_between(handovers: Iterable[Handover]) -> Iterator[tuple[Handover, Han
 
 
 def _fallen(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
-    """Falls that are longer than the place says where a thing was let go, or that last too long."""
+    """Findings on falls after a release that are longer than the place of the release predicts, or on
+    things that come to rest too late."""
     rollout, tasks = _rollout(candidate), inner_tasks(candidate)
     for grip, wrong, _, left, _ in found:
         if wrong or left is None or left.rest is None:
@@ -125,8 +127,8 @@ def _topples(rollout: Rollout, grip: Grip) -> float:
 
 
 def _slid(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
-    """Payloads that were dragged along a surface in a task that slides nothing, without declared turns about a
-    far side."""
+    """Findings on payloads that were dragged along a surface by a task that slides nothing, except in
+    declared turns."""
     rollout, tasks, turns = _rollout(candidate), inner_tasks(candidate), declared(candidate)
     for grip, _, _, _, taken in found:
         for task, rows in () if not taken else _stretches(tasks):
@@ -142,7 +144,8 @@ def _slid(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Find
 
 
 def _taken_along(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
-    """Things that the open hand takes along after their release and before they rest, or before their grasp."""
+    """Findings on things that the open hand moves along after their release and before they rest, or
+    before their grasp."""
     rollout, tasks, limit = _rollout(candidate), inner_tasks(candidate), candidate.limits.bystander_motion
     for grip, wrong, _, _, _ in found:
         rest = min(rests(rollout, grip.thing, grip.last), len(rollout.times) - 1)
@@ -159,14 +162,14 @@ def _taken_along(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterat
 
 
 def _stretches(tasks: list[str]) -> Iterator[tuple[str, range]]:
-    """Tasks, each with the samples of a stretch in which its code runs."""
+    """Stretches of samples in which the code of the same task runs, each with that task."""
     for task, stretch in groupby(range(len(tasks)), key=lambda k: tasks[k]):
         rows = list(stretch)
         yield task, range(rows[0], rows[-1] + 1)
 
 
 def _returned(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
-    """Things that a task moved along, and that came back before it ended."""
+    """Findings on things that a task moved along, and that came back before it ended."""
     rollout, tasks = _rollout(candidate), inner_tasks(candidate)
     for task, rows in _stretches(tasks):
         carried = _carried(rollout, found, rows)
@@ -179,15 +182,15 @@ def _returned(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[
 
 
 def _carried(rollout: Rollout, found: Iterable[ExplainedGrip], rows: range) -> set[str]:
-    """Loose things that are released at some samples at a place that predicts their rest; a thing on a joint is
-    led by the hand."""
+    """Loose things whose explained grip ends at some samples; a thing on a joint is led by the hand and is
+    not among them."""
     let_go = {grip.thing for grip, wrong, *_ in found if not wrong and grip.last in rows}
     return {name for name in let_go if rollout.world.thing(name).joint is None}
 
 
 def _ways(rollout: Rollout, name: str, rows: range) -> tuple[Floats, float, str]:
-    """Distance of a thing from its first sample, the distance that it may come back, and their unit; along its joint, if it
-    has one."""
+    """Distance of a thing from its first sample, how far it may come back, and the unit of both; along its
+    joint, if it has one."""
     joint = rollout.world.thing(name).joint
     if joint is None or name not in rollout.values:
         track = rollout.poses[name][rows, :3]

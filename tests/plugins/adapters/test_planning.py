@@ -59,7 +59,7 @@ def test_facts_of_refusals_change_the_plan() -> None:
 
 def test_a_planner_that_is_wrong_is_caught() -> None:
     setting = _setting(SHELF)
-    with pytest.raises(UserError, match=r"its step 1, needs grasps\(gripper, block\)"):
+    with pytest.raises(UserError, match=r"step 1 of the plan, needs grasps\(gripper, block\)"):
         resolve_planned(ENGINE, setting, GOAL, lambda _: "(placing block shelf)")
     with pytest.raises(UserError, match="which the goal asks for"):
         resolve_planned(ENGINE, setting, GOAL, lambda _: "(grasping block)")

@@ -109,7 +109,7 @@ def test_scenarios_name_libraries(folder: Path, tmp_path: Path) -> None:
     scenario.write_text(text.replace("[lib]", "[nothing]"))
     refused = cramlite("check", scenario)
     assert refused.returncode == 2
-    assert "nothing' is no library of known kinds" in refused.stderr and "cramlite library add" in refused.stderr
+    assert "nothing' is no library of object models" in refused.stderr and "cramlite library add" in refused.stderr
 
 
 def test_what_cannot_be_a_library_is_refused_in_one_paragraph(folder: Path, tmp_path: Path) -> None:
@@ -117,7 +117,7 @@ def test_what_cannot_be_a_library_is_refused_in_one_paragraph(folder: Path, tmp_
     assert missing.returncode == 2 and "There is no folder" in missing.stderr
     (tmp_path / "empty").mkdir()
     empty = cramlite("library", "add", tmp_path / "empty", "--out", tmp_path / "lib")
-    assert empty.returncode == 2 and "is a kind" in empty.stderr
+    assert empty.returncode == 2 and "could be read as a kind" in empty.stderr
     wrong = cramlite("library", "add", folder, "--density", 0)
     assert wrong.returncode == 2 and "kg/m3" in wrong.stderr
     cramlite("library", "add", folder, "--out", tmp_path / "lib")

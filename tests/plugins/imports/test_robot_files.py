@@ -134,7 +134,7 @@ def test_a_urdf_states_speeds_and_torques() -> None:
 def test_what_is_missing_is_said_with_what_says_it() -> None:
     read = read_robot(SEVEN, "mine", WITH[SEVEN])
     said = "; ".join((*read.found, *read.notes))
-    assert "no speed is stated for j1, j2, j3, j4, j5, j6, j7: 2 rad/s; 'speed' says another" in said
+    assert "no speed is stated for j1, j2, j3, j4, j5, j6, j7: 2 rad/s; 'speed' can state another" in said
     assert "home is the file's keyframe 'home'" in said
 
 
@@ -300,14 +300,14 @@ WRONG = {
     "robot: {file: nowhere.xml, payload: 4 kg}": "there is no robot file",
     f"robot: {{file: {SIX}, type: ur5e}}": "exactly one of 'type'",
     "robot: {name: arm}": "exactly one of 'type'",
-    "robot: {type: ur5e, payload: 4 kg}": "'payload' belongs to a robot from a 'file'",
-    f"robot: {{file: {SIX}}}": "'payload' is the data sheet's",
+    "robot: {type: ur5e, payload: 4 kg}": "'payload' is for a robot from a 'file'",
+    f"robot: {{file: {SIX}}}": "state 'payload' as the data sheet does",
     f"robot: {{file: {SIX}, payload: 4 kg, gripper: {{file: nowhere.xml}}}}": "there is no robot file",
     f"robot: {{file: {SIX}, payload: 4 kg, gripper: {{}}}}": "nothing moves behind the arm's last joint",
-    f"robot: {{file: {SIX}, payload: 4 kg, gripper: {{file: {HAND}, force: [20 N, 10 N]}}}}": "'force' is the lowest and the highest",
+    f"robot: {{file: {SIX}, payload: 4 kg, gripper: {{file: {HAND}, force: [20 N, 10 N]}}}}": "'force' is a pair of lowest and highest value",
     f"robot: {{file: {SIX}, payload: 4 kg, gripper: {{file: {HAND}, torsion: 0 mm}}}}": "torsion",
     f"robot: {{file: {SIX}, payload: 4 kg, griper: robotiq_2f85}}": "gripper",
-    f"robot: {{file: {DATA / 'seven.xml'}, payload: 3 kg}}": "'torques' says them",
+    f"robot: {{file: {DATA / 'seven.xml'}, payload: 3 kg}}": "state 'torques'",
     f"robot: {{file: {__file__}, payload: 3 kg}}": "no format that a plugin reads as a robot",
 }
 
@@ -333,15 +333,15 @@ BAD: dict[str, tuple[str, Stated, str]] = {
     "no joints": (FIXED, WITH[SEVEN], "has no hinge"),
     "five joints": (re.sub(r'<joint name="j[67]"[^>]*>', "", WHOLE).replace(" 1.5708 0\"", '"'), WITH[SEVEN], "has 5 hinges in a row"),
     "two arms": (TWO, WITH[SEVEN], "has 2 arms, which begin at 'l1' and 'm1'"),
-    "no limits": (WHOLE.replace('name="j3" range="-2.8 2.8"', 'name="j3"'), WITH[SEVEN], "'j3' has no limits; 'limits' says them"),
+    "no limits": (WHOLE.replace('name="j3" range="-2.8 2.8"', 'name="j3"'), WITH[SEVEN], "'j3' has no limits; state them by 'limits'"),
     "limits of another arm": (WHOLE, replace(WITH[SEVEN], limits=(("j9", -1.0, 1.0),)), "'limits' names 'j9'"),
     "no gripper of that name": (WHOLE, replace(WITH[SEVEN], gripper="robotiq"), "there is no gripper 'robotiq'"),
-    "payload not said": (WHOLE, replace(WITH[SEVEN], payload=0.0), "'payload' is the data sheet's"),
+    "payload not said": (WHOLE, replace(WITH[SEVEN], payload=0.0), "state 'payload' as the data sheet does"),
     "no payload": (WHOLE, replace(WITH[SEVEN], payload=0.5), "does not carry the gripper"),
     "no torque": (WHOLE, replace(WITH[SEVEN], torques=()), "no torque is stated for j1, j2"),
     "torques of another arm": (WHOLE, replace(WITH[SEVEN], torques=(1.0,)), "each of 7 joints"),
     "no flange": (WHOLE, replace(WITH[SEVEN], flange="toool"), "no site or body 'toool' behind the last joint"),
-    "home elsewhere": (WHOLE, replace(WITH[SEVEN], home=(0.0,) * 7), "'home' says another"),
+    "home elsewhere": (WHOLE, replace(WITH[SEVEN], home=(0.0,) * 7), "state another by 'home'"),
     "home in itself": (WHOLE, replace(WITH[SEVEN], home=(0.0, 1.6, 0.0, -3.0, 0.0, 0.6, 0.0)), "meets"),
     "no such link": (WHOLE, replace(WITH[SEVEN], apart=(("l1", "l9"),)), "'apart' names 'l9'"),
     "not a number": (WHOLE.replace('pos="0 0 0.333"', 'pos="0 0 nan"'), WITH[SEVEN], "finite|nan"),

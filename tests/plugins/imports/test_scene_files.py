@@ -44,7 +44,7 @@ def test_bodies_become_what_they_can_do(kitchen: ImportedScene) -> None:
     assert [t.name for t in kitchen.things if t.mass is None] == ["kitchen_counter", "floor"]
     assert things["drawer_1"].joint is not None and things["drawer_1"].joint.kind == "slide"
     assert things["red_box"].mass == pytest.approx(0.15) and things["red_box"].joint is None
-    assert any("only look" in n for n in kitchen.notes)
+    assert any("purely visual" in n for n in kitchen.notes)
 
 
 def test_features_are_found_in_the_geometry(kitchen: ImportedScene) -> None:

@@ -352,7 +352,7 @@ def test_what_stands_there_and_was_put_there_is_to_blame() -> None:
         list(ground(on("shelf"), belief, context))
     assert set(none.value.because) == {"shelf", "by task", "what", "held"}
     assert none.value.reason.startswith("none of 1 placements fits; turned +0 deg, lowest point +20 mm from it: not clear: ")
-    assert "cm2" in none.value.reason or "nowhere is a disc of" in none.value.reason
+    assert "cm2" in none.value.reason or "has no free position" in none.value.reason
 
 
 def test_what_is_too_large_for_an_opening_is_told_with_its_best_position() -> None:
@@ -366,7 +366,7 @@ def test_where_no_disc_is_free_it_is_said_how_large() -> None:
     post = Thing("box", "cram:Product", Pose((0.45, 0.35, 0.15)), (Geom("box", (0.00515, 0.00515, 0.1)),))
     found, ended = answers(on("box"), believed(post))
     assert found == [] and ended is not None
-    assert ended.reason.endswith("from it: not clear: nowhere is a disc of 40 mm free, which its outline holds")
+    assert ended.reason.endswith("from it: not clear: the largest disc in its outline, of 40 mm, has no free position")
 
 
 def test_a_feature_may_say_how_large_the_place_is() -> None:
@@ -588,7 +588,7 @@ def test_an_origin_that_would_be_over_the_end_of_its_region_is_refused(reaches: 
         return
     found, ended = answers(on("box", region="level"), belief)
     assert not any(isinstance(a, Grounding) for a in found) and ended is not None
-    assert "mm too high for 'box/level', which reaches 20 mm above the face in it" in ended.reason
+    assert "mm too high for 'box/level', which reaches 20 mm above the surface in it" in ended.reason
     assert "mm too little for the origin of" in str(ended.remedy)
 
 

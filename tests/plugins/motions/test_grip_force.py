@@ -95,7 +95,7 @@ def test_a_force_that_is_given_stays_and_the_physics_says_whether_it_holds(frict
     if not held:
         assert any("2.PickingUp 'grasps(Gripper, Locatum)' does not hold" in r for r in reasons(trace))
         assert (
-            "50 N on each pad carry 9.5 N of 1.5 kg (14.7 N) on friction 0.0947 (pads 0.9, 'block' 0.05); 78 N carry it just so,"
+            "50 N on each pad carry 9.5 N of 1.5 kg (14.7 N) on friction 0.0947 (pads 0.9, 'block' 0.05); 78 N just carry it,"
             " 218 N with a margin of 2.5 and 1.2 m/s2 of the arm (gripper 'robotiq_2f85': 20 .. 235 N)"
         ) in slipped[0]
 

@@ -104,7 +104,7 @@ def test_the_material_is_that_of_what_it_was_taken_for() -> None:
 
 def test_a_material_that_nothing_known_is_made_of() -> None:
     with pytest.raises(
-        NoPipeline, match=r"never says material 'cardbord'; did you mean 'cardboard'\? it says: .*metal"
+        NoPipeline, match=r"never gives material 'cardbord'; did you mean 'cardboard'\? its values are: .*metal"
     ):
         see("material=cardbord")
 
@@ -190,7 +190,7 @@ def test_an_empty_picture_has_a_reason(depth: float, reason: str) -> None:
 
 
 def test_a_class_without_a_model_is_refused_with_those_there_are() -> None:
-    with pytest.raises(NoPipeline, match=r"never says type 'soma:Cup'; it says: .*cram:TeaBox"):
+    with pytest.raises(NoPipeline, match=r"never gives type 'soma:Cup'; its values are: .*cram:TeaBox"):
         see("type=soma:Cup")
 
 

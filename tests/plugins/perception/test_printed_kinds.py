@@ -111,7 +111,7 @@ def test_doubtful_kinds_come_with_probabilities(engine: Engine) -> None:
     (percept,) = perceived(engine, standing(engine, "carton_8", 0.45, 0.0, 30)).answers
     said = percept.values["pose"].judged
     assert 0.5 < said.confidence <= 1.0
-    assert "of its print agrees" in said.reason
+    assert "of its printed texture agrees" in said.reason
     kinds = percept.values["type"].judged
     assert kinds.confidence + sum(o.confidence for o in kinds.others) == pytest.approx(1.0, abs=0.05)
 

@@ -82,7 +82,7 @@ def test_programs_are_stopped_and_killed(knowledge: Knowledge, place: World) -> 
 @pytest.mark.parametrize("when", [{"trigger": Trigger("waiting")}, {"after": 1.0}])
 def test_a_tool_and_a_sensor_are_off_from_the_start_or_not_at_all(place: World, kind: FaultKind, when: dict[str, Any]) -> None:
     assert faulty(place, [Fault(kind, by=(0.001, 0.0, 0.0))]).disturbance != place.disturbance
-    with pytest.raises(UserError, match="no trigger and no time: it is so from the start"):
+    with pytest.raises(UserError, match="is present from the start, and has neither trigger nor time"):
         faulty(place, [Fault(kind, by=(0.001, 0.0, 0.0), **when)])
 
 

@@ -72,7 +72,7 @@ def test_the_run_as_it_is_passes_and_says_who_got_furthest() -> None:
     found = only(Bystanders(), good())
     assert found.passed and (found.value, found.limit, found.unit) == (0.0, 0.005, "m")
     found = only(Bystanders(), shifted((0, 0.004, 0), "cup", 40))
-    assert found.passed and found.reason == "'cup' got furthest of what no task moves, 4.0 mm, limit 5 mm by default"
+    assert found.passed and found.reason == "'cup' moved furthest of all things that no task moves, 4.0 mm, limit 5 mm by default"
     assert found.value == pytest.approx(0.004)
 
 

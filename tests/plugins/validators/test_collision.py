@@ -59,7 +59,7 @@ def test_a_carried_thing_that_hits_another_is_an_objection() -> None:
 def test_an_objection_says_what_would_let_the_touch_be_and_offers_no_limit_that_no_task_has() -> None:
     found = only(Collision(), hits(range(60, 61), "block", "cup"))
     assert str(found.remedy) == (
-        "'block' and 'cup' meet with 10.0 N where 2 N are let: make more room between them, or name another place, "
+        "'block' and 'cup' meet with 10.0 N where 2 N are permitted: make more room between them, or name another place, "
         "or, where that does no harm, 'limits: {brush: 10 N}' in the scenario"
     )
     limits = JudgingLimits(brush=10.0, of_scenario=("brush",))
@@ -221,9 +221,9 @@ def test_two_that_are_pressed_together_by_nobody_are_limited_by_the_task_and_the
 
     assert said(Collision(), pushed(25.0 + WEIGHT - 1e-6)) == []
     (reason,) = said(Collision(), pushed(25.0 + WEIGHT + 1.0))
-    assert reason == "'cup' hit 'floor' with 28 N at 4.1 s in 4.ParkingArms; limit 27 N of the task and of what they weigh"
+    assert reason == "'cup' hit 'floor' with 28 N at 4.1 s in 4.ParkingArms; limit 27 N by the task and their weights"
     assert next(bumps(pushed(25.0 + WEIGHT + 1.0))) == Bump(pytest.approx(1.0), 25 + WEIGHT + 1, 25 + WEIGHT, 82, "cup", "floor",
-                                                            "limit 27 N of the task and of what they weigh")  # fmt: skip
+                                                            "limit 27 N by the task and their weights")  # fmt: skip
     first = allowing("3.Placing/Releasing", Allowance(force=60.0), pushed(25.0 + WEIGHT + 1.0))
     assert len(said(Collision(), first)) == 1  # the limit is that of the task that runs, not of one that moved them before
     free = allowing("4.ParkingArms", replace(pushes, force=None), hits(range(82, 83), "cup", "floor", 1e4))

@@ -60,4 +60,4 @@ def test_doubts_of_files_are_printed_by_check_and_only_counted_by_resolve(scenar
     checked, resolved = run("check", written(scenario)), run("resolve", scenario, "--twins", "0", "--no-report", "--out", tmp_path / "run")
     printed = re.findall(r"^.*taken\.yaml:\d+: (.*)$", checked.out, re.MULTILINE)
     assert len(printed) >= 6 and not any(said in resolved.err for said in printed)
-    assert f"{len(printed)} doubts about files of robot and scene: 'cramlite check {scenario}' prints them" in resolved.err
+    assert f"{len(printed)} doubts about files of robot and scene: 'cramlite check {scenario}' prints the doubts" in resolved.err

@@ -152,7 +152,7 @@ def test_near_is_up_to_a_distance_from_middle_to_middle(way: float, near: bool) 
     for tin in ((way, 0.0), (0.0, -way), (0.6 * way, 0.8 * way)):
         (finding,) = judged(placed(tin), "tin on floor near cup")
         assert finding.passed is near
-        assert near or "'tin on floor near cup' is not reached: it is 201 mm from 'cup', up to 200 mm are near" in finding.reason
+        assert near or "'tin on floor near cup' is not reached: it is 201 mm from 'cup', up to 200 mm count as near" in finding.reason
 
 
 def test_near_is_seen_from_above() -> None:
@@ -184,7 +184,7 @@ def test_at_rest_it_gets_about_by_so_much_at_most(way: float, rests: bool) -> No
     run.poses["tin"][::2, 0] = way
     (finding,) = judged(run, "tin on floor")
     assert finding.passed is rests
-    assert rests or "'tin' moves by 20 mm in the last 0.5 s, up to 20 mm are at rest" in finding.reason
+    assert rests or "'tin' moves by 20 mm in the last 0.5 s, up to 20 mm count as at rest" in finding.reason
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
@@ -380,7 +380,7 @@ def test_what_is_in_its_region_by_less_than_simulators_differ_by_is_refused(by: 
     still = settled(replace(desk, features=(*desk.features, left)), block("tin", Pose((0.5, 0.2 + by, 0.131))))
     on, off = judged(still, "tin on desk/left", "not tin on desk/left")
     assert on.passed is sure and not off.passed
-    assert sure or "by less than 1 mm 'tin' is in 'desk/left'" in on.reason
+    assert sure or "'tin' is less than 1 mm inside of 'desk/left'" in on.reason
 
 
 def test_how_surely_it_is_in_its_region_is_asked_of_the_end() -> None:

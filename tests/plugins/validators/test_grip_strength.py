@@ -140,7 +140,7 @@ def test_only_steps_that_move_the_fingers_count_and_each_grip_is_asked() -> None
 def test_the_force_that_would_do_is_said_with_its_margin() -> None:
     grip = GripLoad(block("block", Pose(), mass=0.5), 0.5, 0.9, 0.6, 0.0, UR5E.gripper)
     assert explained(grip, 2.0) == (
-        "2 N on each pad carry 2.9 N of 0.5 kg (4.9 N) on friction 0.72 (pads 0.9, 'block' 0.6); 3 N carry it just so, 10 N with a margin"
+        "2 N on each pad carry 2.9 N of 0.5 kg (4.9 N) on friction 0.72 (pads 0.9, 'block' 0.6); 3 N just carry it, 10 N with a margin"
         " of 2.5 and 1.2 m/s2 of the arm (gripper 'robotiq_2f85': 20 .. 235 N)"
     )
     assert explained(replace(grip, surface=0.0), 2.0).endswith("; no force does")

@@ -122,7 +122,7 @@ AT_END = range(END - 1, END + 1)
 def test_a_guard_ends_where_it_meets_something() -> None:
     assert taxonomy() is not None
     assert said(gone(0.02, met=AT_END), guard()) == ""
-    assert said(gone(0.02), guard()) == "it ended after 20 of at most 50 mm, where nothing was met"
+    assert said(gone(0.02), guard()) == "it ended after 20 of at most 50 mm without a contact"
     assert said(gone(0.02, met=range(FIRST, END - SPREAD - 2)), guard()), "what it met on its way is not where it ended"
     assert said(gone(0.05), guard()), "one that must meet something does not end at the end of its range"
     assert said(gone(0.0, met=AT_END), guard()) == "", "it may meet it at once"

@@ -82,7 +82,7 @@ def test_it_is_asked() -> None:
         ("  check_start([2.8, -1.7, 1.5, -1.3, -1.5, 1.2], 0.01)\n", "", "check_start"),
         ("catching = False", "catching = True", "catching"),
         (MOVE, "  kill watchdog_thread\n" + MOVE, "before the tasks are done"),
-        (MOVE, MOVE + "  force_limit = 500.0\n", "sets what a safeguard"),
+        (MOVE, MOVE + "  force_limit = 500.0\n", "overwrites a setting of a safeguard"),
         ('"object"', '"any"', "1.Grasping/close no longer asks for 'object'"),
         (MOVE, MOVE + "  freedrive_mode()\n", "freedrive_mode"),
         (MOVE, MOVE + "  force_mode(lift_pose, [0, 0, 1, 0, 0, 0])\n", "force_mode"),
@@ -192,13 +192,13 @@ def test_a_step_that_felt_its_way_still_does(lines: tuple[str, ...], lost: bool)
 
     asked = replace(good(), code=code(*lines), proven=code("  movel(lift_pose, a=0.5, v=0.1)", DOWN))
     said = [f.reason for f in Safeguards().check(asked) if not f.passed]
-    assert said == [f"{LOWER} has no guarded motion any more: what is met there is hit by the motion behind it"] * lost
+    assert said == [f"{LOWER} has no guarded motion any more: the motion after it would hit an obstacle there unguarded"] * lost
 
 
 def test_a_typed_step_that_felt_its_way_still_does() -> None:
     two = [Wait(0.2, origin=LOWER), *steps(limit=None)]
     (said,) = typed([s for s in two if not isinstance(s, MoveUntilContact)], proven=two)
-    assert said == f"{LOWER} has no guarded motion any more: what is met there is hit by the motion behind it"
+    assert said == f"{LOWER} has no guarded motion any more: the motion after it would hit an obstacle there unguarded"
     bare = [s for s in steps() if not isinstance(s, MoveUntilContact | Monitor)]
     gone = [s for s in steps() if not isinstance(s, Monitor)]
     assert typed(bare, proven=gone) == []  # that all of a step is gone is said by others

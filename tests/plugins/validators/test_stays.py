@@ -115,7 +115,7 @@ def test_in_the_world_a_thing_may_turn_about_the_vertical_whichever_way_it_lies(
 
 
 def test_how_far_is_said_also_of_what_did_not_move() -> None:
-    assert only(Bystanders(), good()).reason == "'cup' got furthest of what no task moves, 0.0 mm, limit 5 mm by default"
+    assert only(Bystanders(), good()).reason == "'cup' moved furthest of all things that no task moves, 0.0 mm, limit 5 mm by default"
     base = ran(good())
     alone = candidate(replace(base, world=replace(base.world, things=(FLOOR,)), touches=((),) * COUNT))
     assert only(Bystanders(), alone).value == 0.0

@@ -58,7 +58,7 @@ LOWER_POSE = "placing_3_putting_down_lower_pose"
 def test_the_last_step_of_a_drawers_closing_may_not_be_deleted() -> None:
     good = proven("closing_drawer")
     assert said(good, "\n".join(lines_of(good))) == []
-    lost = "1.Closing/back has no line of code in this text, and had some in the one that was proven"
+    lost = "1.Closing/back has no line of code in this text, while the proven text had some"
     assert said(good, without_lines(good, "movel(closing_1_back_pose")) == [lost]
 
 
@@ -118,7 +118,7 @@ def test_fingers_that_open_behind_the_retreat_open_too_late() -> None:
     late = [*lines[:k], "  sleep(0.5)", *lines[k + 1 : back + 1], lines[k], *lines[back + 1 :]]
     (reason,) = said(good, "\n".join(late))
     assert reason.startswith("the code of 3.Placing/Releasing/open ran at ")
-    assert reason.endswith(" s, after that of 3.Placing/Retracting/back, which comes after it")
+    assert reason.endswith(" s, after that of 3.Placing/Retracting/back, which comes later in the program")
 
 
 @pytest.mark.heavy

@@ -239,7 +239,7 @@ def proven_with(candidate: Candidate, *others: str) -> Candidate:
     return replace(candidate, proven=replace(candidate.code, origins=candidate.code.origins | dict(enumerate(others, count + 1))))
 
 
-LOSS = " has no line of code in this text, and had some in the one that was proven"
+LOSS = " has no line of code in this text, while the proven text had some"
 
 
 def test_a_step_that_lost_its_code_is_told_by_its_name_and_a_task_by_its_own() -> None:
@@ -279,7 +279,7 @@ def test_of_a_run_that_halted_only_lost_code_is_told() -> None:
 
 def test_code_that_runs_after_that_of_a_later_step_is_late() -> None:
     found = wrong(ran(TWO, [("", 2), (B, 20), (A, 20)], {0: up(0.1), 22: up(0.0), 42: up(0.0)}))
-    assert found == [(A, f"the code of {A} ran at {22 * STEP:.2f} s, after that of {B}, which comes after it")]
+    assert found == [(A, f"the code of {A} ran at {22 * STEP:.2f} s, after that of {B}, which comes later in the program")]
 
 
 def test_a_step_that_comes_twice_in_a_program_may_run_twice() -> None:
@@ -288,7 +288,7 @@ def test_a_step_that_comes_twice_in_a_program_may_run_twice() -> None:
     assert wrong(ran(steps, [(A, 20), (B, 20), (A, 20), (C, 20)], hand)) == []
     assert share(ran(steps, [(A, 20), (B, 20), (A, 20), (C, 20)], hand | {60: up(0.03)})) == pytest.approx(0.3, abs=1e-3)
     (late,) = wrong(ran(steps, [(A, 20), (B, 20), (C, 20), (A, 20)], {**hand, 60: up(0.0), 80: up(0.1)}))
-    assert late[0] == A and late[1].endswith(f"after that of {C}, which comes after it")
+    assert late[0] == A and late[1].endswith(f"after that of {C}, which comes later in the program")
 
 
 def test_a_step_that_runs_on_behind_a_late_one_is_judged_once_for_all_of_its_code() -> None:
@@ -329,7 +329,7 @@ def test_a_step_that_feels_its_way_ends_where_it_meets_something(met: bool) -> N
     rows = tuple((Touch("effector/left", "cup", 5.0, 0.0),) if met and k in (19, 20) else () for k in range(COUNT))
     (found,) = judged(replace(made, rollout=replace(made.rollout, touches=rows)))
     assert (found.passed, found.origin) == ((True, "") if met else (False, A))
-    assert met or found.reason == f"{A} was not carried out: it ended after 20 of at most 50 mm, where nothing was met"
+    assert met or found.reason == f"{A} was not carried out: it ended after 20 of at most 50 mm without a contact"
 
 
 # What is pushed

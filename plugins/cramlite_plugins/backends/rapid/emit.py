@@ -45,7 +45,7 @@ ORI, LONGEST = 60.0, 30  # reorientation speed [deg/s]; letters of an identifier
 
 
 class _Writer(Struct):
-    """The text under construction.
+    """RAPID text under construction.
 
     Args:
         zero: where ABB's axes are zero, in the angles of typed programs [rad].
@@ -112,7 +112,8 @@ class _Writer(Struct):
                 self.add(*leaf(step, self), origin=step.origin)
 
     def payload(self, step: SetPayload) -> list[str]:
-        """Load beside the gripper, in the tool frame: the tool's own load is in its tooldata."""
+        """Load data of the payload without the gripper, in the tool frame, as the gripper's own load is in
+        its tooldata."""
         gripper, mass = self.robot.gripper, step.mass - self.robot.gripper.mass
         self.load = "load0"
         if mass > 1e-3:
@@ -125,7 +126,8 @@ class _Writer(Struct):
         return [f"GripLoad {self.load};"]
 
     def attempts(self, step: Fallback) -> list[str]:
-        """A routine for each branch, and one that goes on to the next when a step of it fails."""
+        """A routine for each branch, with error handlers that start the next branch when a step of one
+        fails."""
         self.number += 1
         n, count_ = self.number, len(step.branches)
         body, self.lines = self.lines, []
@@ -163,7 +165,7 @@ def emit(program: Program, robot: Robot, *, forces: bool) -> Code:
     zeros = _axis_zeros(program, robot)
     if program.late:
         things = ", ".join(t.thing for t in program.late)
-        raise UserError(f"late poses ({things}): RAPID programs have none yet; take urscript")
+        raise UserError(f"late poses ({things}) cannot be written in RAPID yet; take the backend urscript")
     refuse_drives(program, "RAPID")
     out = _Writer(robot, zeros, forces, at=program.start)
     start = jointtarget(program.start, out.zero)
@@ -184,7 +186,8 @@ def emit(program: Program, robot: Robot, *, forces: bool) -> Code:
 
 
 def _axis_zeros(program: Program, robot: Robot) -> tuple[float, ...]:
-    """Zeros of the axes of the program's robot."""
+    """Zeros of the robot's axes as ABB counts them; refuse robots that are no ABB arms or do not state
+    them."""
     if program.robot_type != robot.type or robot.backend not in NATIVE:
         said = f"RAPID is for ABB arms (backend 'rapid'), not for '{robot.type}' (backend '{robot.backend}')"
         raise UserError(f"program for '{program.robot_type}': {said}")
@@ -224,7 +227,7 @@ def _main(out: _Writer, tasks: list[str]) -> None:
 
 
 def leaf(step: AnyStep, out: _Writer) -> list[str]:
-    """Write the RAPID lines of a step that holds no steps."""
+    """Write the RAPID lines of a step without inner steps."""
     name = f'"{plain(step.origin)[:60]}"'
     tool = "tGripper \\WObj:=wBase"
     match step:

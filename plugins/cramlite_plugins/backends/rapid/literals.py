@@ -1,4 +1,5 @@
-"""RAPID literals: mm, degrees, quaternions, zones and names; fixed digits, so that a program is one text."""
+"""RAPID literals: mm, degrees, quaternions, zones and names; fixed digits, so that the same program always
+gives the same text."""
 
 from __future__ import annotations
 

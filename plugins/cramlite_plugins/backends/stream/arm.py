@@ -63,7 +63,7 @@ class StreamedArm(CommandedArm):
         self.response = Response(hello.lag, hello.inertia, self.period, len(robot.joints))
 
     def grip(self, force: float) -> None:
-        """Go on pressing on the payload [N]."""
+        """Close the fingers further on the payload with a force [N], so that they keep pressing."""
         self.gripper.move(self.gripper.gripper.opening[0], self.gripper.gripper.speed[1], force)
         self.gripper.command = self.gripper.goal
 
@@ -90,7 +90,7 @@ class StreamedArm(CommandedArm):
         return float(np.linalg.norm(self.force_vector()))
 
     def zero_sensor(self) -> None:
-        """Take the present reading as zero."""
+        """Take the present wrench as zero."""
         self.tare = np.array(self.state.wrench or (0.0,) * 6)
 
     def set_payload(self, mass: float, center: Floats) -> None:
@@ -124,7 +124,8 @@ class StreamedArm(CommandedArm):
             self.under_way = between and self.motion is None
 
     def settled(self) -> bool:
-        """Return whether the tool has come to its last command, also in the open.
+        """Return whether the tool has arrived at its last command, also after a motion in free space, whose
+        end is checked less exactly.
 
         Raises:
             ProtectiveStop: it has not, and had the time.
@@ -132,8 +133,8 @@ class StreamedArm(CommandedArm):
         return not self.under_way or self._arrived()
 
     def _action(self, rate: Floats, correction: Floats) -> Action:
-        """Action of this period: the command, ahead by the lag and the effect of inertia, so that it
-        brakes in time."""
+        """Action of this period: the command, with a lead for the arm's lag and for the effect of inertia,
+        so that it brakes in time."""
         ahead = self.q + self.response.lead(rate, free=self.force_mode is None)
         hand = Action(opening=round(self.gripper.command, 6), grip=self.gripper.force)
         if self.hello.actions == "joints":
@@ -144,7 +145,8 @@ class StreamedArm(CommandedArm):
         return replace(hand, delta=(x, y, z, rx, ry, rz))
 
     def _pace(self, correction: Floats) -> float:
-        """Largest share of the planned speed at which the process takes the delta of the running motion, to 2^-HALVINGS."""
+        """Largest share of the planned speed at which the process accepts the next delta of the running
+        motion, found by HALVINGS bisections."""
         if self.hello.most is None or self.motion is None or self.force_mode is not None or self._fits(1.0, correction):
             return 1.0
         low, high = SLOWEST, 1.0
@@ -154,7 +156,8 @@ class StreamedArm(CommandedArm):
         return low
 
     def _fits(self, pace: float, correction: Floats) -> bool:
-        """Whether the process takes the delta to where the running motion would be after this period at a pace."""
+        """Whether the process accepts the delta that the running motion needs in this period at a share of
+        the planned speed."""
         assert self.motion is not None
         place = self.motion.at(self.time + pace * self.period)
         q = self.kinematics.follow(place, self.q) if isinstance(place, Pose) else place
@@ -164,7 +167,8 @@ class StreamedArm(CommandedArm):
         return self._fit(self._way(self.kinematics.forward(ahead)) + correction) >= 1.0
 
     def _fit(self, delta: Floats) -> float:
-        """The share of a delta (6,) that the process takes at once; above 1 where it would take more."""
+        """Share of a delta (6,) that the process accepts in one period; above 1 if it would accept a
+        larger one."""
         most = self.hello.most or (math.inf, math.inf)
         return min(m / max(float(np.linalg.norm(v)), 1e-12) for v, m in zip((delta[:3], delta[3:]), most, strict=True))
 
@@ -186,8 +190,8 @@ class StreamedArm(CommandedArm):
             raise ProtectiveStop(f"the tool is {1000 * off:.0f} mm off its path, more than {1000 * ASTRAY:.0f} mm: the arm does not follow")
 
     def _arrived(self, share: float = 1.0) -> bool:
-        """Whether the tool is at its motion's end, within so many times its tolerance, and still will be when it
-        has come to rest.
+        """Whether the tool is at its motion's end, within a multiple of its tolerance, and still will be when
+        it has come to rest.
 
         Raises:
             ProtectiveStop: it is not, and had the time.

@@ -16,7 +16,7 @@ class Stream:
     remark = "the controller model ran the program at 125 Hz; a robot process is sent the same motions at its own rate"
 
     def emit(self, program: Program, robot: Robot) -> Code:
-        """Write the program as JSON: the text that ``drive`` streams; empty fingers open on the way.
+        """Write the program as JSON: the text that ``drive`` streams; empty fingers move during transfers.
 
         Raises:
             UserError: the program is for another robot, drives a platform or asks for poses while it runs.

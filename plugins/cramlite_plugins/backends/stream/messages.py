@@ -99,7 +99,7 @@ class Action(Value, tag_field="ask", tag="step", kw_only=True, omit_defaults=Tru
 
 
 class AskEnd(Value, tag_field="ask", tag="end"):
-    """Last message: it is over, whatever the outcome; the process ends."""
+    """Last message to the process: the run is over, whatever its outcome, and the process ends."""
 
 
 Said = TypeVar("Said", bound=State)

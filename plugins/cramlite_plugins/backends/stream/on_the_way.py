@@ -8,7 +8,8 @@ from cramlite.model import AnyStep, MoveJoints, Parallel, Program, SetGripper, e
 
 
 def opened_on_the_way(program: Program) -> Program:
-    """Return a program in which empty fingers move during the transfer that follows, instead of before it, and close during the one before.
+    """Return a program in which empty fingers open or close during a transfer: open during the one after,
+    close during the one before.
 
     The transfer was planned with fingers as they are after it: wider than those that still open. Those that still close, or that a program
     begins with, may be wider than planned: whether they have room is seen when the text runs in the proof, where the arm is as fast as it

@@ -1,4 +1,4 @@
-"""A process that answers a line with a line, and the robot behind one."""
+"""Process that answers each line with a line, and the robot that it controls."""
 
 from __future__ import annotations
 
@@ -70,22 +70,22 @@ class LineProcess:
         return answer
 
     def wrong(self, what: str) -> UserError:
-        """End the process, and return the error with its defect, a clause."""
+        """End the process, and return an error that names its defect, a clause."""
         return UserError(self._ended(what))
 
     def gone(self, what: str) -> ProcessGone:
-        """End the process, and make the error that says how it was lost, in a clause."""
+        """End the process, and return an error that says in a clause how the connection was lost."""
         return ProcessGone(self._ended(what))
 
     def _ended(self, what: str) -> str:
-        """Description of an ended process, if it did not end by itself."""
+        """Message on a defect of the process, which is killed if it still runs."""
         if self.process.poll() is None:
             self.process.kill()
         end = "" if what.endswith((".", "!")) else "."
         return f"The {self.name} {what}{end} What it must answer: {self.page}."
 
     def close(self, last: bytes, patience: float) -> None:
-        """Send a last line; a process that does not end by itself then is ended."""
+        """Send a last line, and wait for the process to end; kill it if it does not."""
         try:
             if self.process.stdin and self.process.poll() is None:
                 self.process.stdin.write(last)
@@ -98,14 +98,14 @@ class LineProcess:
             self.errors.close()
 
     def _read(self) -> None:
-        """Lines as they come; an empty one at the end."""
+        """Put each line that the process writes into the queue, and an empty one when its output ends."""
         assert self.process.stdout is not None
         for line in iter(lambda: self.process.stdout.readline(LONGEST), b""):  # type: ignore[union-attr]
             self.lines.put(line)
         self.lines.put(b"")
 
     def _death(self) -> str:
-        """End of the process, with the last line that it wrote to standard error."""
+        """Clause on how the process ended, with the last line that it wrote to standard error."""
         try:
             code: object = self.process.wait(1.0)
         except subprocess.TimeoutExpired:
@@ -116,7 +116,7 @@ class LineProcess:
 
 
 class RobotProcess:
-    """Robot that a process answers for.
+    """Robot that is commanded and read through a process that speaks JSON lines.
 
     Args:
         lines: the process.
@@ -171,7 +171,8 @@ class RobotProcess:
 
 
 def _out_of_range(hello: Hello) -> str:
-    """Which number of a robot makes no sense, as a clause; "" if all do."""
+    """First value of the robot's description that is out of its range, as a clause; "" if all are
+    plausible."""
     ranges = {
         "rate": (hello.rate, 1.0, 1000.0, "Hz"), "lag": (hello.lag, 0.0, 1.0, "s"), "inertia": (hello.inertia, 0.0, 0.1, "s2"),
         "hesitation": (hello.hesitation, 0.0, 10.0, "s"),
@@ -185,7 +186,8 @@ def _out_of_range(hello: Hello) -> str:
 
 
 def _surroundings(modules: Path | None) -> dict[str, str] | None:
-    """Environment variables of a process that may import the modules of a folder after its own; None for ours."""
+    """Environment variables of a process that may import the modules of a folder, after its own modules;
+    None to inherit ours."""
     if modules is None:
         return None
     found = [os.environ.get("PYTHONPATH", ""), str(modules)]

@@ -42,16 +42,16 @@ class Response:
         return self.lag * rate + (self.inertia * faster if free else 0.0)
 
     def correction(self, off: Floats) -> Floats:
-        """Return the correction of a delta (6,) for the tool's deviation from the last command (6,) [m, rad],
-        damped critically."""
+        """Return the correction of a delta (6,) for the tool's deviation from the last command (6,) [m,
+        rad], critically damped."""
         further = (off - self.off) / self.period
         damping = self.slow * (math.sqrt(1.0 + self.stiffer) - 1.0)
         added: Floats = self.stiffer * off + damping * further
         return added
 
     def gliding(self, off: Floats) -> Floats:
-        """Return how much farther an arm glides from a distance (6,) to its goal [m, rad]: as far as a spring's damping
-        alone lets it.
+        """Return how much farther an arm glides on [m, rad]: the speed at which its distance (6,) to the goal
+        changes, times the time that its damping takes to stop it.
 
         One that treats position and rotation apart may hardly be pulled back: at a grasp it was within 1 mm, at 60 mm/s, and glided on by
         9 mm in 0.3 s, while the fingers closed. A spring that falls back as it should ends this sum at its distance, and takes no longer.
@@ -60,5 +60,5 @@ class Response:
         return further
 
     def passed(self, rate: Floats, off: Floats) -> None:
-        """Take the command and the measurement of a finished period."""
+        """Remember the command and the measurement of a finished period."""
         self.rate, self.off = rate, off

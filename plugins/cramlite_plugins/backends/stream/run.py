@@ -151,7 +151,7 @@ def _play(machine: ProgramMachine, arm: StreamedArm, record: _Record, watched: _
 
 
 def _brake(arm: StreamedArm, record: _Record, deceleration: float) -> None:
-    """Bring the arm to rest on its path, and wait until nothing that is read moves."""
+    """Bring the arm to rest on its path, and wait until joints and things are at rest."""
     arm.end_force_mode()
     arm.stop(deceleration)
     for _ in range(round(REST / arm.period)):
@@ -163,7 +163,7 @@ def _brake(arm: StreamedArm, record: _Record, deceleration: float) -> None:
 
 
 def _is_still(before: State, now: State, period: float) -> bool:
-    """Whether joints and things are at rest, by two states."""
+    """Whether joints and things are at rest, judged by two successive states."""
     was, are = before.poses or {}, now.poses or {}
     poses = np.array([np.subtract(are[n], was[n]) for n in are.keys() & was.keys()]).reshape(-1, 7)
     turned, most = np.abs(np.subtract(now.joints, before.joints)).max(), np.array([MOVED] * 3 + [TURNED] * 4)
@@ -181,7 +181,7 @@ def readings(arm: StreamedArm, line: int, mount: RobotMount) -> Readings:
 
 
 class _Watched(Struct):
-    """A watcher, and where the robot stands in the world that it is shown."""
+    """Watcher of a run, with the mount of the robot in the world that is compared with the readings."""
 
     watch: Watch
     mount: RobotMount
@@ -206,11 +206,11 @@ class _Record(Struct):
         return self.machine.main_line if self.machine else 0
 
     def say(self, text: str) -> None:
-        """Take a line of the log."""
+        """Append a line to the run's log."""
         self.messages.append(Message(self.arm.clock, text, self.line))
 
     def observe(self) -> None:
-        """Take a sample."""
+        """Append a sample to the run's record."""
         arm, state = self.arm, self.arm.state
         felt = np.array(state.wrench or (0.0,) * 6)
         self.rows.append((arm.clock, state.joints, (-felt).tolist(), state.opening, self.line, arm.force()))
@@ -218,7 +218,7 @@ class _Record(Struct):
             self.say(state.say)
 
     def rollout(self, program: Program, outcome: str, reason: str) -> Rollout:
-        """Return the run."""
+        """Return the recording of the run."""
         times, joints, wrench, opening, lines, force = (np.array(column) for column in zip(*self.rows, strict=True))
         mount = RobotMount(program.robot, program.robot_type, Pose(), joints=tuple(self.rows[0][1]))
         return Rollout(

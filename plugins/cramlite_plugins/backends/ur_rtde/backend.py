@@ -22,7 +22,7 @@ class UrRtdeBackend:
 
     @property
     def remark(self) -> str:
-        """Return the remark of every result on how its text was run."""
+        """Return the remark that every result carries on how its text was run."""
         if missing := _missing():
             return f"the Python program was not run: {missing}"
         return (

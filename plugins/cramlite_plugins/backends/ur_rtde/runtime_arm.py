@@ -1,4 +1,5 @@
-"""Common code of Python programs for ur_rtde: motions with limits and time-outs, the gripper, reasons.
+"""Common code of Python programs for ur_rtde: motions with limits and time-outs, the gripper, failures with
+reasons.
 
 The text below the line "# ---- " is copied into the programs that the backend ``ur_rtde`` writes, so that a program
 is one file that needs nothing but Python and the package ur-rtde. It is a module so that it is checked like all others.
@@ -37,11 +38,11 @@ GENTLE = 0.25  # acceleration of guarded and force-controlled motions [m/s2]
 
 
 class Failed(Exception):
-    """A step did not come to its end; a control step around it may try something else."""
+    """Failure of a step; a control step around it may try something else."""
 
 
 class Aborted(Exception):
-    """The program cannot go on."""
+    """Failure after which the program cannot go on."""
 
 
 class Tripped(Exception):
@@ -53,7 +54,7 @@ class Tripped(Exception):
 
 
 def log(text: str) -> None:
-    """A line of the program's log."""
+    """Print a line of the program's log."""
     print(text, flush=True)
 
 
@@ -77,7 +78,7 @@ class Gripper:
             raise Aborted(f"no gripper server at {host}:63352: {error}") from None
 
     def ask(self, line: str) -> str:
-        """A question and its answer."""
+        """Send a line to the gripper and return its answer."""
         try:
             with self.lock:
                 self.connection.sendall(f"{line}\n".encode("ascii"))
@@ -133,7 +134,7 @@ class Arm:
     # What must hold at all times
 
     def guard(self) -> None:
-        """Once a cycle, while anything is waited for.
+        """Check the robot and the limits; called once a cycle, whenever the program waits.
 
         Raises:
             Aborted: the force limit of the program, a protective stop, or a robot that no longer answers.
@@ -155,7 +156,7 @@ class Arm:
             guard()
 
     def wait(self, done: Callable[[], bool], timeout: float) -> float:
-        """Wait until something holds; return the time [s], beyond ``timeout`` if it never did."""
+        """Wait until a condition holds; return the time [s], beyond ``timeout`` if it never did."""
         begin = self.time()
         while not done():
             self.guard()
@@ -175,7 +176,8 @@ class Arm:
     # Start and end
 
     def prepare(self, tcp: Vector, mass: float, center: Vector, start: Vector, tolerance: float) -> None:
-        """Tool, payload, tare and gripper, and whether the arm stands where the program starts."""
+        """Set tool, payload and tare, activate the gripper, and check that the arm is at the program's
+        start posture."""
         self.at()
         for i, (is_, should) in enumerate(zip(self.receive.getActualQ(), start, strict=True)):
             if abs(is_ - should) > tolerance:
@@ -189,7 +191,7 @@ class Arm:
         self.zero(settle=0.0)
 
     def activate_gripper(self) -> None:
-        """Robotiq's activation, unless it was done before."""
+        """Activate the Robotiq gripper, unless it is active already."""
         if self.gripper.get("STA") != 3:
             self.gripper.set("ACT", 1)
             if self.wait(lambda: self.gripper.get("STA") == 3, 10.0) > 10.0:
@@ -197,7 +199,8 @@ class Arm:
         self.gripper.set("GTO", 1)
 
     def done(self, answer: bool, what: str) -> None:
-        """ur_rtde says by False that the robot did not carry out a command."""
+        """Abort if a call of ur_rtde returned False, which means that the robot did not carry out the
+        command."""
         if not answer:
             raise Aborted(f"the robot did not carry out {what}: protective stop, lost connection, or its script has ended")
 
@@ -216,13 +219,14 @@ class Arm:
                 gone(f"nothing was heard from the robot for {SILENT + GONE:g} s")
 
     def rest(self) -> None:
-        """Into a safe state: no motion, no force mode."""
+        """Bring the robot to a safe state: no motion, no force mode."""
         self.control.stopL(3.0)
         self.control.forceModeStop()
         self.taken()
 
     def taken(self) -> None:
-        """ur_rtde does not wait until a command of force mode was taken, and the next command would replace it.
+        """Wait until the controller has taken a command of force mode, which ur_rtde does not do: the next
+        command would replace it.
 
         The clock that this program sees is late when the program was kept waiting by its machine: only after it has
         slept do some cycles on that clock mean as many since the command.
@@ -254,7 +258,7 @@ class Arm:
         return bool(self.control.getAsyncOperationProgressEx().isAsyncOperationRunning())
 
     def follow(self, step: str, planned: float) -> None:
-        """Until the running motion ends; it is stopped when anything is wrong."""
+        """Wait until the running motion has ended; stop it if it takes too long."""
         timeout = SLOWER * planned + SILENT
         if self.wait(lambda: not self.moving(), timeout) > timeout:
             self.control.stopL(3.0)
@@ -281,7 +285,7 @@ class Arm:
             here = target
 
     def move_linear(self, step: str, target: Vector, *, speed: float, acceleration: float) -> None:
-        """Straight to a pose."""
+        """Move the TCP in a straight line to a pose."""
         self.at()
         way = math.dist(self.tcp()[:3], target[:3]) + 0.25 * math.pi
         self.start(lambda: bool(self.control.moveL(list(target), speed, acceleration, True)))
@@ -290,7 +294,7 @@ class Arm:
     def move_until_contact(
         self, step: str, direction: Vector, *, distance: float, speed: float, force: float, timeout: float, expect: str
     ) -> None:
-        """Along a direction of the base frame until the environment pushes back with the force [N]."""
+        """Move along a direction of the base frame until the environment pushes back with the force [N]."""
         self.at()
         here, reaction = self.tcp(), 0.0
         target = [*(h + distance * d for h, d in zip(here[:3], direction, strict=True)), *here[3:]]
@@ -313,7 +317,8 @@ class Arm:
     # Gripper, payload, tare, time
 
     def grip(self, step: str, position: int, *, speed: int, force: int, expect: str, timeout: float) -> None:
-        """Fingers to a position; all three of 0 .. 255. OBJ is believed only after PRE has echoed the order."""
+        """Move the fingers to a position, with speed and force, all 0 .. 255. OBJ is trusted only after
+        PRE has echoed the command."""
         self.at()
         hand = self.gripper
         for name, value in (("SPE", speed), ("FOR", force), ("POS", position)):
@@ -327,7 +332,7 @@ class Arm:
             raise Failed(f"{step}: an object stopped the fingers")
 
     def payload(self, mass: float, center: Vector) -> None:
-        """Load on the flange [kg, m]."""
+        """Tell the controller the load on the flange [kg, m]."""
         self.at()
         self.done(self.control.setPayload(mass, list(center)), "setPayload")
 
@@ -340,7 +345,7 @@ class Arm:
             self.tare = list(self.receive.getActualTCPForce()[:3])
 
     def stand_still(self, duration: float) -> None:
-        """Wait [s]."""
+        """Wait for a duration [s]."""
         self.at()
         self.wait(lambda: False, duration)
 

@@ -14,7 +14,7 @@ Steps = Callable[[Arm], None]
 
 
 def fallback(arm: Arm, name: str, branches: Sequence[Steps]) -> None:
-    """Branches one after the other until one succeeds; the last one's failure is the failure of all."""
+    """Run branches one after the other until one succeeds; fail with the failure of the last one."""
     for k, branch in enumerate(branches, 1):
         try:
             branch(arm)
@@ -29,7 +29,8 @@ def fallback(arm: Arm, name: str, branches: Sequence[Steps]) -> None:
 def monitored(
     arm: Arm, name: str, steps: Steps, *, force: float | None = None, slip: float | None = None, time: float | None = None
 ) -> None:
-    """Steps while something is watched: force [N], further closing of the fingers [of 255], time [s]."""
+    """Run steps while the force [N], the further closing of the fingers [of 255] and the time [s] are
+    watched."""
     this, began = object(), arm.time()
     closed = arm.gripper.get("POS") if slip is not None else 0
 
@@ -53,7 +54,7 @@ def monitored(
 
 
 class Side:
-    """A branch that does not move the arm, in a thread of its own."""
+    """Branch that does not move the arm, running in a thread of its own."""
 
     def __init__(self, arm: Arm, steps: Steps) -> None:
         self.error: Exception | None = None
@@ -74,7 +75,7 @@ class Side:
             self.error = error
 
     def stop(self) -> None:
-        """End it; the fingers stay where they are."""
+        """End the branch; the fingers stop where they are."""
         if self.thread.is_alive():
             self.stopped = True
             self.thread.join()

@@ -34,7 +34,7 @@ def turned(frame: Vector, way: Vector) -> list[float]:
 
 
 def way_along(arm: Arm, start: Vector, direction: Vector) -> float:
-    """Distance of the tool from a pose along a direction [m]."""
+    """Distance that the tool has moved from a pose along a direction [m]."""
     return sum((h - s) * d for h, s, d in zip(arm.tcp()[:3], start[:3], direction, strict=True))
 
 
@@ -54,7 +54,7 @@ class ForceMode:
 
 
 def watched(arm: Arm, step: str, limit: float, timeout: float, late: str, ended: Callable[[], bool]) -> float:
-    """Wait until something has ended; return the time [s].
+    """Wait until a condition holds; return the time that it took [s].
 
     Raises:
         Failed: the force exceeded its limit, or the time is over.
@@ -75,7 +75,8 @@ def watched(arm: Arm, step: str, limit: float, timeout: float, late: str, ended:
 
 
 def along_path(arm: Arm, waypoints: Sequence[Vector], speed: float) -> Callable[[], bool]:
-    """Function that is true when the tool has gone along the waypoints; each call sends the tool on."""
+    """Return a function that sends the tool to one waypoint after the other, one at each call, and is True
+    at the last one."""
     left = [list(w) for w in waypoints]
 
     def arrived() -> bool:
@@ -94,7 +95,7 @@ def force_move(
     arm: Arm, step: str, waypoints: Sequence[Vector], *, frame: Vector, selection: Sequence[int], wrench: Vector,
     limits: Vector, speed: float, force_limit: float, timeout: float,
 ) -> None:  # fmt: skip
-    """Along waypoints while some axes of a frame comply."""
+    """Move along waypoints while the selected axes of a frame are compliant."""
     arm.at()
     with ForceMode(arm, frame, selection, wrench, limits):
         watched(arm, step, force_limit, timeout, "not done", along_path(arm, waypoints, speed))
@@ -104,7 +105,7 @@ def slide(
     arm: Arm, step: str, waypoints: Sequence[Vector], *, frame: Vector, force: float, height: float, speed: float,
     lost: float, force_limit: float, timeout: float,
 ) -> None:  # fmt: skip
-    """Along waypoints on a surface, pressing along z of a frame and following its height."""
+    """Slide along waypoints on a surface, pressing along z of a frame and following the surface's height."""
     arm.at()
     direction, arrived = axis(frame), along_path(arm, waypoints, speed)
     missed, looked = 0.0, arm.time()
@@ -123,7 +124,7 @@ def slide(
 
 
 def spiral(center: Vector, frame: Vector, pitch: float, radius: float) -> list[list[float]]:
-    """An Archimedean spiral across z of a frame, in chords of 1 mm."""
+    """Points of an Archimedean spiral in the plane across z of a frame, in chords of 1 mm."""
     points, angle, out = [], 0.0, 0.0
     while out < radius:
         angle += 0.001 / (out + 0.001)
@@ -165,7 +166,7 @@ def spiral_search(
 def force_along(
     arm: Arm, step: str, *, frame: Vector, wrench: Vector, way: float, speed: float, force_limit: float, timeout: float
 ) -> None:
-    """Push or pull with forces on x, y and z of a frame, until the tool has come far enough along z."""
+    """Push or pull with forces on x, y and z of a frame, until the tool has moved a distance along z."""
     arm.at()
     direction, start = axis(frame), arm.tcp()
     with ForceMode(arm, frame, ALL_WAYS, (*wrench, 0, 0, 0), (speed, speed, speed, 0.35, 0.35, 0.35)):

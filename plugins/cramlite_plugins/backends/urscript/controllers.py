@@ -62,7 +62,8 @@ def controller_of(robot: Robot) -> tuple[str, str]:
         what = f"its controller as '{robot.controller}'" if robot.controller else "no controller"
         raise UserError(f"robot '{robot.type}' declares {what} ('controller' of the Robot); {nearest(robot.controller, NEEDED)}")
     if robot.controller == CB3 and robot.sensor == "flange":
-        raise UserError(f"robot '{robot.type}' declares a CB3 with a force sensor in the flange, where e-Series have one; correct one")
+        said = f"robot '{robot.type}' declares a CB3 with a force sensor in the flange, which only e-Series have"
+        raise UserError(f"{said}; correct 'controller' or 'sensor'")
     return robot.controller, NEEDED[robot.controller]
 
 

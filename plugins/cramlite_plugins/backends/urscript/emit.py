@@ -33,7 +33,7 @@ START_TOLERANCE = 0.01  # how far each joint may be from the start posture [rad]
 
 
 class _Writer(Struct, dict=True):
-    """The text under construction."""
+    """URScript text under construction."""
 
     robot: Robot
     lines: list[str] = field(default_factory=list)  # without the indentation of the program's function
@@ -89,7 +89,7 @@ def _body(out: _Writer, program: Program) -> None:
 
 
 def _head(program: Program, robot: Robot, out: _Writer, controller: str) -> tuple[list[str], list[str]]:
-    """Preconditions, functions that the body needs, and the poses that it leads to."""
+    """Comment with the preconditions, and after it the functions and poses that the program's text uses."""
     prelude = PRELUDE.strip("\n").split("\n") if controller == CB3 else []
     library = "\n\n".join(
         t.strip("\n") for t in (FUNCTIONS, urscript_search.FUNCTIONS, urscript_flow.FUNCTIONS, urscript_late.FUNCTIONS)

@@ -141,7 +141,7 @@ class FlowWriter(Struct):
                 self.leaf(step)
 
     def leaf(self, step: AnyStep) -> None:
-        """Write a step that holds no steps; it runs only while all has gone well."""
+        """Write a step without inner steps; it runs only while all steps before it have succeeded."""
         text = leaf(step, self.gripper, self.thread, self.poses, watched=True)
         self.define += text.thread
         self.begin(GUARD)
@@ -240,7 +240,8 @@ FAILED = "cramlite failed: "
 
 
 def _monitor(step: Monitor, number_: int, gripper: Gripper) -> list[str]:
-    """The thread that watches; the gripper is asked through a socket of its own, so that no answers are mixed up."""
+    """Thread that evaluates a monitor's conditions; it has a socket of its own to the gripper, so that no
+    answers are mixed up."""
     name, said = f"monitor_{number_}", label(_label(step))
     lines = [f"thread {name}():", "  local waited = 0.0"]
     counts = (step.slip or 0.0) / (gripper.opening[1] - gripper.opening[0]) * 255
@@ -268,7 +269,7 @@ def _label(step: AnyStep) -> str:
 
 
 def comment(step: AnyStep) -> str:
-    """Return the comment before a step; empty when there is nothing to say."""
+    """Return the comment before a step; "" if there is none."""
     said = ": ".join(plain(c) for c in (step.origin, step.comment) if c)
     return f"# {said}" if said else ""
 

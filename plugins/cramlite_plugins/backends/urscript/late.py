@@ -43,7 +43,7 @@ end
 
 
 def asking(program: Program) -> list[str]:
-    """Write the global variables that hold each late thing's displacement since planning."""
+    """Write the global variables that hold how each thing with a late-bound pose has moved since planning."""
     if not program.late:
         return []
     lines = ["", "# ---- late poses: how each thing has moved since this was planned, base frame ----"]
@@ -51,7 +51,8 @@ def asking(program: Program) -> list[str]:
 
 
 def _asked(late: LatePose) -> str:
-    """Measured angles of a thing that stands still differ by a little: a tolerance of 0 would never be met."""
+    """Arguments of ``ask_pose``, with some noise added to the tolerances: a tolerance of 0 would never be
+    met."""
     distance, angle = late.tolerance
     return f'"{label(late.thing)}", {pose(late.pose)}, {number(distance + 0.001)}, {number(angle + 0.01)}'
 

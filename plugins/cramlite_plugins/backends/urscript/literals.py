@@ -1,4 +1,5 @@
-"""URScript literals: numbers, lists, poses and strings; at most six digits, so that a program is one text."""
+"""URScript literals: numbers, lists, poses and strings; at most six digits, so that the same program
+always gives the same text."""
 
 from __future__ import annotations
 

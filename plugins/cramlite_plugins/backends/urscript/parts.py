@@ -202,7 +202,7 @@ def header(program: Program, robot: Robot) -> list[str]:
 
 
 def _controller(robot: Robot) -> str:
-    """Needed controller, and its source of forces."""
+    """Needed controller and PolyScope version, and where its force readings come from."""
     controller, version = controller_of(robot)
     known = f"{'CB3, ' if controller == CB3 else ''}PolyScope {version} or later"
     if robot.sensor == "flange":
@@ -240,7 +240,7 @@ def used(library: Sequence[str], text: str) -> list[str]:
 
 
 def _paragraphs(lines: Sequence[str]) -> list[list[str]]:
-    """Split at empty lines, and behind headings."""
+    """Lines in paragraphs, split at empty lines and after headings."""
     found: list[list[str]] = [[]]
     for line in lines:
         if line.startswith(HEADING):

@@ -1,4 +1,5 @@
-"""Steps without sub-steps as URScript: definitions, preparation, and the call that tells whether they succeeded."""
+"""Steps without inner steps as URScript: definitions, preparation, and the call that tells whether they
+succeeded."""
 
 from __future__ import annotations
 
@@ -52,7 +53,7 @@ class Leaf(Value):
 
 
 def leaf(step: AnyStep, gripper: Gripper, name: Callable[[], str], poses: Names, *, watched: bool = False) -> Leaf:
-    """Write a step that holds no steps.
+    """Write a step without inner steps.
 
     Args:
         name: gives a new name for a thread that moves.
@@ -102,7 +103,7 @@ def _place(step: MoveLinear, poses: Names) -> str:
 
 
 def _direction(step: MoveUntilContact) -> str:
-    """A direction of the base; one that is relative turns with its thing."""
+    """Direction of a guarded motion in the base frame; a direction relative to a thing turns with it."""
     if not step.relative:
         return vector(step.direction)
     moved, way = shift(step.relative), pose(Pose(step.direction))
@@ -110,7 +111,7 @@ def _direction(step: MoveUntilContact) -> str:
 
 
 def _moving(before: tuple[str, ...], moves: list[str], name: str, watch: str) -> Leaf:
-    """A thread that moves, started and watched."""
+    """URScript of a thread that executes a motion, with its start and the loop that watches it."""
     thread = (f"thread {name}():", *(f"  {line}" for line in moves), "  motion_done = True", "end")
     return Leaf(("motion_done = False", *before, f"motion_thread = run {name}()"), watch, thread)
 

@@ -78,8 +78,9 @@ def grid_of(tracks: dict[str, Track]) -> Grid:
 
 
 def _sampled(track: Track, times: Floats) -> Floats:
-    """Poses at sample times: interpolated over gaps up to BRIDGED, or up to LOST if the thing is elsewhere
-    afterwards; else the last pose, or before the first the first."""
+    """Poses of a track at sample times: interpolated over gaps of up to BRIDGED, or of up to LOST if the
+    position differs by more than JUMPED after the gap; in longer gaps the last recorded pose, and before the
+    first recorded pose that pose."""
     before = np.clip(np.searchsorted(track.times, times, side="right") - 1, 0, None)
     after = np.minimum(before + 1, len(track.times) - 1)
     gap = track.times[after] - track.times[before]
@@ -101,7 +102,7 @@ def _averaged(points: Floats) -> Floats:
 
 
 def _speed(poses: Floats) -> Floats:
-    """Speed over WINDOW, centred [m/s]."""
+    """Speed of positions over a centred window of WINDOW [m/s]."""
     half = round(WINDOW / STEP / 2)
     padded = np.pad(poses[:, :3], ((half, half), (0, 0)), mode="edge")
     return np.asarray(np.linalg.norm(padded[2 * half :] - padded[: -2 * half], axis=1) / (2 * half * STEP))
@@ -133,7 +134,7 @@ def _travels(grid: Grid, thing: str, carrier: str, start: int, end: int) -> tupl
 
 
 def _steady(place: Floats, start: int, end: int) -> list[Span]:
-    """The parts of a range in which a place differs little from the range's median."""
+    """Spans within start and end in which a relative position stays near its median over start to end."""
     near = _away(place[start:end], place[start:end]) < STEADY
     return [(start + s, start + e) for s, e in runs(near)]
 
@@ -147,7 +148,8 @@ def _away(place: Floats, of: Floats) -> Floats:
 
 
 def at_its_place(grid: Grid, thing: str, hand: str, span: Span, within: float) -> Span:
-    """Return the range around a span in which the hand is within a distance of where it holds the thing [m]."""
+    """Return the span, extended while the hand-to-thing distance vector stays within ``within`` [m] of its
+    median in the span."""
     place = grid.place(thing, hand)
     near = np.linalg.norm(place - np.median(place[slice(*span)], axis=0), axis=1) < within
     start, end = span

@@ -97,7 +97,7 @@ def _since(rollout: Rollout, name: str, poses: Floats) -> Track | None:
 
 
 def _track(times: Floats, poses: Floats) -> Track:
-    """Poses on change; the first and the last sample are always kept, so that the span stays."""
+    """Track with a pose for each sample at which the pose changes, and for the first and the last sample."""
     changed = np.any(np.abs(np.diff(poses, axis=0)) > 1e-9, axis=1)
     keep = np.concatenate([[True], changed])
     keep[-1] = True
@@ -105,8 +105,8 @@ def _track(times: Floats, poses: Floats) -> Track:
 
 
 def _contacts(rollout: Rollout, pairs: dict[tuple[str, str], Pair], carries: dict[tuple[str, str], Flags]) -> list[Event]:
-    """Contact states, one for each unordered pair; the effector's parts are merged. Standing on a thing is
-    touching it."""
+    """Contact states, one for each unordered pair of bodies; contacts of the effector's parts are merged. A
+    body that stands on another one counts as in contact with it."""
     forces: dict[tuple[str, str], Floats] = {}
     hands = effectors(rollout)
     for (a, b), pair in pairs.items():
@@ -133,7 +133,8 @@ def _contacts(rollout: Rollout, pairs: dict[tuple[str, str], Pair], carries: dic
 
 
 def _contents(rollout: Rollout) -> list[Event]:
-    """Containment states, one for each vessel with a fair share of the loose content of a run."""
+    """Containment states, one for each vessel that holds a large enough share of the loose contents of a run
+    (HELD)."""
     return [
         state("soma:ContainmentState", span, {"container": vessel, "content": contents_of(thing)})
         for thing, grains in rollout.grains.items()
@@ -143,8 +144,8 @@ def _contents(rollout: Rollout) -> list[Event]:
 
 
 def _snapped(states: tuple[Event, ...], times: Floats) -> list[Event]:
-    """Boundaries moved to another one, or to the recording's start, within SNAP: they are one instant, and
-    would else cut actions of a few samples out of the timeline."""
+    """States with starts and ends moved to the one before them, or to the recording's start, if it is within
+    SNAP: both are one instant, and the gap would otherwise become an action of a few samples."""
     instants: dict[float, float] = {}
     first, last = float(times[0]), float(times[-1])
     for time in sorted({t for s in states for t in (s.start, s.end)}):

@@ -14,7 +14,7 @@ CONSTRAINED_DOF = {"vrps:Peg": 4.0, "vrps:Hook": 4.0, "vrps:Tip": 4.0, "vrps:Sur
 
 
 def thing_entities(thing: Thing, rollout: Rollout) -> tuple[Entity, ...]:
-    """Return the entities of a thing: itself, its features, and the parts that only its shape names."""
+    """Return the entities of a thing: the thing, its features, and the parts that are named in its geoms only."""
     properties = {"friction": thing.friction} | ({} if thing.mass is None else {"mass": thing.mass})
     if thing.joint is not None:
         properties |= {"joint_lower": thing.joint.lower, "joint_upper": thing.joint.upper}
@@ -29,8 +29,8 @@ def thing_entities(thing: Thing, rollout: Rollout) -> tuple[Entity, ...]:
 
 
 def effectors(rollout: Rollout) -> tuple[str, ...]:
-    """Return the names of the acting hand or gripper, and of others with finger tips: a person's other
-    hand."""
+    """Return the name of the acting hand or gripper, then those of all other hands with finger tips, such as
+    a person's second hand."""
     tipped = {n.thing for n in map(EntityName.parse, rollout.poses) if n.part == "left"}
     return (rollout.effector, *sorted(tipped - {"effector", rollout.effector}))
 
@@ -48,7 +48,8 @@ def effector_entities(rollout: Rollout) -> tuple[Entity, ...]:
 
 
 def _finger(hand: str, tip: str, pad: Vector3 | None) -> Entity:
-    """A finger whose frame is in the middle of its pad, z towards the tip and x across it; with the pad's size, where that is known."""
+    """Entity of a finger: its frame is in the middle of the pad, z towards the tip and x across the pad; the
+    pad's size is a property if it is known."""
     known = {"pad_length": pad[2], "pad_width": pad[0]} if pad else {}
     return Entity(str(EntityName(hand, tip)), ("soma:Finger",), part_of=hand, properties=known)
 

@@ -63,7 +63,8 @@ class InferredGrasp(Value):
 
 
 def infer(episode: Episode) -> Episode:
-    """Infer the events of an episode from its tracks; unchanged if it has states, or nothing that acts.
+    """Infer the events of an episode from its tracks; an episode with states, or without a hand that moves
+    things, is unchanged.
 
     Adds ContactState and GraspState of hands with what moves along with them; SupportState, ContactState and
     ContainmentState of things at rest; contents in place of many things alike; and the actions cram:Shaking and
@@ -74,7 +75,7 @@ def infer(episode: Episode) -> Episode:
     episode = without_pauses(episode)
     first, last = episode.span
     if last - first > LONGEST:
-        why = f"it lasts {last - first:.0f} s, and up to {LONGEST:.0f} s are looked at; is a stamp wrong?"
+        why = f"the recording lasts {last - first:.0f} s, more than {LONGEST:.0f} s; is a time stamp wrong?"
         return replace(episode, repairs=(*episode.repairs, Repair("no events were inferred", (first, last), why)))
     grid = _grid(episode)
     if doubt := too_fast(hands_of(episode), grid):
@@ -83,7 +84,8 @@ def infer(episode: Episode) -> Episode:
 
 
 def with_grasps(episode: Episode) -> Episode:
-    """Add the grasps of recorded hands where other states were recorded and no grasp; unchanged where no thing moves along with a hand."""
+    """Add inferred grasps to an episode whose recorded states contain no grasp; unchanged if no thing moves
+    along with a hand."""
     first, last = episode.span
     states = episode.of("state")
     if not states or any(e.type == "cram:GraspState" for e in states) or not episode.tracks or last - first > LONGEST:
@@ -102,7 +104,8 @@ def with_grasps(episode: Episode) -> Episode:
 
 
 def _with_carrier(episode: Episode, grid: Grid) -> Episode:
-    """Episode with a hand: without a named one, the frame that moves alone and takes others along."""
+    """Episode that has a hand: if no frame is named like one, the frame becomes the hand that moves alone and
+    also carries other things."""
     free = [n for n, t in episode.tracks.items() if episode.whole(n) == n and len(t.times) > 1]
     alone = {n: w for n in free if (w := _alone(grid, n, [o for o in free if o != n])) > IDLE}
     if not alone:
@@ -115,8 +118,8 @@ def _with_carrier(episode: Episode, grid: Grid) -> Episode:
 
 
 def _alone(grid: Grid, name: str, others: Sequence[str]) -> float:
-    """Length of the way that a frame goes alone, before it first takes another along or after it last did, the shorter [m];
-    0 if it takes none."""
+    """Path length [m] that a frame travels alone before it first carries another thing, or after it last did
+    so, whichever is shorter; 0 if it carries none."""
     taken = [span for o in others for span in carried_spans(grid, o, name)]
     if not taken:
         return 0.0
@@ -125,13 +128,13 @@ def _alone(grid: Grid, name: str, others: Sequence[str]) -> float:
 
 
 def hands_of(episode: Episode) -> tuple[str, ...]:
-    """Return the effector, and other hands that are no part of one."""
+    """Return the effector and all other entities of class soma:Hand that are not parts of an entity."""
     others = (e.name for e in episode.entities if "soma:Hand" in e.types and e.part_of is None)
     return tuple(dict.fromkeys([*([episode.effector] if episode.effector else []), *others]))
 
 
 def _grid(episode: Episode) -> Grid:
-    """Tracks and, of things that were recorded once, their poses."""
+    """Grid of all tracks, with constant poses for things whose pose was recorded only once."""
     grid = grid_of(episode.tracks)
     still = {e.name: e.pose for e in episode.entities if e.part_of is None and e.name not in grid.poses and e.pose is not None}
     poses = {n: np.tile([*p.position, *p.quaternion], (len(grid.times), 1)) for n, p in still.items()}
@@ -167,7 +170,8 @@ def _inferred(episode: Episode, grid: Grid) -> Episode:
 def _all_grips(
     episode: Episode, grid: Grid, hands: Sequence[str], moving: Sequence[str]
 ) -> tuple[list[InferredGrasp], dict[str, set[str]]]:
-    """Grasps of all hands, then those of an unseen one, and things that ride on a payload."""
+    """Grasps of all recorded hands, then grasps of a hand that was not recorded, and by payload the things
+    that ride on it."""
     grips: list[InferredGrasp] = []
     riders: dict[str, set[str]] = defaultdict(set)
     for hand in [*hands, None]:
@@ -183,13 +187,14 @@ def _all_grips(
 
 
 def _on_joint(episode: Episode, name: str) -> bool:
-    """Whether a thing slides or turns on a joint: a thing that moves along with its carrier then is mounted on it, and no content."""
+    """Whether a thing slides or turns on a joint. Such a thing, if it moves along with another one, is
+    mounted on it and is not its contents."""
     entity = episode.known(name)
     return entity is not None and "joint_upper" in entity.properties
 
 
 def _merged(found: Sequence[Loose]) -> list[Loose]:
-    """Contents of each vessel, merged into one."""
+    """Contents with those of the same name merged into one."""
     by_name: dict[str, Loose] = {}
     for one in found:
         other = by_name.get(one.name)
@@ -202,8 +207,8 @@ def _merged(found: Sequence[Loose]) -> list[Loose]:
 
 
 def _held(episode: Episode, grid: Grid, hand: str, things: Sequence[str]) -> tuple[list[InferredGrasp], dict[str, set[str]]]:
-    """Grasps of one hand, and the things that ride on its payload; of things that move with the hand together,
-    one is held."""
+    """Grasps of one hand, and by payload the things that ride on it: of several things that move with the
+    hand at the same time, only one is held."""
     spans = [(s, _held_on(grid, n, hand, s, e), n) for n in things for s, e in _in_the_air(grid, n, hand)]
     held: list[InferredGrasp] = []
     riding: dict[str, set[str]] = defaultdict(set)
@@ -217,8 +222,8 @@ def _held(episode: Episode, grid: Grid, hand: str, things: Sequence[str]) -> tup
 
 
 def _in_the_air(grid: Grid, thing: str, hand: str) -> list[Span]:
-    """Spans in which a hand carries a thing; one that stays up between two of them, at the same place in the
-    hand, was held throughout."""
+    """Spans in which a hand carries a thing; two spans are joined if the thing stays lifted between them and
+    has the same position relative to the hand."""
     found: list[Span] = []
     place, height = grid.place(thing, hand), grid.poses[thing][:, 2]
     for start, end in carried_spans(grid, thing, hand):
@@ -233,7 +238,8 @@ def _in_the_air(grid: Grid, thing: str, hand: str) -> list[Span]:
 
 
 def _held_on(grid: Grid, thing: str, hand: str, start: int, end: int) -> int:
-    """Until when a thing is held: to the end of a recording that ends while it is up, still at its place in the hand."""
+    """End index of a hold: the end of the recording if the thing is lifted and keeps its position in the hand
+    until then, else ``end``."""
     until = at_its_place(grid, thing, hand, (start, end), AT_HAND)[1]
     up = grid.poses[thing][end - 1 :, 2] > grid.poses[thing][start, 2] + LIFTED
     return until if until == len(grid.times) and bool(up.all()) else end
@@ -255,7 +261,8 @@ def _left_out(grip: InferredGrasp, grid: Grid) -> Repair:
 def _one_after_the_other(
     episode: Episode, grips: list[InferredGrasp], acting: str | None, grid: Grid
 ) -> tuple[Episode, list[InferredGrasp]]:
-    """Acts of hands that take turns, as done by one: the acting hand is where the active one is."""
+    """Episode in which hands that take turns are read as one hand, and its grasps: the acting hand's track
+    consists of the tracks of whichever hand is active."""
     mine = [g for g in grips if g.hand == acting]
     turns = [g for g in grips if g.hand == acting or not any(_overlap(g.near, m.near) > 0 for m in mine)]
     turns.sort(key=lambda g: g.span)
@@ -278,7 +285,8 @@ def _overlap(one: Span, other: Span) -> int:
 
 
 def _carries(episode: Episode, grid: Grid, hand: str, span: tuple[int, int, str]) -> tuple[float, float, float]:
-    """Order of possible payloads: the larger, the steadier in the hand (by 5 mm), the nearer to it."""
+    """Sort key that puts the most likely payload first: the larger thing, then the one that moves less in the
+    hand (in steps of 5 mm), then the one nearer to the hand."""
     start, end, name = span
     place = grid.place(name, hand)[start:end]
     spread = float(np.linalg.norm(place.std(axis=0)))
@@ -286,7 +294,8 @@ def _carries(episode: Episode, grid: Grid, hand: str, span: tuple[int, int, str]
 
 
 def _grip(grid: Grid, hand: str, thing: str, span: Span, near: Span | None = None) -> InferredGrasp:
-    """A grasp; ``near`` is when the hand is at the thing, where that does not follow from the hand's poses."""
+    """Grasp of a thing during a span; ``near`` is the span in which the hand is at the thing, needed if the
+    hand has no poses."""
     start, end = span
     near = near or at_its_place(grid, thing, hand, span, AT_HAND)
     height = grid.poses[thing][start:end, 2]
@@ -297,7 +306,8 @@ def _grip(grid: Grid, hand: str, thing: str, span: Span, near: Span | None = Non
 
 
 def _unseen_hand(episode: Episode, grid: Grid, tracked: Sequence[str]) -> str | None:
-    """Hand without poses, the right one first; ``NOBODY`` if all recorded ones are idle."""
+    """Hand without recorded poses, a right hand first; ``NOBODY`` if all recorded hands are idle; None if no
+    hand is missing."""
     lost = sorted((h for h in hands_of(episode) if h not in tracked), key=_right_first)
     idle = all(travel(grid.poses[h]) < IDLE for h in tracked)
     return lost[0] if lost else NOBODY if idle else None
@@ -347,7 +357,7 @@ def _size(episode: Episode, name: str) -> float:
 
 
 def _acting(episode: Episode, grips: Sequence[InferredGrasp], grid: Grid) -> str | None:
-    """Hand that moves things farthest (by 0.1 m); of two equal ones the right one."""
+    """Hand that moves things the longest way (rounded to 0.1 m); of equal ones a right hand."""
     ways: dict[str, float] = defaultdict(float)
     for g in grips:
         ways[g.hand] += float(np.sum(np.linalg.norm(np.diff(grid.poses[g.thing][slice(*g.span), :3], axis=0), axis=1)))
@@ -366,8 +376,8 @@ def _of_grips(grips: Sequence[InferredGrasp], grid: Grid) -> Iterator[Event]:
 
 
 def _labels(grips: Sequence[InferredGrasp], grid: Grid) -> Iterator[Event]:
-    """Actions on held things that no state shows. A shaken thing is shaken, however it is tilted
-    meanwhile."""
+    """Shaking and pouring of held things, which no state shows, as actions; a thing that is tilted while it
+    is shaken is not poured."""
     for g in grips:
         if g.lift is None:
             continue
@@ -380,7 +390,8 @@ def _labels(grips: Sequence[InferredGrasp], grid: Grid) -> Iterator[Event]:
 
 
 def _standing(episode: Episode, grips: Sequence[InferredGrasp], grid: Grid) -> tuple[list[Event], list[Entity]]:
-    """Supports of lifted things before and after: by shapes, or an entity without a shape."""
+    """Support states of lifted things before and after they are lifted, and the supports that had to be
+    added: an entity without a shape where no known shape is below the thing."""
     free = [(g.thing, grid.time(g.lift), grid.time(g.down if g.down is not None else g.span[1])) for g in grips if g.lift is not None]
     known = resting(episode, free)
     carried = {e.roles["supportee"] for e in known if e.type == "soma:SupportState"}
@@ -395,7 +406,8 @@ def _standing(episode: Episode, grips: Sequence[InferredGrasp], grid: Grid) -> t
 def _on_something(
     episode: Episode, thing: str, free: list[tuple[float, float]], grid: Grid
 ) -> tuple[list[Event], list[Entity]]:
-    """Support events between the spans in which a thing is free, with one entity for each place."""
+    """Support and contact states of a thing at rest between the spans in which it is lifted, and one support
+    entity for each resting position."""
     first, last = episode.span
     rests = [(s, e) for s, e in zip([first, *(e for _, e in free)], [*(s for s, _ in free), last], strict=True) if e - s > STEP]
     places: list[tuple[str, Floats]] = []

@@ -1,4 +1,5 @@
-"""Gestures with held things that no state shows: swings to and fro, and tilts; found in a path on the grid."""
+"""Gestures with a held thing that no state shows: swinging to and fro, and tilting, found in the thing's
+sampled poses."""
 
 from __future__ import annotations
 
@@ -22,7 +23,8 @@ TILT, POURED = np.radians(60), 0.5
 
 
 def shaking(poses: Floats, start: int, end: int) -> list[Span]:
-    """Return the spans of swings to and fro about the moving mean, along the direction in which there are most."""
+    """Return the spans in which a thing swings to and fro about its moving mean, along the principal axis
+    with most swings."""
     half = round(SWING / STEP)
     path = poses[start:end, :3]
     if len(path) <= 2 * half:
@@ -37,13 +39,14 @@ def shaking(poses: Floats, start: int, end: int) -> list[Span]:
 
 
 def _arrived(mean: Floats, start: int, end: int) -> Span:
-    """A range without the ways there and back: it begins and ends where the moving mean is near its median."""
+    """Span cut to the first and last sample at which the moving mean is near its median: without the way to
+    the place of shaking and back."""
     near = np.flatnonzero(np.linalg.norm(mean[start:end] - np.median(mean[start:end], axis=0), axis=1) < SHAKEN_AT)
     return (start + int(near[0]), start + int(near[-1]) + 1) if len(near) else (start, end)
 
 
 def _chains(signal: Floats) -> list[NDArray[np.intp]]:
-    """Turns that follow each other within SWING, SWINGS of them at least."""
+    """Groups of at least SWINGS sign changes of a signal, each at most SWING after the one before."""
     turns = _crossings(signal)
     chains = np.split(turns, np.flatnonzero(np.diff(turns) > SWING / STEP) + 1)
     return [c for c in chains if len(c) >= SWINGS]
@@ -57,7 +60,7 @@ def _crossings(signal: Floats) -> NDArray[np.intp]:
 
 
 def tilting(poses: Floats, stood: int, start: int, end: int) -> list[Span]:
-    """Return the spans in which a thing is tilted away from how it stood at an index."""
+    """Return the spans in which a thing is tilted by more than TILT from its orientation at the sample ``stood``."""
     upright = poses[stood] * [1, 1, 1, 1, -1, -1, -1]
     axis = compose(upright[None] * [0, 0, 0, 1, 1, 1, 1], np.array([[0, 0, 1, 1, 0, 0, 0.0]]))[0, :3]
     turned = poses[start:end] * [0, 0, 0, 1, 1, 1, 1]
@@ -67,7 +70,7 @@ def tilting(poses: Floats, stood: int, start: int, end: int) -> list[Span]:
 
 
 def _joined(spans: Sequence[Span]) -> list[Span]:
-    """Spans, joined where less than POURED is between them."""
+    """Spans, joined if less than POURED apart."""
     found: list[Span] = []
     for start, end in spans:
         if found and (start - found[-1][1]) * STEP < POURED:

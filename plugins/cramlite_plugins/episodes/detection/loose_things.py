@@ -51,7 +51,7 @@ class Loose(Value):
 
 
 def contents_named(vessel: str) -> str:
-    """Return the name of the entity of a vessel's first content."""
+    """Return the entity name of the first contents of a vessel."""
     return f"contents({vessel})"
 
 
@@ -91,7 +91,7 @@ def find_contents(episode: Episode, grid: Grid, things: Sequence[str], hands: Se
 
 
 def _many_alike(episode: Episode, grid: Grid, things: Sequence[str]) -> set[str]:
-    """Things with at least ``MANY`` alike, without vessels of others."""
+    """Things of which at least ``MANY`` have like names; vessels that hold a more numerous kind are left out."""
     groups: dict[str, list[str]] = defaultdict(list)
     for name in things:
         groups[alike(name)].append(name)
@@ -100,7 +100,7 @@ def _many_alike(episode: Episode, grid: Grid, things: Sequence[str]) -> set[str]
 
 
 def _hold(episode: Episode, grid: Grid, vessels: list[str], others: list[str]) -> bool:
-    """Whether one of several things alike has ``MANY`` of a more numerous kind in it at first."""
+    """Whether one of several like vessels holds at least ``MANY`` things of a more numerous kind at the start."""
     if len(others) <= len(vessels):
         return False
     at = [_first_vessel(_vessel_of(episode, grid, n, vessels)) for n in others]
@@ -108,12 +108,13 @@ def _hold(episode: Episode, grid: Grid, vessels: list[str], others: list[str]) -
 
 
 def _first_vessel(at: NDArray[np.intp]) -> int:
-    """The number of the vessel that a thing is in first, while things settle; -1 where in none."""
+    """Index of the first vessel that a thing is in while things settle after the start; -1 if it is in none."""
     return next((int(v) for v in at[: round(SETTLED / STEP)] if v >= 0), -1)
 
 
 def _grouped(first: Mapping[str, str], out: set[str]) -> dict[tuple[str, str], list[str]]:
-    """Things that nobody takes out, by their first vessel and the common part of their names."""
+    """Things that no hand takes out of their vessel, grouped by the vessel that they start in and the common
+    part of their names."""
     found: dict[tuple[str, str], list[str]] = defaultdict(list)
     for name, vessel in first.items():
         if name not in out:
@@ -122,7 +123,7 @@ def _grouped(first: Mapping[str, str], out: set[str]) -> dict[tuple[str, str], l
 
 
 def _small(episode: Episode, name: str) -> bool:
-    """Whether a thing may stick to a hand by its size; True where that is not known."""
+    """Whether a thing is small enough to stick to a hand; True if its size is unknown."""
     entity = episode.known(name)
     return entity is None or entity.size is None or max(entity.size) <= GRAIN
 
@@ -185,7 +186,7 @@ def _loose(vessel: str, members: list[str], inside: Mapping[str, NDArray[np.intp
 
 
 def with_contents(episode: Episode, grid: Grid, found: Iterable[Loose]) -> Episode:
-    """Return the episode with one entity for each contents, its states and counts, in place of the things alike."""
+    """Return the episode in which one entity, its states and its counts replace all like things of each content."""
     listed = tuple(found)
     gone = {m for one in listed for m in one.members}
     if not listed:
@@ -230,6 +231,6 @@ def _repair(one: Loose, span: tuple[float, float]) -> Repair:
     shown = ", ".join(one.members[:3]) + (", ..." if len(one.members) > 3 else "")
     ends = ", ".join(f"{count[0]:g} then {count[-1]:g} in {v}" for v, count in one.where.items())
     beside = len(one.members) - sum(count[-1] for count in one.where.values())
-    why = f"they stay within a vessel: {ends}; in the end {beside:g} beside all vessels"
+    why = f"these things stay within a vessel: {ends}; at the end {beside:g} are beside all vessels"
     return Repair(f"read {len(one.members)} things ({shown}) as '{one.name}'", span, why)
 

@@ -46,7 +46,7 @@ class OrientedBox(Value):
         return middle
 
     def sides(self) -> list[Floats]:
-        """Return the level normals of its outline seen from above, unit vectors (3,)."""
+        """Return the horizontal normals of the box's outline seen from above, unit vectors (3,)."""
         return _directions(np.cross(_UP, axis) for axis in self.axes.T)
 
 

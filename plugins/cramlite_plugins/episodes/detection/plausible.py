@@ -1,4 +1,5 @@
-"""Implausible recordings of poses: pauses of minutes without poses, and hands faster than any."""
+"""Checks of recorded poses for implausible data: pauses of minutes without poses, and hands that move faster
+than people can."""
 
 from __future__ import annotations
 

@@ -87,7 +87,7 @@ def _hollow(episode: Episode, name: str, box: OrientedBox, time: float) -> bool:
 
 
 def _inside(geom: Geom, point: Floats) -> bool:
-    """Whether a point of a primitive's frame is in it."""
+    """Whether a point in a primitive's frame is inside that primitive."""
     if geom.shape == "box":
         return bool(np.all(np.abs(point) < geom.size))
     if geom.shape == "sphere":

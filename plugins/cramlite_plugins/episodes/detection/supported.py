@@ -22,7 +22,8 @@ STOOD = 0.5
 
 
 def carried(rollout: Rollout, pairs: dict[tuple[str, str], Pair]) -> dict[tuple[str, str], Flags]:
-    """Return when which thing supports which, per sample: supporters at the finest entity, supportees as wholes.
+    """Return for each pair of a supporter (a part, where known) and a supported whole thing whether it is
+    supported, per sample.
 
     A support begins and ends with a share of the weight, while they touch; and it goes on for as long as the thing stays
     where it stood, within ``STILL``: closing fingers that take the weight off a table have not lifted anything.
@@ -44,7 +45,8 @@ def carried(rollout: Rollout, pairs: dict[tuple[str, str], Pair]) -> dict[tuple[
 
 
 def _until_moved(on: Flags, offset: Floats, times: Floats) -> Flags:
-    """Flags that, after STOOD, last until the offset (N, 3) has changed by STILL since they ended."""
+    """Support flags that, once true for at least STOOD, stay true until the relative position (N, 3) has
+    changed by more than STILL."""
     kept = on.copy()
     for start, end in runs(on):
         if times[end - 1] - times[start] < STOOD:

@@ -22,7 +22,8 @@ Flags = NDArray[np.bool_]
 
 
 def threaded(rollout: Rollout) -> Iterator[tuple[str, str, Flags]]:
-    """Yield ("thing/hole", "hanger/peg", whether the peg passes through the hole at each sample) of every such pair."""
+    """Yield for every pair of a hole and a peg of different things: "thing/hole", "hanger/peg", and per
+    sample whether the peg passes through the hole."""
     things = rollout.world.things
     for owner in things:
         for other in things:
@@ -35,13 +36,15 @@ def threaded(rollout: Rollout) -> Iterator[tuple[str, str, Flags]]:
 
 
 def around_standing(hanger: Thing) -> bool:
-    """Return whether a peg stands upright: a thing threaded onto it is on it without touching it."""
+    """Check whether a thing's peg stands upright: what is threaded onto such a peg hangs on it even without
+    contact."""
     peg = hanger.feature("vrps:Peg")
     return peg is not None and stands((hanger.pose * peg.pose).rotate((0.0, 0.0, 1.0)))
 
 
 def _polyline(hanger: Thing, peg: Feature) -> Floats:
-    """The peg's axis in its hanger's frame, (M, 3): from its root over its end to the end of its tip."""
+    """Axis of a peg in its hanger's frame as a polyline (M, 3): the peg's root, its end, and the end of the
+    bent tip if there is one."""
     axis = peg.pose
     points = [axis.position, tuple(axis.apply((0, 0, peg.size["length"])))]
     tip = hanger.feature("vrps:Tip")
@@ -49,8 +52,8 @@ def _polyline(hanger: Thing, peg: Feature) -> Floats:
 
 
 def _passes(rollout: Rollout, owner: Thing, hole: Feature, hanger: Thing, line: Floats) -> Flags:
-    """Whether a segment of the line, in its hanger's frame, passes through the disc of the hole: its ends are
-    on different sides of the disc's plane."""
+    """Whether, per sample, a segment of the peg's axis ``line`` (hanger frame) passes through the disc of a
+    hole: its ends are on different sides of the disc's plane and it crosses within the radius."""
     checkpoint()
     rows = rollout.poses.get(hanger.name) if hanger.movable or hanger.joint else None
     still = np.array([(*hanger.pose.position, *hanger.pose.quaternion)])
@@ -81,7 +84,8 @@ def _unit(poses: Floats) -> Floats:
 
 
 def held_on(touching: Flags, through: Flags) -> Flags:
-    """Extend contact for as long as the peg stays in the hole: from the first contact of each stretch in which it does."""
+    """Extend contact with a peg: in each stretch in which the peg is in the hole, from the first contact to
+    the end of the stretch."""
     result = touching.copy()
     if not through.any():
         return result

@@ -58,7 +58,8 @@ def touching_pairs(rollout: Rollout, known: set[str]) -> dict[tuple[str, str], P
 
 
 def _stretches(rollout: Rollout) -> Iterator[tuple[slice, tuple[Touch, ...]]]:
-    """Stretches of samples with their touches; those of sleeping things once for their whole sleep."""
+    """Yield slices of samples, each with its touches; touches of sleeping things come once, for all samples
+    of the sleep."""
     asleep = rollout.asleep or ((),) * len(rollout.touches)
     begins = [k for k in range(len(asleep)) if k == 0 or asleep[k] is not asleep[k - 1]]
     spans = dict(zip(begins, [*begins[1:], len(asleep)], strict=True))
@@ -69,7 +70,7 @@ def _stretches(rollout: Rollout) -> Iterator[tuple[slice, tuple[Touch, ...]]]:
 
 
 def _finest(touched: str, known: set[str]) -> str:
-    """The part, if it is one of the entities, else the thing."""
+    """Name of the touched part if the part is a known entity, else of the thing."""
     return touched if touched in known else thing_of(touched)
 
 
@@ -85,7 +86,8 @@ def state(type_: str, span: tuple[float, float], roles: dict[str, str]) -> Event
 
 
 def pressed_on(contacts: Pairs, rollout: Rollout) -> dict[tuple[str, str], Flags]:
-    """Close the gaps in contacts of the effector in which the wrist felt it press on, while it touched nothing else.
+    """Close the gaps in the effector's contact with a thing during which the wrist still measured a force and
+    the effector touched nothing else.
 
     Args:
         contacts: pair of entities -> whether they touch, per sample.

@@ -36,20 +36,21 @@ def episode_of(parts: Parts) -> Episode:
 
 
 def _one_clock(parts: Parts, tracks: dict[str, Track]) -> None:
-    """Events dated like the poses, if they count from the start of the recording: from the first pose of a
-    moving thing."""
+    """Shift events whose times count from the start of the recording to the dates of the poses: the start is
+    the first pose of a moving thing."""
     spans = [(float(t.times[0]), float(t.times[-1])) for t in tracks.values() if len(t.times) > 1 and np.ptp(t.poses, axis=0).any()]
     first, last = min((s for s, _ in spans), default=0.0), max((e for _, e in spans), default=0.0)
     ends = [e.end for e in parts.events]
     if not ends or first < EPOCH or max(ends) > last - first + LATER:
         return
     parts.events = tuple(replace(e, start=e.start + first, end=e.end + first) for e in parts.events)
-    why = "they count from the start of the recording, and its poses are dated"
+    why = "event times count from the start of the recording, and pose times are dates"
     parts.repairs.append(Repair(f"dated {len(ends)} events", (first, last), why))
 
 
 def _from_motion(episode: Episode) -> Episode:
-    """Events from motion, which replace actions without steps; without any, these actions."""
+    """Episode with events inferred from motion in place of its actions, none of which takes or
+    releases a thing; if no event is found, the actions stay."""
     repairs = episode.repairs
     if episode.events:
         named = ", ".join(sorted({e.type for e in episode.events}))
@@ -61,7 +62,7 @@ def _from_motion(episode: Episode) -> Episode:
 
 
 def _with_hands(episode: Episode, parts: Parts) -> Episode:
-    """Effectors by their names, also where no pose of a hand was seen."""
+    """Episode in which entities named like hands have the class soma:Hand, including hands without any pose."""
     unseen = [Entity(n, ()) for n in parts.rows if _is_hand(n) and episode.known(n) is None]
     known = (*episode.entities, *unseen)
     named = {e.name for e in known if not e.types and e.part_of is None and _is_hand(e.name)}
@@ -75,8 +76,8 @@ def _is_hand(name: str) -> bool:
 
 
 def _with_links(episode: Episode, parts: Parts) -> Episode:
-    """Links that never move in their parent become its parts, without tracks; poses of one instant become
-    its place."""
+    """Episode in which links that never move in their parent become parts of it, without tracks; a track of a
+    single pose is dropped, since the entity has that pose."""
     links = {n: p for n, p in rigid_links(parts.rows).items() if n in episode.tracks and p in episode.tracks}
     tracks = {n: t for n, t in episode.tracks.items() if len(t.times) > 1}
     entities = []
@@ -93,7 +94,7 @@ def _sound(parts: Parts) -> tuple[Event, ...]:
     ids: set[str] = set()
     for event in parts.events:
         if not event.start <= event.end:
-            why = f"it ends at {event.end:g} s, before it starts at {event.start:g} s"
+            why = f"the event ends at {event.end:g} s, before it starts at {event.start:g} s"
             parts.repairs.append(Repair(f"left out event '{event.id}'", (event.end, event.start), why, (event,)))
             continue
         if event.id in ids:
@@ -116,7 +117,7 @@ def _complete(parts: Parts, events: tuple[Event, ...], tracks: dict[str, Track])
     dangling = {f: e for e in reversed(events) for f in e.roles.values() if f not in entities}
     for name, event in sorted(dangling.items()):
         entities[name] = Entity(name, ())
-        why = f"event '{event.id}' refers to it, and no map describes it"
+        why = f"event '{event.id}' names this entity, and no semantic map describes it"
         parts.repairs.append(Repair(f"added entity '{name}'", (event.start, event.end), why))
     for name, entity in entities.items():
         if entity.part_of is not None and entity.part_of not in entities:
@@ -128,7 +129,8 @@ def _complete(parts: Parts, events: tuple[Event, ...], tracks: dict[str, Track])
 
 
 def _acyclic(entities: dict[str, Entity], parts: Parts) -> tuple[Entity, ...]:
-    """Parts that contain themselves are taken as free."""
+    """Entities, where one that is described as a part of itself, directly or through others, becomes a
+    separate thing."""
     for name in list(entities):
         seen, at = {name}, entities[name].part_of
         while at is not None and at not in seen:
@@ -141,7 +143,8 @@ def _acyclic(entities: dict[str, Entity], parts: Parts) -> tuple[Entity, ...]:
 
 
 def _guess_effector(events: tuple[Event, ...], tracks: dict[str, Track]) -> str | None:
-    """Effector: the one that grasps or performs; else the frame named like a hand with the most poses."""
+    """Name of the entity that grasps or performs most often; without such roles, the track named like a hand
+    that has most poses."""
     acting = [r for e in events for k, r in e.roles.items() if k in ("gripper", "performer")]
     if acting:
         return max(sorted(set(acting)), key=acting.count)

@@ -35,7 +35,8 @@ Fields = dict[str, str]
 
 
 def expand(curie: str) -> str:
-    """Expand a CURIE to its IRI; anything else unchanged, other prefixes in our own namespace."""
+    """Expand a CURIE to its IRI: a name without a prefix, or with an unknown one, gets an IRI in the cram
+    namespace; an IRI stays as it is."""
     prefix, colon, local = curie.partition(":")
     if not colon or local.startswith("//"):
         return curie if colon else CRAM + curie
@@ -57,7 +58,7 @@ def local_name(iri: str) -> str:
 
 
 def entity_fields(entity: Entity) -> Fields:
-    """Encode an entity as fields; unknown ones are left out."""
+    """Encode an entity as fields; properties that are unknown are left out."""
     fields = {"name": entity.name, "types": json.dumps(entity.types)}
     if entity.part_of is not None:
         fields["partOf"] = entity.part_of
@@ -115,7 +116,7 @@ def repairs_text(repairs: tuple[Repair, ...]) -> str:
 
 
 def repairs_from(text: str) -> tuple[Repair, ...]:
-    """Decode the repairs that ``repairs_text`` wrote; if the text was damaged, one that says so."""
+    """Decode the repairs that ``repairs_text`` wrote; a damaged text gives one repair that says so."""
     try:
         return tuple(_repair(r) for r in json.loads(text))
     except (KeyError, TypeError, ValueError, AttributeError) as error:

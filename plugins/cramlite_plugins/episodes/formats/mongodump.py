@@ -66,7 +66,8 @@ def collection_files(folder: Path, name: str) -> list[Path]:
 
 
 def kind_of(file: Path) -> str:
-    """Return the collection that a file holds, by its name, whatever id stands before; else its name."""
+    """Return the name of the collection that a file holds: the end of the file's name, after any id and
+    underscore; the whole stem if it names no known collection."""
     stem = next((file.name.removesuffix(end) for end in ENDINGS if file.name.endswith(end)), file.stem)
     return next((c for c in COLLECTIONS if stem == c or stem.endswith(f"_{c}")), stem)
 
@@ -155,12 +156,13 @@ def read_tf(path: Path) -> dict[str, Rows]:
 
 
 def _named(values: Any, axes: str) -> Any:
-    """Numbers by the names of their axes; some writers list them."""
+    """Vector or quaternion as a dictionary from axis name to number; some writers give a list instead."""
     return dict(zip(axes, values, strict=True)) if isinstance(values, list) else values
 
 
 def _single(found: Iterable[dict[str, Any]]) -> Iterator[tuple[int, dict[str, Any]]]:
-    """Transforms, each with the number of its document: of a tf message, which has a list of them, all."""
+    """Transforms, each with the number of the document that it is in; a document may be a single transform or
+    a tf message with a list of them."""
     for count, document in enumerate(found):
         many = document.get("transforms")
         yield from ((count, one) for one in (many if isinstance(many, list) else [document]))
@@ -258,7 +260,7 @@ def _transforms(name: str, track: Track) -> Iterator[bytes]:
 
 
 def _put(rows: NDArray[np.uint8], place: int, column: NDArray[Any]) -> None:
-    """A number into each row, at one place."""
+    """Write the numbers of a column (N,) into the byte rows (N, bytes), from the byte ``place`` on."""
     rows[:, place : place + column.itemsize] = np.ascontiguousarray(column).view(np.uint8).reshape(len(rows), -1)
 
 
@@ -286,7 +288,7 @@ def _wrench(seq: int, time: float, wrench: Floats, frame: str) -> bytes:
 
 
 def write_triples(triples: Iterable[Triple], folder: Path) -> None:
-    """Write the triples collection; every statement holds always, as KnowRob's scope says it."""
+    """Write the triples collection; the scope of every statement is unlimited time, in KnowRob's format."""
     scope = {"time": {"since": 0.0, "until": float("inf")}}
     rows = ({"s": t.s, "p": t.p, "o": t.o, "graph": "user", "scope": scope} for t in triples)
     _write(folder, "triples", map(bson.encode, rows))

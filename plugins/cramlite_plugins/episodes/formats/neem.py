@@ -61,7 +61,7 @@ def write_neem(episode: Episode, folder: Path | str) -> Path:
 
 
 def _write_extras(episode: Episode, folder: Path) -> None:
-    """Wrenches go into their collection, everything else, and the times, into extras.npz."""
+    """Write an episode's wrenches to the wrench collection, and all other extras to extras.npz."""
     rest = dict(episode.extras)
     times, wrench = rest.get("times"), rest.get("wrench")
     if times is not None and wrench is not None and wrench.shape == (len(times), 6) and wrench.any():
@@ -91,7 +91,8 @@ def read_neem(path: Path | str) -> Episode | None:
 
 
 def _files(path: Path) -> list[Path]:
-    """Files of one episode, maps and events first: triples fill only their gaps."""
+    """Files of one episode in reading order: semantic maps and event data first, since triples add only what
+    these lack."""
     if path.is_file():
         return [path]
     owl = sorted(f for f in path.glob("*") if f.is_file() and f.suffix.lower() in RDF)
@@ -113,7 +114,7 @@ def _files(path: Path) -> list[Path]:
 
 
 def _dumps(path: Path) -> list[Path]:
-    """The collections of one episode."""
+    """Files of all mongodump collections of the one episode in a folder."""
     found = {name: mongodump.collection_files(path, name) for name in mongodump.COLLECTIONS}
     if many := max(found.values(), key=len)[1:]:
         raise UserError(
@@ -124,7 +125,7 @@ def _dumps(path: Path) -> list[Path]:
 
 
 def _episode_in(path: Path) -> Path:
-    """Folder of an episode: itself, or the only one in it that holds one.
+    """Folder of an episode: the given one if it holds an episode, else its only subfolder that holds one.
 
     Raises:
         UserError: several do.

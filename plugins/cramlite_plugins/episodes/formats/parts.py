@@ -69,7 +69,7 @@ def _read_rdf(file: Path, parts: Parts) -> None:
 
 
 def _value(node: object) -> str | float:
-    """A number for a numeric literal, else the text."""
+    """Value of an RDF node: a number for a numeric literal, else its text."""
     value = getattr(node, "value", None)
     return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else str(node)
 

@@ -197,7 +197,8 @@ def _map_pose(properties: dict[str, list[str]], found: Individuals) -> Pose | No
 
 
 def _class_size(class_: dict[str, list[str]], found: Individuals) -> Vector3 | None:
-    """Depth, width, height along x, y, z from the class's restrictions, in cm."""
+    """Size of a class along x, y, z [m], from its restrictions on depth, width and height [cm]; None if one
+    is missing."""
     restrictions = [found.get(local_name(r), {}) for r in class_.get("subClassOf", ())]
     values = {local_name(r["onProperty"][0]): float(r["hasValue"][0]) for r in restrictions if "hasValue" in r}
     names = ("depthOfObject", "widthOfObject", "heightOfObject")
@@ -230,7 +231,8 @@ def read_world_state(path: Path) -> tuple[dict[str, Rows], tuple[str, ...]]:
 
 
 def _world_rows(times: list[float], poses: list[list[float]]) -> Rows:
-    """Unreal's seven numbers as ours, for all rows at once; nan stays for the repair to find."""
+    """Rows of poses in metres and right-handed axes from Unreal's seven numbers [cm]; nan is kept, and a
+    later repair removes the row."""
     t = np.array(poses, dtype=float)
     ours = np.column_stack([t[:, 1] / 100, t[:, 0] / 100, t[:, 2] / 100, t[:, 6], -t[:, 3], t[:, 4], -t[:, 5]])
     return Rows(np.array(times, dtype=float), ours, np.zeros(len(t), dtype=np.int32), ("map",), True)
@@ -249,7 +251,7 @@ def _frame(document: dict[str, Any], hands: dict[str, None]) -> Iterator[tuple[s
 
 
 def _seven(record: dict[str, Any]) -> list[float]:
-    """The pose of either writer: seven numbers, or loc and quat."""
+    """Pose of a record as seven numbers; RobCoG's writers give either seven numbers, or 'loc' and 'quat'."""
     pose = record.get("pose", record)
     if isinstance(pose, dict):
         pose = [*(pose["loc"][k] for k in "xyz"), *(pose["quat"][k] for k in "xyzw")]

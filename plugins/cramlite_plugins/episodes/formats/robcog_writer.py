@@ -70,8 +70,8 @@ def _document(lines: Iterator[str]) -> str:
 
 
 def _fragment(name: str) -> str:
-    """Name as the end of an IRI. The text before a + is the kind: no quoted name has one, so kinds never
-    clash."""
+    """Quoted name that can end an IRI. In "kind+name" the plus separates the kind: a quoted name contains
+    none, so kinds never clash."""
     kind, plus, rest = name.rpartition(_PLUS)
     return f"{kind}+{quote(rest, safe='')}" if plus else quote(name, safe="")
 

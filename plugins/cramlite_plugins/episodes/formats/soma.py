@@ -193,7 +193,8 @@ def _event(iri: str, index: Index, repairs: list[Repair]) -> Event | None:
 
 
 def _foreign_event(iri: str, properties: dict[str, list[str | float]], index: Index, start: float, end: float) -> Event:
-    """Event of a foreign writer: a state by its class, else an action of its task's class, if it has one."""
+    """Event of a foreign writer's NEEM: a state if its class is one, else an action with the class of the
+    task that it executes (soma:PhysicalAction without a task)."""
     types = [compact(str(t)) for t in properties.get(RDF_TYPE, ()) if "NamedIndividual" not in str(t)]
     fillers = [_name(str(o), index) for o in properties.get(DUL + "hasParticipant", ())]
     state = next((t for t in types if t in STATES), None)

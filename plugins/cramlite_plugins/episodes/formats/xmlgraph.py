@@ -68,7 +68,8 @@ def parse(path: Path) -> Graph:
 
 
 def _complaint(error: Exception) -> tuple[str, str]:
-    """Place, as ":line" or "", and complaint of a parser of rdflib, without the bytes that it shows."""
+    """Line (":12", or "" if unknown) and message of an rdflib parser's error, without the file content that
+    it quotes."""
     if isinstance(error, SAXParseException):
         return f":{error.getLineNumber()}", error.getMessage()
     before = getattr(error, "lines", None)  # of Turtle: lines that end before

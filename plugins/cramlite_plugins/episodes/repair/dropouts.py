@@ -79,14 +79,15 @@ def _absences(episode: Episode, longest: float) -> Iterator[Dropout]:
 
 
 def _wholes(event: Event, episode: Episode) -> set[str]:
-    """Participants of an event, parts counted as their wholes."""
+    """Things that take part in an event; a part counts as the thing that it belongs to."""
     return {episode.whole(filler) for filler in event.roles.values()}
 
 
 def _losses(
     mine: list[Event], thing: str, episode: Episode, longest: float
 ) -> Iterator[tuple[float, float, str | None]]:
-    """Pauses of the grasps and contacts of each hand with the thing, and pauses in all of its states."""
+    """Intervals (start, end, hand) of up to ``longest`` in which a hand's grasp or contact of the thing
+    pauses, or (with hand None) in which all of the thing's states pause."""
     seen = set()
     hands = {h for e in mine for h in _hands(e, episode)} - {thing}
     groups: list[tuple[str | None, list[Event]]] = [
@@ -116,7 +117,8 @@ def _pauses(group: list[Event]) -> Iterator[tuple[float, float]]:
 
 
 def _absence(episode: Episode, thing: str, hand: str | None, start: float, end: float) -> Dropout | None:
-    """Lost state, if its thing is back at its place; None if it may really have been let go."""
+    """Tracking dropout in an interval if the thing has the same pose in the hand, or in the world, before and
+    after it; None if the thing may really have been let go."""
     before, after = start - MARGIN, end + MARGIN
     if hand is not None:
         at = [(episode.pose_at(hand, t), episode.pose_at(thing, t)) for t in (before, after)]
@@ -145,7 +147,8 @@ def _travel(track: Track | None, start: float, end: float) -> float:
 
 
 def _without(absence: Dropout, episode: Episode) -> Episode:
-    """Repair a dropout: continue the thing's states, drop those of its phantom, and correct its poses."""
+    """Repair a dropout: continue the thing's states, drop spurious states that began and ended meanwhile, and
+    correct the thing's poses."""
     mine = [e for e in episode.of("state") if absence.thing in _wholes(e, episode)]
     start, end = absence.start - MARGIN, absence.end + MARGIN
     cut_short = _cut_short(absence, mine)
@@ -169,13 +172,15 @@ def _without(absence: Dropout, episode: Episode) -> Episode:
 
 
 def _cut_short(absence: Dropout, mine: list[Event]) -> set[str]:
-    """Both parts of states that the dropout broke in two: they are no phantom's, however short one of them is."""
+    """Ids of the states before and after the dropout that are one state broken in two; they are real, however
+    short one of the two is."""
     pairs = ((a, b) for a, b in _pairs(mine) if a.start < absence.start and b.end > absence.end)
     return {e.id for a, b in pairs if abs(a.end - absence.start) < MOMENT for e in (a, b)}
 
 
 def _stays(absence: Dropout, event: Event, mended: Episode) -> float:
-    """Time until which a thing stayed at its place after its absence cut off a state, by its mended poses [s]."""
+    """Time [s] up to which a thing stayed where it was in a state that the dropout ended, according to its
+    corrected poses."""
     partner = next((w for w in _wholes(event, mended) if w != absence.thing), absence.thing)
     times = [t for t in mended.tracks[absence.thing].times.tolist() if absence.start <= t < absence.end]
     until = event.end
@@ -198,8 +203,8 @@ def _repair(
 ) -> Repair:
     carrier = f"its place in '{absence.hand}'" if absence.hand else "the place where it was, and nothing held it"
     what = f"'{absence.thing}' vanished for {absence.end - absence.start:.3f} s: {_names(added)} continued"
-    what += f", {phantoms} states of a phantom dropped" if phantoms else ""
-    why = f"it came back within {NEAR * 1000:.0f} mm of {carrier}"
+    what += f", {phantoms} spurious states meanwhile dropped" if phantoms else ""
+    why = f"the thing came back within {NEAR * 1000:.0f} mm of {carrier}"
     when = (absence.start, absence.end)
     poses = (absence.thing, _recorded(track, *when)) if track else ()
     return Repair(what, when, why, removed, added, *poses)
@@ -253,7 +258,7 @@ def _agree(track: Track, times: Floats, expected: Floats) -> bool:
 
 
 def spliced(track: Track, when: tuple[float, float], rows: Floats) -> Track:
-    """Return a track with other rows (time, pose) in an interval, end exclusive."""
+    """Return a track whose rows (time, pose) within an interval, end exclusive, are replaced by others."""
     first, last = (int(np.searchsorted(track.times, t)) for t in when)
     rows = rows.reshape(-1, 8)
     times = np.concatenate([track.times[:first], rows[:, 0], track.times[last:]])

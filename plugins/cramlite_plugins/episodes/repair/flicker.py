@@ -103,7 +103,7 @@ def _runs(events: Iterable[Event], gap: float) -> Iterable[list[Event]]:
 
 
 def _joined(run: list[Event]) -> Event:
-    """One event for the run; inferred if any part of it was."""
+    """One event from the start of the first to the end of the last event of a run; inferred if one of them is."""
     if len(run) == 1:
         return run[0]
     return replace(run[0], end=max(e.end for e in run), inferred=any(e.inferred for e in run))
@@ -119,7 +119,7 @@ def _closed(joined: Event, run: list[Event], gap: float) -> Repair:
 def _dropped(joined: Event, run: list[Event], least: float) -> Repair:
     what = f"{joined.type} of {_fillers(joined)} dropped"
     return Repair(
-        what, (joined.start, joined.end), f"{joined.end - joined.start:.3f} s is shorter than {least} s", tuple(run)
+        what, (joined.start, joined.end), f"the event lasted {joined.end - joined.start:.3f} s, less than {least} s", tuple(run)
     )
 
 

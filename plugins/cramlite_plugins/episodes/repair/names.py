@@ -45,7 +45,8 @@ def unlabelled(name: str) -> str:
 
 
 def one_namespace(episode: Episode) -> Episode:
-    """Give each thing one name, and hands their parts; the very episode where nothing is to be done."""
+    """Give each thing one name, and make fingers parts of their hands; an episode without such defects is
+    returned unchanged."""
     return _with_fingers(_named_once(episode))
 
 
@@ -70,9 +71,12 @@ def _named_once(episode: Episode) -> Episode:
 
 
 def _renamings(episode: Episode) -> Iterator[tuple[str, str]]:
-    """New names of things with several: that of the description, else the shorter one, and never an IRI,
-    whose "/" would mean a part. Two things with poses are two; so are two things of a map whose names only
-    look alike."""
+    """Yield (old, new) for things with several names: the described name is kept, else the shorter one, and
+    never an IRI, whose "/" would mean a part.
+
+    Names that each have a track are different things; so are two described entities whose names only look
+    alike.
+    """
     names = dict.fromkeys([*(e.name for e in episode.entities), *episode.tracks])
     done: set[str] = set()
     for shortened in (local, unlabelled):
@@ -110,7 +114,7 @@ def _joined(one: Entity, other: Entity) -> Entity:
 
 
 def _with_fingers(episode: Episode) -> Episode:
-    """Entity named after a hand and like a part of one, as a part of it."""
+    """Episode in which a finger or other entity that is named after a hand becomes a part of that hand."""
     hands = [e.name for e in episode.entities if e.part_of is None and (e.name == episode.effector or "soma:Hand" in e.types)]
     of = {e.name: hand for e in episode.entities for hand in hands if e.part_of is None and _is_part(e, hand)}
     if not of:

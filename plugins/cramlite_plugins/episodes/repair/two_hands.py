@@ -85,7 +85,7 @@ def handovers(episode: Episode) -> Iterator[Handover]:
 
 
 def _chain(found: Sequence[Handover]) -> list[Handover]:
-    """Passings that follow one thing from hand to hand, in order: the last taker gives next."""
+    """Handovers that follow one thing from hand to hand, in time order: the hand that took it last gives it next."""
     chain: list[Handover] = []
     for one in sorted(found, key=lambda h: h.time):
         if not chain or one.given.roles["gripper"] == chain[-1].taken.roles["gripper"]:
@@ -94,11 +94,11 @@ def _chain(found: Sequence[Handover]) -> list[Handover]:
 
 
 class _Acting:
-    """Which hand acts when.
+    """Hand that acts at each time of an episode in which hands pass a thing on.
 
     Args:
         name: of the effector of the episode.
-        chain: of what is handed over.
+        chain: handovers of one thing, in time order.
     """
 
     def __init__(self, name: str, chain: Sequence[Handover]) -> None:
@@ -111,13 +111,14 @@ class _Acting:
         return self.order[bisect_right(self.times, time)]
 
     def called(self, entity: str, time: float) -> str:
-        """Name of a hand, or of a part of one, at a time: the acting hand has the effector's name, and the
-        effector, while it does not act, that hand's."""
+        """Name in the converted episode of a hand or its part at a time: the hand that acts then and the
+        effector exchange their names."""
         name, mine = EntityName.parse(entity), self.at(time)
         return str(replace(name, thing={mine: self.name, self.name: mine}.get(name.thing, name.thing)))
 
     def pieces(self, event: Event) -> Iterator[Event]:
-        """State in pieces, cut where another hand begins to act, with the names that hands have in each piece."""
+        """Yield the pieces of a state, cut at the times at which another hand begins to act, with the names
+        that hands have in each piece."""
         cuts = [event.start, *(t for t in self.times if event.start < t < event.end), event.end]
         for start, end in pairwise(cuts):
             roles = {r: self.called(filler, start) for r, filler in event.roles.items()}
@@ -133,7 +134,7 @@ class _Acting:
 
 
 def _joined(events: Sequence[Event]) -> list[Event]:
-    """Equal states that touch or overlap are one."""
+    """Events in which states with the same class and roles that touch or overlap in time are joined into one."""
     found: list[Event] = []
     for event in sorted(events, key=lambda e: (e.start, e.end, e.id)):
         at = next((k for k, e in enumerate(found) if signature(e) == signature(event) and event.start <= e.end), None)
@@ -145,7 +146,7 @@ def _joined(events: Sequence[Event]) -> list[Event]:
 
 
 def _renamed(events: Sequence[Event]) -> list[Event]:
-    """Pieces of one state have ids of their own."""
+    """Events with unique ids: repeated ids get a number."""
     ids: set[str] = set()
     found = []
     for event in events:
@@ -158,7 +159,8 @@ def _renamed(events: Sequence[Event]) -> list[Event]:
 
 
 def _tracks(episode: Episode, acting: _Acting) -> Iterator[tuple[str, Track]]:
-    """Tracks of hands and finger tips, by the names that they have while a hand acts."""
+    """Tracks of hands and finger tips under their names in the converted episode, joined from the hands that
+    act in turn."""
     frames = [n for n in episode.tracks if thing_of(n) in acting.hands]
     begin, end = episode.span
     bounds = [begin, *acting.times, float(np.nextafter(end, np.inf))]
@@ -173,7 +175,7 @@ def _tracks(episode: Episode, acting: _Acting) -> Iterator[tuple[str, Track]]:
 
 
 def _cut(track: Track, start: float, until: float) -> Track:
-    """A track from a time, where its last pose goes on, to another one, exclusive."""
+    """Track within [start, until), beginning with its pose at ``start``."""
     within = (track.times > start) & (track.times < until)
     here = track.at(start)
     first = np.array([*here.position, *here.quaternion])
@@ -181,8 +183,9 @@ def _cut(track: Track, start: float, until: float) -> Track:
 
 
 def _extras(episode: Episode, tracks: dict[str, Track], acting: _Acting) -> dict[str, Floats]:
-    """Extras without the record of one hand; the opening from the finger tips, constant while the thing is
-    handed over: fingers that take over do not open or close."""
+    """Extras for one hand: without the recorded opening and wrench; the opening is the finger tips' distance,
+    and stays constant during a handover, since fingers that take over the thing neither open nor close the
+    gripper."""
     extras = {k: v for k, v in episode.extras.items() if k not in ("opening", "wrench")}
     times = extras.get("times")
     tips = [tracks[n] for n in tracks if thing_of(n) == acting.name != n][:2]

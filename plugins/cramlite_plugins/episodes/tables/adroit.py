@@ -70,8 +70,8 @@ def _episode(path: Path, seen: Floats, frame: Floats) -> Episode:
     off = max(np.linalg.norm(np.array((p * Pose(GRIP)).position) - r[HANDLE]) for p, r in zip(poses["lever"], seen, strict=True))
     if not off < EXACT:
         raise UserError(
-            f"{path}: the handle was observed up to {1000 * off:.0f} mm from where lever and hinge put it, and {1000 * EXACT:.0f} mm are "
-            "explained by a step; is this another scene than that of hand_dapg?"
+            f"{path}: the handle was observed up to {1000 * off:.0f} mm from its position by the angles of lever and hinge, and "
+            f"motion within a time step explains {1000 * EXACT:.0f} mm; is this another scene than that of hand_dapg?"
         )
     columns = {"time": [f"{STEP * k:.2f}" for k in range(len(seen))]}
     for name, track in poses.items():
@@ -82,7 +82,7 @@ def _episode(path: Path, seen: Floats, frame: Floats) -> Episode:
 
 
 def _palm(seen: Floats) -> list[Pose]:
-    """Poses of the palm: where it was observed, turned by the joints up to it."""
+    """Poses of the palm: its observed position, and its orientation from the joint angles of forearm and wrist."""
     start = _turn(*FOREARM[0]) * _turn(*FOREARM[1])
     found = []
     for row in seen:
@@ -94,7 +94,7 @@ def _palm(seen: Floats) -> list[Pose]:
 
 
 def _door(frame: Floats, angle: float) -> Pose:
-    """The door, turned about its hinge."""
+    """Pose of the door with its hinge at an angle."""
     hinge = np.add(np.add(frame, DOOR), PIVOT)
     return Pose(tuple(hinge)) * _turn((0, 0, 1), angle) * Pose(tuple(np.negative(PIVOT)))
 

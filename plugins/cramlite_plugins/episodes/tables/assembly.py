@@ -67,8 +67,8 @@ def _episode(file: Path, mapping: Mapping, table: Table, found: Recorded) -> Epi
 
 
 def _following(episode: Episode, mapping: Mapping) -> Episode:
-    """Opening or closing as an action: the hand follows a drawer or door on its rails or hinge, without a grasp. Of a lever on a door it is
-    the one whose joint turned farther."""
+    """Episode in which a hand that moves a drawer or door by its joint opens or closes it, instead of
+    grasping it. Of a lever on a door, the joint that turns farther counts."""
     opened = {n for n, t in mapping.things.items() if t.opens is not None}
     held = [e for e in episode.events if e.type == "cram:GraspState" and e.roles["object"] in opened]
     repairs, events = list(episode.repairs), {e.id: e for e in episode.events}
@@ -85,7 +85,7 @@ def _following(episode: Episode, mapping: Mapping) -> Episode:
 
 
 def _mounted(name: str, mapping: Mapping) -> list[str]:
-    """A thing on a joint, and its mount if that has a joint, too."""
+    """Names of a thing with a joint and of the things that it is mounted on that have a joint, too."""
     found = [name]
     while (spec := mapping.things[found[-1]].opens) is not None and spec.on in mapping.things and spec.on not in found:
         found.append(spec.on)
@@ -124,7 +124,7 @@ def _range(opens: OpensSpec, convention: Convention) -> float:
 
 
 def _joints(mapping: Mapping, tracks: dict[str, Track], found: Recorded) -> dict[str, Floats]:
-    """Openings of each drawer [m] and door [rad] at the recording's instants, from the first one."""
+    """Opening of each drawer [m] and door [rad], relative to its first pose, at the recording's instants."""
     times = np.unique(found.times)
     values: dict[str, Floats] = {}
     for name, spec in mapping.things.items():
@@ -136,14 +136,14 @@ def _joints(mapping: Mapping, tracks: dict[str, Track], found: Recorded) -> dict
 
 
 def _seen_from(track: Track, other: Track) -> Track:
-    """The track in the frame of another one."""
+    """Track in the frame of another track."""
     poses = [other.at(float(t)).inverse() * track.at(float(t)) for t in track.times]
     return Track(track.times, np.array([[*p.position, *p.quaternion] for p in poses]))
 
 
 def _pulled(track: Track) -> Floats:
-    """Distance (N,) of a thing along its way to where it is farthest out [m]; a distance from a point would never be less
-    than the noise."""
+    """Distance (N,) of a thing from its first position along the direction to its farthest position [m]; the
+    plain distance would add up noise."""
     away = _smooth(track.poses[:, :3] - _smooth(track.poses[:, :3], track.times)[0], track.times)
     far = away[np.argmax(np.linalg.norm(away, axis=1))]
     return np.asarray(np.clip(away @ (far / max(float(np.linalg.norm(far)), 1e-9)), 0.0, None))
@@ -156,7 +156,7 @@ def _turned(track: Track) -> Floats:
 
 
 def _smooth(values: Floats, times: Floats) -> Floats:
-    """Averaged (N, D) over ``SMOOTH``."""
+    """Values (N, D) as a moving average over ``SMOOTH``."""
     half = round(SMOOTH / float(np.median(np.diff(times)) or SMOOTH) / 2)
     padded = np.pad(values, ((half, half), (0, 0)), mode="edge")
     return np.column_stack([np.convolve(column, np.full(2 * half + 1, 1 / (2 * half + 1)), mode="valid") for column in padded.T])
@@ -169,7 +169,7 @@ def _gaps(found: Recorded) -> list[Repair]:
 
 
 def _with_opening(episode: Episode, mapping: Mapping, table: Table, found: Recorded) -> Episode:
-    """Opening of the acting hand, if a column has it."""
+    """Episode with the opening of the acting hand or gripper, if the mapping names a column for it."""
     spec = mapping.hands[episode.effector].gripper if episode.effector in mapping.hands else None
     if spec is None or episode.effector is None:
         return episode
@@ -186,7 +186,7 @@ def _with_opening(episode: Episode, mapping: Mapping, table: Table, found: Recor
 
 
 def _opening(values: Floats, spec: GripperSpec, convention: Convention) -> Floats:
-    """Opening (N,) [m]."""
+    """Opening of the hand (N,) [m] from the column's values."""
     if spec.closed is None or spec.open is None:
         return np.asarray(np.clip(values * convention.unit, 0.0, None))
     return np.asarray(spec.width * np.clip((values - spec.closed) / (spec.open - spec.closed), 0.0, 1.0))

@@ -84,7 +84,8 @@ class Convention(Value):
 
 
 def axes_of(up: str, handedness: str) -> Floats:
-    """Return our axes in those of a recording of which only the upward one is known.
+    """Return cramlite's axes (x forward, y left, z up) in the axes of a recording of which only the upward
+    axis and the handedness are known.
 
     The next two in cyclic order become our x and y; the second one with its sign changed where the recording is
     left-handed. For y up and left-handed that is what Unity's ROS packages do (z, -x, y), for z up Unreal's (x, -y, z).
@@ -98,7 +99,7 @@ def axes_of(up: str, handedness: str) -> Floats:
 
 
 def axes_from(names: Sequence[str]) -> Floats:
-    """Return our axes from their names in the recording, such as [z, -x, y].
+    """Return cramlite's axes (x forward, y left, z up) from their names in the recording, such as [z, -x, y].
 
     Raises:
         UserError: they are not x, y and z, once each.

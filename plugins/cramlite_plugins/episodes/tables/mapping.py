@@ -77,7 +77,8 @@ class GripperSpec(Spec):
 
 
 class ShapeSpec(Spec):
-    """Shape in the recording's unit and axes: one of four, with its middle at ``at`` in the track's frame."""
+    """Shape in the recording's unit and axes: a box, hollow box, cylinder or mesh, with its middle at ``at``
+    in the track's frame."""
 
     box: tuple[Positive, Positive, Positive] | None = None
     hollow: tuple[Positive, Positive, Positive] | None = None
@@ -168,12 +169,12 @@ class Mapping(Spec):
 
     @property
     def kind(self) -> str:
-        """Format of the file, from its name where nothing is said."""
+        """Format of the recording: the stated one, else by the file's ending, else CSV."""
         return self.format or FORMATS.get(Path(self.recording).suffix.lower(), "csv")
 
     @property
     def tracks(self) -> dict[str, TrackSpec]:
-        """Everything that was tracked."""
+        """Tracks of hands and of tracked things, by name; things with a fixed pose are left out."""
         still = {n for n, t in self.things.items() if t.at is not None}
         return {**self.hands, **{n: t for n, t in self.things.items() if n not in still}}
 
@@ -225,14 +226,14 @@ class Mapping(Spec):
 
 
 def _agreed(key: str, said: str | None, stated: str | None) -> str | None:
-    """Statement of the mapping, or of the file itself."""
+    """Value of a convention's key from the mapping, or else from the recording's header; both must agree."""
     if said is not None and stated is not None and said != stated:
         raise UserError(f"'{key}: {said}' contradicts the recording's own header, which says {stated}; leave '{key}' out.")
     return said or stated
 
 
 def read_mapping(path: Path) -> Mapping | None:
-    """Read a mapping file; None if the file is none.
+    """Read a mapping file; None if the YAML has neither 'recording' nor 'hands'.
 
     Raises:
         UserError: it is one and is wrong.
@@ -247,7 +248,7 @@ def read_mapping(path: Path) -> Mapping | None:
 
 
 def _fields(error: ValidationError) -> list[str]:
-    """Keys that are right where the first unknown one stands."""
+    """Keys that are allowed at the place of the first invalid key."""
     place = error.errors()[0]["loc"][:-1]
     specs: dict[str, type[Spec]] = {
         "time": TimeSpec, "columns": ColumnsSpec, "gripper": GripperSpec, "shape": ShapeSpec, "at": PlaceSpec, "opens": OpensSpec,

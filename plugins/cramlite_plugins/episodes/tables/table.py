@@ -50,7 +50,8 @@ class Table(Value):
         return self.columns[name]
 
     def numbers(self, name: str, wanted: str, gaps: frozenset[str] = frozenset()) -> Floats:
-        """Return a column as numbers (N,), NaN where a cell is empty or "nan" and ``gaps`` has "empty" or "nan".
+        """Return a column as numbers (N,); empty or "nan" cells become NaN if ``gaps`` contains "empty" or
+        "nan" respectively.
 
         Raises:
             UserError: there is no such column, or a cell is no number; names the line.
@@ -219,6 +220,6 @@ def _is_number(text: str) -> bool:
 
 
 def names_of(values: Iterable[str]) -> str:
-    """Return a list of names for a message, the first ten."""
+    """Return the first ten different names as a list for a message."""
     listed = list(dict.fromkeys(values))
     return ", ".join(listed[:10]) + (", ..." if len(listed) > 10 else "")

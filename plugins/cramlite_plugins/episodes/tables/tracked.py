@@ -130,7 +130,7 @@ def _columns(mapping: Mapping, convention: Convention, name: str, track: TrackSp
 
 
 def rows_of(table: Table, mapping: Mapping, name: str) -> Flags:
-    """Return the rows (N,) of a track: all, or those that name it.
+    """Return which rows (N,) belong to a track: all rows, or those whose track column has the track's name.
 
     Raises:
         UserError: none does.
@@ -146,7 +146,8 @@ def rows_of(table: Table, mapping: Mapping, name: str) -> Flags:
 
 
 def _marked(values: Floats, mapping: Mapping) -> Flags:
-    """(N,) rows with a position that marks a gap: all zero, or that number three times."""
+    """Rows (N,) whose position marks a gap: all three coordinates are zero, or the number that the mapping's
+    'gaps' states."""
     marks = [0.0 if g == "zero" else float(g) for g in mapping.gaps if g not in ("empty", "nan")]
     return np.asarray(np.any([np.all(values[:, :3] == m, axis=1) for m in marks], axis=0)) if marks else np.zeros(len(values), dtype=bool)
 

@@ -1,4 +1,4 @@
-"""Which side of a kind is usually up, as its shape tells: the stable poses of its convex hull."""
+"""Usual upward directions of a kind, derived from its shape: the stable poses of its convex hull."""
 
 from __future__ import annotations
 

@@ -36,7 +36,8 @@ def read_models(path: Path) -> Sequence[ModelMaker] | None:
 
 @hookimpl
 def add_models(folder: Path, library: Path, scale: float, density: float, up: str) -> BuiltLibrary:
-    """Add the kinds of a folder to a library; those that it has from the same files stay."""
+    """Add the kinds of a folder to a library; kinds that the library already has from unchanged files stay
+    as they are."""
     from ...simulation.model.no_window import import_mujoco
 
     import_mujoco()
@@ -66,7 +67,7 @@ def add_models(folder: Path, library: Path, scale: float, density: float, up: st
 
 
 def _elsewhere(entry: Entry | None, path: Path) -> Path | None:
-    """Another file that still exists, from which the library already has a kind of this name."""
+    """Another existing file from which the library already has a kind of this name; None if there is none."""
     before = Path(str(entry.told.get("file", path))) if entry is not None else path
     return before if before.resolve() != path.resolve() and before.is_file() else None
 
@@ -74,7 +75,7 @@ def _elsewhere(entry: Entry | None, path: Path) -> Path | None:
 def _added(
     name: str, path: Path, library: Path, before: Entry | None, options: tuple[float, float, str]
 ) -> tuple[KnownKind, Entry]:
-    """A kind with its entry; made unless the library has it from the same files."""
+    """A kind with its entry in the library; converted anew unless the library has it from unchanged files."""
     digest = _digest(path, options)
     if before is not None and before.made_from == digest and all((library / f).is_file() for f in (before.thing, before.look)):
         return replace(json.decode(json.encode(before.told), type=KnownKind), kept=True), before
@@ -114,7 +115,7 @@ def _told(name: str, path: Path, draft: Draft, up: str) -> KnownKind:
 
 
 def _digest(path: Path, options: tuple[float, float, str]) -> str:
-    """Digest of a kind's files: those in its folder, and below where it is an MJCF file."""
+    """Digest of a kind's files: those in its folder, and in the folders below if it is an MJCF file."""
     whole = hashlib.sha256(f"{VERSION}|{options}|{path.name}".encode())
     beside = path.parent.rglob("*") if path.suffix.lower() in (".xml", ".mjcf") else path.parent.glob("*")
     for file in sorted(p for p in beside if p.is_file()):

@@ -24,7 +24,7 @@ FURNITURE, LOOSE = "soma:DesignedFurniture", "cram:Product"
 
 
 class Draft(Value, eq=False):
-    """A kind before it is written.
+    """Kind of a library, read but not yet written.
 
     Args:
         thing: its shape, mass and class, at the origin, without its look.
@@ -97,8 +97,8 @@ def _joint(model: Any, joint: int) -> str:
 
 
 def _parts(source: Source, frame: Pose) -> list[look.Part]:
-    """Triangles of the purely visual geoms, and of others in their group, unless all colliding geoms are in it; without any,
-    of all opaque geoms."""
+    """Triangles of the geoms to be shown: the purely visual ones, with colliding ones of their groups
+    unless all colliding geoms are in these groups; all opaque geoms if none is purely visual."""
     model = source.model
     seen = [g for g in range(model.ngeom) if model.geom_bodyid[g] and _opacity(model, g) > 0]
     shown = [g for g in seen if not collides(model, g)]
@@ -134,7 +134,7 @@ def _part(source: Source, geom: int, frame: Pose) -> look.Part:
 
 
 def _places(model: Any, mesh: int, material: int) -> Floats:
-    """Places (F, 3, 2) of a mesh's corners in its texture; MuJoCo counts rows downwards."""
+    """Texture coordinates (F, 3, 2) of a mesh's corners; MuJoCo counts rows downwards."""
     start, count = int(model.mesh_faceadr[mesh]), int(model.mesh_facenum[mesh])
     first = int(model.mesh_texcoordadr[mesh])
     coordinates = np.asarray(model.mesh_texcoord[first : first + int(model.mesh_texcoordnum[mesh])], float)
@@ -143,7 +143,8 @@ def _places(model: Any, mesh: int, material: int) -> Floats:
 
 
 def _image(model: Any, texture: int) -> Any:
-    """Image (height, width, 3) of a flat texture; None for a cube's, which has no places for corners."""
+    """Image (height, width, 3) of a flat texture; None for a cube texture, which has no coordinates for
+    corners."""
     if texture < 0 or int(model.tex_type[texture]) != FLAT:
         return None
     height, width, channels = (int(v[texture]) for v in (model.tex_height, model.tex_width, model.tex_nchannel))
@@ -153,7 +154,8 @@ def _image(model: Any, texture: int) -> Any:
 
 
 def _colour(model: Any, geom: int) -> tuple[float, ...]:
-    """Colour of a geom without places in a texture: its material's, times the mean of that one's texture."""
+    """Colour of a geom without texture coordinates: its material's colour, times the mean colour of the
+    material's texture."""
     material = int(model.geom_matid[geom])
     if material < 0:
         return tuple(float(v) for v in model.geom_rgba[geom][:3])

@@ -43,7 +43,7 @@ def sources(folder: Path) -> Sources:
 
 
 def _folders(scene: Path) -> list[Path]:
-    """Folders below a scene file that it names files in, the uppermost ones."""
+    """The uppermost folders, beside a scene file, in which the scene file names files."""
     try:
         named = FILE.findall(scene.read_text(encoding="utf-8", errors="replace"))
     except OSError:

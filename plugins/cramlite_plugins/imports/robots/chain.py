@@ -97,7 +97,7 @@ def find_chain(source: Source, flange: str = "", limits: Sequence[tuple[str, flo
 def _ranges(
     source: Source, names: tuple[str, ...], joints: list[int], limits: Sequence[tuple[str, float, float]]
 ) -> tuple[tuple[float, float], ...]:
-    """Ranges as stated, else as the file has them."""
+    """Ranges of the joints: as the scenario states them, else as the file has them."""
     model, stated = source.model, {name: (low, high) for name, low, high in limits}
     for name in stated:
         if name not in names:
@@ -105,7 +105,7 @@ def _ranges(
     free = [n for n, j in zip(names, joints, strict=True) if not model.jnt_limited[j] and n not in stated]
     if free:
         raise UserError(
-            f"{source.path}: joint '{free[0]}' has no limits; 'limits' says them, 360 deg each way if it turns on: "
+            f"{source.path}: joint '{free[0]}' has no limits; state them by 'limits', 360 deg each way if it turns endlessly: "
             f"limits: {{{', '.join(f'{n}: [-360 deg, 360 deg]' for n in free)}}}."
         )
     own = {n: (float(model.jnt_range[j][0]), float(model.jnt_range[j][1])) for n, j in zip(names, joints, strict=True)}
@@ -154,7 +154,8 @@ def _moves(model: Any, body: int) -> bool:
 
 
 def _flange(source: Source, data: Any, last: int, named: str) -> tuple[Pose, str, tuple[str, str]]:
-    """Flange in the world, with the source, its kind and name."""
+    """Flange pose in the world, a clause on where it was taken from, and the kind and name of that
+    element."""
     model = source.model
     sites = {model.site(s).name: int(s) for s in range(model.nsite) if _behind(model, int(model.site_bodyid[s]), last)}
     bodies = {model.body(b).name: b for b in range(1, model.nbody) if _behind(model, b, last)}
@@ -166,7 +167,9 @@ def _flange(source: Source, data: Any, last: int, named: str) -> tuple[Pose, str
     if name in sites:
         return pose_of(data.site_xpos[sites[name]], data.site_xmat[sites[name]]), f"site '{name}'", ("site", name)
     b = bodies[name] if name else last
-    said = f"body '{name}'" if name else f"the last body, '{model.body(last).name}': no site or body has a usual name; 'flange' names one"
+    said = f"body '{name}'"
+    if not name:
+        said = f"the last body, '{model.body(last).name}': no site or body has a usual name; 'flange' can name one"
     return pose_of(data.xpos[b], data.xmat[b]), said, ("body", model.body(b).name)
 
 

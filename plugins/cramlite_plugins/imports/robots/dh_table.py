@@ -119,7 +119,8 @@ def _row(before: Floats, after: Floats) -> tuple[float, float, float, float]:
 
 
 def _round(length: float) -> float:
-    """Lengths that are zero but for rounding are zero: an analytic solver asks whether axes meet."""
+    """The length, or 0 if only rounding makes it differ from 0: an analytic solver checks whether axes
+    meet."""
     return 0.0 if abs(length) < 1e-9 else length
 
 

@@ -38,7 +38,7 @@ def complete_drives(where: Path, spec: Any) -> tuple[str, ...]:
         raise UserError(f"{where}: the hand has no joint, so nothing closes; take a file whose fingers move.")
     weak = [a for a in spec.actuators if not _holds(a)]
     targets = [(int(a.trntype), a.target, _reach(a)) for a in weak]
-    notes = [f"drive '{_short(a.name)}' pushes without holding a position: a servo of its strength stands for it" for a in weak]
+    notes = [f"drive '{_short(a.name)}' pushes without holding a position: a servo of its strength replaces it" for a in weak]
     for actuator in weak:
         spec.delete(actuator)
     if not spec.actuators and not targets:
@@ -66,7 +66,7 @@ def _holds(actuator: Any) -> bool:
 
 
 def _reach(actuator: Any) -> float | None:
-    """The largest force of a motor, at its joint; None if it states none."""
+    """Largest force or torque of a motor at its joint; None if the file states none."""
     if actuator.forcelimited and actuator.forcerange[1] > 0:
         return abs(float(actuator.forcerange[1]) * float(actuator.gear[0]))
     most = abs(float(actuator.ctrlrange[1]) * float(actuator.gainprm[0]) * float(actuator.gear[0]))
@@ -104,4 +104,4 @@ def _check_drives(where: Path, spec: Any) -> None:
             raise UserError(f"{said} acts through neither a joint nor a fixed tendon; put it on a joint.")
         low, high = (float(v) for v in actuator.ctrlrange)
         if not low < high:
-            raise UserError(f"{said} has no 'ctrlrange' to drive it through; state it: the orders for wide and narrow.")
+            raise UserError(f"{said} has no 'ctrlrange' to drive it through; state the control values for open and closed.")

@@ -127,7 +127,8 @@ def _named(where: Path, spec: Any, stated: HandFile) -> list[list[int]] | None:
 
 
 def _at_site(where: Path, source: Source, spec: Any, pads: Pads, name: str) -> Pads:
-    """The pinch point where the file has a site or a body, if one is named; axes stay those of the pads."""
+    """Pads with the pinch point at the named site or body of the file; unchanged if none is named. The
+    axes stay those of the pads."""
     if not name:
         return pads
     from msgspec.structs import replace
@@ -168,7 +169,8 @@ def _linkage(hand: Driven, pads: Pads, controls: Floats, states: Floats, lengths
 
 
 def _weights(hand: Driven, signs: Floats) -> Floats:
-    """Weight of each joint in the encoder reading of the drives, rising as the hand closes."""
+    """Weight of each joint in the encoder reading of the hand's drives, signed so that the reading rises
+    as the hand closes."""
     model, weights = hand.model, np.zeros(hand.model.njnt)
     for name, sign in zip(hand.names, signs, strict=True):
         a = model.actuator(name)
@@ -183,7 +185,7 @@ def _weights(hand: Driven, signs: Floats) -> Floats:
 
 
 def _limited_stroke(where: Path, linkage: Linkage, opening: tuple[float, float] | None) -> Linkage:
-    """The part of the stroke that is stated to be used."""
+    """Part of a hand's stroke within the stated opening."""
     if opening is None:
         return linkage
     from msgspec.structs import replace
@@ -215,21 +217,22 @@ def _force(where: Path, spec: Any, hand: Driven, linkage: Linkage, stated: HandF
     if stated.force is None:
         most = can[mid]
         weak = min(can[mid:])
-        notes = [f"it grips with {most:.3g} N at half its opening, as the file's drives do; 'force' of 'gripper' says another"]
+        notes = [f"it grips with {most:.3g} N at half its opening, as the file's drives do; 'force' of 'gripper' can state another"]
         notes += [f"on narrow things it exerts down to {weak:.3g} N, as its drives are soft"] if weak < 0.8 * most else []
         if most <= 0:
-            raise UserError(f"{where}: the hand's drives exert no force; 'force' of 'gripper' says it: [lowest, highest] in N.")
+            raise UserError(f"{where}: the hand's drives exert no force; state it by 'force' of 'gripper': [lowest, highest] in N.")
         return (WEAKEST * most, most), tuple(notes)
     low, high = stated.force
     if not 0 < low < high:
-        raise UserError(f"{where}: 'force' of 'gripper' is {low:g} to {high:g} N; it is two forces above 0, the lower one first.")
+        raise UserError(f"{where}: 'force' of 'gripper' is {low:g} to {high:g} N; it must be two forces above 0, the lower one first.")
     changed = _strengthen(spec, hand, linkage, high)
     notes = [f"drive '{n.removeprefix(f'{ROOT}/')}' is weaker in the file than the stated {high:g} N: made as strong" for n in changed]
     return (low, high), tuple(notes)
 
 
 def _exerted(hand: Driven, linkage: Linkage, k: int) -> float:
-    """Grip force that the drives exert on a thing as wide as a sample's opening, ordered to close entirely [N]."""
+    """Grip force that the drives exert, when ordered to close fully, on a thing as wide as the opening of
+    a sample of the stroke [N]."""
     found = []
     for a, name in enumerate(hand.names):
         act = hand.model.actuator(name)
@@ -240,7 +243,8 @@ def _exerted(hand: Driven, linkage: Linkage, k: int) -> float:
 
 
 def _strengthen(spec: Any, hand: Driven, linkage: Linkage, force: float) -> tuple[str, ...]:
-    """Give drives that are too weak for a grip force the strength; controls and stiffness grow together, so orders mean the same."""
+    """Strengthen drives that are too weak for a grip force; controls and stiffness grow together, so
+    control values keep their meaning."""
     changed = []
     for a, name in enumerate(hand.names):
         actuator, most = spec.actuator(name), force * max(row[a] for row in linkage.forces)

@@ -19,9 +19,10 @@ def guesses(gripper: Gripper, owners: tuple[str, str], stated: HandFile) -> tupl
     at = ", ".join(f"{1000 * v:.0f}" for v in gripper.tcp.position)
     found = {
         "pads": f"its pads are taken to be faces of {width:.0f} x {length:.0f} mm on '{owners[0]}' and '{owners[1]}', which come nearest "
-        "to each other; 'pads' of 'gripper' names others",
+        "to each other; 'pads' of 'gripper' can name others",
         "tcp": f"its pinch point is taken to be the middle of its pads, at [{at}] mm in the frame of the flange; 'tcp' of 'gripper' "
-        "names another",
-        "opening": f"its stroke is taken to be all that its drives do, {low:.1f} to {high:.1f} mm; 'opening' of 'gripper' says another",
+        "can name another",
+        "opening": f"its stroke is taken to be all that its drives do, {low:.1f} to {high:.1f} mm; 'opening' of 'gripper' "
+        "can state another",
     }
     return tuple(said for key, said in found.items() if not getattr(stated, key))

@@ -24,7 +24,7 @@ FAR = 1.0  # a hand is smaller [m]
 
 
 class Driven(Value):
-    """A hand with its drives, and their two ends.
+    """Hand with its drives, and the drives' control values at both ends of the stroke.
 
     Args:
         model: compiled; without gravity and contacts.
@@ -59,7 +59,7 @@ def driven(where: Path, spec: Any, fingers: Sequence[Sequence[int]] | None = Non
     if not len(pairs) or travel.max() < LEAST:
         raise UserError(
             f"{where}: no two fingers of the hand come nearer to each other when its drives move, so it is no parallel gripper; "
-            "'pads' of 'gripper' names the faces that grip, one of each finger: two names of geoms or bodies."
+            "if it is one, name the faces that grip by 'pads' of 'gripper': two geoms or bodies, one of each finger."
         )
     nearest = np.where(travel >= LEAST, np.maximum(far.min(axis=1), NEAR), FAR)
     best = min(range(len(pairs)), key=lambda k: (round(float(nearest[k]), 3), -float(travel[k])))
@@ -86,7 +86,7 @@ def _check_size(where: Path, model: Any) -> None:
     if far > FAR:
         raise UserError(
             f"{where}: a shape of the hand is {far:.3g} m from the flange; files are in metres. If this one is in millimetres, scale its "
-            "lengths and meshes by 0.001; if it is mounted elsewhere, 'at' of 'gripper' says where."
+            "lengths and meshes by 0.001; if it is mounted elsewhere, state where by 'at' of 'gripper'."
         )
 
 
@@ -100,7 +100,8 @@ def _alone(spec: Any) -> Any:
 
 
 def settled(model: Any, order: Floats, data: Any = None) -> tuple[Floats, Any]:
-    """Give an order to the drives, and return the joints' positions (nq,) once they rest, with MuJoCo's data."""
+    """Send control values to the drives, and return the joints' positions (nq,) once they rest, with
+    MuJoCo's data."""
     data = mujoco.MjData(model) if data is None else data
     data.ctrl[:] = order
     for _ in range(PATIENCE):
@@ -113,7 +114,7 @@ def settled(model: Any, order: Floats, data: Any = None) -> tuple[Floats, Any]:
 
 
 def _pairs(model: Any, states: Sequence[Floats], fingers: Sequence[Sequence[int]] | None) -> list[tuple[int, int]]:
-    """Pairs of geoms, one of each finger: of two branches of the tree, one of them moving at least."""
+    """Pairs of geoms on two fingers: on two branches of the body tree, at least one of which moves."""
     if fingers is not None:
         return list(itertools.product(*fingers))  # type: ignore[arg-type]
     places = np.array([_places(model, q) for q in states])
@@ -137,7 +138,7 @@ def _places(model: Any, q: Floats) -> Floats:
 
 
 def at(model: Any, q: Floats) -> Any:
-    """Return data of the joints' positions, kinematics computed."""
+    """Return MuJoCo's data with the joints at these positions, and kinematics computed."""
     data = mujoco.MjData(model)
     data.qpos[:] = q
     mujoco.mj_kinematics(model, data)

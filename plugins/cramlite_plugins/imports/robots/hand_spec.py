@@ -58,7 +58,7 @@ def _attach_from_arm(source: Source, child: Any, frame: Any, last: int) -> None:
     roots = [b for b in child.bodies if b.parent is not None and int(b.parent.id) == last and _moves(b)]
     if not roots:
         raise UserError(
-            f"{source.path}: nothing moves behind the arm's last joint, so there is no hand in this file; 'gripper' says one: a name "
+            f"{source.path}: nothing moves behind the arm's last joint, so there is no hand in this file; state one by 'gripper': a name "
             "such as robotiq_2f85, or {file: hand.xml}."
         )
     for body in roots:
@@ -70,7 +70,7 @@ def _moves(body: Any) -> bool:
 
 
 def _state_inertia(spec: Any, model: Any) -> None:
-    """Write masses down before shapes that only look, and may weigh, are left out."""
+    """State the masses of bodies explicitly, before visual shapes, which may have mass, are removed."""
     for body in spec.bodies:
         b = int(body.id)
         if b > 0 and model.body_mass[b] > 0:
@@ -80,7 +80,7 @@ def _state_inertia(spec: Any, model: Any) -> None:
 
 
 def _drop_loose(spec: Any) -> None:
-    """Leave out parts of a room, and a free root."""
+    """Remove what no hand has: keyframes, sensors, lights, cameras, skins, planes and free joints."""
     for kind in ("keys", "sensors", "lights", "cameras", "skins"):
         for element in list(getattr(spec, kind)):
             spec.delete(element)
@@ -116,7 +116,8 @@ def _simplify(source: Source, spec: Any) -> None:
 
 
 def _hull(spec: Any, model: Any, geom: int) -> str:
-    """The name of a mesh of the corners of a geom's hull, in the frame that the file states them in."""
+    """Name of a new mesh made of the corners of a geom's convex hull, in the frame in which the file
+    states them."""
     mesh = int(model.geom_dataid[geom])
     name = f"hull_{mesh}"
     if spec.mesh(name) is None:

@@ -98,7 +98,8 @@ def _centre(model: Any, data: Any, geoms: Sequence[int], inwards: Floats) -> Flo
 
 
 def _approach(centre: Floats, y: Floats) -> Floats:
-    """Across the closing direction from the flange to the pads; along an axis of the flange if it leans little from one."""
+    """Unit vector from the flange to the pads, across the closing direction; snapped to an axis of the
+    flange that is near."""
     out = centre - (centre @ y) * y
     out = out / np.linalg.norm(out)
     axes = [s * (e - (e @ y) * y) for e in np.eye(3) for s in (1.0, -1.0)]

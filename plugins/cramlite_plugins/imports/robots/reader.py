@@ -25,8 +25,8 @@ def read_robot(file: RobotFile, name: str) -> ImportedRobot | None:
 
 
 def called(path: Path, name: str) -> str:
-    """Return a robot's type: the name of the file's model, and the file's, which may be any vendor's "robot.xml"; that alone where the
-    model has none, or the same."""
+    """Return a robot's type, "MODEL (FILE)", as many a vendor's file is called "robot.xml"; the file's
+    name alone if its model has no name or the same."""
     try:
         _, root = next(ElementTree.iterparse(path, events=("start",)))
     except (ElementTree.ParseError, OSError, ValueError):

@@ -93,7 +93,7 @@ def _hand(path: Path, source: Source, stated: Stated, chain: Chain, flange: Pose
 def _check_stated(path: Path, stated: Stated, gripper: Gripper) -> None:
     if not stated.payload:
         raise UserError(
-            f"{path}: no payload is stated, and no file states one; 'payload' is the data sheet's, gripper included, such as 5 kg."
+            f"{path}: no payload is stated, and no file states one; state 'payload' as the data sheet does, gripper included, such as 5 kg."
         )
     if not gripper.mass < stated.payload < 1000.0:
         raise UserError(
@@ -134,7 +134,7 @@ def _torques(path: Path, chain: Chain, stated: tuple[float, ...]) -> tuple[float
     weak = [n for n, t in zip(chain.joints, chain.torques, strict=True) if not t]
     if weak and not stated:
         raise UserError(
-            f"{path}: no torque is stated for {', '.join(weak)}; 'torques' says them, a number for each of {len(chain.joints)} joints "
+            f"{path}: no torque is stated for {', '.join(weak)}; state 'torques', a number for each of {len(chain.joints)} joints "
             "[Nm], as the arm's data sheet does: a proof needs to know when the arm would stop."
         )
     return stated or chain.torques
@@ -154,7 +154,7 @@ def _leaning(chain: Chain, root: Pose) -> tuple[str, ...]:
     if z > 1.0 - UPRIGHT:
         return ()
     about = f"({x:.3g}, {y:.3g}, {z:.3g})"
-    return (f"joint '{chain.joints[0]}' turns about {about} of its base, whose z is taken for upwards; 'at' turns the base",)
+    return (f"joint '{chain.joints[0]}' turns about {about} of its base, whose z is assumed to point up; 'at' can turn the base",)
 
 
 def _servos(model: Any, chain: Chain, text: str, stated: bool) -> tuple[str, ...]:
@@ -172,7 +172,8 @@ def _servos(model: Any, chain: Chain, text: str, stated: bool) -> tuple[str, ...
 
 
 def _bolted(tool: tuple[str, str], place: Pose, on_flange: Pose) -> tuple[str, str]:
-    """The gripper where the file's flange is on the last body; its sensor reads in frame n of the table."""
+    """MJCF of the gripper at the file's flange, on the arm's last body; its force sensor reads in frame n
+    of the Denavit-Hartenberg table."""
     body = ElementTree.fromstring(tool[0])
     x, y, z = map(float, body.get("pos", "0 0 0").split())
     w, i, j, k = map(float, body.get("quat", "1 0 0 0").split())
@@ -185,7 +186,8 @@ def _bolted(tool: tuple[str, str], place: Pose, on_flange: Pose) -> tuple[str, s
 
 
 def _home(path: Path, model: Any, chain: Chain, said: tuple[float, ...]) -> tuple[tuple[float, ...], str]:
-    """Parked joint position, counted from the file's own joint zeros, and its source in words."""
+    """Home joint position, counted from the file's own joint zeros, and a clause on where it was taken
+    from."""
     keys = [k for k in range(model.nkey) if model.key(k).name == "home"]
     if said:
         own, where = said, "as said"
@@ -195,7 +197,7 @@ def _home(path: Path, model: Any, chain: Chain, said: tuple[float, ...]) -> tupl
     else:
         own, where = tuple((lo + hi) / 2 for lo, hi in chain.limits), "the middle of the ranges, as the file has no keyframe 'home'"
     if len(own) != len(chain.joints) or not all(lo <= v <= hi for v, (lo, hi) in zip(own, chain.limits, strict=True)):
-        raise UserError(f"{path}: home {own} is not a position of {len(chain.joints)} joints within their limits; 'home' says another.")
+        raise UserError(f"{path}: home {own} is not a position of {len(chain.joints)} joints within their limits; state another by 'home'.")
     return own, where
 
 
@@ -207,7 +209,7 @@ def _check_free(path: Path, text: str, q: Sequence[float], where: str) -> None:
     if data.ncon:
         a, b = (model.body(model.geom_bodyid[g]).name for g in data.contact[0].geom)
         raise UserError(
-            f"{path}: at home, {where}, '{a}' meets '{b}'; 'home' says a position that is free, or 'apart' that these two never meet."
+            f"{path}: at home, {where}, '{a}' meets '{b}'; state a free position by 'home', or by 'apart' that these two never meet."
         )
 
 
@@ -223,12 +225,13 @@ def _found(path: Path, chain: Chain, robot: Robot, home: str) -> tuple[str, ...]
 
 
 def _missing(chain: Chain, robot: Robot, stated: Stated, home: str) -> tuple[str, ...]:
-    """Value that was taken from elsewhere, and the key for another."""
+    """Notes on values that the file does not state, with the values used instead and the keys of the
+    scenario that state others."""
     slow = [n for n, v in zip(chain.joints, chain.speeds, strict=True) if not v]
     notes = [f"tools are bolted to {chain.said}"] if ":" in chain.said else []
-    notes += [f"home is {home}; 'home' says another"] if home.startswith("the middle") else []
-    notes += [f"no speed is stated for {', '.join(slow)}: {stated.speed:g} rad/s; 'speed' says another"] if slow else []
-    notes += [] if robot.sensor else ["no force sensor is in the file: motions that feel are refused; 'sensor' says where one is"]
+    notes += [f"home is {home}; 'home' can state another"] if home.startswith("the middle") else []
+    notes += [f"no speed is stated for {', '.join(slow)}: {stated.speed:g} rad/s; 'speed' can state another"] if slow else []
+    notes += [] if robot.sensor else ["no force sensor is in the file: motions that feel are refused; 'sensor' can state where one is"]
     return (*notes, f"no file states accelerations: {ACCELERATION:g} rad/s2 for each joint")
 
 

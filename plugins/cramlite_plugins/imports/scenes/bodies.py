@@ -1,4 +1,5 @@
-"""Groups of a scene's bodies that move as one: furniture, jointed bodies in it, loose bodies; robots apart."""
+"""Groups of a scene's bodies that move as one: furniture, bodies on joints of furniture, loose bodies;
+robots are kept apart."""
 
 from __future__ import annotations
 
@@ -54,7 +55,8 @@ class Grouped(Value):
 
 
 def grouped(model: Any, data: Any) -> Grouped:
-    """Group the bodies of a model that move together; of fixed ones, the bodies of a room are apart."""
+    """Group the bodies of a model that move together; fixed bodies are grouped, too, except those that a
+    room holds together."""
     robots, bases, notes = _robots(model)
     rooms = _rooms(model, data)
     of: dict[int, int] = {}
@@ -75,7 +77,7 @@ def grouped(model: Any, data: Any) -> Grouped:
 
 
 def _kind(model: Any, body: int, carrier: str) -> tuple[Literal["fixed", "joint", "free"], str]:
-    """Kind of a body's motion, and the part of its motion that is not supported."""
+    """Kind of a body's motion ("fixed", "joint" or "free"), and a note on motion that is not supported."""
     types, name = [int(model.jnt_type[j]) for j in joints(model, body)], model.body(body).name
     if not types:
         said = f"'{name}' is a mocap body; it is fixed where it starts" if model.body_mocapid[body] >= 0 else ""
@@ -86,13 +88,13 @@ def _kind(model: Any, body: int, carrier: str) -> tuple[Literal["fixed", "joint"
         what = "a ball joint" if types == [BALL] else f"{len(types)} joints"
         return "fixed", f"'{name}' has {what}; things have one hinge or slide, so it is held where it starts"
     if carrier != "fixed":
-        return "fixed", f"'{name}' is jointed to what moves itself; its own joint is held where it starts"
+        return "fixed", f"'{name}' is on a joint of a body that moves itself; this joint is held where it starts"
     return "joint", ""
 
 
 def _rooms(model: Any, data: Any) -> frozenset[int]:
-    """Fixed bodies that hold others together by name alone: without shape and site, their parts standing
-    in two places or more.
+    """Fixed bodies that only group others, such as a room: without shape and site, their parts standing in
+    two places or more.
 
     A kitchen's cupboards are not one thing; a table's legs, which touch its top, are.
     """
@@ -156,7 +158,7 @@ def _robots(model: Any) -> tuple[frozenset[int], tuple[int, ...], list[str]]:
             found.update(base)
             bases.append(min(base))
             why = f"{length} joints in a row" + (", driven by motors" if motors else "")
-            notes.append(f"'{model.body(min(base)).name}' is a robot ({why}): left out with {len(base)} bodies; 'robot' says who acts")
+            notes.append(f"'{model.body(min(base)).name}' is a robot ({why}): left out with {len(base)} bodies; 'robot' names who acts")
     return frozenset(found), tuple(bases), notes
 
 
@@ -180,7 +182,7 @@ def _chain(model: Any, body: int, top: int) -> int:
 
 
 def _base(model: Any, body: int, tree: frozenset[int]) -> frozenset[int]:
-    """Bodies of an arm, its base, and frames without shapes above it that carry nothing else."""
+    """Bodies of an arm with its base, and with parents without shapes that carry nothing else."""
     above, first = int(model.body_parentid[body]), True
     while above and not len(joints(model, above)):
         whole = frozenset(_below(model, above))

@@ -35,7 +35,7 @@ Weight = tuple[int, int]
 
 
 class _Named(Struct):
-    """A name of a file in a file, and whether a part of a model must be there."""
+    """File name that a file contains, its line, and whether the named file must be a part of a model."""
 
     path: Path
     line: int
@@ -141,7 +141,7 @@ class Roots(Struct, dict=True):
         return (self.path.parent.resolve(), self.path.resolve().parent, *packages, *(folder.resolve() for folder in self.stated))
 
     def check(self, where: str, file: Path) -> None:
-        """Refuse a file that is in none of them, is no file, or is too large."""
+        """Refuse a file that is in none of the permitted folders, is no file, or is too large."""
         resolved = file.resolve()
         if not any(resolved.is_relative_to(folder) for folder in self.folders):
             raise UserError(
@@ -198,7 +198,8 @@ def _weigh_part(named: _Named, file: Path, read: _Read, around: tuple[Path, ...]
 
 
 def _meant(named: _Named, read: _Read) -> list[Path]:
-    """The files that a name may mean, checked: beside the file or the scene, or in a folder of meshes or of pictures.
+    """Files that a name may mean, each checked: beside the naming file or the scene, or in a folder of meshes
+    or pictures.
 
     MuJoCo takes a backslash for a slash, and ``x/..`` away without a look at whether x is there, or is a link.
     """

@@ -59,7 +59,8 @@ def joint_of(source: Any, group: Group, parent: str, meets: bool, stated: Stated
 
 
 def _range(model: Any, joint: int, value: float, name: str, stated: StatedJoint, notes: list[str]) -> tuple[float, float]:
-    """Range of a joint as the file counts [m, rad]: as stated, else the file's; and notes on differences."""
+    """Range of a joint as the file counts [m, rad]: the stated one, else the file's; differences are
+    appended to the notes."""
     slide = int(model.jnt_type[joint]) == SLIDE
     unit, low, high = "m" if slide else "rad", *(float(v) for v in model.jnt_range[joint])
     if stated.ends is not None:
@@ -108,8 +109,8 @@ def _closed_above(source: Any, group: Group, joint: int, ends: tuple[float, floa
 
 
 def _room(source: Any, group: Group, joint: int, value: float) -> float:
-    """Volume of the box, along the axes of the carrier, around a jointed thing at a value and that carrier
-    [m3]."""
+    """Volume of the box, along the carrier's axes, around the carrier and a thing that is jointed to it,
+    at a joint value [m3]."""
     model, data = source.model, mujoco.MjData(source.model)
     data.qpos[:] = source.data.qpos
     data.qpos[model.jnt_qposadr[joint]] = value

@@ -58,7 +58,8 @@ def _fits(hole: Feature, peg: Feature) -> bool:
 
 
 def _threading(thing: Thing, posts: Iterable[Feature]) -> tuple[Feature, ...]:
-    """The holes between a thing's shapes that go over a post; those in its meshes are known already."""
+    """Holes that a thing's shapes form together and that go over a post; holes within its meshes are known
+    already."""
     import trimesh
 
     if len(thing.geoms) < 2 or thing.feature("vrps:Hole") is not None:

@@ -98,7 +98,7 @@ def _things(source: Any, groups: tuple[Group, ...], joints: Mapping[str, StatedJ
             made += [found] if found else []
             notes += [] if found else [f"'{name}' has no shape that things can have (a height field?); left out"]
     shown = sum(not collides(model, g) for g in range(model.ngeom))
-    return made, notes + ([f"{shown} shape{'s' * (shown != 1)} without contacts, which only look: left out"] if shown else [])
+    return made, notes + ([f"{shown} shape{'s' * (shown != 1)} without contacts, purely visual: left out"] if shown else [])
 
 
 def _solid(model: Any, group: Group) -> bool:
@@ -121,7 +121,8 @@ def _named(name: str, taken: dict[str, str], notes: list[str]) -> str:
 
 
 def _apart(source: Any, group: Group) -> bool:
-    """Whether the file keeps a jointed group and its mount from colliding, or they overlap at the start."""
+    """Whether contacts between a jointed group and its mount are to be ignored: the file excludes them, or
+    the two overlap at the start."""
     model, data = source.model, source.data
     both = [(a, b) for a in group.bodies for b in group.carrier]
     excluded = bool({_pair(*p) for a, b in both for p in ((a, b), (b, a))} & {int(s) for s in model.exclude_signature})
@@ -176,4 +177,4 @@ def _not_kept(model: Any) -> Iterator[str]:
     if any(int(a) not in (0, 1) or int(b) not in (0, 1) for a, b in zip(model.geom_contype, model.geom_conaffinity, strict=True)):
         yield "contact bits beyond 0 and 1 are not kept: all that collides meets all else"
     if model.nexclude:
-        yield f"{model.nexclude} exclusions of contacts are kept only between what is jointed and what it is mounted in"
+        yield f"{model.nexclude} exclusions of contacts are kept only between a body on a joint and the body that it is mounted in"

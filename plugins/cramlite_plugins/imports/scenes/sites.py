@@ -62,8 +62,8 @@ def _upright(thing: Thing, model: Any, data: Any, site: int) -> tuple[Pose, Floa
 
 
 def _leaning(thing: Thing, model: Any, data: Any, site: int) -> Feature | None:
-    """Area of a flat site on a leaning support, such as a rack, its z away from it; None if it is level,
-    or on nothing."""
+    """Area that a flat site marks on a leaning support, such as a rack, z pointing away from the support;
+    None if it is level or on nothing."""
     turned = pose_of(data.site_xpos[site], data.site_xmat[site])
     half = np.asarray(model.site_size[site], dtype=float)
     thin, second, long = np.argsort(half, kind="stable").tolist()
@@ -80,7 +80,8 @@ def _leaning(thing: Thing, model: Any, data: Any, site: int) -> Feature | None:
 
 
 def _over_level(thing: Thing, pose: Pose) -> bool:
-    """Whether a level surface of a thing is near below a pose in its frame: then nothing comes to rest aslant there."""
+    """Whether a level surface of a thing is close to a pose in its frame, so that nothing would come to
+    rest leaning there."""
     import shapely
 
     middle = thing.pose.apply(pose.position)
@@ -139,7 +140,7 @@ def _upon(thing: Thing, pose: Pose, half: float, name: str, size: dict[str, floa
 
 
 def _own_name(model: Any, site: int) -> str:
-    """The name of a site without the words that it begins with as the name of its body does."""
+    """Name of a site without the leading words that it shares with the name of its body."""
     words, body = model.site(site).name.split("_"), model.body(int(model.site_bodyid[site])).name.split("_")
     shared = next((k for k, (a, b) in enumerate(zip(words, body, strict=False)) if a != b), min(len(words), len(body)))
     own = re.sub(r"\W", "_", "_".join(words[shared:]) or model.site(site).name, flags=re.ASCII)

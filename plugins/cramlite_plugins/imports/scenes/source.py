@@ -95,7 +95,7 @@ def read_source(path: Path, packages: Mapping[str, Path], keyframe: str = "", *,
 
 @contextmanager
 def _warnings() -> Iterator[list[str]]:
-    """Warnings of MuJoCo meanwhile, which would print them and append them to MUJOCO_LOG.TXT in the user's
+    """Collect the warnings of MuJoCo, which it would print and append to MUJOCO_LOG.TXT in the user's
     folder."""
     said, before = list[str](), mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(said.append)
@@ -217,7 +217,8 @@ def _urdf(path: Path, packages: Mapping[str, Path]) -> str:
 
 
 def _without_pictures(path: Path, text: str, packages: Mapping[str, Path]) -> str:
-    """The text without visuals whose mesh is not there or not readable: they only look, and most are in formats for renderers."""
+    """The text without visuals whose mesh is missing or not readable; most of these are in formats for
+    renderers."""
 
     def kept(found: re.Match[str]) -> str:
         try:

@@ -132,8 +132,8 @@ def _turns_in_place(thing: Thing) -> bool:
 
 
 def _surfaced(thing: Thing) -> tuple[Thing, str]:
-    """Thing with its cavity and large level faces as features (of a movable one without any, its largest, a bottle's cap);
-    and these in words."""
+    """Thing with its cavity and large level faces as features, and their description; a movable thing
+    without either gets its largest face, such as a bottle's cap."""
     from ...shapes.cavities import cavity
     from ...shapes.surfaces import surfaces
 
@@ -163,7 +163,8 @@ def _floors(hollow: Feature | None) -> list[Feature]:
 
 
 def _largest(area: Any) -> dict[str, float]:
-    """Sides of the largest box in the proportions of the area's, about the origin, that the area covers."""
+    """Sides of the largest rectangle about the origin that an area covers, in the proportions of the
+    area's bounding box."""
     import shapely
 
     x, y, x1, y1 = area.bounds

@@ -41,8 +41,8 @@ COVERS = 0.3  # over an opening what covers it is looked for [m]: as high as a t
 
 
 def check_open(asked: Sequence[Query]) -> None:
-    """Check that hands come to a surface under its own thing's roof, or to an opening with an overhang,
-    whatever they hold.
+    """Check that a hand can get to a surface under a roof of the same thing, or to an opening with an
+    overhang, whatever it holds.
 
     Raises:
         Unresolvable: there is no way out: a door is shut, or what is over an opening is on all sides.
@@ -118,7 +118,7 @@ def goes_in_upright(query: Query, now: Pose) -> bool:
 
 
 def covered(query: Query) -> Query:
-    """Query with the overhangs of its opening, as high as things are released over it."""
+    """Query with the overhangs above its opening, up to the height from which things are released."""
     return replace(query, covers=covers(query, heights(query, query.now)[-1][0]))
 
 

@@ -94,8 +94,8 @@ def _level(at: Pose) -> Pose:
 
 
 def _attitudes(query: Query, now: Pose, at: Pose) -> list[Pose]:
-    """Attitudes in line with the support, those first for which the hand has to turn least; none with the
-    hand under the thing."""
+    """Orientations aligned with the support that keep the hand from being under the thing, those first to
+    which the hand turns least."""
     frame = _level(at)
     found: list[tuple[float, int, Pose]] = []
     for side, quarter in product(SIDES_DOWN, range(4)):
@@ -118,12 +118,12 @@ def must_lean(query: Query, now: Pose) -> str:
     by = height + support(query.thing, Pose((0.0, 0.0, 0.0), now.quaternion), (0.0, 0.0, -1.0)) - top + query.depth - query.lowest
     if by >= 0 or not math.isfinite(by):
         return ""
-    return f"its origin would be {-1000 * by:.0f} mm below '{query.where.region}' of '{below.name}', where it stands as it is turned"
+    return f"its origin would be {-1000 * by:.0f} mm below '{query.where.region}' of '{below.name}' if it stood there as it is turned"
 
 
 def leaning(query: Query, now: Pose) -> Iterator[Pose]:
-    """Generate poses of a release in the base frame after which the payload rests leaning with its origin in
-    the region by ``SURE``, wherever it is released within ``ASTRAY``.
+    """Generate release poses in the base frame after which the payload rests leaning, with its origin at
+    least ``SURE`` inside the region, even if it is released up to ``ASTRAY`` off.
 
     Args:
         now: of what is held, in the base frame.
@@ -153,8 +153,8 @@ def _starts(query: Query, now: Pose) -> Iterator[Pose]:
 
 
 def along_walls(query: Query, now: Pose) -> list[Pose]:
-    """Return orientations about the vertical with the outline's sides along the walls that fit between them,
-    the nearest first."""
+    """Return orientations, turned about the vertical, in which the payload's outline is parallel to the walls
+    and fits between them; the nearest to the present one first."""
     frame, here = query.target.pose, Pose((0.0, 0.0, 0.0), now.quaternion)
     a, b = shapely.get_coordinates(shapely.minimum_rotated_rectangle(footprint(query.thing, here)))[:2]
     x, y, _ = frame.rotate((1.0, 0.0, 0.0))
@@ -174,7 +174,7 @@ def extent(query: Query, turned: Pose) -> tuple[Floats, Floats]:
 
 
 def _stands(query: Query, pose: Pose) -> bool:
-    """Whether a payload's lowest point is near the floor."""
+    """Whether a payload's lowest point is near the floor of the opening."""
     lowest = float(corners(query.thing, query.target.pose.inverse() * pose)[:, 2].min())
     return lowest + query.depth <= NEAR_FLOOR
 

@@ -142,8 +142,8 @@ def falls_in(placement: Placement, query: Query) -> str | Refused:
 
 
 def in_region(placement: Placement, query: Query) -> str | Refused:
-    """Check that the payload's origin is over the wanted region, a little inside, since a released payload may shift,
-    and in height between the region's ends."""
+    """Check that the payload's origin is over the wanted region, a little inside since a released payload may
+    shift, and between the lowest and highest level of the region."""
     return _region_missed(placement.thing, placement.height, query) if query.where.region else ""
 
 
@@ -161,9 +161,9 @@ def _region_missed(thing: Pose, height: float, query: Query) -> str | Refused:
     over = 0.0 if query.depth else z - height - feature.size.get("height", math.inf) + WITHIN
     if over <= 0:
         return ""
-    what, reaches = f"'{thing_of(query.entity)}/{region}'", f"reaches {1000 * feature.size['height']:.0f} mm above the face in it"
+    what, reaches = f"'{thing_of(query.entity)}/{region}'", f"reaches {1000 * feature.size['height']:.0f} mm above the surface in it"
     more = f"{what} {reaches}, {1000 * over:.0f} mm too little for the origin of '{query.thing.name}'"
-    says = f"{more}: name the thing itself or a higher region, or make the site of this one higher"
+    says = f"{more}: name the thing itself or a higher region, or make the site of this region higher"
     said = f"its origin would be {1000 * over:.0f} mm too high for {what}, which {reaches}"
     return refusal(said, blocking=(), remedy=Remedy(f"region {what[1:-1]}", says, over))
 
@@ -181,7 +181,8 @@ def over_region(placement: Placement, query: Query) -> str:
 
 
 def _too_low(query: Query, z: float) -> str:
-    """Reason why an origin at a height over the face [m] would be below its region, which may begin over that; "" if it is not."""
+    """Reason why an origin at a height ``z`` over the face [m] is too low for its region, which may begin
+    above the face; "" if it is not."""
     low = query.lowest + WITHIN - z if query.lowest else 0.0
     return f"its origin would be {1000 * low:.0f} mm too low for '{query.where.region}', as it is turned" if low > 0 else ""
 
@@ -211,13 +212,13 @@ def beside(placement: Placement, query: Query) -> str:
 
 
 def let_in(placement: Placement, query: Query) -> str | Refused:
-    """Check that the payload has room on a way that leads aside, whatever the grasp."""
+    """Check that the payload alone, whatever the grasp, has room on a way that leads in from the side."""
     return (placement.led and _met(placement, query, False)) or ""
 
 
 def room(placement: Placement, query: Query) -> str | Refused:
-    """Check that hand and payload have room at the placement and on the way out, wherever the arm is; also between
-    its ends, where something is over the opening."""
+    """Check that hand and payload have room at the placement and at its stand-off, wherever the arm is; under
+    an overhang also at points between the two."""
     no = _met(placement, query, True)
     if no is not None or placement.led or not query.covers:
         return no or ""
@@ -228,7 +229,7 @@ def room(placement: Placement, query: Query) -> str | Refused:
 
 
 def _met(placement: Placement, query: Query, hand: bool) -> Refused | None:
-    """Obstacles of the payload on its way, with the hand or without it; ends out of reach are judged elsewhere."""
+    """Obstacles of the payload on its way, with or without the hand; a pose out of reach is left to another check."""
     for pose, far in placement.way:
         short = not placement.led and reach_shortfall(query.context.robot, pose)
         no: Refused | None = None if short else query.scene.met(query.belief.base() * pose, hand)
@@ -270,7 +271,8 @@ def collision_free(placement: Placement, query: Query) -> str | Refused:
 
 
 def room_to_open(placement: Placement, query: Query) -> str | Refused:
-    """Check that the fingers can open for the release: beside them there may be less room than around the payload."""
+    """Check that the fingers have room to open for the release: beside the fingers there may be less room
+    than around the payload."""
     found = opened(placement, query)
     return replace(found, reason=f"with open fingers {found.reason}") if isinstance(found, Refused) else ""
 
@@ -291,8 +293,8 @@ def lowered(placement: Placement, query: Query) -> Pose:
 
 
 def hand_off(placement: Placement, query: Query) -> str | Refused:
-    """Check that the payload comes to rest on its uneven support before the hand meets the support; what is laid
-    down is let go of higher, and its whole way is looked at."""
+    """Check that the payload comes to rest on its uneven support before the hand meets the support. A payload
+    that is laid down is checked elsewhere, along its whole path."""
     if not query.settles or query.held.swing is not None:
         return ""
     there = query.arm.at(query.let_down(lowered(placement, query)))
@@ -317,11 +319,12 @@ def _leaning(end: Pose | None, query: Query) -> str:
     stands = end is not None and end.distance(stood_up(query.thing, end))[1] <= STANDS
     if end and stands and query.target.area.covers(footprint(query.thing, query.target.pose.inverse() * end)):
         return ""
-    return f"'{query.thing.name}' may come to lie otherwise than it stands when it is let go of"
+    return f"'{query.thing.name}' may come to rest in another pose than standing when it is released"
 
 
 def at_rest(placement: Placement, query: Query) -> Placement:
-    """Return a placement of what is dropped, with its simulated rest, if any; as it is without room or out of reach."""
+    """Return the placement of a dropped payload with its simulated rest pose, if it has one; unchanged
+    without room or out of reach."""
     if room(placement, query) or not inverse(query.context.robot, placement.pose, seed=query.belief.joints):
         return placement  # checks say so
     return replace(placement, lies=next(rests(query.thing, placement.thing, query.around, query.at, OFF_PATH, there=True)))

@@ -75,7 +75,7 @@ def room_to_leave(placement: Placement, query: Query) -> str | Refused:
 
 
 def _blocked(placement: Placement, query: Query) -> Refused | None:
-    """Obstacles of the hand on the way back with the fewest of them; None if a way is free."""
+    """Obstacles of the hand on that way back which has fewest; None if one way is free."""
     after, thing, opening = Arm(let_go(placement, query), query.context), query.thing.name, query.openings[-1]
     found = list[Refused]()
     for name, pose in reversed(ways_back(lowered(placement, query))):  # the shortest first, which has most room
@@ -99,7 +99,7 @@ def _remedy(no: Refused, query: Query) -> Remedy | None:
 
 
 def pushed_in(placement: Placement, query: Query) -> str | Refused:
-    """Check that fingers could push in again a thing that tips over and comes out a little with the hand."""
+    """Check that, if the payload tips over and comes out a little with the hand, fingers can push it in again."""
     if placement.back is None:
         return ""
     after = query.belief.released(Estimate(query.belief.base() * placement.rests, 0.0, "tipped over"), query.openings[0])

@@ -60,7 +60,7 @@ def placements(location: Location, belief: Belief, context: Context) -> Answers:
 
 
 def _merged(stuck: list[Unresolvable], location: Location, tasks: tuple[str, ...] = ()) -> Unresolvable:
-    """Refusal if no way leads out: all reasons, and all choices that one of them depends on."""
+    """Refusal if every way out is refused: all reasons, and all choices that a reason depends on."""
     because = dict.fromkeys(name for no in stuck for name in (location.of or "", *no.because, *tasks))
     blocking = dict.fromkeys(name for no in stuck for name in no.blocking or ())
     remedy = next((no.remedy for no in stuck if no.remedy is not None), None)
@@ -68,7 +68,7 @@ def _merged(stuck: list[Unresolvable], location: Location, tasks: tuple[str, ...
 
 
 def _by(way: WayOut, cost: float, asked: list[Query]) -> Answers:
-    """Placements by a way; those that leave little room for closing a thing later last.
+    """Placements by one way out; those that leave little room for closing a thing later come last.
 
     What shapes refuse is told when the first candidate gets past them. If none does, no other grasp would
     help: it depends on the two things alone, and on where tasks have put what stands there.
@@ -106,8 +106,8 @@ def _by(way: WayOut, cost: float, asked: list[Query]) -> Answers:
 
 
 def _of_group(group: Iterator[Found] | Refused) -> Iterator[tuple[Query | None, Answer, bool]]:
-    """First placement of a group that passes all checks, and the refusals before it, each with its query, and
-    whether shapes alone refuse the group.
+    """Yield the refusals of a group's placements and the first placement that passes all checks, each with
+    its query, and whether shapes alone refuse the group.
 
     From a stand-off that is blocked no other height is tried, but from aside.
     """
@@ -170,8 +170,8 @@ def _no_room(refused: list[Refused], query: Query, there: Iterable[str]) -> Unre
 
 
 def _blocked(way: WayOut, refused: list[Refused], query: Query) -> Unresolvable:
-    """Refusal where no candidate of a way passes: the nearest miss. Where no shapes of a payload's own are to
-    blame, another grasp may help."""
+    """Refusal if no candidate of a way out passes all checks: the nearest miss. It names the grasp as a cause
+    unless the payload's own shape is to blame."""
     nearest = max(reversed(refused), key=lambda no: no.passed)
     own = any(nearest.check in shapes for shapes in SHAPES.values()) or not nearest.check
     grasps = taken_at(query.belief, query.context) if way.by_hand or not own else ()

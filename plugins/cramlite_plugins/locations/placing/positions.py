@@ -75,7 +75,7 @@ def radius(query: Query, now: Pose, top: float = math.inf) -> float:
 
 
 def anchor(query: Query, now: Pose) -> Offset:
-    """Return the best position of all, whether it is free or not.
+    """Return the position that would be best if no obstacle were there.
 
     The middle; near a thing that is asked for; for a robot that drove there what is nearest to it, as a
     table's middle may be out of reach from all sides; in a container where the rest finds room.
@@ -122,8 +122,8 @@ def middle(query: Query, now: Pose) -> Floats:
 
 
 def beside_where_it_stood(query: Query, free: Any, wide: float) -> Iterator[Offset]:
-    """Generate positions in a free area of a surface beside the payload's old place over it, nearest to the robot
-    first; only if other things are handled afterwards.
+    """Generate positions in a free area of a surface beside the place over which the payload stood before,
+    nearest to the robot first; none unless other things are handled afterwards.
 
     Args:
         wide: radius of the disc in the payload's outline [m].
@@ -146,7 +146,8 @@ def _stood(query: Query) -> Offset | None:
 
 
 def free_area(core: Any, obstacles: Iterable[Any], radius: float) -> Any:
-    """Return the free area for the middle of a disc: in a core of a surface and apart from obstacles.
+    """Return the area that is free for the centre of a disc: inside ``core`` and at least the disc's radius
+    off all obstacles.
 
     Args:
         core, obstacles: shapely areas [m].
@@ -187,8 +188,8 @@ def positions(area: Any, anchor: Offset) -> Iterator[Offset]:
 
 
 def around(area: Any, middle: Offset, distance: float, to: Offset) -> Iterator[Offset]:
-    """Generate the positions in an area that are at a distance from a point [m], in eight directions, the one
-    to another point first."""
+    """Generate those points at a distance from ``middle`` [m] that are in an area, in eight directions,
+    beginning with the direction to the point ``to``."""
     first = math.atan2(to[1] - middle[1], to[0] - middle[0])
     for turn in (0, 1, -1, 2, -2, 3, -3, 4):
         angle = first + turn * math.pi / 4
@@ -203,7 +204,8 @@ def _rounded(point: Iterable[float]) -> Offset:
 
 
 def _rounds(area: Any) -> Iterator[Floats]:
-    """Points (n, 2) of a Halton sequence over the box around an area that are in it, round by round."""
+    """Yield points (n, 2) of a Halton sequence over an area's bounding box, those inside the area only, in
+    blocks of doubling size."""
     low, high = np.reshape(area.bounds, (2, 2))
     first = 1  # the point before that is a corner
     for k in itertools.count():
@@ -214,7 +216,8 @@ def _rounds(area: Any) -> Iterator[Floats]:
 
 
 def halton(first: int, count: int) -> Floats:
-    """Return points (count, 2) of the Halton sequence in bases 2 and 3, from the one of a number on, from 0.
+    """Return points (count, 2) of the Halton sequence in bases 2 and 3, from index ``first`` on; the sequence
+    begins at 0.
 
     SciPy has the same, in a package whose import takes longer than many a query.
     """
@@ -222,7 +225,7 @@ def halton(first: int, count: int) -> Floats:
 
 
 def _mirrored(numbers: NDArray[np.int_], base: int) -> Floats:
-    """Numbers with their digits mirrored about the point."""
+    """Radical inverse of integers in a base: their digits mirrored about the radix point."""
     found, worth = np.zeros(len(numbers)), 1.0 / base
     while numbers.any():
         numbers, digits = np.divmod(numbers, base)

@@ -112,7 +112,7 @@ class Query(Value, dict=True):
 
     @cached_property
     def around(self) -> Thing:
-        """Return the target's thing and all things near it as one, in its frame."""
+        """Return one thing with the geoms of the target's thing and of all things near it, in the target's frame."""
         back, (low, high) = self.at.inverse(), box_around(self.whole.geoms)
         reach, geoms = float(np.linalg.norm(high - low)), list(self.whole.geoms)
         for name in self.belief.poses.keys() - {self.whole.name, self.thing.name}:
@@ -144,7 +144,8 @@ class Query(Value, dict=True):
         return (widest, *more)
 
     def let_down(self, pose: Pose, opening: float | None = None) -> Leg:
-        """Return the leg of a payload that touches its support, with the fingers so far open [m]."""
+        """Return the TCP pose to reach (``Leg``) at which the payload is released, with the fingers open by
+        ``opening`` [m]; the payload may touch its support there."""
         touching = (thing_of(self.entity),) if self.settles else () if self.depth else (self.entity,)
         return Leg(pose, touching, opening, 0.0, hand=not self.settles)
 
@@ -164,7 +165,8 @@ class Query(Value, dict=True):
 
 
 class Placement(Value):
-    """Candidate of a placement: the payload's pose at its release, and the way of the hand from the open.
+    """Candidate of a placement: the payload's pose at its release, and the way of the hand to it from a
+    stand-off outside.
 
     Args:
         name: for people; it also identifies the candidate.
@@ -200,7 +202,7 @@ class Placement(Value):
 
     @property
     def rests(self) -> Pose:
-        """Return the payload where it comes to rest, or straight above."""
+        """Return the payload's pose at rest if it is known, else its pose at the release."""
         return self.lies or self.thing
 
     @property
@@ -258,8 +260,8 @@ def is_roofed(query: Query) -> bool:
 
 
 def openings(thing: Thing, pose: Pose, region: str = "") -> list[tuple[Surface, float]]:
-    """Return the opening of a thing's cavity, the first or the one that is meant, as a surface, and how deep
-    it is [m]."""
+    """Return the opening of a thing's cavity as a surface, with the cavity's depth [m]: the first cavity, or
+    the named one."""
     cavity = next((f for f in thing.features if f.type == "cram:Cavity" and region in ("", f.name)), None)
     if cavity is None:
         return []

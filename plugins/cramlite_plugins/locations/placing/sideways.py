@@ -65,8 +65,8 @@ class Floor(Value):
     out: Floats
 
     def spots(self, few: int = 1) -> list[tuple[Floats, str]]:
-        """Return points (3,) from the middle outwards, each with its description; ``few`` takes one step in so
-        many."""
+        """Return points (3,) on the floor from the middle outwards, each with its description; of the steps
+        outwards only every ``few``-th."""
         low, high = np.reshape(self.surface.area.bounds, (2, 2))
         way = self.surface.pose.inverse().rotate(self.out)[:2]
         across, half = np.array([-way[1], way[0]]), (high - low) / 2
@@ -81,8 +81,9 @@ class Floor(Value):
 
 
 def sideways(asked: list[Query]) -> Groups:
-    """Generate placements under an overhang, carried in level through an open side, the farthest in first: as the payload
-    stands, or held by a hand that points inwards and released to come to rest.
+    """Generate placements under an overhang by a level way through an open side, those farthest in first.
+
+    The payload is carried upright, or held by a hand that points inwards and released to come to rest.
 
     Those at which boxes about hand and payload have room come first; others, upright, only where there are none.
 
@@ -105,7 +106,7 @@ def sideways(asked: list[Query]) -> Groups:
 
 
 def _attitudes(query: Query, upright: Pose) -> Iterator[tuple[str, Pose]]:
-    """Orientations of a payload with a kind of stable pose: as it stands, and as held by a hand that points
+    """Orientations of a payload, each with a kind of stable pose: upright, and as held by a hand that points
     inwards."""
     turned = not query.where.attitude and query.thing.filling is None and not query.held.carries
     stands = "within" if query.depth else "on"
@@ -118,7 +119,8 @@ def _attitudes(query: Query, upright: Pose) -> Iterator[tuple[str, Pose]]:
 
 
 def _floors(asked: Sequence[Query], now: Pose, tall: float, low: list[float]) -> Iterator[tuple[Query, Floor]]:
-    """Floors with enough room for a payload, turned as at a pose; the room of each is noted [m]."""
+    """Floors with enough room for a payload turned as at a pose, by query; the height of the room over each
+    floor is appended to ``low`` [m]."""
     for query in asked:
         whole, at = query.whole, query.at
         for surface, over in _levels(query.thing, now, whole, at, query.region, query.belief, query.depth > 0):
@@ -130,8 +132,8 @@ def _floors(asked: Sequence[Query], now: Pose, tall: float, low: list[float]) ->
 def _levels(
     thing: Thing, now: Pose, whole: Thing, at: Pose, region: str, belief: Belief, within: bool
 ) -> Iterator[tuple[Surface, float]]:
-    """Floors under a roof with the room over them [m]: a thing's own surfaces, or the thing that carries a
-    payload in its cavity."""
+    """Floors under a roof, each with the height of the room over it [m]: surfaces of a thing, or what carries
+    a payload in the thing's cavity."""
     if not within:
         yield from roofed(whole, at, region)
         return
@@ -145,7 +147,7 @@ def _levels(
 
 def _too_high(query: Query, room: float, needed: float) -> Unresolvable:
     """Refusal of a payload that is too high for the room under an overhang, or of a target without an open
-    side; it may name another grasp that brings the payload in lying."""
+    side; it names the grasp as a cause if a lying payload would fit."""
     low = room - needed + 2 * HIGH
     if low >= 2 * HIGH:
         return Unresolvable(f"no side of '{query.entity}' is open", blocking=())
@@ -163,8 +165,8 @@ def _too_high(query: Query, room: float, needed: float) -> Unresolvable:
 
 
 def _level(query: Query, floor: Floor, now: Pose, kind: str) -> Iterator[Placement]:
-    """Positions from the middle outwards with the turns at which the hand points inwards; for a payload that is
-    released otherwise than it stands, its rest positions. Of unreachable ones one remains, for the refusal."""
+    """Placements on a floor from its middle outwards, with the hand pointing inwards; a payload that is not
+    released upright gets its simulated rest pose. If all are out of reach, one is kept for the refusal."""
     few = 1 if kind != "dropped" else FEW
     first = _at(query, floor, now, kind, floor.spots()[0], 0.0)
     if reach_gap(query.context.robot, first.before)[0] > BEYOND:
@@ -183,7 +185,7 @@ def _level(query: Query, floor: Floor, now: Pose, kind: str) -> Iterator[Placeme
 
 
 def _of_each_step(rows: NDArray[np.intp], few: int) -> list[list[int]]:
-    """First (spot, turn) of each step outwards, since the rest of a payload at a spot is simulated some ten times."""
+    """First few (spot, turn) of each step outwards: simulating a payload's rest at one spot takes some ten runs."""
     steps = rows[:, 0] // (len(ASIDE) if few == 1 else len(ASIDE[:3]))
     before = np.arange(len(rows)) - np.searchsorted(steps, steps)
     found: list[list[int]] = rows[before < (MANY if few == 1 else 1)].tolist()
@@ -193,7 +195,7 @@ def _of_each_step(rows: NDArray[np.intp], few: int) -> list[list[int]]:
 def _at(
     query: Query, floor: Floor, now: Pose, kind: str, spot: tuple[Floats, str], turn: float
 ) -> Placement:
-    """The placement at a spot of a payload, turned from where its hand points straight inwards [deg]."""
+    """Placement of a payload at a spot, turned by ``turn`` [deg] from where the hand points straight inwards."""
     ahead, (point, name) = query.hand(now).rotate((0.0, 0.0, 1.0)), spot
     spin = math.atan2(-floor.out[1], -floor.out[0]) - math.atan2(ahead[1], ahead[0]) + math.radians(turn)
     turned = about_vertical(now, spin)
@@ -216,7 +218,8 @@ def _down(hand: Pose) -> float:
 def _free(
     floor: Floor, around: HandRoom, thing: Thing, now: Pose, hands: Hands, openings: Floats, turns: Floats, few: int
 ) -> NDArray[np.bool_]:
-    """Whether boxes about hands and payload have room on the level way out from spots (n, spots, turns).
+    """Whether bounding boxes of hands and payload have room on the level way out, for each hand, spot and
+    turn (n, spots, turns).
 
     Args:
         now: of the payload in the base frame, with the hands (n) at it.
@@ -233,7 +236,7 @@ def _free(
     half, shape = (high - low) / 2, (len(openings), len(points), len(turns))
 
     def spread(vectors: Floats) -> Floats:
-        """Points (n, 3) from the foot, at all spots."""
+        """Points (n, 3) that are given relative to the foot, at all spots and turns."""
         found: Floats = np.einsum("ntij,nj->nti", spin, vectors)[:, None] + points[:, None, :]
         return found.reshape(-1, 3)
 
@@ -262,8 +265,8 @@ def _free(
 def comes_in(
     thing: Thing, belief: Belief, context: Context, hands: Hands, openings: Floats, free: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
-    """Check with which free grasps (n) a thing, as it stands now, gets under the overhang that a later task brings it to;
-    all of them without such a task.
+    """Check with which free grasps (n) a thing, as it stands now, fits under the overhang of the place where
+    a later task puts it; all grasps if no task does.
 
     Later tasks are looked at only where there is a roof, so that what follows elsewhere holds whatever they are.
     A table's board near the floor is not meant by the table, off which a thing is picked up.

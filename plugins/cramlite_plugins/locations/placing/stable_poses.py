@@ -99,11 +99,11 @@ def stable_poses(queries: list[Query], now: Pose) -> Iterator[Rest | Refused]:
         yield from _upright(queries, now)
         return
     if not first.depth:
-        none = f"{why}; nor would it be, let go of in any of {DROPS} ways"
+        none = f"{why}; nor would it come to rest in the region, released in any of {DROPS} ways"
         yield from _simulated(replace(first, settles=True), resting_poses(first, now), now, ONTO, none)
         return
     close = replace(first, clearance=CLOSE)
-    none = f"{why}; nor would it be, leaning against a wall"
+    none = f"{why}; nor would it rest in the region if it leaned against a wall"
     yield from _simulated(close, leaning(close, now), now, ((LET_GO, close.depth + ABOVE),), none)
 
 
@@ -122,7 +122,8 @@ def _simulated(
 
 
 def _upright(queries: list[Query], now: Pose) -> Iterator[Rest]:
-    """Positions on all surfaces, in turn, and turns at each."""
+    """Stable poses of an upright payload at the positions on all surfaces, taking one position of each
+    surface in turn, with several turns each."""
     streams = [zip(itertools.repeat(q), positions_on(q, now)) for q in queries]
     every = (found for row in itertools.zip_longest(*streams) for found in row if found is not None)
     for k, (query, offset) in enumerate(every):
@@ -132,13 +133,13 @@ def _upright(queries: list[Query], now: Pose) -> Iterator[Rest]:
 
 
 def _stands(rest: Rest) -> bool:
-    """Whether the support carries the payload at its place."""
+    """Whether the support carries the payload in a stable pose near enough to the wanted place."""
     here = Placement(rest.name, rest.thing, rest.thing, rest.thing, 0.0)
     return not (supported(here, rest.query) or near(here, rest.query))
 
 
 def standing_at(query: Query, now: Pose, offset: Offset, yaw: float = 0.0, cost: float = 0.0) -> Rest:
-    """Return the stable pose of a payload over a position, turned as ``stood`` says [deg]."""
+    """Return the stable pose of a payload over a position, turned by ``yaw`` [deg] about the vertical."""
     settled = _settled(query, now, yaw)
     turn, asked = PER_TURN * abs(math.radians(math.remainder(yaw, 360.0))), query.where.attitude is not None
     there = f"({1000 * offset[0]:+.0f} {1000 * offset[1]:+.0f}) mm from its middle, " if any(offset) else ""
@@ -165,8 +166,8 @@ def _turns(query: Query, now: Pose, offset: Offset, few: tuple[float, ...]) -> t
 
 
 def _settled(query: Query, now: Pose, yaw: float) -> Query:
-    """Query with the uneven support's surface that carries the payload at a turn; the same query if there is
-    none."""
+    """Query whose target is the part of an uneven support that carries the payload turned by ``yaw``; the
+    same query without one."""
     if query.under is None:
         return query
     there = stood(query, now, (0.0, 0.0), yaw)
@@ -208,8 +209,8 @@ def heights(query: Query, now: Pose) -> list[tuple[float, float]]:
 
 
 def put_down(query: Query) -> Pose:
-    """Return the payload's orientation at its place, in the base frame: the asked one, else the present one; a
-    leaning payload stands up unless it goes into something or has contents."""
+    """Return the payload's orientation for the placement, in the base frame: the asked one, else the present
+    one; a leaning payload is stood up, unless it goes into something or has contents."""
     if not query.depth and not query.where.attitude and query.thing.filling is None:
         return stood_up(query.thing, query.now)
     return as_asked(query.now, query.where)
@@ -250,8 +251,8 @@ def check_turn(query: Query, asked: Pose) -> None:
 
 
 def with_middle(level: list[Query]) -> list[Query]:
-    """Return surfaces; of a movable support with a rim around its largest surface, such as a plate, that surface's middle
-    first, and only the middle if it has room."""
+    """Return the surfaces; of a movable support with a rim, such as a plate, the middle of its largest
+    surface first, or alone if there is room nowhere else."""
     first, thing = level[0], level[0].whole
     if thing.furniture or first.where.region or not any(o.name == thing.name for o in first.obstacles):
         return level
@@ -267,7 +268,9 @@ def with_middle(level: list[Query]) -> list[Query]:
 
 def toppled(query: Query, upright: Pose, out: Floats, lean: float) -> Iterator[tuple[Pose, Pose, str]]:
     """Generate releases of a payload that leans out of an opening by an angle [deg], each with the pose after
-    toppling over its lowest edge, its origin in the region; the farthest in first.
+    it topples over its lowest edge, its origin in the region.
+
+    Those farthest in come first.
 
     Args:
         upright: attitude of the payload.
@@ -306,7 +309,7 @@ def carried_at(thing: Thing, turned: Pose, point: Vector3, belief: Belief) -> fl
 
 
 def _inside_from(query: Query, out: Floats, deep: float, share: float) -> Floats:
-    """A position so far inside an opening from its open side, and across that (3,)."""
+    """Position (3,) in an opening, ``deep`` [m] inside its open side and at a share of the half width across."""
     low, high = np.reshape(query.target.area.bounds, (2, 2))
     way = query.target.pose.inverse().rotate(out)[:2]
     across = np.array([-way[1], way[0]])

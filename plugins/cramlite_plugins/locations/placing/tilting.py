@@ -126,8 +126,8 @@ def _under(query: Query) -> list[Floats]:
 
 
 def _hand_down(query: Query, lean: Pose) -> list[Pose]:
-    """Orientations of a thing about its own upright axis, first those at which the hand of the leaning thing
-    points straight down."""
+    """Orientations of a thing about its own upright axis, those first at which the hand points most nearly
+    straight down while the thing leans."""
     found = []
     for k in range(HEADINGS):
         turned = about_vertical(query.now, math.tau * k / HEADINGS)
@@ -136,8 +136,8 @@ def _hand_down(query: Query, lean: Pose) -> list[Pose]:
 
 
 def _offsets(query: Query, towards: Floats) -> Iterator[tuple[float, float]]:
-    """Positions in an opening, in its frame, at which a thing stands farthest out from under the overhang, or
-    nearly [m]."""
+    """Positions [m] in an opening's frame at which the payload is as far from under the overhang as its walls
+    allow, or nearly."""
     frame = query.target.pose.inverse()
     way = frame.rotate(towards)[:2]
     across = np.array([-way[1], way[0]])
@@ -188,8 +188,8 @@ def toppling(asked: list[Query]) -> Groups:
 
 
 def _foot_in(query: Query, leaning: Pose, lies: Pose, out: Floats, name: str) -> Placement:
-    """Placement with the payload's foot under the overhang; its stand-off is level before that, in front of the
-    overhang."""
+    """Placement with the payload's foot under the overhang; its stand-off is at the same height in front of
+    the overhang."""
     area = query.target.pose.apply(np.insert(np.reshape(query.target.area.bounds, (2, 2)), 2, 0.0, axis=1))
     far, pose = CLEAR + float((area @ out).max()) + support(query.thing, leaning, -out), query.hand(leaning)
     back = pose * Pose((0.0, 0.0, -BACK))

@@ -70,8 +70,8 @@ def up(asked: list[Query]) -> Groups:
 
 
 def _from_above(rest: Rest) -> Iterator[Found]:
-    """Release heights with the ways from above and aside: a drawer under another one has no room above, and
-    some before it."""
+    """Placements of a stable pose at each release height, straight from above and obliquely: under another
+    drawer a drawer has room only for oblique ways."""
     query = rest.query
     for k, (over, above) in enumerate(rest.heights):
         thing = shift(rest.thing, (0.0, 0.0, over))
@@ -96,18 +96,18 @@ def _may_be_there(placement: Placement, query: Query) -> bool:
 
 
 def _at_best(asked: list[Query], now: Pose) -> Iterator[Refused]:
-    """Objection at the best position of each target, if no position is free."""
+    """Refusal of each target by the first objection to its best position, for targets without a free position."""
     for query in asked:
         offset = next(positions_on(replace(query, where=Where(), obstacles=()), now), (0.0, 0.0))
         _, found = next(_from_above(standing_at(query, now, offset)))
-        said = f"not clear: nowhere is a disc of {2000 * radius(query, now):.0f} mm free, which its outline holds"
+        said = f"not clear: the largest disc in its outline, of {2000 * radius(query, now):.0f} mm, has no free position"
         no = first_objection(found, query, SHAPES[found.kind])
         yield no or Refused(found.name, said, 0, blocking=query.standing_there())
 
 
 def prepared(bare: list[Query]) -> list[Query]:
-    """Return the targets of a payload that comes from above: with their obstacles; of an opening beside its
-    content and overhang, and anywhere."""
+    """Return the queries of a payload that comes from above, with their obstacles; an opening is asked for
+    twice: for positions beside its contents and overhang, and for positions anywhere."""
     if not bare[0].depth:
         return bare if bare[0].uneven else with_middle([replace(q, obstacles=standing_on(q)) for q in bare])
     anywhere = [covered(q) for q in bare]

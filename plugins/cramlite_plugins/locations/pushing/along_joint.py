@@ -51,8 +51,8 @@ def behind_door(location: Location, belief: Belief, context: Context) -> Iterato
 def _pushing(
     thing: Thing, joint: Joint, spots: Iterator[tuple[Pose, str]], belief: Belief, context: Context, least: float | None
 ) -> Iterator[Grounding | Refused]:
-    """Free hands at places of a thing, and before them, that can follow its arc until it is all but shut, or
-    open by a share."""
+    """Groundings of hands that push a thing along its arc until it is all but shut, or open by the share
+    ``least``; refusals of hands that are not free or cannot follow the arc."""
     shut, pose = context.robot.gripper.opening[0], belief.pose(thing.name)
     stand_offs = (BEHIND, NEARER) if least is None else (INSIDE,)
     late = list[Grounding]()
@@ -81,7 +81,8 @@ def _pushing(
 
 
 def _nearer_first(fronts: Iterable[tuple[Pose, str]], now: Pose) -> Iterator[tuple[Pose, str]]:
-    """Hands before a front; of two in a row that differ by half a turn, the one first to which the hand has to turn less."""
+    """Hand poses before a front; of two in a row that differ by half a turn, the one to which the hand turns
+    less comes first."""
     last: tuple[Pose, str] | None = None
     for found in fronts:
         if last is not None and math.isclose(_apart(last[0], found[0]), math.pi, abs_tol=1e-6):

@@ -70,8 +70,8 @@ def way_around(start: Point, left: Left, met: Met, cleared: bool = False) -> lis
 
 
 def way_straight(start: Point, end: Point, met: Met) -> list[Point] | Refused:
-    """Check the straight way between two points: its end, or its obstacles: all loose ones, or the first fixed
-    one."""
+    """Check the straight way between two points: return the end, or a refusal with all loose obstacles on it,
+    or with the first fixed one."""
     stopped = [no for no in map(met, _between(start, end)) if no is not None]
     fixed = next((no for no in stopped if not no.blocking), None)
     if not stopped or fixed:
@@ -80,7 +80,7 @@ def way_straight(start: Point, end: Point, met: Met) -> list[Point] | Refused:
 
 
 def _between(start: Point, end: Point) -> Iterator[Point]:
-    """Points of a straight way after its start, its end as the last of them."""
+    """Points of a straight way at most STEP apart, without its start and with its end."""
     parts = math.ceil(math.dist(start, end) / STEP)
     return ((start[0] + k / parts * (end[0] - start[0]), start[1] + k / parts * (end[1] - start[1])) for k in range(1, parts + 1))
 
@@ -101,7 +101,7 @@ def _steps(start: Point, here: Side, met: Met, cleared: bool) -> Iterator[tuple[
 
 
 def _names(no: Refused | None) -> frozenset[str]:
-    """Movable things that are met."""
+    """Names of the movable things in a refusal."""
     blocking = (no.blocking or ()) if no else ()
     return frozenset(name for one in blocking for name in ((one,) if isinstance(one, str) else one))
 
@@ -123,7 +123,7 @@ def _traced(start: Point, end: Side, came: dict[Side, Side | None], blame: dict[
 
 
 def ways_around(start: Point, left: Left, alone: Met, hand: Met) -> Iterator[tuple[int, list[Point]]] | Refused:
-    """Find ways around obstacles on which a thing has room for so many steps aside.
+    """Find ways around obstacles, each with the number of steps of room that a thing has to its sides.
 
     How far it lags behind, and where it is in a corner, depends on whether it sticks to the fingers: one with a hollow of 40 mm was seen
     15 mm off its way.
@@ -153,8 +153,8 @@ def _wider(
 
 
 def on_a_shorter_way(start: Point, left: Left, alone: Met, hand: Met) -> Refused | None:
-    """Return the movable obstacles whose removal shortens a way by more than it costs; None without any.
-    Obstacles are met as in ``ways_around``."""
+    """Return a refusal with the movable obstacles whose removal shortens a way by more than it costs; None if
+    there are none."""
     found = way_around(start, left, cache(lambda spot: alone(spot) or hand(spot)), cleared=True)
     return found if isinstance(found, Refused) and found.blocking else None
 
@@ -192,7 +192,8 @@ def met_alone(belief: Belief, context: Context, entity: str) -> Met:
 def _known(
     world: Itself[World], poses: Itself[Mapping[str, Estimate]], relations: frozenset[Relation], base: Pose, entity: str
 ) -> dict[Point, Refused | None]:
-    """Obstacles that a thing alone met, while all stands as it does, kept for each hand that is tried."""
+    """Cache of the obstacles that a thing alone meets at points, shared by all hands that are tried, while
+    everything stands as it does."""
     return {}
 
 
@@ -203,7 +204,8 @@ def met_with_hand(belief: Belief, context: Context, entity: str, hand: Pose) -> 
 
 
 def _meets(belief: Belief, context: Context, entity: str, tcp: Pose) -> Met:
-    """Obstacles of a thing that is taken along by a TCP; where that is in the thing's origin no hand is there."""
+    """Function from a spot to the obstacles of a thing that moves along with a TCP; without a hand if the TCP
+    is at the thing's origin."""
     pose, base = belief.pose(entity), belief.base()
     held = Held(entity, tcp.inverse() * shift(pose, LIFT), 0.0, carries=carried_along(belief, entity))
     scene, hand = make_scene(belief.grasped(held), context, [entity], clearance=CLEAR), tcp != pose

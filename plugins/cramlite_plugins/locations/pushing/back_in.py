@@ -32,7 +32,7 @@ AHEAD = 0.1  # of a thing, a point that gives the way [m]
 
 
 def pushed_in(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate fingers behind a thing, seen along the approach of its release.
+    """Generate poses with the fingers behind a thing, as seen along the approach of its release.
 
     The ``path`` ends where the thing is believed to be.
     """

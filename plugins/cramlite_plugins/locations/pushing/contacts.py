@@ -101,14 +101,15 @@ def hands_in(thing: Thing, pose: Pose, gripper: Gripper, way: Floats, last: Floa
 
 
 def towards(pose: Pose, area: Feature, frame: Pose, share: float) -> Floats:
-    """The level way (3,) [m] of a thing's origin into an area: to its middle, or to a share of its half sides nearer."""
+    """Level displacement (3,) [m] that brings a thing's origin into an area: to its middle, or at most to a
+    share of its half sides from it."""
     half, local = share * np.array(sides(area)) / 2, frame.inverse().apply(pose.position)
     target = frame.apply((*np.clip(local[:2], -half, half), 0.0))
     return np.array([*(target - np.asarray(pose.position))[:2], 0.0])
 
 
 def sides(area: Feature) -> list[float]:
-    """Sides of an area, or of the square in a round one [m]."""
+    """Side lengths of a rectangular area, or of the inscribed square of a round one [m]."""
     return [area.size["radius"] * math.sqrt(2)] * 2 if "radius" in area.size else [area.size["width"], area.size["depth"]]
 
 
@@ -120,8 +121,8 @@ def _axes(way: Floats, turn: float) -> tuple[Floats, Floats, Pose]:
 
 
 def _floor(thing: Thing, pose: Pose, over: Pose, gripper: Gripper) -> float | None:
-    """Height of a thing's highest point under closed fingers, along z of the base frame [m]; None if its rim
-    hardly rises above that.
+    """Height of the highest point of a thing's floor under closed fingers, along z of the base frame [m];
+    None if its rim is hardly higher.
 
     Args:
         over: of the fingers' tips, as high as the thing's rim.
@@ -215,7 +216,7 @@ def _against(
 
 
 def _facing(handle: Pose, inner: bool) -> tuple[Floats, Floats]:
-    """Direction out of a front, or out of its inner side, and the direction up along it."""
+    """Direction out of a front (or of its inner side), and the direction up along the front, as unit vectors."""
     out = np.asarray(handle.rotate((0.0, 0.0, -1.0 if inner else 1.0)))
     return out, np.array([0.0, 0.0, 1.0]) if abs(out[2]) < UPRIGHT else np.asarray(handle.rotate((0.0, 1.0, 0.0)))
 

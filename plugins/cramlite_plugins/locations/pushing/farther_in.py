@@ -1,5 +1,5 @@
-"""Pushing a thing farther in under a roof, if it was released so near the front that a later task would close
-something against it.
+"""Pushing a thing farther in under a roof, if it was released so near the front that a door or drawer which a
+later task closes would hit it.
 
 A hand is as high as it is long, and comes no farther in with what it holds; the ends of its closed fingers do.
 """
@@ -28,7 +28,8 @@ BACK = 0.12  # distance that hands go back from a released payload, as elsewhere
 
 
 def off(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate the place level back from a released thing that has to go farther in, with closed fingers before the thing."""
+    """Generate the place straight back, at the same height, from a released thing that has to go farther in:
+    closed fingers do not touch it there."""
     entity, ahead = bound(context, location.of), _ahead(belief, context)
     way, here = _needed(entity, ahead, belief, context), tcp(belief, context)
     shut = make_scene(belief, context, (), context.robot.gripper.opening[0], LET_GO)
@@ -43,8 +44,8 @@ def off(location: Location, belief: Belief, context: Context) -> Iterator[Ground
 
 
 def deeper(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate the place straight ahead, until the thing before the fingers is clear of the one that a later
-    task closes."""
+    """Generate the place straight ahead to which the fingers push the thing, so that it is clear of the thing
+    that a later task closes."""
     entity, ahead = bound(context, location.of), _ahead(belief, context)
     way, (x, y, _) = _needed(entity, ahead, belief, context), belief.pose(entity).position
     to = x + way * float(ahead[0]), y + way * float(ahead[1])

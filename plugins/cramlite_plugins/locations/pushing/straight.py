@@ -47,7 +47,8 @@ SPOT = Feature("spot", "vrps:SurfaceFeature", size={"radius": 0.0})  # a region 
 
 
 def beside(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate one place for each of the four upright faces, the one that is pushed straight away from the robot first."""
+    """Generate one place beside each of the four upright faces of a thing; first that from which it is pushed
+    straight away from the robot."""
     entity = bound(context, location.of)
     thing, gripper = belief.thing(entity), context.robot.gripper
     if not thing.movable:
@@ -69,7 +70,7 @@ def beside(location: Location, belief: Belief, context: Context) -> Iterator[Gro
 
 
 def _ways(pose: Pose) -> list[Floats]:
-    """The horizontal directions of a thing's own x and y axes, outwards from the robot first."""
+    """Level directions along a thing's own x and y axes, both signs, those that lead away from the robot first."""
     out = np.array([*pose.position[:2], 0.0])
     x = pose.rotate((1.0, 0.0, 0.0))
     angle = math.atan2(float(x[1]), float(x[0]))
@@ -79,7 +80,7 @@ def _ways(pose: Pose) -> list[Floats]:
 
 
 def beyond(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate the place straight on from where the fingers are, in the direction of the place that they push from."""
+    """Generate the place straight ahead of the fingers, along the approach of the place at which the push begins."""
     entity, distance = bound(context, location.of), asked(location, Along).distance_m
     start: Place = context.bindings[f"push({location.of})"]
     end = shift(tcp(belief, context), np.asarray(start.approach) * distance)
@@ -117,8 +118,8 @@ def behind(location: Location, belief: Belief, context: Context) -> Iterator[Gro
 
 
 def _to_region(thing: Thing, pose: Pose, location: Location, belief: Belief, context: Context) -> Iterator[Hand | Refused]:
-    """Hands that bring a thing to its region; with fingers in the thing a refusal with the obstacles of all
-    hands."""
+    """Hands that push a thing to its region; for fingers inside the thing, a refusal if the thing itself,
+    whatever the hand, meets obstacles on its last leg."""
     area, frame = _region(thing, pose, asked(location, PushedThing).region, belief)
     if not asked(location, PushedThing).inside:
         yield from hands_behind(thing, pose, _apart(location), context.robot.gripper, area, frame)
@@ -131,8 +132,10 @@ def _to_region(thing: Thing, pose: Pose, location: Location, belief: Belief, con
 
 
 def _aside(thing: Thing, pose: Pose, location: Location, belief: Belief, context: Context) -> Iterator[Hand | Refused]:
-    """Hands that push a thing out of the way: one for each free direction, then a second one for each; first away from
-    things of later tasks, last towards them."""
+    """Hands that push a thing out of the way: one for each free direction, then a second one for each.
+
+    Directions away from things of later tasks come first, those towards them last.
+    """
     (x, y, z), gripper, met = pose.position, context.robot.gripper, met_alone(belief, context, thing.name)
     found = list[Iterator[Hand]]()
     for farther, (cos, sin) in itertools.product(FARTHER, _directions(pose, belief, context)):
@@ -158,8 +161,8 @@ def _directions(pose: Pose, belief: Belief, context: Context) -> list[Point]:
 
 
 def pushed_to(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate ways of a thing to its region: straight, where it is free, or with "around" by corners around
-    obstacles."""
+    """Generate paths on which a thing is pushed to its region: straight, or with "around" past obstacles by
+    way of corners."""
     entity = bound(context, location.of)
     begun: Place = context.bindings[asked(location, PushedThing).begin]
     if asked(location, PushedThing).around:
@@ -175,7 +178,8 @@ def pushed_to(location: Location, belief: Belief, context: Context) -> Iterator[
 
 
 def _stopped(no: Refused, location: Location, entity: str, way: str = "on") -> Refused:
-    """Refusal by obstacles, which depends on their places and on the hand, not on how the arm did earlier tasks."""
+    """Refusal of a push by obstacles; it depends on their places and on the hand, not on the joint positions
+    in which earlier tasks left the arm."""
     return replace(no.of(way), reason=f"'{entity}' cannot be pushed on: {no.reason}", because=(asked(location, PushedThing).begin,))
 
 
@@ -202,8 +206,8 @@ def _around(location: Location, belief: Belief, context: Context, entity: str) -
 
 
 def _last(location: Location, belief: Belief, context: Context, entity: str, area: Feature, frame: Pose) -> Floats | Refused:
-    """Last leg (3,) of the way of a thing that is pushed by fingers in it; or a refusal with the obstacles of
-    the thing alone, which spares the search for hands.
+    """Last leg (3,) of the way of a thing that is pushed by fingers inside it; a refusal if obstacles stop
+    the thing itself, so that no hand need be searched for.
 
     Raises:
         Unresolvable: it is there already.
@@ -248,7 +252,8 @@ def pushed_straight(belief: Belief, context: Context, entity: str, corners: Sequ
 
 
 def _region(thing: Thing, pose: Pose, name: str, belief: Belief) -> tuple[Feature, Pose]:
-    """Area of a name that is nearest in height to a thing's support, and its pose in the base frame.
+    """Surface feature of a given name that is nearest in height to a thing's support, and its pose in the
+    base frame.
 
     Raises:
         Unresolvable: nothing has such an area.

@@ -1,1 +1,1 @@
-"""Kinds that are told apart by their print: appearance, explanation of clusters, hypotheses."""
+"""Kinds that are told apart by their printed texture: appearance, explanation of clusters, hypotheses."""

@@ -1,4 +1,5 @@
-"""Agreement of colours between a model at a pose and a picture: the colour of a pixel is compared with the print at that point."""
+"""Agreement of colours between a picture and a model at a pose: the colour of a pixel is compared with the
+model's texture at that point."""
 
 from __future__ import annotations
 
@@ -108,14 +109,16 @@ def _agreement(picture: Picture, mask: Mask, seen: Floats, normals: Floats, prin
 
 
 def _off(shown: Floats, own: Floats, normals: Floats) -> Floats:
-    """Mean difference of the channels (N,), of full scale, between a picture and a print in the light that explains it best."""
+    """Mean difference of the channels (N,), as a share of full scale, between a picture and a texture in
+    the light that explains it best."""
     lit = _light(shown, own, normals)[:, None] * own
     shade = np.clip((shown * lit).sum(axis=1) / np.maximum((lit * lit).sum(axis=1), 1.0), *SHADE)
     return np.asarray(np.abs(shown - shade[:, None] * lit).mean(axis=1) / 255.0)
 
 
 def _light(shown: Floats, own: Floats, normals: Floats) -> Floats:
-    """Brightness (N,) by which a print of colours (N, 3) is best explained: linear in the normal, as Lambert's law of one lamp is."""
+    """Brightness (N,) by which a texture of colours (N, 3) is best explained: linear in the normal, as
+    Lambert's law of one lamp is."""
     terms = np.concatenate([np.ones((len(normals), 1)), normals], axis=1)
     weight, product = (own * own).sum(axis=1), (own * shown).sum(axis=1)
     matrix = (terms * weight[:, None]).T @ terms

@@ -47,12 +47,12 @@ class Appearance(Value, eq=False):
 
 
 def appearance_of(model: Thing) -> Appearance:
-    """Return the appearance of a model; made once for each shape and look."""
+    """Return the appearance of a model; computed once for each shape and texture."""
     return _made(_Key(repr(model), model))
 
 
 class _Key(Value, eq=False):
-    """A model as the key of a cache: its text decides."""
+    """Cache key of a model: keys of equal text are equal."""
 
     text: str
     thing: Thing

@@ -1,4 +1,5 @@
-"""Experts for kinds with a print: a picture is explained by known models, and each object says which and where."""
+"""Experts for kinds with a printed texture: a picture is explained by known models, and each object says
+which model explains it and at which pose."""
 
 from __future__ import annotations
 
@@ -36,7 +37,7 @@ def explained(inputs: Inputs) -> Mapping[str, Any]:
     """Segment a picture by explaining it with known models, some of which have a printed texture.
 
     Raises:
-        Unresolvable: no known model has a print, or nothing stands out.
+        Unresolvable: no known model has a printed texture, or nothing stands out.
     """
     from ..values import Segment
     from .agreement import Picture
@@ -45,7 +46,7 @@ def explained(inputs: Inputs) -> Mapping[str, Any]:
 
     known: Sequence[Appearance] = inputs["appearances"]
     if not any(a.printed for a in known):
-        raise Unresolvable("no known model has a print")
+        raise Unresolvable("no known model has a printed texture")
     view, cloud = inputs["view"], inputs["cloud"]
     front = cloud.mask & ~_surroundings(inputs, known)
     scene = Scene(Picture.of(view), cloud.points, tuple(known), inputs.parameters, front, tuple(inputs["fixtures"]),
@@ -90,7 +91,8 @@ def _explanation(segment: Any, part: Part, limits: Mapping[str, float]) -> Expla
 
 
 def _fit(reading: Reading, likely: float, others: Sequence[Reading], limits: Mapping[str, float]) -> Fit:
-    """A reading with its confidence: at most ``DOUBT`` where the model fits as well at another pose."""
+    """Fit of a reading with its confidence, which is at most ``DOUBT`` if the model fits as well at
+    another pose."""
     from ..pose.estimate import DOUBT, OTHER
 
     sure = min(1.0, reading.score / limits["full"]) * (0.5 + 0.5 * likely)

@@ -37,7 +37,7 @@ class Reading(Value, eq=False):
     Args:
         appearance: of the model.
         pose: of its frame in the world.
-        fit: 0 to 1, of its shape; colour: 0 to 1, of its print.
+        fit: 0 to 1, of its shape; colour: 0 to 1, of its printed texture.
         reasons: clauses with numbers.
     """
 
@@ -49,8 +49,8 @@ class Reading(Value, eq=False):
 
     @property
     def score(self) -> float:
-        """Return how well the reading explains the part, 0 to 1; shape counts twice, since light and blur change colours, and the share
-        that is seen once."""
+        """Return how well the reading explains the part, 0 to 1; its shape counts twice, since light and
+        blur change colours, and the seen share of its surface once."""
         return self.fit * self.fit * self.colour
 
 
@@ -67,8 +67,9 @@ class Part(Value, eq=False):
 
 
 class Scene(Value, eq=False):
-    """Input of interpretation: the picture, points (height, width, 3) in the world [m], appearances, limits, what stands out from the
-    background, furniture, and the depth (height, width) at which the robot would be seen, NaN beside it [m]."""
+    """Input of interpretation: the picture, points (height, width, 3) in the world [m], appearances,
+    limits, the foreground, furniture, and the depth (height, width) at which the robot would be seen,
+    NaN beside it [m]."""
 
     picture: Picture
     points: Floats
@@ -95,7 +96,8 @@ def interpreted(scene: Scene) -> list[Part]:
 
 
 def rarity(mask: Mask, limits: Mapping[str, float]) -> float:
-    """Return how seldom a wrong model fits a part by chance, 1 for a small one: the more is to be explained, the seldomer."""
+    """Return how seldom a wrong model fits a part by chance: 1 for a small part, less the more pixels
+    there are to explain."""
     return float(min(1.0, (limits["small"] / max(1, int(mask.sum()))) ** limits["rarer"]))
 
 
@@ -149,15 +151,15 @@ def _whole_or_split(scene: Scene, mask: Mask) -> Part:
 
 
 def _ways(scene: Scene, mask: Mask, among: Sequence[Mask]) -> Iterator[list[Reading]]:
-    """Readings of one of several things: of pieces, then of two and of three parts."""
+    """Readings of a cluster as several touching things: of its pieces, then of two and of three parts."""
     if len(among) > 1:
         yield [r for p in among[: int(scene.limits["pieces"])] for r in read(scene, p, ranked(scene, p)).readings]
     yield from (list(_partial(scene, mask, number)) for number in (2, 3))
 
 
 def _stands_out(scene: Scene, mask: Mask, part: Part, whole: float) -> bool:
-    """Whether a part of a cluster ends where an edge is, and explains more than the whole cluster as one thing does, where that
-    explains it at all."""
+    """Whether a part of a cluster ends at an edge of the picture, and explains more pixels than the
+    cluster as one thing does, if that explains it at all."""
     first = part.readings[0]
     if whole >= bad(mask, scene.limits) and first.score * part.mask.sum() < whole * mask.sum():
         return False
@@ -165,7 +167,8 @@ def _stands_out(scene: Scene, mask: Mask, part: Part, whole: float) -> bool:
 
 
 def _partial(scene: Scene, mask: Mask, number: int) -> Iterator[Reading]:
-    """Readings of one of some parts of a cluster, at one of its ends or about the middle of a part.
+    """Readings of parts of a cluster of touching things, each for a thing at one end of the cluster or about
+    the middle of a part.
 
     The rest of the cluster does not count against them, and hides nothing.
     """
@@ -177,7 +180,8 @@ def _partial(scene: Scene, mask: Mask, number: int) -> Iterator[Reading]:
 
 
 def _touching(scene: Scene, mask: Mask, whole: tuple[Floats32, Outline], appearance: Appearance, starts: PoseBatch) -> Reading:
-    """The best of some poses, as they are or at an end of a whole cluster, and of their equals by symmetry."""
+    """Best reading of a model for a cluster of touching things: from some poses, also slid to an end of
+    the cluster, and their equals by symmetry."""
     model = appearance.surface
     near = slid(model, whole[1], starts.pick(slice(0, 4)))
     order = np.argsort(-_partly(model, whole, near), kind="stable")[: int(scene.limits["yaws"])]
@@ -185,18 +189,18 @@ def _touching(scene: Scene, mask: Mask, whole: tuple[Floats32, Outline], appeara
     fits = _partly(model, whole, _batch(scene, poses))
     colours = agreement(scene.picture, mask, appearance, poses)
     k = int((fits**2 * colours).argmax())
-    said = f"{100 * colours[k]:.0f} % of its print agrees", "it touches something"
+    said = f"{100 * colours[k]:.0f} % of its printed texture agrees", "it touches something"
     return Reading(appearance, poses[k], float(fits[k]), float(colours[k]), said)
 
 
 def _partly(model: PoseModel, whole: tuple[Floats32, Outline], poses: PoseBatch) -> Floats:
-    """Scores of poses that need not explain all of a cluster."""
+    """Scores of poses that need not explain the whole cluster."""
     scores = score_poses(model, *whole, poses, 200)
     return np.asarray(scores.free**2 * np.sqrt(np.minimum(1, scores.seen / ENOUGH)), dtype=float)
 
 
 def _scored(model: PoseModel, seen: tuple[Floats32, Outline], poses: PoseBatch, surface: int = SURFACE) -> Scores:
-    """Scores whose square has the share of the visible side that is seen once."""
+    """Scores of poses, rescaled so that a score's square counts the seen share of the visible side once."""
     scores = score_poses(model, *seen, poses, surface)
     return replace(scores, score=scores.score / np.sqrt(np.clip(scores.seen / ENOUGH, 1e-3, 1.0)))
 
@@ -251,8 +255,8 @@ def _standing(appearance: Appearance) -> Prior:
 
 
 def _candidates(scene: Scene, mask: Mask, *, partly: bool = False) -> list[Appearance]:
-    """Models by likeness of colours and size, without those smaller than the visible part; by colours alone if the part may
-    show pieces of two things."""
+    """Models that colours and size allow for a part, the likeliest first, without those smaller than it;
+    by colours alone if it may show two things."""
     own = histogram(scene.picture.view.rgb[mask].astype(float))
     seen = extents(scene.points[mask])
     lengths, whole = np.sort([seen.height, seen.width, seen.depth]), not _covered(scene, mask)
@@ -267,8 +271,8 @@ def _covered(scene: Scene, mask: Mask) -> bool:
 
 
 def _sized(lengths: Floats, appearance: Appearance, limits: Mapping[str, float], whole: bool) -> float:
-    """Likelihood of sorted extents of what is seen [m]; some of it may be hidden, any of what is not whole, and a tilted thing's box is
-    larger."""
+    """Likelihood of sorted visible extents [m] given a model: some extent may be hidden, any if the part
+    is not whole, and a tilted thing's box is larger."""
     own = np.sort(appearance.surface.extents)
     if lengths[2] > appearance.surface.diameter + limits["larger_m"] or lengths[1] > math.hypot(own[1], own[2]) + limits["larger_m"]:
         return 0.0
@@ -286,7 +290,8 @@ def _seen(scene: Scene, mask: Mask) -> tuple[Floats32, Outline] | None:
 
 
 def _coarse(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> PoseBatch | None:
-    """The best few poses of a coarse registration; farther than products' starts are those of large things."""
+    """The best few poses of a coarse registration; the search starts farther away for large things than
+    for products."""
     seen, model, view = _seen(scene, mask), appearance.surface, scene.picture.view
     if seen is None:
         return None
@@ -301,7 +306,7 @@ def _coarse(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> P
 
 
 def _quick(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> Reading | None:
-    """The best of a coarse registration."""
+    """Best reading after coarse registration; None where no pose is possible."""
     starts, seen = _coarse(scene, mask, appearance, prior), _seen(scene, mask)
     if starts is None or seen is None:
         return None
@@ -312,7 +317,7 @@ def _quick(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> Re
 
 
 def _full(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> list[Reading]:
-    """Registration in full; of poses that shape cannot tell apart the one whose print agrees."""
+    """Registration in full; of poses that shape cannot tell apart the one whose printed texture agrees best."""
     starts, seen, model, view = _coarse(scene, mask, appearance, prior), _seen(scene, mask), appearance.surface, scene.picture.view
     if starts is None or seen is None:
         return []
@@ -326,7 +331,7 @@ def _full(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> lis
 
 
 def _by_print(scene: Scene, mask: Mask, appearance: Appearance, seen: tuple[Floats32, Outline], found: PoseHypothesis) -> Reading:
-    """The turn of a pose whose print agrees best, registered again."""
+    """Reading at the turn of a pose at which the printed texture agrees best, registered once more."""
     model = appearance.surface
     poses, fits = _turned(scene, seen, model, found.pose)
     colours = agreement(scene.picture, mask, appearance, poses)
@@ -337,7 +342,7 @@ def _by_print(scene: Scene, mask: Mask, appearance: Appearance, seen: tuple[Floa
     if refined and refined[0].score >= fit:
         pose, fit = refined[0].pose, refined[0].score
         colour = float(agreement(scene.picture, mask, appearance, [pose])[0])
-    return Reading(appearance, pose, fit, colour, (*found.reasons, f"{100 * colour:.0f} % of its print agrees"))
+    return Reading(appearance, pose, fit, colour, (*found.reasons, f"{100 * colour:.0f} % of its printed texture agrees"))
 
 
 def distinct(model: PoseModel, found: Sequence[PoseHypothesis]) -> list[PoseHypothesis]:
@@ -351,8 +356,8 @@ def distinct(model: PoseModel, found: Sequence[PoseHypothesis]) -> list[PoseHypo
 
 
 def _turned(scene: Scene, seen: tuple[Floats32, Outline], model: PoseModel, pose: Pose) -> tuple[list[Pose], Floats]:
-    """A pose and its turns by a symmetry or about the vertical that fit nearly as well, as of nearly round things; with
-    their scores."""
+    """A pose, and those turns of it by a symmetry or about the vertical that fit nearly as well (many for
+    nearly round things), with their scores."""
     centre = pose.apply(model.centre)
     there, back = Pose(tuple(centre)), Pose(tuple(-centre))
     yaws = [there * Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(a))) * back * pose for a in range(STEP, 360, STEP)]
@@ -369,7 +374,8 @@ def _batch(scene: Scene, poses: Sequence[Pose]) -> PoseBatch:
 
 
 def claimed(scene: Scene, part: Part, among: Sequence[Mask]) -> Part:
-    """Return a part with the pixels that its best reading explains, but those of pieces of others; as it is without any."""
+    """Return a part reduced to the pixels that its best reading explains, without pieces that belong to other parts; unchanged if it is
+    not explained."""
     if not part.readings or part.score < bad(part.mask, scene.limits):
         return part
     first, mask, view = part.readings[0], part.mask, scene.picture.view
@@ -382,7 +388,7 @@ def claimed(scene: Scene, part: Part, among: Sequence[Mask]) -> Part:
 
 
 def _on_robot(scene: Scene, points: Floats) -> float:
-    """Share of points of the world that are where the camera would see the robot itself."""
+    """Share of points, in the world frame, that are where the camera would see the robot itself."""
     view = scene.picture.view
     seen = view.camera.inverse().apply(points)
     column, row = np.rint(np.nan_to_num(view.intrinsics.project(seen), nan=-1.0)).astype(int).T

@@ -1,4 +1,4 @@
-"""Parts of one thing that something hides the middle of: parts that are badly explained alone are read together."""
+"""Parts of one thing whose middle is hidden: parts that are badly explained alone are read together."""
 
 from __future__ import annotations
 
@@ -32,7 +32,8 @@ def _explained(scene: Scene, group: Sequence[Part]) -> float:
 
 
 def _groups(scene: Scene, parts: Sequence[Part]) -> Iterator[list[Part]]:
-    """Chains of parts near to each other, none of which is explained well, and one not at all."""
+    """Groups of neighbouring parts, none of which is explained well and at least one of which is not
+    explained at all."""
     limits = scene.limits
     left = [p for p in parts if p.score < limits["full"] * rarity(p.mask, limits)]
     boxes = {id(p): _box(scene, p.mask) for p in left}

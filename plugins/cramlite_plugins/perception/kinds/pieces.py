@@ -1,4 +1,5 @@
-"""Pieces of a cluster, between steps and concave edges; a thing has one or several, and no two things share one."""
+"""Pieces of a cluster, bounded by steps and concave edges; a thing covers one or several, and no two
+things share one."""
 
 from __future__ import annotations
 
@@ -54,8 +55,8 @@ RING = 4
 
 
 def covered(view: View, mask: Mask, front: Mask) -> float:
-    """Return the share of a part's border at which something hides more of it: what stands out, too, and is not farther; or the
-    picture's border."""
+    """Return the share of a part's border beyond which more of it may be hidden: by foreground that is not
+    farther away, or by the picture's border."""
     rows, columns = np.flatnonzero(mask.any(1)), np.flatnonzero(mask.any(0))
     area = tuple(slice(max(0, k[0] - RING), k[-1] + RING + 1) for k in (rows, columns))
     own = mask[area]
@@ -70,8 +71,8 @@ def covered(view: View, mask: Mask, front: Mask) -> float:
 
 
 def middles(where: Floats, mask: Mask, number: int, least: float) -> list[Mask]:
-    """Return parts of a cluster beside each other, about centres of their own in the horizontal plane (k-means; Lloyd, 1982); of
-    two also one on the other."""
+    """Return parts of a cluster beside each other, found by k-means in the horizontal plane (Lloyd, 1982);
+    of two parts also one on the other."""
     from scipy.cluster.vq import kmeans2
 
     points = where[mask].astype(float)

@@ -93,7 +93,8 @@ def _seen(model: Any, data: Any, centre: Floats, radius: float, way: Floats, ste
 
 
 def _thinned(points: Floats, normals: Floats) -> Any:
-    """Indices of one point of each voxel and side, in random order; of larger voxels where there would be too many."""
+    """Indices of one point for each voxel and direction of the normal, in random order; of larger voxels
+    if there would be too many."""
     order = np.random.default_rng(0).permutation(len(points))
     edge = SPACING
     while True:

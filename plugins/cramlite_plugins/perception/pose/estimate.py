@@ -73,7 +73,7 @@ def estimate(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIGHT) -
 
 
 def _search(view: View, model: PoseModel, prior: Prior, scene: SceneCloud, *, again: bool = False) -> PoseBatch:
-    """The best few poses for some of a mask's points; possibly none.
+    """The best few poses of a model, registered with some points of a mask; possibly none.
 
     Args:
         again: a retry leaves out the flip test and the second slides, which takes 35 ms rather than 55 and changed nothing
@@ -127,7 +127,7 @@ def hypotheses(view: View, starts: PoseBatch, scores: Scores) -> list[PoseHypoth
         in_camera = _pose(starts.turn[i], starts.shift[i])
         reasons = (
             f"explains {100 * scores.explained[i]:.0f} % of the mask",
-            f"the image shows {100 * scores.free[i]:.0f} % of what nothing hides",
+            f"the image confirms {100 * scores.free[i]:.0f} % of the surface that nothing hides",
             f"{100 * scores.seen[i]:.0f} % of its visible side seen",
         )
         found.append(PoseHypothesis(view.camera * in_camera, float(scores.score[i]), reasons))
@@ -135,7 +135,8 @@ def hypotheses(view: View, starts: PoseBatch, scores: Scores) -> list[PoseHypoth
 
 
 def _pose(turn: Floats32, shift: Floats32) -> Pose:
-    """The model in the optical frame, from the optical frame in the model."""
+    """Pose of the model in the optical frame, from rotation and position of the optical frame in the
+    model's."""
     u, _, vt = np.linalg.svd(turn.astype(float))
     rotation = u @ vt
     matrix = np.eye(4)

@@ -248,7 +248,8 @@ def _surface(solids: Sequence[Any], count: int, seed: int) -> tuple[Floats32, Fl
 
 
 def _sample(mesh: Any, count: int, seed: int) -> tuple[Floats32, Floats32]:
-    """About ``count`` points, evenly: of thrice as many at random those that keep their distance."""
+    """About ``count`` evenly spread points: of thrice as many random ones, those that are far enough
+    apart."""
     import trimesh
 
     points, faces = trimesh.sample.sample_surface(mesh, 3 * count, seed=seed)

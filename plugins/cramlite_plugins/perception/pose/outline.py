@@ -41,13 +41,14 @@ class Outline(Value, eq=False, dict=True):
 
     @cached_property
     def _nearest(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-        """Row and column of the object's pixel that is nearest to each pixel."""
+        """Row and column of the object's nearest pixel, for each pixel."""
         rows, columns = ndimage.distance_transform_edt(~self.mask, return_distances=False, return_indices=True)
         return rows.astype(np.int32), columns.astype(np.int32)
 
     @cached_property
     def _hiding(self) -> Floats32:
-        """Least depth beside each pixel that is not the object's: an occluder's edge has gaps."""
+        """Least depth [m] beside each pixel that is not the object's, as depth images have gaps at the
+        edges of an occluder."""
         others = np.where(self.mask | np.isnan(self.depth), np.inf, self.depth)
         return np.asarray(ndimage.minimum_filter(others, 3), dtype=np.float32)
 

@@ -67,7 +67,7 @@ def _fits(inputs: Inputs, tried: Sequence[Judged], method: Method, prior: Any) -
 
 
 class _Key(Value, eq=False):
-    """A model as the key of a cache: its text decides."""
+    """Cache key of a model: keys of equal text are equal."""
 
     text: str
     thing: Thing

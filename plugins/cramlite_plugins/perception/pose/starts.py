@@ -1,4 +1,5 @@
-"""Initial poses for registration: parts of the mask, orientations that the prior allows, shifts in the image."""
+"""Initial poses for registration: from parts of the mask, in orientations that the prior allows, and
+shifted in the image."""
 
 from __future__ import annotations
 
@@ -111,7 +112,8 @@ def _principal(scene: Floats32) -> Floats:
 
 
 def slid(model: PoseModel, outline: Outline, starts: PoseBatch) -> PoseBatch:
-    """Return the initial poses, and each shifted sideways so that its silhouette's edges meet the mask's.
+    """Return the initial poses, and each shifted sideways so that the edges of the model's silhouette meet
+    the mask's.
 
     An occluder that hides one end of an object leaves open where along it the rest belongs; only the image around
     the mask tells.

@@ -172,7 +172,7 @@ def _columns(body: bytes, layout: Any, count: int, path: Path) -> Any:
 
 
 def unpacked(data: bytes, size: int) -> bytes | None:
-    """Return LZF data (liblzf 3.6) without its compression; None if it is not of that size."""
+    """Return LZF data (liblzf 3.6) decompressed; None if the result is not of the given size."""
     out, at = bytearray(), 0
     try:
         while at < len(data) and len(out) <= size:
@@ -198,7 +198,8 @@ def unpacked(data: bytes, size: int) -> bytes | None:
 
 
 def _packed_colours(rows: Any) -> Any:
-    """PCL packs red, green and blue into the bits of one 4 byte number, which it may call a float."""
+    """Colours (N, 3) of a PCD file: PCL packs red, green and blue into the bits of one 4 byte number,
+    which it may call a float."""
     name = next((n for n in ("rgb", "rgba") if n in rows.dtype.names), None)
     if name is None or rows.dtype[name].base.itemsize != 4:
         return None

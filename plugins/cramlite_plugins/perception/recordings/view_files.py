@@ -147,7 +147,8 @@ def _from_cloud(path: Path) -> View:
 
 
 def _organised_view(cloud: Cloud, where: Path) -> View:
-    """View of an organised cloud: each point knows its pixel, and from both follow the intrinsics.
+    """View of an organised cloud: the pixel of each point is known, and from points and pixels follow the
+    intrinsics.
 
     Raises:
         UserError: no pinhole camera sees the points where they are.
@@ -173,7 +174,8 @@ def _organised_view(cloud: Cloud, where: Path) -> View:
 
 
 def _line(ratio: Points, at: Any) -> tuple[float, float, float]:
-    """Focal length and principal point that ratios x / z and image coordinates make a line with, and the median misfit [pixel]."""
+    """Focal length and principal point of the line that fits image coordinates over the ratios x / z, and
+    the median misfit [pixel]."""
     if np.ptp(ratio) == 0 or not np.isfinite(ratio).all():
         return 0.0, 0.0, math.inf
     slope, start = np.polyfit(ratio, at, 1)

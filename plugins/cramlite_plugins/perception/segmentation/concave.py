@@ -1,4 +1,5 @@
-"""Expert for object segmentation by shape alone: things meet at steps and concave edges, and print does not part them.
+"""Expert for object segmentation by shape alone: things meet at steps and concave edges, and printed textures
+do not divide them.
 
 Everything is computed in inverse depth: a plane is linear in it across the image, so bends show as second differences, and
 the noise of a camera that triangulates, which grows with the square of the depth, is the same everywhere.
@@ -42,7 +43,7 @@ def segments(inputs: Inputs) -> Mapping[str, Any]:
     if inputs["fixtures"]:
         raise Unresolvable("the map has fixtures, and things that touch them flush are parted by colour")
     if printed(inputs.get("looks", ())):
-        raise Unresolvable("a known model has a print, which tells more than shape")
+        raise Unresolvable("a known model has a printed texture, which tells more than shape")
     view, cloud, limits = inputs["view"], inputs["cloud"], inputs.parameters
     inverse = np.where(cloud.mask, 1.0 / np.where(cloud.mask, view.depth, 1.0), np.nan)
     front = _front(cloud, inverse, inputs["planes"], limits)
@@ -55,8 +56,8 @@ def segments(inputs: Inputs) -> Mapping[str, Any]:
 
 
 def _front(cloud: Cloud, inverse: Inverse, planes: Sequence[Plane], limits: Mapping[str, float]) -> Mask:
-    """Pixels in front of the planes that bound the scene, by more than noise; of a wide plane with much behind it on both
-    sides."""
+    """Pixels in front of the planes that bound the scene, by more than noise; of a wide plane with much
+    behind it, pixels on both sides."""
     import numpy as np
     from scipy import ndimage
 
@@ -74,7 +75,7 @@ def _front(cloud: Cloud, inverse: Inverse, planes: Sequence[Plane], limits: Mapp
 
 
 def parted(inverse: Inverse, front: Mask, limits: Mapping[str, float]) -> Labels:
-    """Label the parts of a mask that steps and concave edges part; 0 is none.
+    """Label the parts of a mask that are separated by steps and concave edges; 0 is none.
 
     Args:
         inverse: (height, width) inverse depth [1/m], NaN where nothing was measured.
@@ -162,7 +163,7 @@ def _grown(labels: Labels, inverse: Inverse, front: Mask, limits: Mapping[str, f
 
 
 def _shifted(image: Any, down: int, right: int, fill: Any) -> Any:
-    """The image whose pixel (v, u) is that at (v + down, u + right) of another."""
+    """Image moved so that its pixel (v, u) is the original's pixel (v + down, u + right)."""
     import numpy as np
 
     height, width = image.shape

@@ -1,4 +1,4 @@
-"""Experts for the region of interest of a query, and the point cloud in it."""
+"""Experts that find the region of interest of a query, and the point cloud in it."""
 
 from __future__ import annotations
 
@@ -58,7 +58,8 @@ def cloud(inputs: Inputs) -> Mapping[str, Any]:
 
 
 def _near(own: Any, depth: Any, least: float) -> Any:
-    """Pixels of the robot: at its expected depth (NaN where it is not), or two pixels beside it."""
+    """Pixels whose depth is the robot's expected depth (NaN where it is not), at the pixel or up to two
+    pixels beside it."""
     import numpy as np
     from scipy import ndimage
 

@@ -34,8 +34,8 @@ def obstacles(inputs: Inputs) -> Mapping[str, Any]:
 
 
 def _unexplained(inputs: Inputs, known: Sequence[Thing]) -> tuple[Floats, Floats]:
-    """Middles of the voxels with several points that are farther from anything known than noise and poses
-    explain; and of the explained ones."""
+    """Voxels with several points, as mean points: those farther from anything known than noise and pose
+    errors explain, and the others."""
     import numpy as np
 
     view, cloud, limits = inputs["view"], inputs["cloud"], inputs.parameters
@@ -65,7 +65,7 @@ def _thinned(points: Floats, depth: Floats, limits: Mapping[str, float]) -> tupl
 
 
 def _clusters(points: Floats, limits: Mapping[str, float]) -> Iterator[Floats]:
-    """Voxels that touch; those too small to be told from noise are left out."""
+    """Groups of touching voxels, without groups too small to be told from noise."""
     import numpy as np
 
     from .clean import voxel_components
@@ -103,7 +103,8 @@ def _above(points: Floats, thing: Thing) -> bool:
 
 
 def _parts(points: Floats, known: Floats, limits: Mapping[str, float]) -> Iterator[Floats]:
-    """Points, halved along their longest side until no hull is around known things: a frame is no block."""
+    """Points, split in halves along their longest side until no hull encloses known things, as the hull of
+    a frame would."""
     import numpy as np
 
     spans = np.ptp(points, axis=0)

@@ -74,7 +74,8 @@ def _refined(thing: Thing, inputs: Inputs) -> Judged | str:
 
 
 def _groups(thing: Thing, inputs: Inputs, eye: Floats) -> list[tuple[str, Floats]]:
-    """Points of the panel and of the peg, by nearness to where the map has them; the peg's also by colour."""
+    """Points of a fixture's panel ("") and of its peg, by nearness to the surface where the map has it,
+    and by colour."""
     import numpy as np
 
     view, cloud, limits = inputs["view"], inputs["cloud"], inputs.parameters

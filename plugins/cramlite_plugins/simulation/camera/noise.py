@@ -81,7 +81,8 @@ def noisy_colour(rgb: Points, noise: Noise, rng: Generator) -> Points:
 
 
 def _measured(depth: Points, noise: Noise, rng: Generator) -> Points:
-    """Depth by way of a noisy, stepped disparity; smoothing keeps the standard deviation."""
+    """Depths computed from disparities with smoothed noise and finite steps; the smoothing does not change
+    the noise's standard deviation."""
     white = ndimage.gaussian_filter(rng.normal(size=depth.shape), noise.smooth)
     white *= noise.disparity / max(float(white.std()), 1e-12)
     scale = noise.focal * noise.baseline
@@ -91,7 +92,7 @@ def _measured(depth: Points, noise: Noise, rng: Generator) -> Points:
 
 
 def _neighbours(depth: Points) -> tuple[Points, Points]:
-    """The least and the greatest depth of each pixel and its four neighbours."""
+    """For each pixel the least and the greatest depth among itself and its four neighbours."""
     cross = ndimage.generate_binary_structure(2, 1)
     low = ndimage.minimum_filter(depth, footprint=cross)
     return low, ndimage.maximum_filter(depth, footprint=cross)

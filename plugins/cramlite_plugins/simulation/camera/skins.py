@@ -62,7 +62,7 @@ class Skins(Value, eq=False):
         return hits, which, colours
 
     def _placed(self, data: Data) -> Data:
-        """The visual meshes where the things are."""
+        """Data of the visual model with each mesh at the pose of its thing."""
         own = mujoco.MjData(self.model)
         own.mocap_pos[:], own.mocap_quat[:] = data.xpos[list(self.bodies)], data.xquat[list(self.bodies)]
         mujoco.mj_kinematics(self.model, own)
@@ -83,7 +83,7 @@ def skins_of(things: tuple[Thing, ...], indices: Mapping[str, ThingIndex]) -> Sk
 
 
 def visual_model(skins: tuple[Skin, ...]) -> Model:
-    """Return an MjModel with one free-standing body (mocap) for each visual mesh, at the origin."""
+    """Return a model with one movable body (mocap), at the origin, for each visual mesh."""
     spec = mujoco.MjSpec()
     meshes: dict[int, str] = {}
     for k, skin in enumerate(skins):
@@ -100,7 +100,7 @@ def visual_model(skins: tuple[Skin, ...]) -> Model:
 
 @contextmanager
 def _invisible(model: Model, bodies: tuple[int, ...]) -> Iterator[None]:
-    """Geoms of some bodies without opacity meanwhile: MuJoCo's rays pass through these."""
+    """Context in which the geoms of some bodies have zero opacity, so that MuJoCo's rays pass through them."""
     own = np.isin(model.geom_bodyid, bodies)
     before = model.geom_rgba[own, 3].copy()
     model.geom_rgba[own, 3] = 0.0

@@ -1,4 +1,5 @@
-"""Errors of an arm that its controller does not know of: zeros of joints, play behind encoders, and late measurements.
+"""Errors of an arm that its controller does not know: zero errors of joints, play (backlash) in joints, and
+delayed measurements.
 
 Encoders sit on the motors' side: what a joint really stands at is what its encoder says, plus the error of its zero, less the play
 that it has not yet gone through. Servos and the watch over them are beside the motors and see encoders at once; what a program and
@@ -34,7 +35,7 @@ class ArmErrors:
         self._readings: deque[Floats] = deque(maxlen=cycles + 1)
 
     def moved(self, goal: Floats) -> Floats:
-        """Return the joint positions (n,) [rad] that the motors' goal ``goal`` (n,) leads to, with play and
+        """Return the joint positions (n,) [rad] that result when the motors are at ``goal`` (n,), by play and
         zero errors."""
         self.behind = np.minimum(np.maximum(self.behind, goal - self.half), goal + self.half)
         self.play = goal - self.behind
@@ -45,7 +46,8 @@ class ArmErrors:
         return np.asarray(q - self.zeros + self.play)
 
     def measured(self, encoders: Floats, reading: Floats) -> Floats:
-        """Take in a cycle's encoders (n,) [rad] and sensor reading (6,); return the reading that is told now."""
+        """Store the encoder positions (n,) [rad] and the sensor reading (6,) of a cycle; return the delayed
+        reading that programs and force mode get now."""
         self.now = encoders
         self._joints.append(encoders)
         self._readings.append(reading)
@@ -53,5 +55,5 @@ class ArmErrors:
 
     @property
     def told(self) -> Floats:
-        """Encoders that a program is told now (n,) [rad]."""
+        """Delayed encoder positions (n,) [rad] that programs and force mode get now."""
         return self._joints[0]

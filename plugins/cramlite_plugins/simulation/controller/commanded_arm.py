@@ -1,4 +1,4 @@
-"""The arm as programs command it: motions on nominal kinematics, and force mode around them.
+"""The arm as programs command it: motions on nominal kinematics, with force mode superposed.
 
 Who carries the commands out is the subclass's: the physics of a world (``controller``), or another process.
 """
@@ -63,7 +63,7 @@ class CommandedArm(ABC):
 
     @abstractmethod
     def actual_joints(self) -> Floats:
-        """Return the joint encoders (n,) [rad], as programs are told them."""
+        """Return the joint positions (n,) [rad] that the encoders report to programs."""
 
     @abstractmethod
     def actual_tcp(self) -> Pose:
@@ -115,8 +115,8 @@ class CommandedArm(ABC):
         return self._begin(linear_motion(self._start(), goal, speed, acceleration))
 
     def move_process(self, goals: list[Pose], radii: list[float], speed: float, acceleration: float) -> Motion:
-        """Start several movep that blend into one another; ``radii`` [m] are those of all goals but the last. One that leads where the
-        tool is by then takes no time.
+        """Start several movep that blend into one another; ``radii`` [m] are those of all goals but the last.
+        A movep to the pose that the tool has by then is left out.
 
         Raises:
             ValueError: the tool turns on the spot, a radius takes more than half of a line, or the way turns straight back.
@@ -175,7 +175,7 @@ class CommandedArm(ABC):
         return motion
 
     def _command(self) -> Floats:
-        """Commanded joint positions for the end of this cycle."""
+        """Joint positions (n,) [rad] to command for the end of this control cycle."""
         place: Floats | Pose | None = None
         if self.motion is not None:
             self.time += self.pace * self.period

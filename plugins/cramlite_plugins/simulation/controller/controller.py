@@ -52,12 +52,12 @@ class Applied(NamedTuple):
 
     @property
     def force(self) -> Floats:
-        """The force (3,), world axes [N]; most cycles need no more."""
+        """Force (3,) of gripper and payload on their environment, world axes [N]; most cycles need no torque."""
         return np.asarray(self.turn.dot(self.reading[:3] + self.weight))
 
     @property
     def wrench(self) -> Floats:
-        """The wrench (6,), world axes, at the sensor [N, Nm]."""
+        """Wrench (6,) of gripper and payload on their environment, world axes, at the sensor [N, Nm]."""
         torque = self.turn.dot(self.reading[3:] + cross(self.center, self.weight))
         return np.concatenate([self.force, torque])
 
@@ -153,7 +153,7 @@ class Controller(CommandedArm):
     # What it measures
 
     def actual_joints(self) -> Floats:
-        """Return the joint encoders (n,) [rad], as programs are told them."""
+        """Return the joint positions (n,) [rad] that the encoders report to programs."""
         return np.array(self.qpos[self.joints]) if self.errors is None else self.errors.told
 
     def encoders(self) -> Floats:
@@ -227,8 +227,8 @@ class Controller(CommandedArm):
         self._watch()
 
     def _out_of_reach(self, motion: Motion | None) -> str:
-        """Reason why an arm stops on its way along a line or an arc: its end is out of reach; empty if it is
-        not."""
+        """Reason why an arm stops on its way along a line or an arc if the end of the way is out of reach; ""
+        if the end is within reach."""
         goal = motion.goal if isinstance(motion, LinearMotion | CircularMotion) else None
         if goal is None or nearest_solution(self.arm, goal, tuple(self.q)) is not None:
             return ""
@@ -306,7 +306,7 @@ class Controller(CommandedArm):
         self._measured = False
 
     def _measure(self) -> None:
-        """Pose and wrench once a cycle, however often they are asked for."""
+        """Measure pose and force once a cycle, for all who ask for them in that cycle."""
         if self._measured:
             return
         self._flange = self.kinematics.flange(self.actual_joints())
@@ -317,7 +317,7 @@ class Controller(CommandedArm):
 
 
 def adjacent(addresses: Sequence[int]) -> slice | list[int]:
-    """Return addresses as a slice where they follow one another, which NumPy looks up in a third of the time; else as a list."""
+    """Return consecutive addresses as a slice, with which NumPy indexes three times as fast; others as a list."""
     first, count = addresses[0], len(addresses)
     return slice(first, first + count) if list(addresses) == list(range(first, first + count)) else list(addresses)
 

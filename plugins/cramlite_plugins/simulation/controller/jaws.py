@@ -1,5 +1,5 @@
-"""Jaws of a gripper, as its drive moves and measures them: two slides that share an opening, or the linkage of
-a file."""
+"""Finger mechanisms of a gripper as its drive moves and measures them: two slides that share an opening, or a
+linkage read from a robot file."""
 
 from __future__ import annotations
 
@@ -57,7 +57,8 @@ class Slides:
 
 
 class Linked:
-    """The linkage of a file: openings, orders and forces are looked up along its stroke."""
+    """Linkage that was read from a robot file: openings, orders and forces are interpolated in a table along
+    its stroke."""
 
     def __init__(self, linkage: LinkageIndex, model: Any) -> None:
         self.linkage, self.model = linkage, model
@@ -82,7 +83,7 @@ class Linked:
 
 
 def _between(x: float, xs: Any, ys: Any) -> float:
-    """Interpolate a rising table; NumPy takes ten times as long for one number."""
+    """Interpolate a rising table at one number; NumPy takes ten times as long for that."""
     k = min(max(bisect_right(xs, x) - 1, 0), len(xs) - 2)
     share = min(max((x - xs[k]) / (xs[k + 1] - xs[k]), 0.0), 1.0)
     return float(ys[k] + share * (ys[k + 1] - ys[k]))

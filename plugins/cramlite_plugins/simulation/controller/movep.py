@@ -33,7 +33,8 @@ class PathSegment(Protocol):
 
 
 class LineSegment(Value):
-    """A straight segment between two positions; ``legs`` are done at its start and at its end."""
+    """Straight segment of a movep path between two positions; ``legs`` are the path's progress, in movep
+    commands, at the start and end of the segment."""
 
     start: Floats
     goal: Floats

@@ -74,7 +74,8 @@ class NominalArm:
         return np.asarray(self.jacobian.dot(rate))
 
     def follow(self, target: Pose, near: Floats) -> Floats | None:
-        """Solve inverse kinematics on the branch of a near joint position; None where Newton's method fails."""
+        """Solve inverse kinematics by Newton's method from near joint positions, on their branch; None if it
+        does not converge."""
         turn, q, j = target.rotation, near, self.jacobian
         for _ in range(ROUNDS):
             self._put(q)
@@ -99,7 +100,8 @@ class NominalArm:
         return out
 
     def _differentiate(self, point: Floats) -> None:
-        """Compute the geometric Jacobian (6, n) of a point (3,) that moves with the flange, where the joints were put last."""
+        """Compute the geometric Jacobian (6, n) of a point (3,) that moves with the flange, at the joint
+        positions set last by ``_put``."""
         mujoco.mj_comPos(self.model, self.data)
         mujoco.mj_jac(self.model, self.data, self.linear, self.angular, point, self.last)
 
@@ -127,6 +129,6 @@ def cross(a: Floats | Sequence[float], b: Floats | Sequence[float]) -> Floats:
 
 
 def _turn(r: Floats) -> list[float]:
-    """The rotation vector (3,) of a rotation, exact for small ones: half the skew part."""
+    """Approximate rotation vector (3,) of a small rotation matrix: half its skew-symmetric part."""
     (_, b, c), (d, _, f), (g, h, _) = r.tolist()
     return [(h - f) / 2, (c - g) / 2, (d - b) / 2]

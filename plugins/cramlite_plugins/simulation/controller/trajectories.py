@@ -135,7 +135,7 @@ class CircularMotion(TrapezoidalProfile):
 
 
 class StoppingMotion(Value):
-    """A motion that is being stopped on its own path: its time runs ever slower, to a stop after ``duration``."""
+    """Motion that stops on its own path: its time slows down evenly until it stands still after ``duration`` [s]."""
 
     motion: Motion
     since: float

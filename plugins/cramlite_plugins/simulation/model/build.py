@@ -119,7 +119,8 @@ def _check_joint(thing: Thing, world: World) -> None:
 
 
 def set_options(spec: Any, physics: Physics) -> None:
-    """Set the physics options on the parent: attaching a child only warns about options that differ."""
+    """Set physics options on the parent specification: MuJoCo takes no options from attached children, and
+    only warns if they differ."""
     spec.compiler.autolimits = True
     spec.compiler.degree = False
     spec.option.timestep = physics.timestep
@@ -210,7 +211,7 @@ def _set_inertia(body: Any, mass: float, inertia: Inertia) -> None:
 
 
 def _carry(spec: Any, thing: Thing, carried: Carried) -> Any:
-    """Put the thing on the gripper's body; it may touch the gripper, which holds it."""
+    """Add a thing that the robot holds to the gripper's body; contacts of the thing with the gripper are excluded."""
     gripper, tcp = spec.body(f"{carried.robot}/gripper"), spec.site(f"{carried.robot}/tcp")
     if gripper is None:
         raise UserError(f"thing '{thing.name}' is carried by '{carried.robot}', which is no robot of this world")
@@ -221,7 +222,8 @@ def _carry(spec: Any, thing: Thing, carried: Carried) -> Any:
 
 
 def _solid(index: int, geom: Geom, planning: bool) -> list[tuple[str, Geom]]:
-    """The geom; in a planning model a capsule as a cylinder and two spheres, and without margins, which are no contact."""
+    """Numbered geoms that stand for one geom: itself, but in a planning model without contact margins, and a
+    capsule as a cylinder with two spheres."""
     geom = replace(geom, contact=None) if planning else geom
     if geom.shape != "capsule" or not planning:
         return [(str(index), geom)]
@@ -260,7 +262,7 @@ def _add_geom(
 
 
 def _state_contact(geom: Any, friction: float, contact: Contact) -> None:
-    """Set a file's contact parameters of a geom in place of this simulation's."""
+    """Set the contact parameters of a geom that a scene file states, in place of this simulation's defaults."""
     geom.friction = [friction, contact.torsional, contact.rolling]
     geom.condim, geom.priority, geom.solmix = contact.condim, contact.priority, contact.solmix
     geom.solref, geom.solimp = contact.solref, contact.solimp

@@ -12,7 +12,8 @@ from .build import add_thing, finish
 
 
 def real_things(world: World) -> tuple[Thing, ...]:
-    """Return the things of a world, those whose centre of mass is off with an inertia of their own (``Disturbance.centres``)."""
+    """Return the things of a world; things whose centre of mass a twin displaces get an inertia of their own
+    (``Disturbance.centres``)."""
     centres = world.disturbance.centres
     return tuple(_off(t, centres[t.name]) if t.movable and t.name in centres else t for t in world.things)
 

@@ -189,7 +189,7 @@ def _stated(world: World) -> frozenset[str]:
 
 
 def _rests(hand: bool | Pose | tuple[Pose, ...]) -> tuple[Pose, ...]:
-    """The orientations at rest of the hands that are asked for."""
+    """Rest orientations of the free-floating hands that are asked for."""
     if isinstance(hand, Pose):
         return (hand,)
     return hand if isinstance(hand, tuple) else (REST,) if hand else ()

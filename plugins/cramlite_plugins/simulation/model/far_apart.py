@@ -1,4 +1,5 @@
-"""Things that stand apart, beyond the reach of any robot with its longest load: no contact can be between them."""
+"""Things beyond the reach of every robot with its longest payload, and apart from each other: they can have
+no contact."""
 
 from __future__ import annotations
 
@@ -26,7 +27,7 @@ class Apart(Value):
     pairs: frozenset[frozenset[str]] = frozenset()
 
     def never_meet(self, one: str, other: str, pad: bool) -> bool:
-        """Check whether two named bodies can never meet; ``pad``: one of them is a finger."""
+        """Check whether two named bodies can never be in contact; ``pad``: one of them is a finger."""
         return frozenset((one, other)) in self.pairs or (pad and bool({one, other} & self.far))
 
 
@@ -46,7 +47,7 @@ def far_apart(world: World, robots: Mapping[str, Robot]) -> Apart:
 
 
 def _beyond(thing: Thing, mount: RobotMount, robot: Robot, load: float) -> bool:
-    """Whether a thing is farther from the axis of an arm's base than its flange comes, with the gripper and the load."""
+    """Whether a thing is farther from the axis of an arm's base than flange, gripper and payload reach."""
     x, y, _ = (robot.arm_at(mount.base) * robot.root).inverse().apply(thing.pose.position).tolist()
     tool = math.hypot(*robot.gripper.tcp.position)
     return math.hypot(x, y) - radius(thing) > robot.reach + tool + load

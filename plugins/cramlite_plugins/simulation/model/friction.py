@@ -31,7 +31,7 @@ through the fingers by 0.3 mm/s; with this by 0.05 mm/s at most, as with the ite
 
 
 class Surface(Value):
-    """Geom that can be in an explicit contact pair.
+    """Geom that can be in an explicit contact pair, with its contact parameters.
 
     Args:
         geom, body: their names.
@@ -59,18 +59,21 @@ class Surface(Value):
     stated: bool
 
     def meets(self, other: Surface) -> bool:
-        """Check whether MuJoCo would look for contacts of the two, exclusions apart."""
+        """Check whether MuJoCo would look for contacts between two geoms by their bodies and contact bits;
+        exclusions are not considered."""
         (a, b), (c, d) = self.bits, other.bits
         return self.body != other.body and (self.moves or other.moves) and bool(a & d or c & b)
 
     def friction_with(self, other: Surface) -> tuple[float, float, float, float, float]:
-        """Return the friction of the two: sliding along both tangents, torsional, rolling about both."""
+        """Return the friction coefficients of two geoms: sliding along both tangents, torsional, and rolling
+        about both."""
         (mine, *further), (its, *others) = self.friction, other.friction
         sliding, (torsional, rolling) = pair_friction(mine, its), map(max, further, others)
         return (sliding, sliding, torsional, rolling, rolling)
 
     def agrees(self, other: Surface) -> bool:
-        """Check whether MuJoCo's own rule gives the pair's friction, or is meant because a file states both."""
+        """Check whether MuJoCo's own combination of two geoms' friction can stay: it gives the same value, or
+        a file states the friction of both."""
         alike = self.priority == other.priority and self.friction[0] == other.friction[0]
         return alike or (self.stated and other.stated)
 
@@ -93,7 +96,8 @@ def add_pairs(spec: Any, stated: Container[str] = (), apart: Apart = NOTHING, fi
 
 
 def _surface(geom: Any, stated: Container[str]) -> Surface | None:
-    """A pad or a thing's geom; None for a grain, and for one of a robot's links, which gets the friction ``LINK``."""
+    """Surface of a finger pad's or a thing's geom; None for a grain, and for a robot link's geom, whose
+    friction is set to ``LINK``."""
     if f"/{GRAIN}/" in geom.name:
         return None
     pad, (sliding, torsional, rolling) = is_pad(geom.name), map(float, geom.friction)
@@ -109,7 +113,8 @@ def _surface(geom: Any, stated: Container[str]) -> Surface | None:
 
 
 def _add_pair(spec: Any, a: Surface, b: Surface, firm: bool) -> None:
-    """All else as MuJoCo would take it from the geoms: from the one with priority, else the larger condim and the means."""
+    """Add a contact pair with the friction of both; all other parameters are as MuJoCo would combine them
+    from the two geoms."""
     if a.priority != b.priority:
         first = max(a, b, key=lambda s: s.priority)
         condim, solref, solimp = first.condim, first.solref, first.solimp

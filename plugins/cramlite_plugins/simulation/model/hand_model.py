@@ -73,7 +73,7 @@ class HandIndex(EffectorIndex):
 
 
 def _turn(pose: Pose, rest: Pose) -> Pose:
-    """The rotation from rest to a pose."""
+    """Rotation from a hand's rest orientation to that of a pose."""
     turn = Pose((0, 0, 0), pose.quaternion) * rest.inverse()
     angle = math.hypot(*turn.rotvec)
     if angle > FARTHEST:

@@ -9,7 +9,7 @@ from typing import Any
 
 
 class _Later(ModuleType):
-    """Stands for a module that is imported when something of it is asked for."""
+    """Stand-in for a module that is imported when an attribute of it is first used."""
 
     def __getattr__(self, name: str) -> Any:
         return getattr(importlib.import_module(self.__name__), name)

@@ -1,4 +1,5 @@
-"""Nearest free poses of loose things that were read inside others: no two solids share a place, so the reading is off."""
+"""Nearest collision-free poses of loose things whose perceived poses lie inside others: no two solids share a
+place, so one pose must be wrong."""
 
 from __future__ import annotations
 
@@ -34,7 +35,8 @@ MOVED = 0.001
 
 
 class _Rest(Value, eq=False):
-    """World at rest after the release of a thing: its distance from its reading, and the poses of all moved things."""
+    """World at rest after the release of a thing: the thing's distance from its perceived pose, and the poses
+    of all moved things."""
 
     thing: str
     away: float
@@ -78,8 +80,8 @@ def _wrong(compiled: Compiled, data: Data, deep: float) -> list[tuple[str, str, 
 def _rests(
     compiled: Compiled, data: Data, world: World, ways_out: list[tuple[str, str]], most: float, deep: float
 ) -> Iterator[_Rest]:
-    """Worlds at rest after one thing was released at a free place, the nearest to its reading first; all things are near
-    their readings."""
+    """Worlds at rest, each after one thing was released at a free place, the places nearest to the perceived
+    pose first; no thing is far from its perceived pose."""
     for step in range(1, round(FARTHER * most / STEP) + 1):
         checkpoint()
         for (name, other), way in itertools.product(ways_out, WAYS):
@@ -98,8 +100,8 @@ def _rests(
 
 
 def _at_rest(start: World, read: World, pair: tuple[str, str], deep: float) -> dict[str, Pose]:
-    """Poses, once all is at rest, of the things that left their read poses, payloads fixed; none where the pair overlaps
-    again."""
+    """Poses of the things that differ from the perceived ones once everything is at rest, with payloads
+    fixed; empty if the pair overlaps again."""
     held = {m.holds.thing for m in start.robots if m.holds}
     things = tuple(replace(t, mass=None) if t.name in held else t for t in start.things)
     compiled = compile_world(replace(start, robots=(), things=things), {})

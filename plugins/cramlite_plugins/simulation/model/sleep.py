@@ -66,7 +66,8 @@ class Sleep:
         self._model.tree_sleep_policy[self._trees] = np.where(asleep | self._still(), ALLOWED, NEVER)
 
     def _still(self) -> Floats:
-        """(T,) whether each tree crept nowhere in one of the windows."""
+        """Whether each of T trees of bodies moved less than creeping speed over one of the time windows, as
+        flags (T,)."""
         still = np.zeros(len(self._trees), dtype=bool)
         for window, back in zip(WINDOWS, self._back, strict=True):
             if len(self._seen) > back:

@@ -61,7 +61,7 @@ def _dome(radius: float, half: float) -> Floats:
 
 
 def _segments(radius: float) -> int:
-    """An even number, so that a dome has an equator."""
+    """Even number of segments of a circle, so that a dome has an equator."""
     return 2 * round(min(max(2 * np.pi * radius / EDGE, FEWEST), MOST) / 2)
 
 
@@ -85,7 +85,7 @@ def lathe(outline: Floats) -> tuple[Floats, Any]:
 
 
 def _proper(vertices: Floats, faces: Any) -> Any:
-    """Without triangles that have no area: at the ends of a lathe."""
+    """Faces without those that have no area, as at the ends of a lathe's outline."""
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     return faces[np.linalg.norm(np.cross(b - a, c - a), axis=1) > 1e-12]
 

@@ -36,7 +36,8 @@ def world_doubts(world: World, robots: Mapping[str, Robot]) -> Iterator[tuple[st
 
 
 def refuse_overlaps(compiled: Compiled, data: Data) -> None:
-    """Refuse a world that begins with things inside each other. Of a robot in a thing the planner says why it cannot start.
+    """Refuse a world that begins with things inside each other. A robot inside a thing is left to the
+    planner, which explains why it cannot start.
 
     Raises:
         UserError: names the two that do most, by how much, and how much can be.
@@ -77,8 +78,8 @@ def _falling(compiled: Compiled, data: Data) -> Iterator[tuple[str, str]]:
         if fall > FALL:
             yield name, f"'{name}' stands on nothing and falls; {beneath[name]}"
         elif fall > LOWER * (high := height(thing := compiled.world.thing(name), thing.pose)):
-            said = f"'{name}', which is {1000 * high:.0f} mm high, begins {1000 * fall:.0f} mm over what it then lies on"
-            yield name, f"{said}; write it lower, since hands go to where it is said to be"
+            said = f"'{name}', which is {1000 * high:.0f} mm high, starts {1000 * fall:.0f} mm above where it comes to rest"
+            yield name, f"{said}; state a lower pose, since hands go to the stated one"
 
 
 def _beneath(compiled: Compiled, data: Data, thing: str) -> str:

@@ -93,7 +93,8 @@ def _geoms(compiled: Compiled, name: str) -> list[int]:
 
 
 def _paint(model: Model, bodies: Sequence[Sequence[int]]) -> None:
-    """Colours, and a group for each body, by which rays tell them apart."""
+    """Set each geom's colour and its group: the group tells rays whether it belongs to the first body, to the
+    other, or to the rest."""
     model.geom_rgba[:], model.geom_group[:] = PALE, 0
     for group, (geoms, colour) in enumerate(zip(bodies, STRONG, strict=True), 1):
         model.geom_rgba[geoms], model.geom_group[geoms] = colour, group
@@ -118,7 +119,7 @@ def _cameras(place: Floats, far: float) -> Iterator[Camera]:
 
 
 def _seen(model: Model, data: Data, camera: Camera, size: tuple[int, int]) -> list[_Seen]:
-    """Views of the three groups of geoms: the rest, the first body, the other body."""
+    """Rendered views of each of three groups of geoms alone: the rest, the first body, the other body."""
     directions = rays_of(camera, *size)
     found = []
     for group in range(3):
@@ -145,7 +146,7 @@ def _shown(model: Model, data: Data, camera: Camera) -> float:
 
 
 def _blended(model: Model, data: Data, camera: Camera, size: tuple[int, int]) -> Floats:
-    """Colours (N, 3), 0 to 1."""
+    """Colours of the pixels (N, 3), 0 to 1, with both bodies seen through whatever hides them."""
     rest, one, other = _seen(model, data, camera, size)
     front = (one.distance <= other.distance)[:, None]
     near, behind = np.where(front, one.colour, other.colour), np.where(front, other.colour, one.colour)

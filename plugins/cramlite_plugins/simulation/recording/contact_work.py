@@ -1,4 +1,4 @@
-"""Contacts that a simulation computes, by the things that have them: its work grows faster than their number."""
+"""Count of the contacts that a simulation computes, by thing: its work grows faster than their number."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..model.index import Data
 
 
 class ContactWork:
-    """A counter of the contact points of each sample, by whose they are.
+    """Counter of the contact points of each sample, by the thing or robot that has them.
 
     Args:
         compiled: the model.
@@ -27,8 +27,8 @@ class ContactWork:
         self._seen[np.asarray(data.contact.geom, dtype=np.int32).tobytes()] += 1
 
     def points(self) -> dict[str, float]:
-        """Return the mean number of contact points of each moving thing and robot over all samples: half of
-        those between two moving ones, none of sleeping ones. Grains count as their vessel."""
+        """Return the mean number of contact points of each moving thing and robot per sample; of points
+        between two moving ones each gets half. Grains count as their vessel."""
         owners, moves = self._compiled.owners, self._moves
         found = {o.name: 0.0 for o, one in zip(owners, moves, strict=True) if one}
         samples = max(1, self._seen.total())

@@ -1,4 +1,4 @@
-"""Contacts of a run: kept as MuJoCo has them while it runs, named and summed when it is over."""
+"""Contacts of a run: stored in MuJoCo's form while it runs, named and summed after it."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ Named = tuple[tuple[str, str], bool]
 
 
 class _Kept(NamedTuple):
-    """Contacts that are kept of MuJoCo's list: their rows, the names of each, and the trees of bodies of its two geoms (n, 2), -1
-    for what is fixed."""
+    """Recorded contacts of a state: their rows in MuJoCo's list, their names, and the kinematic trees of the
+    two geoms (n, 2), -1 for fixed ones."""
 
     rows: list[int]
     named: list[Named]
@@ -77,11 +77,11 @@ class Contacts:
         return tuple(_joined(own, more) for own, more in zip(_summed(self._awake), self._asleep, strict=True))
 
     def asleep(self) -> tuple[tuple[Touch, ...], ...]:
-        """List those of the touches of each sample that things have which sleep."""
+        """List for each sample the touches that sleeping things have."""
         return tuple(self._asleep)
 
     def _between(self, data: Data, asleep: Any) -> tuple[Touch, ...]:
-        """The touches of things that sleep, with each other and with furniture."""
+        """Touches of sleeping things with each other and with furniture."""
         copy = awake_copy(self._model, data)
         kept = self._kept(copy)
         theirs = np.flatnonzero((asleep[kept.trees] | (kept.trees < 0)).all(axis=1)).tolist()
@@ -89,7 +89,7 @@ class Contacts:
         return _summed([points])[0]
 
     def _kept(self, data: Data) -> _Kept:
-        """Contacts of a state that are kept."""
+        """Contacts of a state that are recorded."""
         geoms = data.contact.geom
         key = geoms.tobytes()
         if key not in self._known:
@@ -98,12 +98,13 @@ class Contacts:
         return self._known[key]
 
     def _listed(self, pairs: list[list[int]]) -> tuple[list[int], list[Named]]:
-        """Kept contacts of these pairs of geoms, with the names of each."""
+        """Rows and names of the pairs of geoms whose contacts are recorded."""
         found = [(row, named) for row, pair in enumerate(pairs) if (named := self._name(*pair)) is not None]
         return [row for row, _ in found], [named for _, named in found]
 
     def _name(self, first: int, second: int) -> Named | None:
-        """The names of two geoms; None for contacts that are left out."""
+        """Names of two geoms, in the order of a touch, and whether they were exchanged; None for contacts
+        that are not recorded."""
         one, two = self._owners[first], self._owners[second]
         if one.name == two.name or "grain" in (one.kind, two.kind):
             return None
@@ -117,7 +118,7 @@ class Contacts:
 
 
 def _measured(model: Model, data: Data, rows: list[int], named: list[Named]) -> _Points:
-    """The contact points in these rows of MuJoCo's list."""
+    """Contact points in the given rows of MuJoCo's list, with names, axes and forces."""
     forces = np.empty((len(rows), 6))
     for row, force in zip(rows, forces, strict=True):
         mujoco.mj_contactForce(model, data, row, force)
@@ -125,7 +126,7 @@ def _measured(model: Model, data: Data, rows: list[int], named: list[Named]) -> 
 
 
 def _summed(samples: list[_Points]) -> list[tuple[Touch, ...]]:
-    """The touches of each sample, from its contact points."""
+    """Touches of each sample, summed over the sample's contact points."""
     if not samples:
         return []
     forces = np.concatenate([s.forces for s in samples])
@@ -138,8 +139,8 @@ def _summed(samples: list[_Points]) -> list[tuple[Touch, ...]]:
 
 
 def _touches(points: list[tuple[Named, float, float, list[float]]]) -> tuple[Touch, ...]:
-    """The touches of a sample from its contact points: names, normal force, what the first lifts the second by [N], and the
-    vector of the normal force (3,) [N]."""
+    """Touches of a sample, summed over its contact points: names, normal force, upward force of the first on
+    the second [N], and the magnitude of the summed normal forces [N]."""
     sums: dict[tuple[str, str], list[float]] = {}
     for (pair, flip), pushed, lift, (x, y, z) in points:
         if pushed >= WEAKEST:
@@ -154,5 +155,5 @@ def _touches(points: list[tuple[Named, float, float, list[float]]]) -> tuple[Tou
 
 
 def _joined(some: tuple[Touch, ...], others: tuple[Touch, ...]) -> tuple[Touch, ...]:
-    """Touches of two lists, joined by name."""
+    """Touches of two lists in one, sorted by name."""
     return tuple(sorted((*some, *others), key=lambda t: (t.a, t.b))) if some and others else some or others

@@ -45,7 +45,8 @@ def picture(
 
 
 def fitted(usual: Camera, rollout: Rollout, about: Collection[str], size: tuple[int, int]) -> Camera:
-    """Return a camera in the usual direction, as near as possible with the places of things in its picture."""
+    """Return a camera with the usual direction, moved so close that all positions of the things in ``about``
+    just fit into the picture."""
     named = [t for t in rollout.world.things if t.name in about]
     moved = {t.name: rollout.poses[t.name][:, :3] for t in named if t.name in rollout.poses and (t.movable or t.joint)}
     if not named:
@@ -61,7 +62,7 @@ def fitted(usual: Camera, rollout: Rollout, about: Collection[str], size: tuple[
 
 
 def _outline(thing: Thing) -> Floats:
-    """(P, 3) the corners of a thing, or the origin of one that is larger than a picture should show."""
+    """Corners (P, 3) of a thing; of a thing too large for a picture its origin only."""
     whole = bool(thing.geoms) and radius(thing) <= WHOLE
     return corners(thing, thing.pose) if whole else np.array([thing.pose.position])
 
@@ -127,7 +128,7 @@ def _put(compiled: Compiled, data: Data, rollout: Rollout, sample: int) -> None:
 
 
 class _ById:
-    """A rollout as a cache key: one model serves all its pictures."""
+    """Rollout that is compared by identity, as a cache key: all its pictures use one model."""
 
     def __init__(self, rollout: Rollout, robots: Mapping[str, Robot]) -> None:
         self.rollout, self.robots = rollout, robots

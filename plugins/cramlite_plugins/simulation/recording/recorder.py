@@ -23,7 +23,7 @@ GRAVITY = 9.81  # MuJoCo's default, which worlds do not change
 
 
 class _Sample(NamedTuple):
-    """Record of a state in MuJoCo's terms; names and poses are made of it after the run."""
+    """Record of a state as MuJoCo's arrays; names and poses are made from it after the run."""
 
     sites: Floats
     turns: Floats
@@ -73,7 +73,7 @@ class Recorder:
         self.messages.append(Message(time, text, line))
 
     def rollout(self, outcome: str = "finished", reason: str = "") -> Rollout:
-        """Return everything so far as a rollout. Times are those of the samples' due dates."""
+        """Return everything recorded so far as a rollout. Its times are those at which samples were due."""
         samples, index, things = self._samples, self.index, self.compiled.things
         count, qpos = len(samples), self._stacked("qpos", self.compiled.model.nq)
         bodies, column = self._tracks(), {body: k for k, body in enumerate(self._bodies.tolist())}
@@ -102,11 +102,11 @@ class Recorder:
         )
 
     def _stacked(self, field: str, *shape: int) -> Floats:
-        """(N, *shape) a field of all samples."""
+        """Values (N, *shape) of a field of all samples."""
         return np.array([getattr(s, field) for s in self._samples]).reshape(len(self._samples), *shape)
 
     def _tracks(self) -> Floats:
-        """(N, B, 7) poses of the recorded bodies."""
+        """Poses (N, B, 7) of the recorded bodies."""
         count = len(self._bodies)
         return np.concatenate([self._stacked("bodies", count, 3), self._stacked("quaternions", count, 4)], axis=2)
 
@@ -207,8 +207,8 @@ def wrench(model: Model, data: Data, index: EffectorIndex) -> Floats:
 
 
 class Peaks:
-    """A collector of peak forces of a wrist sensor between two samples of the recorder: a single cycle's force would make
-    peaks a matter of chance.
+    """Collector of the wrist sensor's largest forces between two samples of the recorder: with the force at
+    the sample alone, peaks would be recorded by chance.
 
     Args:
         period: of the samples [s].

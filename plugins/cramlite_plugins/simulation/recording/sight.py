@@ -61,7 +61,8 @@ class Sight:
                     self.seen[thing] = min(time, self.seen[thing])
 
     def _pixels(self, data: Data, thing: str, camera: Pose, intrinsics: Intrinsics) -> float:
-        """Number of pixels of a camera's image that show a thing; of a large one, those of a part."""
+        """Number of pixels of a camera's image that show a thing; estimated from a part of the pixels if the
+        thing is large in the image."""
         body = self._compiled.things[thing].body
         pose = Pose(tuple(data.xpos[body]), tuple(data.xquat[body]))
         columns, rows = _window(intrinsics, camera.inverse().apply(pose.apply(self._corners[thing])))
@@ -82,7 +83,8 @@ def _stands(before: float, was: Pose, now: float, camera: Pose) -> bool:
 
 
 def _window(intrinsics: Intrinsics, points: Floats) -> tuple[range, range]:
-    """Columns and rows of the pixels around points of the optical frame; all where some are beside or behind the camera."""
+    """Ranges of columns and rows of pixels that contain the projected points (optical frame); all pixels if
+    some points are beside or behind the camera."""
     width, height = intrinsics.width, intrinsics.height
     ahead = points[:, 2] > 0
     if not ahead.any():

@@ -16,7 +16,7 @@ STOP = 2.0  # deceleration of what is stopped from outside [rad/s2 or m/s2]
 
 
 def fallback(run: Running, step: Fallback) -> Cycles:
-    """Execute branches one after the other until one succeeds; the last one's failure is the step's."""
+    """Execute branches in turn until one succeeds; if the last one fails, its failure is that of the step."""
     for k, branch in enumerate(step.branches, 1):
         try:
             yield from run.perform(branch)
@@ -55,7 +55,8 @@ def parallel(run: Running, step: Parallel) -> Cycles:
 
 
 def monitor(run: Running, step: Monitor) -> Cycles:
-    """Execute steps while a condition is watched, which stops them and fails the step."""
+    """Execute steps while a monitor watches limits of force, slip and time; a limit that is exceeded stops
+    the steps and fails the monitor."""
     cycles, waited, began = run.perform(step.steps), 0.0, run.arm.gripper.opening
     while True:
         ended, failed = _advanced(cycles)
@@ -72,7 +73,7 @@ def monitor(run: Running, step: Monitor) -> Cycles:
 
 
 def _seen(run: Running, step: Monitor, waited: float, began: float) -> str:
-    """Clause on the exceeded limit of a monitor; empty without one."""
+    """Clause on the limit of a monitor that is exceeded; "" if none is."""
     measured, closed = force(run.arm), began - run.arm.gripper.opening
     if step.force is not None and measured > step.force:
         return f"force {measured:.3f} N > {step.force:g} N"
@@ -95,7 +96,7 @@ def _advanced(cycles: Cycles) -> tuple[bool, StepFailed | None]:
 
 
 def _stop(run: Running, going: list[tuple[tuple[AnyStep, ...], Cycles]]) -> Cycles:
-    """End branches; the arm and the gripper that they moved come to rest."""
+    """End branches, and bring the arm and the gripper that they moved to rest."""
     for branch, cycles in going:
         cycles.close()
         if uses_arm(branch):

@@ -112,7 +112,7 @@ def force_extract(run: Running, step: ForceExtract) -> Cycles:
 def _along_axis(
     run: Running, step: ForceInsert | ForceExtract, wrench: Sequence[float], goal: float, done: str, how: str
 ) -> Cycles:
-    """Forces on x, y and z of the frame, until the tool has come far enough along z."""
+    """Apply forces along x, y and z of a frame, until the tool has moved far enough along z."""
     arm, axis = run.arm, _axis(step.frame)
     start, waited, way = arm.actual_tcp(), 0.0, 0.0
     limits = (step.speed,) * 3 + (TURNING,) * 3

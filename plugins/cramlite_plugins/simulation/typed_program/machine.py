@@ -111,7 +111,7 @@ def _count(q: tuple[float, ...], robot: Robot, where: str) -> None:
 
 
 def _transfers(step: AnyStep | None) -> bool:
-    """Whether a step moves the arm between joint positions, at once."""
+    """Whether a step begins with a motion of the arm between joint positions."""
     first = [branch[0] for branch in step.branches if branch] if isinstance(step, Parallel) else [step]
     return any(isinstance(one, MoveJoints) for one in first)
 
@@ -153,7 +153,7 @@ class ProgramMachine:
             raise Halted
 
     def remember(self) -> None:
-        """Do nothing: a typed program asks for no history."""
+        """Do nothing: typed programs have no functions that read past cycles."""
 
     def close(self) -> None:
         """End the program."""

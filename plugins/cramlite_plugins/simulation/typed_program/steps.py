@@ -27,7 +27,7 @@ class StepFailed(Exception):
 
 
 class Running(Protocol):
-    """The running program as a step sees it."""
+    """Interface of the running program that its steps use."""
 
     @property
     def arm(self) -> CommandedArm:
@@ -37,7 +37,7 @@ class Running(Protocol):
         ...
 
     def perform(self, steps: Iterable[AnyStep]) -> Cycles:
-        """Execute steps one after the other; for steps that hold others."""
+        """Execute steps one after the other, for steps that contain other steps."""
         ...
 
 

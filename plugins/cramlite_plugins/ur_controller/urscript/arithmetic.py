@@ -106,7 +106,8 @@ def _spread(operation: Operation, sign: str, a: Any, b: Any) -> list[Any]:
 
 
 def _product(a: list[Any], b: list[Any]) -> list[Any]:
-    """Multiply matrices, or a matrix and an array: a row in front of it, a column behind it."""
+    """Multiply two matrices, or a matrix and an array: an array is a row if it is the first factor, a column
+    if it is the second."""
     rows = matrix(a if _is_matrix(a) else [a], "'*'")
     columns = list(zip(*matrix(b if _is_matrix(b) else [[v] for v in b], "'*'"), strict=True))
     if len(rows[0]) != len(columns[0]):

@@ -23,7 +23,7 @@ _NAMING = (Call, Name, Method, Run)
 
 
 class Lack(Value):
-    """A place that a controller may run and that cannot run here: ``text`` says why."""
+    """Part of a program that a real controller may run and this model cannot: ``text`` says why."""
 
     line: int
     text: str
@@ -59,8 +59,8 @@ def check(program: Function, library: Library) -> list[Lack]:
 
 
 def refuse_lacks(program: Function, library: Library) -> None:
-    """Refuse a program that can reach a call which the controller model lacks; functions that are never called
-    may have one.
+    """Refuse a program that can reach a call which the controller model lacks; functions that are never
+    called may contain such calls.
 
     Raises:
         UserError: the line and the reason of the first, and how many more there are; or that nothing would run.
@@ -77,7 +77,8 @@ def refuse_lacks(program: Function, library: Library) -> None:
 
 
 def by_reason(lacks: list[Lack]) -> list[Lack]:
-    """Merge the places that lack the same: the first, and the lines of the others."""
+    """Merge parts that cannot run here for the same reason into one: that of the first line, whose text also
+    lists the other lines."""
     lines: dict[str, list[int]] = {}
     for lack in lacks:
         lines.setdefault(lack.text, []).append(lack.line)
@@ -100,7 +101,8 @@ class _Names:
         self.whole = bool(program.name)
 
     def lacks(self, node: object) -> Iterator[Lack]:
-        """List the functions and variables of a node that the model lacks; raise its errors."""
+        """Yield a ``Lack`` for each function or variable of a node that the model does not have; raise errors
+        of wrong calls."""
         if isinstance(node, Call):
             yield from self.call(node)
         elif isinstance(node, Name) and node.name not in self.variables:
@@ -123,14 +125,14 @@ class _Names:
             yield Lack(call.line, f"{there_is}a URCap, another script or a controller of another version may have it")
 
     def arity(self, name: str) -> Arity:
-        """Return the parameters of a function, which are found once, since a built-in function's take a while."""
+        """Return the arity of a function, from a cache, since finding that of a built-in function takes a while."""
         if name not in self.arities:
             self.arities[name] = _own(self.own[name]) if name in self.own else _built_in(self.library[name])
         return self.arities[name]
 
     def misspelt(self, name: str) -> bool:
-        """Whether a name is a letter or two off a known one; names that differ in numbers at their end are
-        different.
+        """Whether a name differs from a known one by a letter or two; names with different numbers in them
+        are no misspellings of each other.
 
         A script file may well call a relative of its own functions that another one defines.
         """
@@ -161,7 +163,7 @@ def _digits(name: str) -> str:
 
 
 def _reached(program: Function) -> Iterator[object]:
-    """Walk the nodes of a program, and of those of its functions that it may come to call."""
+    """Walk the nodes of a program and of those of its functions that it may call, directly or indirectly."""
     own, seen, waiting = functions(program), {program.name}, [program]
     while waiting:
         for node in _nodes_outside_functions((waiting[-1].parameters, waiting.pop().body)):

@@ -76,7 +76,7 @@ def _numbers(program: Function) -> Iterator[Doubt]:
 
 
 def _literals(program: Function) -> Mapping[str, ListOf]:
-    """Variables that only ever hold one literal list."""
+    """Variables to which only one list literal is ever assigned, with that list."""
     seen: dict[str, list[Expression]] = {}
     for node in nodes(program):
         if isinstance(node, Assign):
@@ -233,7 +233,7 @@ def _dead(program: Function) -> Iterator[Doubt]:
 def _after_the_end(body: Body) -> Iterator[Doubt]:
     for statement, following in itertools.pairwise(body):
         if _ends(statement) and not isinstance(following, Function):
-            yield Doubt(following.line, f"this is never reached: line {statement.line} never goes on")
+            yield Doubt(following.line, f"this statement is never reached: line {statement.line} never ends, or leads elsewhere")
 
 
 def _ends(statement: Statement) -> bool:
@@ -252,8 +252,8 @@ def _ends(statement: Statement) -> bool:
 
 
 def _inside(body: Iterable[object], *, loops: bool) -> Iterator[object]:
-    """Statements, those under conditions included; of inner loops all or only the returns, since a ``break`` there ends the
-    inner loop."""
+    """Statements of a body and of its conditional branches, and all statements of inner loops, or (without
+    ``loops``) only their returns, since a ``break`` there ends the inner loop."""
     waiting = list(body)
     while waiting:
         node = waiting.pop()
@@ -265,7 +265,8 @@ def _inside(body: Iterable[object], *, loops: bool) -> Iterator[object]:
 
 
 def _unused(program: Function) -> Iterator[Doubt]:
-    """An entered critical section that is never left blocks every other thread."""
+    """Yield a doubt for each function that enters more critical sections than it leaves: all other threads
+    stay blocked."""
     for function in functions(program).values():
         words = [n.word for n in _inside(function.body, loops=True) if isinstance(n, Critical)]
         if words.count("enter_critical") > words.count("exit_critical"):

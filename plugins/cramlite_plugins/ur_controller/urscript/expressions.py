@@ -66,15 +66,15 @@ class ExpressionParser:
         return token
 
     def sees(self, *values: str) -> bool:
-        """Check whether the present token is one of these operators or keywords."""
+        """Check whether the present token is one of the given operators or keywords."""
         return self.word.kind in ("operator", "keyword") and self.word.value in values
 
     def accept(self, *values: str) -> bool:
-        """Consume the present token if it is one of these operators or keywords."""
+        """Consume the present token if it is one of the given operators or keywords; return whether it was."""
         return self.sees(*values) and bool(self.take())
 
     def expect(self, value: str, where: str) -> Token:
-        """Consume an operator or keyword, or raise the error that says where it is missing."""
+        """Consume the given operator or keyword, or raise the error that says where it is missing."""
         if not self.sees(value):
             raise self.unexpected(f"'{value}' {where}")
         return self.take()

@@ -55,13 +55,13 @@ def generate(program: Function, library: Library) -> str:
 
 
 def _assigned(parts: Iterable[object], scope: str) -> set[str]:
-    """The variables that get a value with this scope."""
+    """Names of the variables that are assigned with a given scope."""
     found = (p.target for p in parts if isinstance(p, Assign) and p.scope == scope)
     return {target.name for target in found if isinstance(target, Name)}
 
 
 def _flat(body: Iterable[Statement]) -> Iterable[Statement]:
-    """The statements of one function, those inside its branches and loops included."""
+    """Statements of one function, including those inside its branches and loops."""
     for statement in body:
         yield statement
         if isinstance(statement, If):
@@ -133,8 +133,8 @@ class _Writer:
         return f'g["{s.target.name}"] = {value}' if is_global else f"v_{s.target.name} = {value}"
 
     def counted(self, e: Expression) -> str:
-        """Code of a value; the elements of one that may be a list count as statements, since its user looks at
-        each."""
+        """Python code of a value; if the value may be a list, the code also counts its elements as
+        statements, since whoever uses it looks at each."""
         listed = isinstance(e, Name | Item | Member | Call | StructOf | Unary) or (isinstance(e, ListOf) and not e.pose)
         return f"m.kept({self.value(e)})" if listed else self.value(e)
 

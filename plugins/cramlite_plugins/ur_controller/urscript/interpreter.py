@@ -103,7 +103,8 @@ def _compiled(tree: Function, library: Library) -> CodeType:
 
 
 def _too_deep(part: Function, library: Library) -> int:
-    """The line of the first statement that cannot be compiled even alone: Python allows so many blocks and calls in one another."""
+    """Line of the first statement that is too deeply nested even by itself: Python limits the nesting of
+    blocks and calls."""
     for statement in part.body:
         try:
             _compiled(replace(part, body=(statement,)), library)
@@ -250,7 +251,8 @@ class Machine:
         return thread
 
     def kill(self, thread: Any) -> None:
-        """End a thread; one that has ended already is left alone, and so is 0, with which programs mark "no thread"."""
+        """End a thread; a thread that has ended already stays so, and 0, which programs use for "no thread",
+        is ignored."""
         if type(thread) is int and thread == 0:
             return
         if not isinstance(thread, Thread):

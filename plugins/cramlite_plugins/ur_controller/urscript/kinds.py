@@ -47,7 +47,7 @@ GIVES = {
 
 
 def wrong_kinds(program: Function) -> list[Doubt]:
-    """List every place where the text shows a value of a wrong kind."""
+    """List every place at which a value has another kind than needed, as far as the program's text shows the kind."""
     known = _variables(program)
     found = [d for node in nodes(program) for d in _at(node, known)]
     return sorted(set(found), key=lambda d: (d.line, d.text))
@@ -69,7 +69,7 @@ def _at(node: object, known: Kinds) -> Iterator[Doubt]:
 
 
 def _operands(node: Binary, known: Kinds) -> Iterator[Doubt]:
-    """Operands that are neither numbers nor, for arithmetic, lists of them; '+' joins two strings."""
+    """Operands of a wrong kind: neither numbers nor, for arithmetic, lists of numbers; '+' also joins two strings."""
     kinds = [_kind(side, known) for side in (node.left, node.right)]
     fits = {"", "a number"} | ({"a list"} if node.operator in ("+", "-", "*", "/", "%") else set())
     if node.operator == "+" and "a string" in kinds:

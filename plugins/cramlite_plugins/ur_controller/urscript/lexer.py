@@ -36,7 +36,7 @@ class Token(Value):
 
 
 def complaint(line: int, what: str) -> UserError:
-    """Make the error of a program that cannot be run: the place first."""
+    """Make the error of a program that cannot be run, beginning with the line."""
     return UserError(f"URScript, line {line}: {what}")
 
 

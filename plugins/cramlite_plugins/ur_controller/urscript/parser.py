@@ -87,7 +87,7 @@ class _Parser(ExpressionParser):
         return Function(word.value, name, tuple(parameters), body, word.line)
 
     def block(self, opener: Token, *closers: str) -> tuple[Statement, ...]:
-        """Statements up to one of the closers, which is left standing."""
+        """Parse statements up to one of the closing keywords, which is not consumed."""
         self.deeper()
         body: list[Statement] = []
         while not self.sees(*closers):
@@ -172,7 +172,8 @@ class _Parser(ExpressionParser):
 
 
 def _is_program(main: Statement, after: list[Statement]) -> TypeGuard[Function]:
-    """Whether a controller would start the text as a program; a call of itself after its end changes nothing."""
+    """Whether a controller would start a text as a program: one function, perhaps with a call of itself after
+    it, which has no effect."""
     if not isinstance(main, Function) or main.word == "thread" or main.parameters:
         return False
     return all(isinstance(s, Evaluate) and s.value == Call(main.name, (), (), s.line) for s in after[:1]) and len(after) < 2

@@ -1,4 +1,5 @@
-"""Subset of Python that generated code may consist of. It is checked before the code runs: others are not executed.
+"""Subset of Python in which generated code must be. Code is checked before it runs, and not executed if it
+uses anything else.
 
 The generator writes nothing else, whatever a program says. So this is a second lock: names have a prefix or are helpers, the only
 attributes are methods of the machine, and there is no import, class, lambda, comprehension, format string, star or ``del``.
@@ -24,7 +25,7 @@ _CONSTANTS = (bool, float, int, str, type(None))
 
 
 class OtherPython(Exception):
-    """Generated code that is outside of the subset: a defect of the generator, never of a program."""
+    """Error of generated code that is outside the subset: always a defect of the generator, not of the program."""
 
 
 def compiled(source: str, helpers: Iterable[str]) -> CodeType:

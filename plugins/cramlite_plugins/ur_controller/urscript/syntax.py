@@ -63,7 +63,7 @@ class Member(Value):
 
 
 class Item(Value):
-    """``value[index]``; ``value[row, column]`` is an item of an item."""
+    """``value[index]``; ``value[row, column]`` is parsed as ``value[row][column]``."""
 
     value: Expression
     index: Expression
@@ -135,7 +135,7 @@ class Evaluate(Value):
 
 
 class If(Value):
-    """``if``, ``elif``, ``else``: pairs of condition and statements, and the statements otherwise."""
+    """``if``, ``elif``, ``else``: pairs of a condition and its statements, then the statements of ``else``."""
 
     branches: tuple[tuple[Expression, tuple[Statement, ...]], ...]
     otherwise: tuple[Statement, ...]

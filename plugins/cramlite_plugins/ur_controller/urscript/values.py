@@ -41,7 +41,8 @@ def copied(value: Any) -> Any:
 
 
 def sized(value: Any) -> int:
-    """Count the elements of a value, those of its elements included, and check that they are not too many."""
+    """Count the elements of a value, including those of nested lists and structs, and check that they are not
+    too many."""
     size = _size(value, 0)
     if size > LARGEST:
         raise ScriptError(f"a list or struct with more than {LARGEST} elements")
@@ -52,7 +53,7 @@ def _size(value: Any, depth: int) -> int:
     if not isinstance(value, StructValue | list):
         return 1
     if depth > DEEPEST:
-        raise ScriptError(f"structs and lists in one another more than {DEEPEST} deep")
+        raise ScriptError(f"structs and lists are nested more than {DEEPEST} deep")
     parts = value.values() if isinstance(value, StructValue) else value
     return len(value) + sum(_size(v, depth + 1) - 1 for v in parts if isinstance(v, StructValue | list))
 
