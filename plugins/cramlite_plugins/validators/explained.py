@@ -10,6 +10,7 @@ from typing import NamedTuple
 from cramlite.model import Handover, Rollout, enclosing_names, walk
 from cramlite.plugin import Candidate
 
+from ..shapes.itself import remembered
 from .grips import Grip, grips
 from .task_times import inner_tasks, origins
 
@@ -36,6 +37,7 @@ class ExplainedGrip(NamedTuple):
     taken: bool = True
 
 
+@remembered
 def explained_grips(candidate: Candidate) -> list[ExplainedGrip]:
     """Return every grip of a run, each with its explanation."""
     assert candidate.rollout is not None
@@ -43,6 +45,7 @@ def explained_grips(candidate: Candidate) -> list[ExplainedGrip]:
     return [run.explained(grip) for grip in grips(candidate.rollout)]
 
 
+@remembered
 def explained_at(candidate: Candidate) -> list[str]:
     """Return the payload at each sample, by a grip whose beginning a task explains; "" for none."""
     assert candidate.rollout is not None
