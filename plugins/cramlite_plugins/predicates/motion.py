@@ -161,8 +161,10 @@ def swings(phase: Phase, thing: str | None) -> Iterator[Row]:
 
 
 def _smoothed(times: Floats, values: Floats) -> Floats:
-    """Values averaged over TREMOR, which leaves 2 mm of 5 mm of a tracker's noise at 45 Hz; slow recordings are
-    unchanged."""
+    """Moving average of a signal over ``TREMOR``; recordings with fewer samples are unchanged.
+
+    It leaves 2 mm of 5 mm of a tracker's noise at 45 Hz.
+    """
     count = round(TREMOR / float(np.median(np.diff(times)))) if len(times) > 2 else 1
     half = count // 2
     padded = np.pad(values, half, mode="edge")

@@ -59,7 +59,7 @@ def wrong_end(candidate: Candidate, steps: Sequence[AnyStep], samples: Sequence[
 
 
 class _Run(NamedTuple):
-    """Run of a step.
+    """Execution of one step in a rollout: its samples, and the positions of the tool.
 
     Args:
         before: steps of the same designator.

@@ -144,10 +144,11 @@ def test_what_is_kept_of_the_arms_own_actuators_is_said(tmp_path: Path) -> None:
     path.write_text(SEVEN.read_text().replace("<worldbody>", f"<actuator>{servos}</actuator><worldbody>"))
     read = read_robot(path, "mine", stated)
     (said,) = [n for n in read.notes if "actuators" in n]
-    assert "the file's 7 actuators of the arm, position or velocity servos, the highest torques are kept, gains and damping are not" in said
+    assert "the file's 7 actuators of the arm (position or velocity servos) are replaced by cramlite's position servos" in said
+    assert "of them only the highest torques are kept" in said
     model = mujoco.MjModel.from_xml_string(read.robot.mjcf())
     assert model.actuator("j1").forcerange[1] == 40.0 and f"to {model.actuator_gainprm[:7, 0].max():.0f} Nm/rad" in said
-    assert "nothing is kept" in "; ".join(read_robot(path, "mine", WITH[SEVEN]).notes)
+    assert "nothing of them is kept" in "; ".join(read_robot(path, "mine", WITH[SEVEN]).notes)
     assert not any("actuators" in n for n in read_robot(SEVEN, "mine", WITH[SEVEN]).notes)
 
 
@@ -304,7 +305,7 @@ WRONG = {
     f"robot: {{file: {SIX}}}": "state 'payload' as the data sheet does",
     f"robot: {{file: {SIX}, payload: 4 kg, gripper: {{file: nowhere.xml}}}}": "there is no robot file",
     f"robot: {{file: {SIX}, payload: 4 kg, gripper: {{}}}}": "nothing moves behind the arm's last joint",
-    f"robot: {{file: {SIX}, payload: 4 kg, gripper: {{file: {HAND}, force: [20 N, 10 N]}}}}": "'force' is a pair of lowest and highest value",
+    f"robot: {{file: {SIX}, payload: 4 kg, gripper: {{file: {HAND}, force: [20 N, 10 N]}}}}": "a pair of lowest and highest value",
     f"robot: {{file: {SIX}, payload: 4 kg, gripper: {{file: {HAND}, torsion: 0 mm}}}}": "torsion",
     f"robot: {{file: {SIX}, payload: 4 kg, griper: robotiq_2f85}}": "gripper",
     f"robot: {{file: {DATA / 'seven.xml'}, payload: 3 kg}}": "state 'torques'",

@@ -32,7 +32,7 @@ STEP = 10
 
 
 class Reading(Value, eq=False):
-    """One model at one pose as the explanation of a part.
+    """Explanation of a part of the picture by one known model at one pose.
 
     Args:
         appearance: of the model.
@@ -49,20 +49,24 @@ class Reading(Value, eq=False):
 
     @property
     def score(self) -> float:
-        """Return how well the reading explains the part, 0 to 1; its shape counts twice, since light and
-        blur change colours, and the seen share of its surface once."""
+        """Return the score of the explanation, 0 to 1: the square of the fit of its shape, times the
+        agreement of its colours.
+
+        The shape has the greater weight, since light and blur change colours.
+        """
         return self.fit * self.fit * self.colour
 
 
 class Part(Value, eq=False):
-    """A part of the picture and its readings, best first; none where no model explains it."""
+    """Part of the picture with its explanations by models at poses, best first; none where no model
+    explains it."""
 
     mask: Mask
     readings: tuple[Reading, ...]
 
     @property
     def score(self) -> float:
-        """Return the score of the best reading."""
+        """Return the score of the best explanation; 0 without one."""
         return self.readings[0].score if self.readings else 0.0
 
 
@@ -96,8 +100,8 @@ def interpreted(scene: Scene) -> list[Part]:
 
 
 def rarity(mask: Mask, limits: Mapping[str, float]) -> float:
-    """Return how seldom a wrong model fits a part by chance: 1 for a small part, less the more pixels
-    there are to explain."""
+    """Return a factor on limits of scores: 1 for a small part, and the less the more pixels a part has, as
+    a wrong model seldom explains many pixels by chance."""
     return float(min(1.0, (limits["small"] / max(1, int(mask.sum()))) ** limits["rarer"]))
 
 
@@ -151,15 +155,16 @@ def _whole_or_split(scene: Scene, mask: Mask) -> Part:
 
 
 def _ways(scene: Scene, mask: Mask, among: Sequence[Mask]) -> Iterator[list[Reading]]:
-    """Readings of a cluster as several touching things: of its pieces, then of two and of three parts."""
+    """Yield explanations of a cluster as several touching things: of its pieces, then of the cluster cut
+    into two and into three parts."""
     if len(among) > 1:
         yield [r for p in among[: int(scene.limits["pieces"])] for r in read(scene, p, ranked(scene, p)).readings]
     yield from (list(_partial(scene, mask, number)) for number in (2, 3))
 
 
 def _stands_out(scene: Scene, mask: Mask, part: Part, whole: float) -> bool:
-    """Whether a part of a cluster ends at an edge of the picture, and explains more pixels than the
-    cluster as one thing does, if that explains it at all."""
+    """Whether the outline of a part's best explanation runs along edges of depth or colour, and explains
+    more pixels, weighted by score, than one thing for the whole cluster does, if that explains it at all."""
     first = part.readings[0]
     if whole >= bad(mask, scene.limits) and first.score * part.mask.sum() < whole * mask.sum():
         return False
@@ -167,8 +172,8 @@ def _stands_out(scene: Scene, mask: Mask, part: Part, whole: float) -> bool:
 
 
 def _partial(scene: Scene, mask: Mask, number: int) -> Iterator[Reading]:
-    """Readings of parts of a cluster of touching things, each for a thing at one end of the cluster or about
-    the middle of a part.
+    """Yield explanations of single things in a cluster of touching things: the cluster is cut into ``number``
+    parts, and models are registered with each part.
 
     The rest of the cluster does not count against them, and hides nothing.
     """
@@ -180,8 +185,8 @@ def _partial(scene: Scene, mask: Mask, number: int) -> Iterator[Reading]:
 
 
 def _touching(scene: Scene, mask: Mask, whole: tuple[Floats32, Outline], appearance: Appearance, starts: PoseBatch) -> Reading:
-    """Best reading of a model for a cluster of touching things: from some poses, also slid to an end of
-    the cluster, and their equals by symmetry."""
+    """Best explanation of a thing in a cluster of touching things by one model: from given poses, these
+    moved to the ends of the cluster, and their equivalents by the model's symmetries."""
     model = appearance.surface
     near = slid(model, whole[1], starts.pick(slice(0, 4)))
     order = np.argsort(-_partly(model, whole, near), kind="stable")[: int(scene.limits["yaws"])]
@@ -194,13 +199,15 @@ def _touching(scene: Scene, mask: Mask, whole: tuple[Floats32, Outline], appeara
 
 
 def _partly(model: PoseModel, whole: tuple[Floats32, Outline], poses: PoseBatch) -> Floats:
-    """Scores of poses that need not explain the whole cluster."""
+    """Scores of poses as far as the image confirms the model's surface; pixels of the cluster that the
+    model does not explain do not lower them."""
     scores = score_poses(model, *whole, poses, 200)
     return np.asarray(scores.free**2 * np.sqrt(np.minimum(1, scores.seen / ENOUGH)), dtype=float)
 
 
 def _scored(model: PoseModel, seen: tuple[Floats32, Outline], poses: PoseBatch, surface: int = SURFACE) -> Scores:
-    """Scores of poses, rescaled so that a score's square counts the seen share of the visible side once."""
+    """Scores of poses, divided by the square root of the seen share of the visible side, so that the
+    square of a score contains this share as a factor once, not twice."""
     scores = score_poses(model, *seen, poses, surface)
     return replace(scores, score=scores.score / np.sqrt(np.clip(scores.seen / ENOUGH, 1e-3, 1.0)))
 
@@ -212,7 +219,8 @@ def _posed(scene: Scene, starts: PoseBatch) -> list[PoseHypothesis]:
 
 
 def read(scene: Scene, mask: Mask, quick: Sequence[Reading]) -> Part:
-    """Read a part by registering in full what coarse registration ranks first; in any attitude where none of its usual ones fits."""
+    """Explain a part of the picture: register in full the models that coarse registration ranks first, in
+    any attitude if no usual one fits."""
     limits = scene.limits
     hopeless = limits["hopeless"] * rarity(mask, limits) ** 2
     least = max(hopeless, limits["near"] * quick[0].score) if quick else 1.0
@@ -306,7 +314,7 @@ def _coarse(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> P
 
 
 def _quick(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> Reading | None:
-    """Best reading after coarse registration; None where no pose is possible."""
+    """Best explanation of a part by a model after coarse registration; None where no pose is possible."""
     starts, seen = _coarse(scene, mask, appearance, prior), _seen(scene, mask)
     if starts is None or seen is None:
         return None
@@ -331,7 +339,8 @@ def _full(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> lis
 
 
 def _by_print(scene: Scene, mask: Mask, appearance: Appearance, seen: tuple[Floats32, Outline], found: PoseHypothesis) -> Reading:
-    """Reading at the turn of a pose at which the printed texture agrees best, registered once more."""
+    """Explanation by a registered pose, turned so that the printed texture agrees best, and registered
+    again."""
     model = appearance.surface
     poses, fits = _turned(scene, seen, model, found.pose)
     colours = agreement(scene.picture, mask, appearance, poses)
@@ -374,8 +383,8 @@ def _batch(scene: Scene, poses: Sequence[Pose]) -> PoseBatch:
 
 
 def claimed(scene: Scene, part: Part, among: Sequence[Mask]) -> Part:
-    """Return a part reduced to the pixels that its best reading explains, without pieces that belong to other parts; unchanged if it is
-    not explained."""
+    """Return a part reduced to the pixels that its best explanation covers, without pieces that belong to
+    other parts; unchanged if it is not explained."""
     if not part.readings or part.score < bad(part.mask, scene.limits):
         return part
     first, mask, view = part.readings[0], part.mask, scene.picture.view
