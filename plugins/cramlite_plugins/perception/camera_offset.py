@@ -162,8 +162,8 @@ def _twist(whole: Pose, centre: Floats) -> Floats:
 
 
 def _covariance(points: _Points, away: Floats, j: Floats, weight: Floats, prior: Floats) -> tuple[Floats, int]:
-    """Covariance of the motion, from noise and from how far blocks of the image disagree; and the number
-    of directions that only the prior determines."""
+    """Covariance of the motion, from noise and from the residuals of each block of the image; and the
+    number of directions that the points determine less than the prior does."""
     import numpy as np
     from scipy.linalg import eigh
 

@@ -49,17 +49,12 @@ class Reading(Value, eq=False):
 
     @property
     def score(self) -> float:
-        """Return the score of the explanation, 0 to 1: the square of the fit of its shape, times the
-        agreement of its colours.
-
-        The shape has the greater weight, since light and blur change colours.
-        """
+        """Return fit^2 * colour, 0 to 1; the shape has the greater weight, as light and blur change colours."""
         return self.fit * self.fit * self.colour
 
 
 class Part(Value, eq=False):
-    """Part of the picture with its explanations by models at poses, best first; none where no model
-    explains it."""
+    """Part of the picture with its explanations, best first; none where no model explains it."""
 
     mask: Mask
     readings: tuple[Reading, ...]
@@ -71,9 +66,9 @@ class Part(Value, eq=False):
 
 
 class Scene(Value, eq=False):
-    """Input of interpretation: the picture, points (height, width, 3) in the world [m], appearances,
-    limits, the foreground, furniture, and the depth (height, width) at which the robot would be seen,
-    NaN beside it [m]."""
+    """Input of interpretation: the picture, its points (height, width, 3) in the world [m], the
+    appearances of the known models, limits, the foreground, furniture, and the depth (height, width) at
+    which the robot would be seen [m], NaN at pixels without the robot."""
 
     picture: Picture
     points: Floats
@@ -155,8 +150,7 @@ def _whole_or_split(scene: Scene, mask: Mask) -> Part:
 
 
 def _ways(scene: Scene, mask: Mask, among: Sequence[Mask]) -> Iterator[list[Reading]]:
-    """Yield explanations of a cluster as several touching things: of its pieces, then of the cluster cut
-    into two and into three parts."""
+    """Yield explanations of a cluster as several things: by its pieces, then by two and by three parts."""
     if len(among) > 1:
         yield [r for p in among[: int(scene.limits["pieces"])] for r in read(scene, p, ranked(scene, p)).readings]
     yield from (list(_partial(scene, mask, number)) for number in (2, 3))
@@ -199,8 +193,7 @@ def _touching(scene: Scene, mask: Mask, whole: tuple[Floats32, Outline], appeara
 
 
 def _partly(model: PoseModel, whole: tuple[Floats32, Outline], poses: PoseBatch) -> Floats:
-    """Scores of poses as far as the image confirms the model's surface; pixels of the cluster that the
-    model does not explain do not lower them."""
+    """Scores of poses; pixels of the cluster that the model does not explain do not lower them."""
     scores = score_poses(model, *whole, poses, 200)
     return np.asarray(scores.free**2 * np.sqrt(np.minimum(1, scores.seen / ENOUGH)), dtype=float)
 
@@ -213,7 +206,7 @@ def _scored(model: PoseModel, seen: tuple[Floats32, Outline], poses: PoseBatch, 
 
 
 def _posed(scene: Scene, starts: PoseBatch) -> list[PoseHypothesis]:
-    """Registrations as poses in the world, in their order."""
+    """Convert a batch of registered poses to pose hypotheses in the world frame, in the same order."""
     ones = np.arange(len(starts), 0, -1, dtype=np.float32)
     return hypotheses(scene.picture.view, starts, Scores(ones, ones, ones, ones, ones))
 
@@ -244,7 +237,7 @@ def _most(readings: Sequence[Reading]) -> float:
 
 
 def _beside(scene: Scene, reading: Reading) -> bool:
-    """Whether a model at a pose is beside furniture whose place is known, and beside the robot, not within them."""
+    """Whether a model at a pose lies outside of the furniture whose place is known, and of the robot."""
     points = reading.pose.apply(reading.appearance.surface.points[::10])
     if scene.robot is not None and _on_robot(scene, points) > scene.limits["robot"]:
         return False
@@ -253,7 +246,7 @@ def _beside(scene: Scene, reading: Reading) -> bool:
 
 
 def ranked(scene: Scene, mask: Mask) -> list[Reading]:
-    """Return the best coarse registration of each model whose colours and size allow a part, best first."""
+    """Return the best coarse registration of each model whose colours and size fit a part, best first."""
     quick = [q for a in _candidates(scene, mask) if (q := _quick(scene, mask, a, _standing(a))) is not None]
     return sorted(quick, key=lambda q: -q.score)
 
@@ -263,8 +256,8 @@ def _standing(appearance: Appearance) -> Prior:
 
 
 def _candidates(scene: Scene, mask: Mask, *, partly: bool = False) -> list[Appearance]:
-    """Models that colours and size allow for a part, the likeliest first, without those smaller than it;
-    by colours alone if it may show two things."""
+    """Models whose colours and size fit a part, the likeliest first, without those smaller than the part;
+    chosen by colours alone if it may show two things."""
     own = histogram(scene.picture.view.rgb[mask].astype(float))
     seen = extents(scene.points[mask])
     lengths, whole = np.sort([seen.height, seen.width, seen.depth]), not _covered(scene, mask)
@@ -339,8 +332,7 @@ def _full(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> lis
 
 
 def _by_print(scene: Scene, mask: Mask, appearance: Appearance, seen: tuple[Floats32, Outline], found: PoseHypothesis) -> Reading:
-    """Explanation by a registered pose, turned so that the printed texture agrees best, and registered
-    again."""
+    """Explanation by a registered pose, turned so that its texture agrees best, and registered again."""
     model = appearance.surface
     poses, fits = _turned(scene, seen, model, found.pose)
     colours = agreement(scene.picture, mask, appearance, poses)
@@ -377,7 +369,7 @@ def _turned(scene: Scene, seen: tuple[Floats32, Outline], model: PoseModel, pose
 
 
 def _batch(scene: Scene, poses: Sequence[Pose]) -> PoseBatch:
-    """Poses of a model in the world as registration has them."""
+    """Convert poses of a model in the world to the batch of poses that registration takes."""
     inverse = [(scene.picture.view.camera.inverse() * p).inverse() for p in poses]
     return PoseBatch(np.array([p.rotation for p in inverse], np.float32), np.array([p.position for p in inverse], np.float32))
 

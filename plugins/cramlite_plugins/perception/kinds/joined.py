@@ -28,7 +28,7 @@ def joined(scene: Scene, parts: Sequence[Part]) -> list[Part]:
 
 
 def _explained(scene: Scene, group: Sequence[Part]) -> float:
-    """Pixels that each part's best reading explains, weighted by its score."""
+    """Pixels that the best explanation of each part covers, weighted by its score."""
     return sum(p.score * float(p.mask.sum()) for p in group if p.score >= bad(p.mask, scene.limits))
 
 
