@@ -88,9 +88,9 @@ class Unresolvable(Exception):
     def because_of_earlier_tasks(
         cls, reason: str, also: tuple[str, ...] = (), *, blocking: InTheWay = None, collision: object = None, remedy: object = None
     ) -> Unresolvable:
-        """Return the error for a failure that depends on how the earlier tasks were carried out.
+        """Return an infeasibility that other choices for the earlier tasks might avoid.
 
-        Whatever objects, places and motions were chosen for them are to blame.
+        Such choices are the objects, places and motions of these tasks.
 
         Args:
             reason: as above.
@@ -109,10 +109,10 @@ def checked_numbers(numbers: Mapping[str, float]) -> Mapping[str, float]:
         TypeError: they are no mapping of names to numbers; the plugin that gives them is to blame.
     """
     if not isinstance(numbers, Mapping):
-        raise TypeError(f"numbers are a mapping such as {{'reach_m': 0.91}}, not {numbers!r}"[:200])
+        raise TypeError(f"numbers must be a mapping such as {{'reach_m': 0.91}}, not {numbers!r}"[:200])
     for name, value in numbers.items():
         if not isinstance(name, str) or not isinstance(value, int | float) or isinstance(value, bool):
-            raise TypeError(f"numbers are by name, such as {{'reach_m': 0.91}}, not {{{name!r}: {value!r}}}"[:200])
+            raise TypeError(f"numbers must each have a name, such as {{'reach_m': 0.91}}, not {{{name!r}: {value!r}}}"[:200])
     return numbers
 
 

@@ -79,7 +79,8 @@ def check_xml(path: Path, content: str | bytes, visit: Visit | None = None) -> N
 
 
 def _bytes(text: str) -> bytes:
-    """Encode an XML text as UTF-8, without what precedes its first element except line ends.
+    """Encode an XML text as UTF-8, without the byte order mark and blanks at its start; the line ends
+    there are kept, so that line numbers stay true.
 
     Hyphens inside comments become equals signs.
     """
@@ -173,7 +174,8 @@ def read_arrays(path: Path, most: int) -> dict[str, NDArray[Any]]:
 
 
 def _array(content: bytes, name: str) -> NDArray[Any]:
-    """Return the array of a .npy file whose header claims no more bytes than the file has."""
+    """Return the array of a .npy file; refuse Python objects, and a header that claims more bytes than the
+    file has."""
     import numpy as np
 
     file = io.BytesIO(content)

@@ -45,8 +45,9 @@ class LazyNames:
         return sorted({*vars(sys.modules[self._package]), *self.homes})
 
     def load(self, name: str) -> Any:
-        """Import a public name and store it in the package, so that it is looked up once; "__all__" gives the
-        list of all names.
+        """Import a public name and store it in the package, so that it is looked up once.
+
+        The name "__all__" stands for the list of all public names.
 
         Raises:
             AttributeError: the package has no such name.

@@ -8,7 +8,7 @@ from typing import Any
 
 
 def give_back() -> None:
-    """Give unused memory that the C library (glibc) keeps back to the system.
+    """Return to the system the unused memory that the C library (glibc) keeps.
 
     States of simulations have 15 MB each and are soon free again, but small values that last lie between them: a process had 1.1 GB after
     five drawn problems, of which 0.5 GB were free.

@@ -69,7 +69,7 @@ class Pulse:
         self.ended_in: Work | None = None
 
     def asked_to_stop(self) -> bool:
-        """Check whether this work, or the work around it, is to end."""
+        """Check whether this pulse's work is to end, or that of the outer pulse."""
         return self._stop() or (self._outer is not None and self._outer.asked_to_stop())
 
     def beat(self) -> None:
@@ -108,7 +108,8 @@ def pulse(stop: Stop, tell: Callable[[Work | None], None] = lambda _: None) -> I
 
 @contextmanager
 def working(what: str, whole: float = 0.0, ends: float | None = None) -> Iterator[None]:
-    """Name the work in this block; the arguments are those of ``Work``."""
+    """Make a description the current work of this thread's pulse while the block runs; the arguments are
+    the fields of ``Work``."""
     its = _PULSE.get()
     if its is None:
         yield

@@ -65,8 +65,11 @@ def beyond_reason(value: float, kind: str) -> str:
 
 
 def beyond_reason_by_name(name: str, value: float) -> str:
-    """Say why a parameter's value is implausible, by the unit at the end of its name, such as "speed_m_s"; other names have
-    no limit."""
+    """Return a clause on why a parameter's value is implausible; empty if it is plausible.
+
+    The limit is that of the unit with which the name ends, such as "speed_m_s"; a name without a unit has no
+    limit.
+    """
     kind = next((kind for ending, kind in _ENDINGS if name.endswith(ending)), None)
     return beyond_reason(value, kind) if kind is not None else ""
 

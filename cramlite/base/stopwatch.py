@@ -12,7 +12,8 @@ T = TypeVar("T")
 
 
 class Stopwatch:
-    """Stopwatch of CPU time by stage [s]; a stage inside another is not counted twice."""
+    """Stopwatch of CPU time by stage [s]; the time of a stage inside another is counted for the inner
+    stage only."""
 
     def __init__(self) -> None:
         self._spent: dict[str, float] = {}
@@ -32,7 +33,7 @@ class Stopwatch:
 
     @contextmanager
     def __call__(self, stage: str) -> Iterator[None]:
-        """Count the CPU time of this block."""
+        """Add the CPU time of this block to a stage."""
         begin = _now()
         self._open.append(0.0)
         try:
@@ -44,7 +45,7 @@ class Stopwatch:
                 self._open[-1] += whole
 
     def over(self, stage: str, items: Iterable[T]) -> Iterator[T]:
-        """Yield items, and count the time of computing each."""
+        """Yield items, and add the CPU time of computing each to a stage."""
         rest = iter(items)
         while True:
             with self(stage):

@@ -129,7 +129,7 @@ def fonts() -> Examined:
 
 
 def folders() -> Examined:
-    """Check that results and kept files can be written."""
+    """Check that the working folder, where runs go, and the folder of cached results can be written."""
     import os
     from pathlib import Path
 
@@ -173,7 +173,11 @@ def _wrong(wanted: Requirement) -> str:
 
 
 def _unusable(name: str) -> str:
-    """Why a library cannot be used; "" if it can. The planner of goals is a program of its own: it is run, its package never imported."""
+    """Why a library cannot be used; "" if it can.
+
+    The planner of goals is a program of its own: it is run on a small problem, and its package is never
+    imported.
+    """
     from ..planning.symbolic_planner import PACKAGE
 
     return _not_running(name) if name == PACKAGE else _not_importable(name)

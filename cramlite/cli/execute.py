@@ -139,8 +139,8 @@ def _robots_file(program: Path, kind: str, knowledge: Knowledge) -> RobotFile | 
 
 
 def _with_file(rollout: Rollout, file: RobotFile | None) -> Rollout:
-    """Return the run with its robots' file in its world, since readers of a recorded run need the robot's
-    geometry."""
+    """Return the run with the robot's file entered in its world, since readers of a recorded run need the
+    robot's geometry."""
     mounts = tuple(replace(m, file=file) for m in rollout.world.robots)
     return replace(rollout, world=replace(rollout.world, robots=mounts))
 

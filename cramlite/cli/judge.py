@@ -132,8 +132,8 @@ def _of_scenario(scenario: Scenario, knowledge: Knowledge, place: World) -> Purp
     open_ones = [o.name for a in plan.actions for o in a.roles.values() if not o.entity]
     if open_ones or any(a.task not in knowledge.tasks for a in plan.actions):
         what = f"which thing '{open_ones[0]}' is" if open_ones else "what its rules decide"
-        why = f"the scenario does not say {what}, that is found when it is resolved"
-        raise UserError(f"{scenario.where('tasks')}: {why}; give its run directory.")
+        why = f"the scenario does not say {what}, which is only found when it is resolved"
+        raise UserError(f"{scenario.where('tasks')}: {why}; give the run directory of 'cramlite resolve'.")
     return Purpose(plan=plan, actions=plan.actions, limits=limits)
 
 
@@ -200,7 +200,7 @@ def read_text(program: Path) -> str:
     except UnicodeDecodeError as error:
         if found.startswith(PACKED):
             why = "PolyScope's .urp is; take the .script that PolyScope saves beside it"
-            raise UserError(f"'{program}' is no text but packed, as {why}.") from error
+            raise UserError(f"'{program}' is no text: it is packed, as {why}.") from error
         if b"\0" in found or program.suffix == ".json":
             raise UserError(f"'{program}' is no text: byte {error.start} is not UTF-8.") from error
         return found.decode("cp1252", "replace")

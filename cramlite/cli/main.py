@@ -117,7 +117,8 @@ def _check_common_options(arguments: argparse.Namespace) -> None:
 
 
 def _start_lightly() -> None:
-    """Set up garbage collection and plugins of a process that runs only one command; an import changes none of these settings.
+    """Set up garbage collection and pydantic's plugins for a process that runs only one command; importing
+    this module sets neither.
 
     Most objects stay, modules first of all: of the CPU time of ``cramlite check`` looking for cycles took 8 % (after every
     700 new objects), and 15 % once more at the end, for nothing; the thresholds are mypy's. For plugins of its own

@@ -58,7 +58,7 @@ def serve_mcp(*, folder: Path, runs: Path | None = None, port: int | None = None
 
 
 def _listen(port: int) -> socket.socket:
-    """Loopback socket, bound before anything is loaded."""
+    """Loopback socket that listens at the port, so that a port in use is told before plugins are loaded."""
     try:
         return socket.create_server((LOOPBACK, port))
     except (OSError, OverflowError) as error:

@@ -312,7 +312,7 @@ def _tool(function: Callable[..., Any], *, read_only: bool) -> Tool:
 
 
 def _files(folder: Path) -> list[str]:
-    """Existing files of a run, links left out."""
+    """Names of those files of a run that are there, and are no symbolic links."""
     return [n for n in (REPORT, *FILES) if (folder / n).is_file() and not (folder / n).is_symlink()]
 
 

@@ -111,7 +111,7 @@ def _scenario_of(source: str) -> Scenario | None:
 
 
 def fixtures_of(source: str, knowledge: Knowledge, seed: int) -> tuple[Thing, ...]:
-    """Return the furniture of a scenario, by path or name."""
+    """Return the furniture of a scenario, given the path of its file or the name of a shipped one."""
     scenario = read_scenario(find_scenario(source))
     world, _ = build_world(scenario, scenario.spec.things, scenario.spec.vary, knowledge, seed)
     return tuple(t for t in world.things if t.furniture)

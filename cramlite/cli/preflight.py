@@ -49,8 +49,8 @@ def preflight(
     plugins: PluginChoice = INSTALLED,
     json_output: bool = False,
 ) -> int:
-    """Print one page about a program: settings of the controller, values reached, covered and uncovered
-    doubts.
+    """Print one page about a program: settings of the controller, values that its runs reached, and the
+    errors that its proof did and did not cover.
 
     Args:
         program: a run directory, or a text.
@@ -219,9 +219,9 @@ def _set(flight: Flight) -> list[str]:
     degrees = " ".join(f"{math.degrees(q):.1f}" for q in program.start)
     return [
         *lines,
-        f"  payload            {mass:.3f} kg at {centre} mm from the flange, empty; up to {most:.3f} kg ({where})",
+        f"  payload            {mass:.3f} kg at {centre} mm from the flange with an empty gripper; up to {most:.3f} kg ({where})",
         f"  start posture      {degrees} deg, the first move goes from there",
-        f"  grip force         up to {strongest_grip(program):.0f} N of '{robot.gripper.type}', which has {robot.gripper.force[1]:.0f} N",
+        f"  grip force         up to {strongest_grip(program):.0f} N; '{robot.gripper.type}' can press with {robot.gripper.force[1]:.0f} N",
     ]
 
 
@@ -263,7 +263,7 @@ def _places(flight: Flight) -> list[str]:
 def _late_tolerance(late: LatePose) -> str:
     metres, radians = late.tolerance
     asks = "as planned; the program asks for the pose when it runs"
-    return f"{asks}, and stops if it is more than {1000 * metres:.0f} mm or {math.degrees(radians):.0f} deg off"
+    return f"{asks}, and stops if that is more than {1000 * metres:.0f} mm or {math.degrees(radians):.0f} deg from the planned one"
 
 
 def _left_out() -> list[str]:

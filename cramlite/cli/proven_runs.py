@@ -202,7 +202,10 @@ def _name(scenario: str, seed: int, key: dict[str, Any]) -> str:
 
 
 def _first(engine: Engine, reading: Reading, setting: Setting, run: RunDirectory, say: Say, stop: Stop) -> Solution:
-    """Return the first proven program; every decision of the search is written, also if it fails."""
+    """Return the first proven program.
+
+    Every decision of the search is written into the run directory, also if nothing is proven.
+    """
     trace = Trace()
     try:
         with closing(engine.resolve(reading, setting=setting, trace=trace, progress=say, stop=stop)) as found:  # type: ignore[type-var]

@@ -163,7 +163,7 @@ def _report_nothing(
 
 
 def _changes(scenario: Scenario, setting: Setting, engine: Engine, *, json_output: bool) -> str:
-    """Changes that would make a scenario solvable, as lines behind a refusal."""
+    """Changes that would make a scenario solvable, as lines to be printed after the refusal."""
     from ..engine.relaxing import relaxations
 
     found = relaxations(scenario, setting, engine, lambda _: None if json_output else print(f"tried: {_}", flush=True))
@@ -242,7 +242,8 @@ def _say_understood(scenario: Scenario, setting: Setting, engine: Engine) -> Non
 
 
 def _say_notes(scenario: Scenario, setting: Setting, engine: Engine) -> None:
-    """Print doubts about the scenario, changes of its things, and the stages that stay unresolved, each once.
+    """Print doubts about the scenario, repairs and corrections of its things, and how many stages of 'then'
+    stay unresolved.
 
     Doubts about files of robot and scene are only counted; 'cramlite check' prints them.
     """
@@ -276,8 +277,8 @@ def _finish(run: RunDirectory, solution: Solution, engine: Engine, say: Progress
 
 
 def _earlier_trace(run: RunDirectory) -> Trace:
-    """Return the trace of an interrupted run up to its last refused candidate, so that these candidates are
-    not tried again."""
+    """Return the beginning of an interrupted run's trace, which is about its refused candidates only, so
+    that these are not tried again."""
     if not run.refused:
         return Trace()
     entries = read_trace(run.path / "trace.json").entries

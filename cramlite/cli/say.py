@@ -1,4 +1,5 @@
-"""A sentence on the command line: its option, the scenario that starts from it, and the formula of its goal."""
+"""A sentence on the command line: its option ``--say``, the scenario that starts from it, and the goals
+that it means."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ class Refused(Exception):
 
 
 class OpenSearch(Value):
-    """Open search, which ``next`` continues."""
+    """Search of a ``resolve`` request, which a ``next`` request continues to the following program."""
 
     solutions: Iterator[Solution]
     engine: Engine

@@ -15,7 +15,8 @@ SIZE = (960, 720)
 
 
 def show_scenario(scenario: Path | str, out: Path, *, seed: int = 0, plugins: PluginChoice = INSTALLED) -> Path:
-    """Draw the believed world of a scenario at its start, fitted to the things that can be moved, as a PNG; return its path.
+    """Draw the believed world of a scenario at its start as a PNG whose view is fitted to the movable things;
+    return its path.
 
     Raises:
         UserError: the scenario cannot be used, the file exists, or it cannot be written.

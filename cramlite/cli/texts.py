@@ -94,8 +94,8 @@ def repairs_json(repairs: Iterable[Repair]) -> list[dict[str, Any]]:
 
 
 def _label(action: Interpreted) -> str:
-    """Return the source of an action's event: named in the recording, or inferred from motion; "" if its
-    class is Action only."""
+    """Format what an action's event is called, its object, and whether the recording names it so or it was
+    inferred from motion; "" for an event that is only an Action."""
     event = action.segments[0].event if action.segments else None
     if event is None or event.type == ACTION:
         return ""
@@ -132,7 +132,7 @@ def interpretation_text(found: Interpretation, repairs: Iterable[Repair] = ()) -
     lines = [f"{found.episode}: {counted(len(found.actions), 'action')}, {counted(found.count(), 'reading')}"]
     zero = found.zero
     if zero:
-        lines.append(f"  times count from {datetime.fromtimestamp(zero, UTC):%Y-%m-%d %H:%M:%S} UTC, {zero:.3f} s")
+        lines.append(f"  times count from {datetime.fromtimestamp(zero, UTC):%Y-%m-%d %H:%M:%S} UTC, {zero:.3f} s of Unix time")
     lines += _repair_lines(list(repairs), zero)
     for k, action in enumerate(found.actions):
         lines.append(f"  {k}  {action.start - zero:7.2f} to {action.end - zero:7.2f} s{_label(action)}")

@@ -102,7 +102,8 @@ class CandidateSequence(Value, eq=False):
 
     @property
     def doubted(self) -> list[tuple[int, Match]]:
-        """Readings of actions to which the validators of every program of this task sequence objected."""
+        """Demonstrated actions, each with the task that explains it here, where the validators of every
+        program of this task sequence objected to this task."""
         said = self.sequence
         return [(said.actions[k - 1], said.matches[k - 1]) for k in sorted(self.effort.objected or ())] if said else []
 
@@ -127,8 +128,8 @@ class CandidateSequence(Value, eq=False):
 def doubted_last(
     plans: Iterable[tuple[Plan, TaskSequence | None]], tried: Sequence[CandidateSequence], trace: Trace
 ) -> Iterator[tuple[Plan, TaskSequence | None]]:
-    """Order task sequences, those last that repeat a doubted reading: one to which the validators of every
-    program of an earlier sequence objected.
+    """Order task sequences: those come last that explain an action by the same task as an earlier sequence,
+    where the validators of every program of the earlier one objected to this task.
 
     Args:
         tried: is asked before each.
@@ -200,7 +201,8 @@ def _attempts(
 def _judged(
     candidate: Candidate, search: Search, setting: Setting, knowledge: Knowledge, group: ExecutorGroup
 ) -> tuple[Candidate, Verdict]:
-    """Complete program with its verdict, from a run in the believed world and then from its twins.
+    """Complete program with its verdict, for which it runs in the believed world, and if it passes there in
+    twins.
 
     The time of each goes to the trace.
     """

@@ -150,8 +150,8 @@ class Engine:
         return interpret(episode, self.knowledge.rules, self.knowledge.taxonomy)
 
     def read(self, goal: AnyGoal | Reading) -> Reading:
-        """Return a goal together with its demonstration, to be read once; the engine's methods take it in
-        place of the goal.
+        """Return a goal in a form that the engine's methods take in its place, so that they all share one
+        reading of its demonstration.
 
         A demonstration is then read and interpreted once for all of them, when the first needs it. The reading of a
         reading is that reading.
@@ -358,8 +358,8 @@ class Engine:
 
 
 def _too_wide(episode: Episode) -> str:
-    """Explain why no events were inferred, or doubt the unit of lengths where something moved farther than
-    people do; "" without either."""
+    """Explain to a person why no events were inferred, or, where something moved farther than people do,
+    that its lengths may not be in metres; "" without either."""
     if said := [r.why for r in episode.repairs if r.what == NOT_INFERRED]:
         return f" No events were inferred: {said[-1]}."
     ways = ((float((t.poses[:, :3].max(axis=0) - t.poses[:, :3].min(axis=0)).max()), n) for n, t in episode.tracks.items() if len(t.times))
@@ -370,7 +370,7 @@ def _too_wide(episode: Episode) -> str:
 
 
 def _refuse(unknown: Mapping[str, object]) -> None:
-    """Raise TypeError for an unknown argument; 'setting' was called 'world' before."""
+    """Raise TypeError for an unknown argument; for 'world' it says that 'setting' is the argument to give."""
     for name in unknown:
         instead = "; the setting is given as setting=engine.setting(scenario)" if name == "world" else ""
         raise TypeError(f"there is no argument '{name}'{instead}")

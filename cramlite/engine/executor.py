@@ -140,7 +140,8 @@ class _Interrupted:
 
 
 def _serve(asked: BinaryIO, answers: BinaryIO) -> None:
-    """Run requests in the executing process, until the caller has no further request, or has ended."""
+    """Run the texts that the caller sends to the executing process, until it sends no further one, or has
+    ended."""
     parent, interrupted = os.getppid(), _Interrupted()
     try:
         knowledge = _loaded(pickle.load(asked))

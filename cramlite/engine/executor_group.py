@@ -158,7 +158,7 @@ class _List:
 
     @contextmanager
     def running(self, executor: Executor) -> Iterator[None]:
-        """Count a process, within this block, among those that run requests of the list."""
+        """Count a process, within this block, among those whose runs ``leave`` interrupts."""
         with self._lock:
             self._running.append(executor)
         try:
@@ -168,7 +168,7 @@ class _List:
                 self._running.remove(executor)
 
     def leave(self) -> None:
-        """End the runs under way, which have no caller any more."""
+        """Interrupt the runs under way, since the caller no longer wants their results."""
         with self._lock:
             self.left = True
             for one in self._running:

@@ -119,8 +119,8 @@ class Expectation(Value, eq=False):
         return self.steps[max(before)] if before else ""
 
     def rows(self, line: int) -> list[int]:
-        """Return the samples in which a line ran, and those shortly before and after; all samples for a line
-        that never ran."""
+        """Return the samples from ``SLACK`` seconds before a line ran to ``SLACK`` seconds after it; all
+        samples for a line that never ran."""
         own = np.flatnonzero(self.lines == line)
         if not len(own):
             return list(range(len(self.lines)))
@@ -221,8 +221,8 @@ class RunWatch:
         return Pose.from_rotvec(place, tuple(turn.tolist())) * Pose(quaternion=pose.quaternion)
 
     def _frozen(self, readings: Readings) -> Notice | None:
-        """Return a notice if the readings have not changed at all for a while in which the arm moves in the
-        proof."""
+        """Return a notice if all joint readings have stayed the same for ``SAME`` seconds at a line that
+        moves the arm in the proof; None otherwise."""
         before, expected = self._raw, self.expected
         self._raw = readings
         if before is None or readings.joints != before.joints or readings.poses is None:

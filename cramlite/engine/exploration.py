@@ -161,8 +161,8 @@ def is_meant(setting: Setting, scenario: Scenario, plan: Plan | None, knowledge:
 
 
 def _revealed(setting: Setting, reveal: Reveal, knowledge: Knowledge) -> Setting:
-    """Return the setting with a picture taken after a proven program revealed the place; if that failed, with
-    the reason in its ``look``."""
+    """Return the setting after a proven program revealed the place and a picture was taken of it; where
+    that failed, its ``look`` states the reason."""
     from ..perception.active_perception import look_into
 
     seen, trace = setting.look, Trace()

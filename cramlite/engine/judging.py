@@ -167,7 +167,7 @@ def _remarks(origins: Origins, by_labels: bool) -> tuple[str, ...]:
     found = []
     if origins.guessed:
         lines = ", ".join(map(str, origins.guessed[:LISTED])) + (", ..." if len(origins.guessed) > LISTED else "")
-        found.append(f"nothing says which task line {lines} belongs to; each counts to the one before it")
+        found.append(f"nothing says which task line {lines} belongs to; each is judged with the task of the line before it")
     if by_labels:
         found.append("no run directory says where the plan's things should end; its tasks are judged by their rules and contacts")
     return tuple(found)

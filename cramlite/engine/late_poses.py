@@ -88,7 +88,8 @@ def _relative(step: AnyStep, robot: Robot, program: Program, thing: str) -> list
 
 
 def flange(robot: Robot, q: tuple[float, ...]) -> Pose:
-    """Return the flange's pose in the base frame at joint angles [rad]: Rz(q) Tz(d) Tx(a) Rx(alpha) behind ``Robot.root``."""
+    """Return the flange's pose in the base frame at joint angles [rad]: ``Robot.root``, times Rz(q) Tz(d)
+    Tx(a) Rx(alpha) of each joint."""
     pose = robot.root
     for (a, d, alpha), angle in zip(robot.dh or (), q, strict=True):
         turn = Pose((0, 0, d), (math.cos(angle / 2), 0, 0, math.sin(angle / 2)))

@@ -86,7 +86,7 @@ def _of_steps(text: str) -> Origins:
 
 
 def _code_lines(text: str) -> Iterator[_Line]:
-    """The lines of a text that have code, with the comments between them and the code before."""
+    """The lines of a text that have code, each with its comment and those since the previous line of code."""
     said: list[str] = []
     for number, line in enumerate(text.splitlines(), 1):
         code = CODE.match(line)

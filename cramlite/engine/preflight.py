@@ -112,7 +112,8 @@ class Check(Value):
 
     @property
     def setting(self) -> float | None:
-        """Value to set on the controller: above any run's, and no more than the limit; None for nothing."""
+        """Value to set on the controller: above that of any run, and no more than the limit; None for a
+        quantity without such a setting."""
         if not self.safety:
             return None
         wanted = MARGIN * self.most

@@ -1,4 +1,4 @@
-"""Readings of goals: the episode of a demonstration and its interpretation, computed once."""
+"""Goals with their demonstrations, each of which is read and interpreted once."""
 
 from __future__ import annotations
 

@@ -83,10 +83,10 @@ def _shows(action: Action, scripts: Mapping[str, RecordScript]) -> Shown:
     """Script of a task, with the fillers of its roles.
 
     Raises:
-        UserError: it is a rule over tasks, none shows it, or a role is filled by a class.
+        UserError: it is a control structure, no script shows it, or a role is filled by a class.
     """
     if isinstance(action, Compound):
-        raise UserError(f"A person shows tasks one after the other; '{action.kind}' is a rule over tasks. Give a plain list with --tasks.")
+        raise UserError(f"A person shows tasks one after the other; '{action.kind}' is a control structure. Give a list with --tasks.")
     if action.task not in scripts:
         can = ", ".join(sorted(n.split(":")[1] for n in scripts if ":" in n))
         raise UserError(f"No script shows {action.task}. The simulated person can show: {can}.")

@@ -88,7 +88,8 @@ def compare_run(log: RtdeLog, rollout: Rollout, names: Sequence[str], within: fl
 
 
 def moving(times: Floats, joints: Floats) -> tuple[float, float]:
-    """Return when an arm begins and ends to move [s]: joints leave where they first stood, and come to where they last stand."""
+    """Return when an arm leaves its first joint position, and when it reaches its last one [s]; first and
+    last time if it stands still."""
     first = np.flatnonzero(np.abs(joints - joints[0]).max(axis=1) > 1e-3)
     last = np.flatnonzero(np.abs(joints - joints[-1]).max(axis=1) > 1e-3)
     return (float(times[first[0]]), float(times[last[-1]])) if first.size and last.size else (float(times[0]), float(times[-1]))

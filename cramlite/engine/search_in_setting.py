@@ -1,4 +1,4 @@
-"""Searches in a setting: with the context that plugins are given; nothing here proves a program."""
+"""Making of searches in a setting, and of the context that plugins are given there."""
 
 from __future__ import annotations
 

@@ -87,7 +87,7 @@ class Setting(Value):
 
     @property
     def now(self) -> World:
-        """Believed world at the start of the plan, with things that the robot moved so as to look."""
+        """Believed world at the start of the plan: things that the robot moved to see behind or inside them are where it left them."""
         since = self.look.since if self.look else {}
         return replace(self.world, things=tuple(t.moved_to(since[t.name]) if t.name in since else t for t in self.world.things))
 

@@ -194,7 +194,8 @@ def _doubts(scenario: Scenario, world: World, robot: Robot, twins: int | None) -
 
 
 def _usual_twins() -> int:
-    """Number of twins if neither caller nor scenario gives one: 8, or that of the environment variable.
+    """Number of twins if neither caller nor scenario gives one: that of the environment variable
+    ``TWINS_VARIABLE``, else 8.
 
     Raises:
         UserError: the variable holds no whole number.

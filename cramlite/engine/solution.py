@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 
 
 class Solution(Value):
-    """Solution: a program whose text was run and judged in the believed world and in its twins, with all stages
-    that led to it.
+    """Solution: a program whose text was run and judged in the believed world and in its twins,
+    with its plan, verdict and trace.
 
     Args:
         number: which candidate task sequence it came from, from 1.

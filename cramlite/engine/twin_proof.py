@@ -110,7 +110,8 @@ def twin_seed(seed: int, text: str, number: int, family: str = "proof") -> int:
 
 
 def sight_of(setting: Setting) -> Sight | None:
-    """Return the camera's last pose and view; None where poses are known."""
+    """Return the camera's last pose, and the things whose poses come from its pictures; None where the
+    scenario states the poses of things."""
     look = setting.look
     if look is None or look.camera is None:
         return None

@@ -139,7 +139,8 @@ def _handed_out(client: Any, order: Order, left: Sequence[str], key: dict[str, A
 
 
 def _received(future: Future[Arrived], order: Order, name: str, store: Store) -> Any:
-    """The result of a trial, once its files are written; one whose workers died again and again counts as failed."""
+    """Return the result of a trial after writing the files that its worker sent; a trial whose workers
+    died again and again gets a failure as its result."""
     from distributed.scheduler import KilledWorker
 
     try:

@@ -284,8 +284,8 @@ def _claims_of(rules: Mapping[str, Rule], match: Match) -> Claims:
 
 
 def explains_ends(claim: Claims, readings: Iterable[Claims]) -> bool:
-    """Check condition 4 of coherence: a reading that does something explains every end that another reading
-    of the action explains."""
+    """Check condition 4 of coherence: a reading that does something explains the end of every relation
+    whose end another reading of the action explains."""
     return claim.passive or all(_among(f, claim.ends) for c in readings for f in c.ends)
 
 

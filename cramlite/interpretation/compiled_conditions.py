@@ -158,8 +158,8 @@ def _arguments(atom: Atom, slots: Slots, places: Sequence[int]) -> Callable[[Val
 
 
 def _asked(atom: Atom, slots: Slots) -> Rows:
-    """Return a function that pairs each binding with the rows of the predicate under it; bindings without
-    rows are dropped."""
+    """Return a function that pairs each binding with the predicate's rows that agree with the bound
+    variables; bindings without such rows are dropped."""
     predicate, arguments = atom.predicate, _arguments(atom, slots, range(len(atom.terms)))
 
     def rows(phases: Sequence[Phase], bindings: list[Values]) -> list[tuple[Values, tuple[Row, ...]]]:
@@ -170,8 +170,8 @@ def _asked(atom: Atom, slots: Slots) -> Rows:
 
 
 def _indexed(atom: Atom, slots: Slots) -> Rows:
-    """Return a function that pairs each binding with its rows in an index of the predicate; bindings without
-    rows are dropped."""
+    """Return a function like that of ``_asked``, which looks the rows up in an index by the bound
+    variables' values."""
     predicate = atom.predicate
     places = tuple(k for k, t in enumerate(atom.terms) if not isinstance(t, Variable) or t.name in slots)
     key = _arguments(atom, slots, places)

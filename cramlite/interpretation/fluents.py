@@ -100,7 +100,7 @@ class SymbolicWorld(Value):
         return self.taxonomy.is_a(self.types.get(entity, ""), class_)
 
     def has(self, entity: str, class_: str) -> bool:
-        """Check whether an entity is of a class, or a part of it is."""
+        """Check whether an entity, or a part of the entity, is of a class."""
         parts = [n for n in self.types if n == entity or thing_of(n) == entity == thing_of(entity)]
         return any(self.is_a(p, class_) for p in parts)
 
@@ -130,7 +130,8 @@ class Bound(Value):
 
 
 class Manner(Value):
-    """Manner in which a task must bring about a goal.
+    """Manner of a goal: what the task that brings the goal about must have under ``where`` and as
+    parameters.
 
     Args:
         where: keys of ``where`` for the task that puts the goal's first thing down, e.g. {"attitude": "upright"}.
@@ -398,7 +399,9 @@ def fluents_of(found: Mapping[str, Fluent]) -> Fluents:
         denied = tuple(str(p[0]) for p in fluent.denial)
         for other in (*fluent.implies, *fluent.implies_when_carried, *fluent.undoes, *fluent.excludes, *denied):
             if other not in found:
-                raise PluginError(f"The predicate '{name}' names a predicate '{other}'; {nearest(other, found)}.")
+                raise PluginError(
+                    f"The predicate '{name}' refers to a predicate '{other}', which no plugin declares; {nearest(other, found)}."
+                )
     _check_phrases(found)
     return Fluents(found)
 

@@ -253,8 +253,8 @@ class _Matcher(Value):
         )
 
     def named(self, segment: Segment, label: str, known: set[str]) -> Iterator[Match]:
-        """Yield readings as the task that the recording names, if no condition refutes the reading though
-        some cannot be judged."""
+        """Yield those readings of an action as the task that the recording names which no condition
+        refutes, though some conditions cannot be judged."""
         for task, rule in self.rules.items():
             if task not in known and segment.event is not None and self.timeline.taxonomy.is_a(task, label):
                 yield from possible_matches(rule, self.timeline.phases(segment, self.padding), _fillers(rule, segment.event))
@@ -266,8 +266,8 @@ class _Matcher(Value):
         return bool(episode.tracks) and episode.effector is not None and episode.effector not in episode.tracks
 
     def unseen(self, segment: Segment) -> Iterator[Match]:
-        """Yield readings of an action of which a single condition cannot be judged, because the effector was
-        not tracked."""
+        """Yield those readings of an action in which one condition cannot be judged, because the effector
+        was not tracked, and all others hold."""
         for rule in self.rules.values():
             found = possible_matches(rule, self.timeline.phases(segment, self.padding), [{}])
             yield from (m for m in found if m.roles and len(m.unknown) == 1)
@@ -294,7 +294,7 @@ class _Matcher(Value):
         return tuple(r for r in refused if r is not None)
 
     def _telling(self, time: float) -> bool:
-        """Check whether a state whose class always separates actions begins or ends at a boundary."""
+        """Check whether a state of a class that always separates actions begins or ends at a time [s]."""
         boundaries = self.timeline.boundaries
         return any(time in boundaries(type_) for type_ in self.timeline.taxonomy.restricted_classes(TELLS_APART))
 
@@ -364,8 +364,8 @@ class _Matcher(Value):
 
 
 def _fillers(rule: Rule, event: Event) -> Iterator[Binding]:
-    """Yield candidate role fillers of a labelled action: by role names, else its object as the first role's
-    filler; at last no fillers."""
+    """Yield the role fillers that a labelled action may have: those that the label gives by role names,
+    else its object as the filler of the first role; then, as the last candidate, no fillers."""
     said: Binding = {role: event.roles[role] for role in rule.roles if role in event.roles}
     if not said and rule.roles and "object" in event.roles:
         said = {next(iter(rule.roles)): event.roles["object"]}

@@ -1,4 +1,5 @@
-"""Predicates that demonstrations define: a thing follows a shown path about another thing, or the hand keeps still for a time."""
+"""Predicates that demonstrations define: a thing goes along a shown path relative to another thing, or the
+hand keeps still for a time."""
 
 from __future__ import annotations
 
@@ -16,8 +17,8 @@ STILL = 0.01
 
 
 def path_predicate(name: str, path: ShownPath) -> Predicate:
-    """Return a predicate that holds where the bottom centre of a mover goes along a path about a reference
-    thing.
+    """Return a predicate that holds where the bottom centre of a mover goes along a path relative to a
+    reference thing.
 
     Args:
         name: of it, as rules write it.
@@ -75,7 +76,8 @@ def _said(path: ShownPath) -> str:
 
 
 def gone_through(path: ShownPath, episode: Episode, mover: str, about: str, span: tuple[float, float]) -> float:
-    """Return how often a thing went along a path about another thing in a span of an episode."""
+    """Return how many times a thing went along a path relative to another thing in a span of an episode; a
+    part of the path counts as a fraction."""
     frame = path.anchor.frame(parts_of(episode, about))
     found = followed(episode, mover, about, span) if frame is not None else None
     if frame is None or found is None:

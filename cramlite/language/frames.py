@@ -79,7 +79,7 @@ class Frames:
         return frozenset(found | {w for f in self._all for p in (*f.prepositions, *f.after, *f.stated) for w in p})
 
     def of_preposition(self, words: Words) -> tuple[GoalPhrase, ...]:
-        """Return the goal phrases whose place may be introduced by a preposition."""
+        """Return the goal phrases in which a preposition may stand before the place, such as "on"."""
         return tuple(dict.fromkeys(f.phrase for f in self.placing if words in f.prepositions))
 
     def verbs(self, words: Words, at: int) -> Iterator[Verb]:
@@ -159,7 +159,7 @@ def _verb(text: str) -> tuple[Words, Words]:
 
 
 def _stated(phrase: GoalPhrase, others: tuple[Words, ...]) -> tuple[Words, ...]:
-    """Return the adjectives that state a goal phrase about one thing: the words of its form, and words that
-    may follow the thing."""
+    """Return the adjectives that state a goal phrase about one thing, such as "open": the words of its
+    form, and those that may follow the thing in a request."""
     own = tuple(w for w in phrase.form.split()[1:] if not w.isupper())
     return tuple(dict.fromkeys((own, *(o for o in others if o[-1] not in _DIRECTIONS or (len(o) > 2 and o[-1] == "up")))))

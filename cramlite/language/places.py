@@ -233,8 +233,8 @@ class Places:
     # Beside
 
     def beside(self, link: Link, phrases: tuple[GoalPhrase, ...], theme: str, mentions: Mentions, on: str = "") -> tuple[str, str]:
-        """Return the text of a goal that puts a thing beside another thing, with PLACE filled, and the other
-        thing's name.
+        """Return the text of a goal that puts a thing beside another thing, with PLACE filled in; and the
+        name of that other thing.
 
         Args:
             on: where; "" for where the other one stands.

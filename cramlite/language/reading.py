@@ -73,7 +73,7 @@ class Reading:
                 continue
             for row in rows:
                 if self._brief and clause.theme.pronoun and any(f.themes == row.themes and f.clause is not row.clause for f in found):
-                    raise Refusal(FALSE, f"'{row.literal.goal}' is asked for, after something else was asked for the same thing")
+                    raise Refusal(FALSE, f"'{row.literal.goal}' is a second goal for {listed([*row.themes], 'and')}; say both with verbs")
                 found = [*(f for f in found if not self._superseded(f, row, clauses, number)), row]
         if not found:
             raise Refusal(UNREAD, "it names things and asks for nothing")
@@ -106,7 +106,7 @@ class Reading:
         """Return the goals of two things that exchange their places."""
         themes = self._its.things(clause.theme, lambda n: self._its.scene.world.thing(n).movable, self._mentions)
         if len(themes.names) != 2 or themes.some:
-            raise Refusal(OPEN, f"'{clause.theme.said}' is {themes.listed}; say which two things change places")
+            raise Refusal(OPEN, f"'{clause.theme.said}' is {themes.listed}, not two things; say which two change places")
         one, other = themes.names
         (mine, here), (its, there) = (self._places.now(n) for n in themes.names)
         if here == there:
@@ -287,7 +287,8 @@ class Reading:
         return carrier if named and labels.fits(carrier, named) > labels.fits(name, named) else name
 
     def _superseded(self, before: _Row, row: _Row, clauses: Sequence[Clause], number: int) -> bool:
-        """Check whether an earlier goal is only a step on the way, or is replaced by a later one."""
+        """Check whether a later goal makes an earlier one superfluous: the earlier one is only a step
+        towards the later one, or contradicts it."""
         if before.themes != row.themes or before.clause is row.clause:
             return False
         one, other = (self._meaning(r) for r in (before, row))

@@ -285,7 +285,7 @@ class Resolver:
         order = sorted(names, key=lambda n: -self.space.along(n, side if side != "middle" else "left"))
         k = noun.ordinal - 1 if noun.ordinal > 0 else -1
         if k >= len(order):
-            raise Refusal(FALSE, f"'{noun.said}' is not there: there are {len(order)}")
+            raise Refusal(FALSE, f"'{noun.said}' is not there: there are only {len(order)}")
         return [order[k]]
 
     def _at_side(self, names: list[str], noun: Noun, side: str, link: Link | None, mentions: Mentions) -> list[str]:

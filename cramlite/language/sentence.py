@@ -144,7 +144,7 @@ def _refusal(sentence: str, words: english.Words, parser: ClauseParser, resolver
     that."""
     denied = [w for w in words if w in english.NEGATIVE]
     if denied and not any(r.rank == OPEN for r in refused):
-        said = f"'{sentence}' says what shall not hold ('{denied[0]}')"
+        said = f"'{sentence}' says what shall not hold ('{denied[0]}'), in words that are not understood"
         advice = "say what shall hold instead, or 'the tin should not be on the tray'."
         return NotUnderstood(f"{said}; {advice}")
     if refused:

@@ -173,7 +173,8 @@ def _read(timeline: Timeline, rules: Sequence[Rule]) -> Iterator[tuple[float, fl
 
 
 def _explained(span: Span, rules: Mapping[str, Rule], match: Match | None, strict: bool = False, named: bool = False) -> Known:
-    """Return an action with the changes that its task explains, with those that predicates imply."""
+    """Return an action with its known task and the predicates whose changes the task explains, directly or
+    by implication."""
     if match is None:
         return Known(span, strict=strict)
     rule = rules[match.task]

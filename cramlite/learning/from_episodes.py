@@ -82,8 +82,8 @@ def _named_apart(episodes: Sequence[Episode]) -> dict[int, Episode]:
 
 
 def _unlike(learned: Learned) -> str:
-    """Return an objection if the examples share no change and known tasks explain each, but no task explains
-    all; else ""."""
+    """Return an objection if known tasks explain each example, but the examples have neither a change nor
+    a known task in common; else ""."""
     tasks = [{task for task, _ in one.tasks} for one in learned.examples]
     if learned.cast.changes or len(tasks) < 2 or not all(tasks) or set.intersection(*tasks):
         return ""

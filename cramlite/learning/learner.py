@@ -134,7 +134,8 @@ def _learned(
 
 
 def _sure(rest: Sequence[Known], tables: Tables | None, cast: Cast, idle: frozenset[str]) -> list[bool]:
-    """Return for each other action whether it certainly is no example, because a known task explains it.
+    """Return for each action outside the examples whether it is certainly no example of the learned task,
+    because a known task explains it.
 
     An action with the examples' changes must be explained in these changes, else it may be the learned task.
     A task without changes explains, unless the examples have the same one.
@@ -182,7 +183,7 @@ def _problem(
 
 
 def _groups(shown: Tables, literals: Sequence[Literal], cast: Cast) -> list[Group]:
-    """Return for each example the group of wrong role fillers, which a rule must refute."""
+    """Return a group for each example: all role fillings except the right one, which a rule should refute."""
     refuted, valid = ~shown.truths(literals, cast.roles), shown.valid(cast.roles)
     found = []
     for k, place in enumerate(cast.places):

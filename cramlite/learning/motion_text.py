@@ -29,7 +29,7 @@ def motion_words(proposal: Proposal, name: str) -> Mapping[str, str]:
         return {}
     motion, mover, about = proposal.moving
     path = motion.path
-    speed = ("speed_m_s", f"{path.speed:g}", "the median of what was shown")
+    speed = ("speed_m_s", f"{path.speed:g}", "the median of the shown speeds")
     rows = PRESSED if path.touching else (speed,)
     declared = "".join(f'\n        Parameter("{n}", {default}, "{source}"),' for n, default, source in rows)
     return {
@@ -43,7 +43,7 @@ def motion_words(proposal: Proposal, name: str) -> Mapping[str, str]:
 def _rest_words(rest: ShownRest, name: str) -> Mapping[str, str]:
     return {
         "constants": f'\nLEAST_S = {rest.least_s:g}\n"""Shortest rest that counts [s]."""\n',
-        "parameters": f'\n    parameters = (Parameter("rest_s", {rest.duration_s:g}, "the median of what was shown"),)',
+        "parameters": f'\n    parameters = (Parameter("rest_s", {rest.duration_s:g}, "the median of the shown rests"),)',
         "hooks": _hook(f'rest_predicate("rests_{name}", LEAST_S)'),
     }
 

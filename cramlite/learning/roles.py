@@ -49,7 +49,8 @@ class Cast(Value, eq=False):
 
     @property
     def told(self) -> int:
-        """Weight of the changes that a rule should explain: each recorded one, one of each set of measured ones, and each moved thing."""
+        """Number of changes that a rule should explain: all recorded ones, one of each set of measured
+        ones, and one for each moved thing."""
         return len(self.changes) + len(self.measured) + self.movers
 
 
@@ -158,7 +159,8 @@ def own_changes(tables: Tables, span: int) -> tuple[Literal, ...]:
 
 
 def _measured(language: Language, common: Sequence[Literal], roles: int) -> tuple[tuple[Literal, ...], ...]:
-    """Return sets of changes; a rule should explain one change of each set.
+    """Return sets of measured changes that all examples have in common; a rule should explain one change
+    of each set.
 
     There is a set for each role that moves, else a single set of all changes.
     """

@@ -34,7 +34,8 @@ class Group(Value, eq=False):
 
 
 class Wish(Value, eq=False):
-    """Wish: the chosen conditions should all hold in one of several alternatives, or bits are paid.
+    """Wish: the chosen conditions should all hold in one of several alternatives, else the wish's bits are
+    added to the rule's length.
 
     Args:
         false: of alternatives, the conditions that do not hold in each, as bits of a whole number.
@@ -71,7 +72,7 @@ class Shortest(Value):
 
 
 def masks(refuted: Truths) -> list[int]:
-    """Return for each column of a table the set of rows that are true, as the bits of an integer."""
+    """Return each column of a table of truth values as an integer, in which bit k is set if row k is true."""
     packed = np.packbits(refuted, axis=0, bitorder="little")
     return [int.from_bytes(column.tobytes(), "little") for column in packed.T]
 
@@ -93,7 +94,8 @@ def _rows_of(mask: int) -> list[int]:
 
 
 def merged(groups: Iterable[Group]) -> list[Group]:
-    """Merge groups with equal refutations and add their bits."""
+    """Merge groups whose bindings are refuted by the same conditions, and add the bits of the merged
+    groups."""
     found: dict[frozenset[int], Group] = {}
     for group in groups:
         if group.refuted:
@@ -136,8 +138,8 @@ def shortest(problem: Problem) -> Shortest:
 
 
 def _wish(wish: Wish, weights: list[float], rows: _Rows, lower: list[float]) -> None:
-    """Add a wish to the integer program: in one alternative every chosen condition holds, or the wish's bits
-    are paid."""
+    """Add a wish to the integer program: unless all chosen conditions hold in one alternative, the wish's
+    bits are added to the objective."""
     first = len(weights)
     weights += [0.0] * len(wish.false)
     for k, mask in enumerate(wish.false):
@@ -151,8 +153,11 @@ def _wish(wish: Wish, weights: list[float], rows: _Rows, lower: list[float]) -> 
 
 
 def widened(problem: Problem, chosen: Sequence[int]) -> tuple[int, ...]:
-    """Add further conditions, best first, that cost fewer bits than they save on bindings which only one
-    condition refutes; return all."""
+    """Return the chosen conditions and further ones, the best first, each of which saves more bits than it
+    has.
+
+    A condition saves the ``narrow`` bits of a binding by being the second condition that refutes the binding.
+    """
     groups = [g for g in merged(problem.groups) if g.narrow]
     bits, found = problem.bits + TIE * np.arange(len(problem.bits)), set(chosen)
     while True:

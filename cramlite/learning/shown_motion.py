@@ -52,8 +52,8 @@ class ShownMotion(Value, eq=False):
     bent: bool
 
     def apart_from(self, refused: Sequence[Span]) -> ShownMotion:
-        """Return the motion with a higher least number of rounds, if it occurs in spans that are not the
-        task.
+        """Return the motion with the least number of rounds raised, so that spans that are not the task
+        have fewer.
 
         The number is half way between theirs and the examples'.
         """
@@ -129,8 +129,8 @@ def _of_pairs(spans: Sequence[Span], pairs: tuple[tuple[str, str], ...]) -> tupl
 
 
 def _anchors(classes: Sequence[str] | dict[str, None]) -> Iterator[Anchor]:
-    """Yield frames for a path: those of the reference thing's parts, at their bottom first, then that of the
-    thing."""
+    """Yield the frames in which a path may be given: for each part of the reference thing a frame at the
+    part's bottom and one at its origin, last the frame of the thing itself."""
     for scaled in (False, True):
         yield from (Anchor(class_, deep, scaled) for class_ in classes for deep in (True, False))
     yield Anchor()

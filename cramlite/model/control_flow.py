@@ -48,7 +48,8 @@ class Compound(Action):
 
 
 class Mark(Value):
-    """Agenda marker where a branch of a compound begins; after the last branch, where the compound ends."""
+    """Agenda marker where the branch of a compound with the number ``branch`` begins; where that is the
+    number of branches, the compound ends."""
 
     compound: Compound
     branch: int
@@ -132,8 +133,7 @@ def monitor(
 
 
 class Way(Value):
-    """Expansion of a compound into items for the agenda, with reason and cost; it is to a compound what a
-    ``Decomposition`` is to an action."""
+    """Expansion of a compound: the items that take its place on the agenda, with reason and cost."""
 
     steps: tuple[Designator | Mark, ...]
     reason: str

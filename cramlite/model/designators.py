@@ -63,8 +63,8 @@ class Object(Value):
         return thing_of(self.entity or "")
 
     def merged(self, other: Object) -> Object:
-        """Return a designator with the features and affordances that either asks for, and the types of the
-        first that states any."""
+        """Return this description with the features and affordances of another added, and with the types
+        of the other if it states none."""
         features = tuple(dict.fromkeys((*self.features, *other.features)))
         affords = tuple(dict.fromkeys((*self.affords, *other.affords)))
         filled = self.filled or other.filled
@@ -136,7 +136,8 @@ class Place(Value):
 
     @property
     def leaves_thing(self) -> bool:
-        """Whether the hand leaves a thing at the place: it releases it, or has moved it along."""
+        """Whether a thing stays at the place when the hand leaves: a payload that is released there, or a
+        thing that was pushed or pulled there."""
         return self.release is not None or (self.carried is not None and self.carried.to_m is not None)
 
 

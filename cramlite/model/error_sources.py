@@ -40,7 +40,7 @@ class Size(Value):
 
 
 class Around(Value):
-    """World that a twin is drawn around.
+    """Believed world, to which the errors of a twin are added.
 
     Args:
         world: as believed.

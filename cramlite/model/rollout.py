@@ -157,7 +157,8 @@ class Rollout(Value, dict=True):
 
     @cached_property
     def awake_touches(self) -> tuple[tuple[Touch, ...], ...]:
-        """Touches of each sample that hands or moved things take part in; those of ``asleep`` are left out."""
+        """Touches of each sample, without those in which only things take part that the simulation lets
+        sleep (``asleep``)."""
         idle = {id(t) for still in {id(s): s for s in self.asleep}.values() for t in still}
         return tuple(tuple(t for t in touches if id(t) not in idle) for touches in self.touches) if idle else self.touches
 

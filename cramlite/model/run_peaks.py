@@ -61,8 +61,10 @@ def _rates(values: Floats, times: Floats) -> Floats:
 
 
 def force_while_running(rollout: Rollout) -> Floats:
-    """Return the contact force at each sample (N,) [N], 0 where no line ran; a sample has the peak of the cycles before it, so the
-    program's last ones count, too."""
+    """Return the contact force at each sample (N,) [N], 0 where no line ran.
+
+    A sample states the peak since the sample before, so the first sample after the program's end counts, too.
+    """
     import numpy as np
 
     running = np.asarray(rollout.lines) > 0

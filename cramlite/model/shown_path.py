@@ -36,8 +36,8 @@ class Anchor(Value):
     scaled: bool = False
 
     def frame(self, parts: Iterable[Part]) -> tuple[Pose, float] | None:
-        """Return this frame's pose in the thing's frame, and the length [m] of one unit of x and y; None if
-        the thing has no such part."""
+        """Return this frame's pose in the thing's frame, and the length [m] of one unit of a path's x and
+        y: 1, or half the part's width where ``scaled``; None if the thing has no such part."""
         if not self.part:
             return Pose(), 1.0
         for class_, pose, size in parts:

@@ -61,8 +61,10 @@ class Drawing:
         return self._random[source]
 
     def number(self, source: str, name: str, size: float, unit: str, per: float) -> float:
-        """Draw uniformly from minus to plus ``size`` times the scale; the trace shows the draw in ``unit``,
-        with ``per`` units to one SI unit."""
+        """Draw uniformly from minus to plus ``size`` times the scale.
+
+        The trace shows the number in ``unit``, of which ``per`` are one SI unit.
+        """
         return self._noted(source, name, float(self.random(source).uniform(-1, 1)), size, unit, per)
 
     def share(self, source: str, name: str, size: float) -> float:

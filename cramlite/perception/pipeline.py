@@ -1,4 +1,5 @@
-"""Perception pipelines: experts are chosen by backward chaining from a query, the cheapest first, if their value domains fit."""
+"""Perception pipelines: backward chaining from a query to the experts that answer it; the cheapest come
+first, and those that can never give a wanted value are left out."""
 
 from __future__ import annotations
 

@@ -164,7 +164,7 @@ class _Running(Struct):
                 raise TypeError(f"made no {', '.join(absent)}, which it declares")
             entries = {o: Annotation(Judged(found[o]) if raw else _as_judged(found[o]), expert.name) for o in expert.outputs}
             if raw and any(len(e.value) != len(self.objects) for e in entries.values()):
-                raise TypeError(f"a scene expert answers with one entry for each of the {len(self.objects)} objects")
+                raise TypeError(f"a scene expert must answer with one entry for each of the {len(self.objects)} objects")
             return entries, ""
         except Unresolvable as impossible:
             return None, f"expert '{expert.name}': {impossible.reason}"

@@ -94,8 +94,8 @@ class Alternatives(Value):
         return not reason
 
     def _asked(self, point: ChoicePoint) -> Iterator[tuple[str, Iterable[Any]]]:
-        """Yield the answers of each plugin that grounds the designator; for an action those of its own task
-        type come last."""
+        """Yield the answers of each plugin that grounds the designator; for an action those of the
+        plugin that declares its task type come last."""
         item, state = point.item, point.state
         context = replace(
             self.context,
@@ -127,8 +127,9 @@ class Alternatives(Value):
         return f": no relation '{item.relation}'; {nearest(item.relation, self.relations)}" if isinstance(item, Location) else ""
 
     def _accepted(self, plugin: str, answers: Iterable[Any], point: ChoicePoint) -> Iterator[Alternative]:
-        """Yield the valid answers of one plugin, and record what its refusals depend on: the choices that a
-        refusal names, else the point's domain."""
+        """Yield the valid answers of one plugin, and add to the point's conflict set what its refusals
+        depend on: choices that a refusal names, else all that the question depends on
+        (``ChoicePoint.domain``)."""
         made = {name for name, _ in point.state.choices}
         earlier = point.domain if isinstance(point.item, Motion) else made
         try:

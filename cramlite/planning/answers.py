@@ -79,7 +79,8 @@ class ReadAhead(Sequence[Designator]):
 
 
 class Kept(Struct):
-    """Answers of one plugin to one question, as far as the search has taken them.
+    """Answers of one plugin to one question: those given so far, and the source of those that the
+    search has not asked for yet.
 
     Args:
         source: gives the others.
@@ -134,8 +135,8 @@ class Question(Struct):
 
     @property
     def refused_anywhere(self) -> bool:
-        """Whether the question is for a place at a thing and all answers are refusals because of other
-        things, so that they hold for any arm position."""
+        """Whether the question is for a place at a thing, and all answers are refusals that blame things
+        in the way; these hold for any arm position."""
         return isinstance(self.item, Location) and bool(self.item.of) and all(k.ended and self._about_things(k) for k in self.kept.values())
 
     def _about_things(self, kept: Kept) -> bool:

@@ -1,4 +1,5 @@
-"""Blockings: tasks that geometry or physics refuse while things are as other tasks have left them, for the next symbolic plan.
+"""Blockings: tasks that geometry or physics refuse while things are as other tasks have left them; later
+plans avoid them.
 
 This is how refusals of grasps, places, paths and proofs come back to the planner (Srivastava et al. 2014, "Combined task and motion
 planning through an extensible planner-independent interface layer"). A blocking rules out what was shown to fail and no more: it ends
@@ -41,21 +42,24 @@ class Blocking(Value):
         return tuple(dict.fromkeys(t for any_of in self.sets for tracks in any_of for t in tracks))
 
     def bars(self, before: Sequence[Operator], step: Operator) -> bool:
-        """Check whether a blocking refuses a task after others: these left at least one alternative of each
-        set unchanged."""
+        """Check whether a blocking refuses a task after other tasks: of each of its sets of things in the
+        way, these left at least one as it was."""
         if done(step) != self.task:
             return False
         same = {t for t in self.tracks if history(before, t.thing) == t.past}
         return all(any(same.issuperset(tracks) for tracks in any_of) for any_of in self.sets)
 
     def left_shut(self) -> Blocking:
-        """Return the blocking without the sets that name a shut thing, so that opening one does not end it:
-        closed joints take the least room."""
+        """Return the blocking without the sets that name a closed thing, so that opening this thing does not
+        end it.
+
+        A drawer or door takes the least room when it is closed.
+        """
         return replace(self, sets=tuple(any_of for any_of in self.sets if all(tracks[0].thing not in self.shut for tracks in any_of)))
 
     def while_others_stay(self) -> Blocking:
-        """Return the blocking that holds as long as no other obstacle is moved; moving the task's own things
-        does not end it."""
+        """Return the blocking without the sets that name the task's own things, so that only moving
+        another thing ends it; unchanged if it has no other sets."""
         own = {thing_of(e) for _, e in self.task[1]}
         others = tuple(any_of for any_of in self.sets if own.isdisjoint(tracks[0].thing for tracks in any_of))
         return replace(self, sets=others) if others else self
@@ -70,8 +74,8 @@ def blocking_of(
     found: Refutation, steps: Sequence[Operator], facts: Sequence[frozenset[Fact]], loose: frozenset[str],
     same_room: frozenset[str] = frozenset(),
 ) -> Blocking | None:  # fmt: skip
-    """Return what a refuted task sequence tells about others: its last refused task fails while all that its failure depends
-    on is unchanged.
+    """Return the blocking that a refuted task sequence proves: its last refused task fails as long as all
+    that its failure depends on is unchanged.
 
     Args:
         facts: before each step, those that rules ask about.
@@ -95,8 +99,8 @@ def blocking_of(
 
 
 def _tracks(thing: str, before: Sequence[Operator], facts: frozenset[Fact], loose: frozenset[str]) -> tuple[Track, ...]:
-    """Return the tasks done so far to a thing, as the first track, and to each loose thing that facts tie to
-    it."""
+    """Return the track of a thing (the tasks done to it so far), then those of the loose things that facts
+    relate to it, directly or through others."""
     pairs = [frozenset(map(thing_of, f[1:])) & loose for f in facts]
     known = {thing}
     while more := {n for names in pairs if names & known for n in names} - known:

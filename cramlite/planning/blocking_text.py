@@ -83,8 +83,8 @@ class BlockingText:
         return self.atom(f"one of tracks {' '.join(names)} is done", ())
 
     def effects(self, schema: ActionSchema, fluents: Fluents) -> Iterator[str]:
-        """Generate the effects of an action on the stages of things: to the next stage of a track, or to
-        none."""
+        """Generate the effects of an action on the stages of the things that it handles: each thing goes
+        on to the next stage of a track, or leaves the track."""
         change = schema.change
         for term, how in handled(change.needs, change.adds, change.removes, fluents, change.moves).items():
             for track in self.tracks if term.startswith("?") else ():

@@ -58,7 +58,8 @@ class Nogoods(Struct):
             self.known.setdefault(choice, []).append(nogood)
 
     def lasting(self) -> Nogoods:
-        """Return the no-goods that hold in a wider round, too: no alternatives were left out in them."""
+        """Return the no-goods that hold in a wider round, too: those that were found without leaving out
+        alternatives."""
         beside = {nogood: c for nogood, c in self.beside.items() if Capped() not in c}
         known = {choice: [n for n in found if n in beside] for choice, found in self.known.items()}
         return Nogoods(known, beside)
@@ -114,8 +115,8 @@ class ChoicePoint(Struct):
 
     @property
     def domain(self) -> set[str]:
-        """Choices that the set of alternatives depends on; for a place, for example, not how the arm got
-        there."""
+        """Earlier choices that the alternatives depend on; for a place, those of motions and of places
+        that were only passed are left out."""
         item, made = self.item, {name for name, _ in self.state.choices}
         if isinstance(item, Object | Late):
             part_of = item.part_of if isinstance(item, Object) else None

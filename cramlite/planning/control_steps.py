@@ -110,7 +110,7 @@ def _differ(one: Belief, other: Belief) -> str:
     if held[0] != held[1]:
         return f"'{held[0]}' is held after one, '{held[1]}' after the other"
     if apart > SAME:
-        return f"a joint is {apart:.2f} rad apart, more than {SAME:.2f} rad"
+        return f"a joint differs by {apart:.2f} rad, more than {SAME:.2f} rad"
     if abs(one.opening - other.opening) > MOVED:
         return f"the fingers are {1000 * one.opening:.0f} mm open after one, {1000 * other.opening:.0f} mm after the other"
     if one.at != other.at:

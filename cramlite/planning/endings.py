@@ -50,7 +50,8 @@ def is_free(term: str) -> bool:
 
 
 def kinds_of(schemas: Iterable[ActionSchema], facts: Iterable[Fact]) -> Kinds:
-    """Return the kinds of entities that relations can be about: at first, and by the effects of tasks."""
+    """Return the kinds of entities that each argument of a relation can have, from the facts at the start
+    and the effects of tasks."""
     found: dict[tuple[str, int], set[str]] = {}
     added = ((f[0], map(_kind, f[1:])) for s in schemas for f in s.change.adds)
     known = ((f[0], map(kind_of, f[1:])) for f in facts)
@@ -100,8 +101,9 @@ def _denied(schema: ActionSchema, fluents: Fluents) -> Iterator[Ending]:
 
 
 def _following(ending: Ending, fluents: Fluents) -> Iterator[Ending]:
-    """Generate the endings (facts that a task ends) that follow from one: of the mirrored fact, of facts that
-    it undoes, of wholes, and of facts that imply it."""
+    """Generate the endings (facts that a task ends) that follow from one: of the fact with swapped
+    arguments if it is symmetric, of facts that it undoes, of the same about wholes of parts, and of facts
+    that imply it."""
     name, *terms = ending.fact
     fluent, when = fluents[name], ending.when | {ending.fact}
     if fluent.symmetric:

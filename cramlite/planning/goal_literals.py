@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def literals_of_goals(goals: Iterable[str], scene: SymbolicWorld, knowledge: Knowledge) -> tuple[GoalLiteral, ...]:
-    """Return the literals of goals in words.
+    """Return the facts that should hold when goals in words are achieved.
 
     Args:
         scene: with the things that they name.

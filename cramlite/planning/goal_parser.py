@@ -126,7 +126,7 @@ def _forms(phrases: Iterable[GoalPhrase]) -> str:
     forms = [f"'{p.form}'" for p in sorted(phrases, key=lambda p: -len(_places(p)))]
     said = f"say {', '.join(forms[:-1])} or {forms[-1]}" if forms[1:] else "no plugin declares a phrase for goals"
     sides = ", ".join(f"'{s}'" for s in SIDES)
-    return f"{said}; a place may end in {sides} THING"
+    return f"{said}; PLACE may be followed by one of {sides} and a THING"
 
 
 def _places(phrase: GoalPhrase) -> list[str]:
@@ -134,8 +134,8 @@ def _places(phrase: GoalPhrase) -> list[str]:
 
 
 def _pattern(phrase: GoalPhrase) -> str:
-    """Return the regular expression of a goal's form: groups for its things, and behind a place also for a
-    side and a thing."""
+    """Return the regular expression of a goal's form, with a group for each of its things; a form with a
+    place has two more, for a side and the thing on whose side the place is."""
     words_of = {AMOUNT: NUMBER, PLACE: r"(\w+(?:/\w+)?)"}
     first, *words = (words_of.get(w, r"(\w+)") if w.isupper() else re.escape(w) for w in phrase.form.split())
     verbs = f"(?:(?:{'|'.join(map(re.escape, phrase.verbs))}) )?" if phrase.verbs else ""

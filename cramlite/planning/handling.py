@@ -105,8 +105,8 @@ class Track(Value):
         return f"'{self.thing}' " + (f"after {', '.join(map(task_text, self.past))}" if self.past else "as it was")
 
     def stages(self) -> list[Stage]:
-        """Return the stages of a thing that may still go through the whole track: tasks of the track done,
-        and how the thing was taken since."""
+        """Return the stages of a thing on its track: the number of the track's tasks done, and by what it
+        was taken since: "taken" by the next of these tasks, "other" by another one, "" not at all."""
         return [(k, how) for k in range(len(self.past) + 1) for how in ("", "taken", "other")]
 
     def after(self, stage: Stage | None, how: Handling, task: Done | None) -> Stage | None:

@@ -119,8 +119,8 @@ def _with(pattern: Fact, entity: str) -> Fact:
 
 
 class Change(Value):
-    """Preconditions and effects of a task as facts, and the things that the task moves, in the form of an
-    operator's fields.
+    """Preconditions and effects of a task as facts, and the things that it moves; the fields mean what those
+    of ``Operator`` mean.
 
     Args:
         needs, without, adds, removes, never, moves: as ``Operator`` has them.

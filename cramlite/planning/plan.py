@@ -47,8 +47,8 @@ Call = TaskCall | RuleCall
 
 
 def task_calls(calls: Iterable[Call], *, alternatives: bool = True) -> Iterator[TaskCall]:
-    """Yield the task calls in order, also those inside rules; with ``alternatives=False`` without those of a
-    choice, which the search may leave out."""
+    """Yield the task calls in order, also those inside control structures; with
+    ``alternatives=False`` without those of a choice, which the search may leave out."""
     for call in calls:
         if isinstance(call, TaskCall):
             yield call
@@ -119,8 +119,7 @@ Ahead = tuple[Location, Action | None]
 
 
 def _with_goals(actions: Sequence[Any], types: Mapping[str, TaskType], ahead: Ahead) -> tuple[tuple[Any, ...], Ahead]:
-    """Return the actions with a goal for each free motion, which is where the next task starts; and the first
-    of these starts.
+    """Return the actions, each free motion with its goal, and where the first task starts.
 
     A free motion leads to where the next task starts; the last one leads to ``ahead``.
     """

@@ -37,7 +37,8 @@ def task_plans(
     most: int = MOST,
     trace: Trace | None = None,
 ) -> Iterator[TaskPlan]:
-    """Generate task sequences that achieve a goal with its own things, or else with all things.
+    """Generate task sequences that achieve a goal, as far as possible with only the things that it names or
+    that are in the way.
 
     No sequence contains an earlier one, and none has a step that nothing asks for. But where the trace says what the failure of
     one depends on, the next are those in which that is another: what was in the way is moved first. Where it says that a thing
@@ -140,8 +141,8 @@ def _answer(text: PddlText, problem: PlanningProblem, scope: Scope, progress: Ca
 
 
 def _better(given: _Given, problem: PlanningProblem, scope: Scope, found: FoundPlan, progress: Callable[[str], None]) -> FoundPlan:
-    """Return the plan, or a shorter one with tasks of added plugins if it has no further effects that nobody
-    asked for.
+    """Return the plan, or a shorter one with tasks of added plugins where all needless effects of that are
+    effects of the plan, too.
 
     Where plans are not the shortest, their lengths say nothing; and after a plan that failed, the known tasks' others come first.
     """

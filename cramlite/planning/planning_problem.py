@@ -113,7 +113,7 @@ class PlanningProblem(Value, eq=False):
             yield Scope(every)
 
     def within(self, scope: Scope) -> PlanningProblem:
-        """Return the problem with only those ways around blockings that a scope allows."""
+        """Return the problem with blockings that end only by changes that a scope allows."""
         blocked = tuple(b.left_shut() for b in self.blocked) if scope.left_shut else self.blocked
         return replace(self, blocked=tuple(b.while_others_stay() for b in blocked) if scope.others_moved else blocked)
 
@@ -318,8 +318,8 @@ class PlanningProblem(Value, eq=False):
         return tuple(b for b in (new, part and new and replace(new, task=part)) if b is not None and b not in self.blocked)
 
     def _part(self, found: Refutation) -> Done | None:
-        """Return a task's refused part with all its role fillers, in the form of plan steps; None if plans
-        have no such task."""
+        """Return the task, or part of a task, that was refused, with fillers for all its roles, as plans
+        write their steps; None if plans have no such task."""
         task, fillers = found.part or WHOLE
         rule = next((r for r in self.knowledge.goal_rules if r.task == task), None)
         roles = {} if rule is None else {r: dict(fillers).get(r, EFFECTOR) for r in rule.roles}

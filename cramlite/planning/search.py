@@ -142,8 +142,8 @@ class Search(Struct, dict=True):
         return number
 
     def _failed(self, state: State, conflict: Conflict | None) -> Conflict:
-        """Record that a fully grounded state failed; return the choices to blame, marked as capped if
-        alternatives of some are still postponed."""
+        """Record that a fully grounded state failed; return the choices to blame, with ``Capped()``
+        among them if alternatives of some are tried only later."""
         everything = _everything(state)
         said = everything if conflict is None else conflict
         later = frozenset(c.choice for c in said if isinstance(c, Later)) & everything
@@ -220,8 +220,8 @@ class Search(Struct, dict=True):
         return {"task": self._planned - left, "depth": depth}
 
     def _part(self, item: Designator, state: State, tried: int) -> Part | None:
-        """Return the subtask, with its fillers, in which a refusal came up; ``WHOLE`` for the plan's task
-        itself, None if its alternatives were tried."""
+        """Return the subtask, with its fillers, in which a refusal came up; ``WHOLE`` for the plan's
+        task itself, None if decompositions of this task were tried."""
         opened = [i.action for i in reversed(state.agenda) if isinstance(i, Effect)]
         tasks = [a for a in (*opened, item) if isinstance(a, Action) and not isinstance(a, Compound)]
         inner = tasks[1] if len(tasks) > 1 else None

@@ -92,8 +92,8 @@ def _meant(found: Interpretation, reading: int | str | None) -> Iterator[TaskSeq
 
 
 def _shown(task: TaskType, match: Match, rule: Rule | None, action: Interpreted, timeline: Timeline) -> dict[str, float]:
-    """Return parameters of a task as the demonstration shows them: values that the task's rule compares under
-    a parameter's name."""
+    """Return the parameters of a task whose names occur in the comparisons of its rule, with the values
+    that were measured in the demonstration."""
     from ..interpretation.matching import measured
     from ..interpretation.timeline import Segment
 

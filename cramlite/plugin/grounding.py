@@ -81,7 +81,7 @@ class Refused(Value):
         checked_numbers(self.numbers)
 
     def of(self, value: str, passed: int = 0) -> Refused:
-        """Return the same refusal for another alternative.
+        """Return this refusal, with its reason, as that of another alternative.
 
         Args:
             value: the alternative in words.

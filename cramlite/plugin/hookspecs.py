@@ -73,7 +73,8 @@ def object_models() -> Iterable[ModelMaker]:  # type: ignore[empty-body]
 
 @hookspec
 def simulators() -> Iterable[Simulator]:  # type: ignore[empty-body]
-    """Declare simulators that demonstrate and execute. Called once at load; the first one is used unless preferred."""
+    """Declare simulators that demonstrate and execute. Called once at load; the first one is used, that of
+    a preferred plugin before others."""
 
 
 @hookspec

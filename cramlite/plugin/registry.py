@@ -165,7 +165,8 @@ class Registry(Struct, dict=True):
         self._load(module.__name__, lambda: module, "module", "", module.__name__)
 
     def _same_name(self, name: str, distribution: str, place: str) -> str:
-        """Return why a plugin is not loaded whose name a loaded plugin has already; "" for a new name."""
+        """Return a message that a loaded plugin has the same name, which keeps this one from being loaded;
+        "" if none has."""
         first = next((i for i in self.infos if i.name == name and not i.fault), None)
         if first is None:
             return ""

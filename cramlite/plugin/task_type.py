@@ -140,8 +140,8 @@ class TaskType(ABC):
         return None
 
     def leads_to(self, action: Action, following: Action | None, goal: Location) -> Location:
-        """Return the goal of a free motion: where the next task begins (``goal``), unless the moving task's
-        own roles name another one.
+        """Return the goal of a free motion: the place where the next task begins (``goal``), unless a role
+        of the moving task names another place.
 
         Args:
             following: the next task that says where it begins; None if no other follows, and ``goal`` is home.

@@ -225,7 +225,7 @@ def _check_values(hook: str, item: object) -> None:
     if not isinstance(name, str) or not name:
         raise WrongDeclaration(f"{hook} gave {repr(item)[:80]}, whose '{key}' is {name!r}; it must be text")
     if not callable(getattr(item, does)):
-        raise WrongDeclaration(f"{hook} gave '{name}', whose '{does}' is {_short(getattr(item, does))}, no function")
+        raise WrongDeclaration(f"{hook} gave '{name}', whose '{does}' is {_short(getattr(item, does))}; it must be a function")
     for attribute, types in _TYPES.get(hook, {}).items():
         value = None if _worked_out(item, attribute) else getattr(item, attribute, None)
         if value is not None and not isinstance(value, types):
@@ -248,11 +248,11 @@ def _check_fluent(name: str, item: object) -> None:
 
     static, fluent = getattr(item, "static", None), getattr(item, "fluent", Fluent())
     if static is not None and not callable(static):
-        raise WrongDeclaration(f"predicates gave '{name}', whose 'static' is {_short(static)}, no function")
+        raise WrongDeclaration(f"predicates gave '{name}', whose 'static' is {_short(static)}; it must be a function")
     if not isinstance(fluent, Fluent):
         raise WrongDeclaration(f"predicates gave '{name}', whose 'fluent' is {_short(fluent)}; it must be a Fluent")
     if fluent.contrary is not None and not callable(fluent.contrary):
-        raise WrongDeclaration(f"predicates gave '{name}', whose fluent's 'contrary' is {_short(fluent.contrary)}, no function")
+        raise WrongDeclaration(f"predicates gave '{name}', whose fluent's 'contrary' is {_short(fluent.contrary)}; it must be a function")
     for attribute in ("implies", "implies_when_carried", "undoes", "excludes", "denial", "phrases"):
         if not isinstance(getattr(fluent, attribute), _MANY):
             said = f"whose fluent's '{attribute}' is {_short(getattr(fluent, attribute))}; it must be a tuple"

@@ -88,7 +88,7 @@ class FaultSpec(Spec):
         if bool(self.near) != (self.within is not None):
             raise ValueError("'near' goes with 'within': how near the tool comes, such as within: 0.18 m")
         if kind in _NO_TRIGGER and (self.trigger() is not None or self.after):
-            raise ValueError(f"'{kind}' has no trigger: the fault begins {_NO_TRIGGER[kind]}")
+            raise ValueError(f"'{kind}' takes neither a trigger nor 'after': the fault begins {_NO_TRIGGER[kind]}")
         return self
 
     def trigger(self) -> Trigger | None:
@@ -220,7 +220,7 @@ def _check(world: World, fault: Fault) -> None:
         return
     thing = world.thing(fault.thing)
     if fault.kind is FaultKind.STICKING and thing.joint is None:
-        raise UserError(f"A fault says that '{thing.name}' sticks; it is on no joint.")
+        raise UserError(f"A fault says that '{thing.name}' sticks, but it is on no joint.")
     if fault.kind in _PUT and not (thing.movable and thing.joint is None):
         raise UserError(f"A fault moves '{thing.name}' while the program runs; only loose things can be moved then.")
 

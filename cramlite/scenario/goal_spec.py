@@ -123,7 +123,7 @@ def goal_text(data: Any) -> Any:
         first = error.errors()[0]
         if first["type"] == "string_type" and isinstance(first["input"], Mapping):
             raise ValueError(
-                f"in the goal {dict(first['input'])} is no thing; that is its name, "
+                f"in the goal {dict(first['input'])} is no thing; a thing is given as its name, "
                 '{"each": CLASS}, {"any": CLASS} or {"count": NUMBER, "of": CLASS}'
             ) from error
         place = ".".join(str(p) for p in first["loc"])

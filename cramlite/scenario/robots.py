@@ -19,8 +19,10 @@ if TYPE_CHECKING:
 
 
 def mount_of(scenario: Scenario) -> RobotMount:
-    """Return the mount of a scenario's robot; the type of a robot from a file is the file's name until the
-    file is read."""
+    """Return the mount of a scenario's robot: its name, type, base pose and file.
+
+    The file is not read here, so its name is given as the type of a robot from a file.
+    """
     spec = scenario.spec.robot
     kind = spec.type or scenario.resolve_path(spec.file or "").name
     return RobotMount(spec.name, kind, spec.at.pose(), file=file_of(scenario))

@@ -97,7 +97,7 @@ class JointSpec(Spec):
         return self
 
     def stated(self) -> StatedJoint:
-        """Return the statement about the joint in the form that readers of scene files take."""
+        """Return what is stated about the joint as a ``StatedJoint``, which readers of scene files take."""
         ends = self.slides or self.turns
         return StatedJoint(self.closed, ("slide" if self.slides else "hinge") if ends else None, ends)
 
@@ -138,8 +138,8 @@ class LimitsSpec(Spec):
 
 
 class ThenSpec(Spec):
-    """Stage of an open program: tasks that are resolved only when their time comes, from the readings at that
-    time.
+    """Stage of an open program: tasks that are resolved only after the earlier tasks were executed, in the
+    world as it is measured then.
 
     ``else``: tasks in their place, where no program for them can be proven; without it the execution ends there, with the reason.
     """
@@ -254,7 +254,7 @@ class Scenario(Value):
         return chosen.extended(block, prefer, tuple(map(self.resolve_path, self.spec.models)))
 
     def demonstrated_by(self, episode: Path) -> Scenario:
-        """Return this scenario with a demonstration in the place of its start."""
+        """Return this scenario with a demonstration in place of its tasks, designator or goal."""
         update = {"demonstration": str(episode.resolve()), "tasks": None, "designator": None, "goal": None, "plan": None}
         return replace(self, spec=self.spec.model_copy(update=update))
 
@@ -272,7 +272,7 @@ class Scenario(Value):
         return replace(self, spec=self.spec.model_copy(update={"reading": reading}))
 
     def with_goal(self, goal: Sequence[Any] | Mapping[str, Any]) -> Scenario:
-        """Return this scenario with a goal in the place of its start.
+        """Return this scenario with a goal in place of its demonstration, tasks or designator.
 
         Args:
             goal: sentences such as "tin on tray", or goals as data (``goal_spec``), of which ``{"say": ...}`` may stand alone.
@@ -284,8 +284,8 @@ class Scenario(Value):
         return replace(self, spec=self.spec.model_copy(update=update))
 
     def stage(self, number: int, key: Literal["do", "else"]) -> Scenario | None:
-        """Return this scenario with the tasks of a stage under ``then`` as its start; None if the stage has
-        no "else"."""
+        """Return this scenario with the tasks of a stage under ``then`` in place of its own; None if the
+        stage has no tasks under the key."""
         stage = self.spec.then[number]
         tasks = stage.do if key == "do" else stage.otherwise
         update = {**dict.fromkeys((*STARTS, "reading", "plan")), "tasks": tasks, "then": ()}
@@ -322,7 +322,8 @@ def read_scenario(path: Path | str | Mapping[str, Any]) -> Scenario:
 
 
 def started_by(data: Any, goal: Any) -> Any:
-    """Return scenario data with a client's goal as its start, if the data state no start of their own."""
+    """Return scenario data with a client's goal added, if the data have no demonstration, tasks,
+    designator or goal of their own."""
     says_where = isinstance(data, Mapping) and data.keys().isdisjoint(STARTS)
     goal = listed_goals(goal)
     return {**data, "goal": list(goal)} if says_where and isinstance(goal, list | tuple) else data

@@ -66,7 +66,7 @@ def draw_twin(
 
 
 def _made(thing: Thing, errors: ErrorModel, draw: Drawing) -> Thing:
-    """Return a thing with the changes that each source of error makes."""
+    """Return a thing after each source of error in an error model has changed it."""
     for name, source in declared(type(errors)).items():
         if source.thing is not None:
             thing = source.thing(thing, getattr(errors, name), draw)

@@ -283,7 +283,7 @@ def _hang(spec: ThingSpec, thing: Thing, built: Mapping[str, Thing], maker: Mode
     hang = spec.hangs_on
     assert hang is not None
     if hang.hanger not in built:
-        raise ValueError(f"hangs on '{hang.hanger}', which is not a thing above it; {nearest(hang.hanger, built)}.")
+        raise ValueError(f"hangs on '{hang.hanger}', which is no thing that the file lists before it; {nearest(hang.hanger, built)}.")
     if maker.hung is None:
         raise ValueError(f"model '{spec.model}' cannot hang; only models with a hole can.")
     return maker.hung(thing, built[hang.hanger], hang.depth, hang.yaw)

@@ -38,7 +38,7 @@ class PlanChange(Value):
 
     def __str__(self) -> str:
         one, other = (" -> ".join(tasks) or "no plan" for tasks in (self.without, self.with_it))
-        return f"'{self.goal}' of {self.scenario.stem}: {other}, without the plugin {one}"
+        return f"'{self.goal}' of {self.scenario.stem}: with the plugin {other}, without it {one}"
 
 
 def plan_changes(module: ModuleType, scenarios: tuple[Path, ...] | None = None) -> tuple[PlanChange, ...]:

@@ -87,7 +87,7 @@ def check_expert(expert: Expert) -> None:
     assert not set(expert.inputs) & set(expert.outputs), f"expert '{name}' needs what it makes"
     strangers = set(expert.domains) - set(expert.outputs)
     assert not strangers, f"expert '{name}': it declares a domain for {sorted(strangers)}, which is none of its outputs"
-    assert expert.cost_ms > 0, f"expert '{name}': cost_ms is what one run costs, measured; not {expert.cost_ms}"
+    assert expert.cost_ms > 0, f"expert '{name}': cost_ms must be the measured time of one run, above 0 ms; it is {expert.cost_ms}"
     for parameter in expert.parameters:
         assert parameter.source, f"expert '{name}': parameter '{parameter.name}' does not say where it comes from"
 
@@ -101,7 +101,7 @@ def check_predicate(predicate: Predicate) -> None:
     import inspect
 
     name = predicate.name
-    assert re.fullmatch(r"[a-z][a-z0-9_]*", name), f"predicate '{name}': rules write names such as 'is_light'"
+    assert re.fullmatch(r"[a-z][a-z0-9_]*", name), f"predicate '{name}': rules cannot write this name; one such as 'is_light' is needed"
     assert predicate.doc, f"predicate '{name}' has no sentence for people (doc)"
     assert predicate.phases, f"predicate '{name}' has no phase in which rules may use it"
     signature = inspect.signature(predicate.function)
@@ -132,14 +132,14 @@ def check_backend(backend: Backend) -> None:
     """
     assert backend.name and isinstance(backend.executable, bool), "a backend needs a name and says 'executable'"
     program, robot, code = _written(backend)
-    assert isinstance(code, Code), f"backend '{backend.name}' gives a Code, not {type(code).__name__}"
+    assert isinstance(code, Code), f"backend '{backend.name}' must give a Code, not {type(code).__name__}"
     assert code.text.strip(), f"backend '{backend.name}' wrote nothing"
     assert code == backend.emit(program, robot), f"backend '{backend.name}' wrote two texts for one program"
     assert code.suffix.startswith("."), f"backend '{backend.name}': '{code.suffix}' is no suffix such as '.txt'"
     known = {s.origin for s in walk(program.steps)} | {s.task for s in program.sections}
     lines = len(code.text.splitlines())
     for line, origin in code.origins.items():
-        assert 1 <= line <= lines, f"backend '{backend.name}': line {line} of {lines} has an origin"
+        assert 1 <= line <= lines, f"backend '{backend.name}': 'origins' has a line {line}, but the text has the lines 1 to {lines}"
         assert origin in known, f"backend '{backend.name}': line {line} comes from '{origin}', which is no step"
 
 
@@ -196,10 +196,10 @@ def _check_numbers(robot: Robot) -> None:
         assert len(getattr(robot, name)) == n, f"{said}: {n} joints, but {len(getattr(robot, name))} values of '{name}'"
     assert robot.dh is None or len(robot.dh) == n, f"{said}: {n} joints, but {len(robot.dh or ())} rows of 'dh'"
     for joint, (low, high), home in zip(robot.joints, robot.limits, robot.home, strict=True):
-        assert low < high, f"{said}: the limits of '{joint}' are {low} and {high}"
+        assert low < high, f"{said}: the lower limit of '{joint}', {low}, is not below the upper one, {high}"
         assert low <= home <= high, f"{said}: home of '{joint}' is {home}, outside {low} to {high}"
-    assert min(robot.velocity) > 0 and min(robot.acceleration) > 0, f"{said}: speeds are larger than 0"
-    assert robot.reach > 0 and robot.payload > 0, f"{said}: reach and payload are larger than 0"
+    assert min(robot.velocity) > 0 and min(robot.acceleration) > 0, f"{said}: speeds and accelerations must be larger than 0"
+    assert robot.reach > 0 and robot.payload > 0, f"{said}: reach and payload must be larger than 0"
     assert robot.gripper.opening[0] < robot.gripper.opening[1], f"{said}: the gripper does not open"
 
 

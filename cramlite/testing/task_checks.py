@@ -107,7 +107,9 @@ def check_task_type(
     _check_declaration(task)
     _check_classes(task, known.hooks)
     found = [(belief, _decompositions(task, belief)) for belief in beliefs]
-    assert any(ways for _, ways in found), f"{task.task}: neither an empty nor a holding gripper can do it, nor a robot that drives"
+    assert any(ways for _, ways in found), (
+        f"{task.task}: decompose gives no way to do it: neither with an empty gripper, nor with a holding one, nor with a robot that drives"
+    )
     for belief, ways in found:
         for way in ways:
             _check_decomposition(task, way, known)
@@ -116,8 +118,8 @@ def check_task_type(
 
 
 def _known(kinds: Mapping[str, Iterable[str]] | None, relations: Iterable[str] | None, hooks: Hooks) -> _Known:
-    """Return the names that designators may use: declared by installed plugins and by the checked one, or
-    given instead."""
+    """Return the names that designators may use: the given ones, else those that installed plugins and the
+    checked plugin declare."""
     own = {hook: {k.name: k for k in hooks[hook]()} for hook in ("motion_kinds", "location_kinds") if hook in hooks}
     declared = {**location_kinds(), **own.get("location_kinds", {})}
     motions = {**motion_kinds(), **{name: kind.knows() for name, kind in own.get("motion_kinds", {}).items()}}
@@ -157,7 +159,7 @@ def _check_effects(task: TaskType, beliefs: Iterable[Belief]) -> None:
         except Exception as error:
             wrong.append(error)
             continue
-        assert isinstance(after, Belief), f"{task.task}: effects gives a Belief, not {after!r}"
+        assert isinstance(after, Belief), f"{task.task}: effects must give a Belief, not {after!r}"
         return
     raise AssertionError(
         f"{task.task}.effects raised {wrong[0]!r} after the sample action had been done; it must return what is believed then"
@@ -191,7 +193,7 @@ def _check_declaration(task: TaskType) -> None:
     for role in task.roles:
         for attribute in ("types", "features", "affords"):
             said = getattr(role, attribute)
-            assert not isinstance(said, str), f"{task.task}: role '{role.name}': {attribute} is a tuple of classes, not '{said}'"
+            assert not isinstance(said, str), f"{task.task}: role '{role.name}': {attribute} must be a tuple of classes, not '{said}'"
     for parameter in task.parameters:
         assert parameter.source, f"{task.task}: parameter '{parameter.name}' does not say where its default comes from"
 
@@ -229,7 +231,7 @@ def _check_decomposition(task: TaskType, way: Decomposition, known: _Known) -> N
 
 def _check_motion(task: TaskType, motion: Motion, known: _Known) -> None:
     said, touched = f"{task.task}: {motion.name}", motion.may_touch
-    assert not isinstance(touched, str), f"{said}: may_touch is a tuple of names, not '{touched}'"
+    assert not isinstance(touched, str), f"{said}: may_touch must be a tuple of names, not '{touched}'"
     assert isinstance(motion.to, Location | None), f"{said} leads to {motion.to!r}"
     if motion.kind not in known.kinds:
         assert _answered(motion, known.hooks), f"{said}: no plugin knows kind '{motion.kind}'; {nearest(motion.kind, known.kinds)}"

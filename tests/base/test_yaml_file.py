@@ -149,7 +149,7 @@ WRONG = {
     "scenario: x\nrobot: {type: ur5e}\nthings: []\ngoal: []\n": ":4: 'goal': it has no entries, and needs at least 1",
     "scenario: x\nrobot: {type: ur5e}\nthings: []\ngoal: [3]\n": ":4: the first value of 'goal': this is a number; it should be text\\.$",
     "scenario: x\nrobot: {type: ur5e}\nthings: []\ngoal: [{goal: 'on', things: [{count: true, of: Tin}, a]}]\n":
-        ":4: the first goal: in the goal {'count': True, 'of': 'Tin'} is no thing; that is its name, ",
+        ":4: the first goal: in the goal {'count': True, 'of': 'Tin'} is no thing; a thing is given as its name, ",
     "scenario: x\nrobot: {type: ur5e}\nthings: []\ngoal: [a]\nvary: [{thing: a, position: -1}]\n":
         ":5: 'position' of the first vary: Input should be greater than or equal to 0",
     "scenario: x\n\u0085\u2028é": "not valid YAML: ",  # behind the last line: YAML counts other line ends, too

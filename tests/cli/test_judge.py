@@ -162,7 +162,7 @@ def test_what_cannot_be_judged_is_explained(run: Run, shelf: Path, tmp_path: Pat
         (("--goal", "block on shelv"), "did you mean 'shelf'"),
         (("--plan", tmp_path), "does not say what its program is for"),
         (("--plan", "fetch_from_hanger"), "run directory"),
-        (("--plan", "grasp_one_thing"), "found when it is resolved"),
+        (("--plan", "grasp_one_thing"), "only found when it is resolved"),
         (("--plan", "no_such_thing"), "no_such_thing"),
     ):
         done = run("judge", program, "--world", shelf, *words)

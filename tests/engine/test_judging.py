@@ -108,7 +108,7 @@ def test_lines_that_nothing_says_a_task_of_are_told(count: int, more: str) -> No
     text = TEXT.replace(lift, lift + own)
     lines = [k for k, line in enumerate(text.splitlines(), 1) if line.startswith("  zz_")]
     listed = ", ".join(map(str, lines[:6])) + more
-    assert judged(text, RUN, Says("run")).remarks[0].startswith(f"nothing says which task line {listed} belongs to; each counts")
+    assert judged(text, RUN, Says("run")).remarks[0].startswith(f"nothing says which task line {listed} belongs to; each is judged")
 
 
 # Against a list of tasks

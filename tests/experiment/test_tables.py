@@ -96,7 +96,7 @@ def test_twins_are_compared_with_the_nominal_run_where_they_disagree() -> None:
     c, harder = tables([demonstration("O1-01", *(candidate(k, a, reason="simulation: 4 of 6") for k, a in enumerate(doubted)))]).confusions
     assert (c.doubted_succeeded, c.doubted_failed) == (1, 6) and (harder.doubted_succeeded, harder.doubted_failed) == (0, 7)
     assert c.mcnemar == pytest.approx(0.125) and harder.mcnemar == pytest.approx(2 / 2**7)  # both tails of a fair coin
-    assert "right 6, wrong 1, McNemar p 0.12" in of_filter(c)
+    assert "6 rightly, 1 wrongly, McNemar p 0.12" in of_filter(c)
     assert tables(RESULTS).confusions[0].mcnemar is None  # the nominal run refused it, too
 
 
@@ -139,7 +139,7 @@ def test_text_csv_and_json_say_the_same(tmp_path: Path) -> None:
     assert (
         share(found.rows[0].executed) in said
         and "2 of 6 (33%)" in said
-        and "proof against execution at 1 x errors: wrongly accepted 1 of 3" in said
+        and "proof against execution at 1 x errors: of the accepted programs 1 of 3" in said
     )
     lines = to_csv(RESULTS).splitlines()
     assert len(lines) == 7 and lines[-1].endswith("interpret: nothing")

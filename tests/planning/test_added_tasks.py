@@ -78,5 +78,5 @@ def test_no_shipped_goal_has_another_plan(name: str, tmp_path: Path) -> None:
 
 @pytest.mark.heavy
 def test_a_check_of_the_plugin_tells_which_plans_change(tmp_path: Path) -> None:
-    with pytest.warns(UserWarning, match=r"'tin in drawer' of drawer_blocked: .*Tossing.*, without the plugin Opening"):
+    with pytest.warns(UserWarning, match=r"'tin in drawer' of drawer_blocked: with the plugin .*Tossing.*, without it Opening"):
         check_plugin(imported(stranger("tossing", tmp_path)))

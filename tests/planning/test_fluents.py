@@ -49,8 +49,9 @@ def _nothing(*_things: object) -> GoalCondition:
 @pytest.mark.parametrize(
     ("fluents", "says"),
     [
-        ({"near_by": Fluent(implies=("neer_by",))}, "'near_by' names a predicate 'neer_by'; did you mean 'near_by'"),
-        ({"a": Fluent(undoes=("b",))}, "'a' names a predicate 'b'"),
+        ({"near_by": Fluent(implies=("neer_by",))},
+         "'near_by' refers to a predicate 'neer_by', which no plugin declares; did you mean 'near_by'"),
+        ({"a": Fluent(undoes=("b",))}, "'a' refers to a predicate 'b'"),
         (
             {n: Fluent(phrases=(GoalPhrase(f"{n.upper()} on PLACE", _nothing),)) for n in ("lid", "cup")},
             "'lid' and 'cup' both declare the goal phrase 'CUP on PLACE'",

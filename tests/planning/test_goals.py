@@ -97,7 +97,7 @@ def test_why_each_task_is_there() -> None:
         ("block on shelf/top near block", "must be another one"),
         ("block off shelf/top", "'off' needs a whole thing, not a part: 'shelf'"), ("shelf/top held", "is no goal"),
         ("block off shelf near floor", "'near' chooses a spot on a surface or in a container"),
-        ("block on shelf above floor", "may end in 'near', 'left of', 'right of', 'in front of', 'behind' THING"),
+        ("block on shelf above floor", "may be followed by one of 'near', 'left of', 'right of', 'in front of', 'behind' and a THING"),
     ],
 )
 def test_goals_that_cannot_be_used(goal: str, says: str) -> None:

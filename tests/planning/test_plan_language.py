@@ -153,7 +153,7 @@ def test_attempts_are_all_in_the_program_and_each_begins_where_the_first_did(tri
 
 def test_attempts_that_end_in_different_places_are_refused(trial: Trial) -> None:
     assert trial.steps(fallback("1.attempts", go("a", 2.0), go("b", 2.5))) is None
-    assert "attempts 1 and 2 of '1.attempts' end in different ways: a joint is 0.50 rad apart" in trial.reasons()
+    assert "attempts 1 and 2 of '1.attempts' end in different ways: a joint differs by 0.50 rad" in trial.reasons()
 
 
 def test_an_attempt_that_cannot_be_planned_is_no_attempt(trial: Trial) -> None:

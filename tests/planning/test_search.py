@@ -224,7 +224,7 @@ def test_numbers_that_are_none_are_the_plugins_fault(plugin: Plugin) -> None:
     trial = Trial(plugin("wrong", body), plugin("my_objects", _with(OBJECTS, 1)))
     assert trial.bindings(Object("tea")) == [{"tea": "tea_0"}]
     (fault,) = trial.registry.faults
-    assert fault.plugin == "wrong" and "numbers are by name" in str(fault)
+    assert fault.plugin == "wrong" and "numbers must each have a name" in str(fault)
 
 
 TASK = """

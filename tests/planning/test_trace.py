@@ -98,7 +98,7 @@ def test_a_failed_proof_has_what_was_measured() -> None:
 @pytest.mark.parametrize("numbers", [{"gap_m": "far"}, {3: 1.0}, {"sure": True}, "gap"])
 def test_numbers_that_are_none_are_their_giver_s_mistake(numbers: object) -> None:
     for give in (lambda: Refused("tin", "too far", numbers=numbers), lambda: Unresolvable("too far", numbers=numbers)):  # type: ignore[arg-type]
-        with pytest.raises(TypeError, match="numbers are"):
+        with pytest.raises(TypeError, match="numbers must"):
             give()
 
 

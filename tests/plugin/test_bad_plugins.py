@@ -220,7 +220,7 @@ UNREADABLE = {
     "several costs": (JUDGE.format(**JUDGED | {"cost": "('ik', 'path')"}), "whose 'cost' is ('ik', 'path'); it must be one word"),
     "no cost": (JUDGE.format(**JUDGED).replace("name, cost =", "name, cots ="), "which has no 'cost'"),
     "no name": (JUDGE.format(**JUDGED | {"name": "None"}), "whose 'name' is None; it must be text"),
-    "check": (JUDGE.format(**JUDGED).replace("@hook", "Judge.check = 5\n@hook"), "whose 'check' is 5, no function"),
+    "check": (JUDGE.format(**JUDGED).replace("@hook", "Judge.check = 5\n@hook"), "whose 'check' is 5; it must be a function"),
     "scope": (
         declared("experts", "Expert('e', 'e', (), ('x',), f, scope='objects')"),
         "'e', whose 'scope' is 'objects'; did you mean 'object'?",
@@ -232,7 +232,7 @@ UNREADABLE = {
         "'p', whose 'phases' is 'before'; valid are: post, pre, run",
     ),
     "phases": (declared("predicates", "Predicate('p', 0, f, 'run')"), "whose 'phases' is 'run'; it must be a tuple"),
-    "static": (declared("predicates", "Predicate('p', 0, f, static=True)"), "'p', whose 'static' is True, no function"),
+    "static": (declared("predicates", "Predicate('p', 0, f, static=True)"), "'p', whose 'static' is True; it must be a function"),
     "fluent": (declared("predicates", "Predicate('p', 0, f, fluent=0.5)"), "'p', whose 'fluent' is 0.5; it must be a Fluent"),
     "implies": (
         "from cramlite.plugin import Fluent\n" + declared("predicates", "Predicate('p', 0, f, fluent=Fluent(implies='touches'))"),

@@ -67,7 +67,7 @@ FAILING = {
     ),
     "a place that is taken": (
         _with("goal: [red on plate]", RED, PLATE, POST),
-        "there is no room for 'red' beside 'post' on or in 'plate', 16.0 cm2 are lacking: have 'post' put elsewhere",
+        "there is no room for 'red' beside 'post' on or in 'plate', where outlines and gap overlap by 16.0 cm2: have 'post' put elsewhere",
     ),
     "something in the way": (
         find_scenario("tasks/opening_blocked").read_text(),

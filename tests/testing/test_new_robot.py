@@ -45,7 +45,7 @@ def test_a_package_of_an_arm_and_its_hand_passes_its_own_test(run: Run, keys: Pa
 def test_what_is_missing_is_said_and_nothing_is_written(run: Run, keys: Path, tmp_path: Path) -> None:
     out = tmp_path / "mine"
     cases = {
-        ("--from", DATA / "six.urdf"): "'payload' is the data sheet's",
+        ("--from", DATA / "six.urdf"): "state 'payload' as the data sheet does",
         ("--from", DATA / "nowhere.urdf", "--keys", keys): "there is no robot file",
         ("--from", DATA / "six.urdf", "--keys", tmp_path / "nowhere.yaml"): "cannot be read",
         ("--from", DATA / "six.urdf", "--gripper", DATA / "six.urdf", "--keys", keys): "drives move the hand",

@@ -85,11 +85,11 @@ SPEED = (Parameter("speed_m_s", 1.0, "measured"),)
         ({"task": "Fine"}, "CURIE"),
         ({"aliases": ("Fine",)}, "names repeat"),
         ({"summary": ""}, "summary"),
-        ({"effects": lambda self, action, belief: None}, "effects gives a Belief, not None"),
+        ({"effects": lambda self, action, belief: None}, "effects must give a Belief, not None"),
         ({"decompose": _decompose(Motion("1.Fine/go", "linear", Location("home", "home"), may_touch="cup"))}, "a tuple of names"),  # type: ignore[arg-type]
         ({"roles": (Role("the thing"),)}, "one capitalised word"),
         ({"roles": _role("A", "vrps:SurfaceFeeture")}, "role 'A'.*unknown class 'vrps:SurfaceFeeture'.*did you mean 'vrps:SurfaceFeature'"),
-        ({"roles": (Role("A", types="dul:Agent"),)}, "types is a tuple of classes"),  # type: ignore[arg-type]
+        ({"roles": (Role("A", types="dul:Agent"),)}, "types must be a tuple of classes"),  # type: ignore[arg-type]
         ({"decompose": _to("onn")}, "no plugin answers the relation 'onn'; did you mean 'on'"),
         ({"decompose": _to("lift", heigth_m=0.1)}, "'lift' has no parameter 'heigth_m'; did you mean 'height_m'"),
         ({"decompose": _to("lift", height_m="high")}, "'height_m' of the relation 'lift': expected `float`, got `str`"),
@@ -218,9 +218,9 @@ COUNT = iter(range(99))
         (check_expert, SEEN, replace(SEEN, inputs=("seen",)), "needs what it makes"),
         (check_expert, SEEN, replace(SEEN, cost_ms=0.0), "measured"),
         (check_predicate, LIGHT, replace(LIGHT, arity=2), "2 arguments"),
-        (check_predicate, LIGHT, replace(LIGHT, name="Light"), "rules write names"),
+        (check_predicate, LIGHT, replace(LIGHT, name="Light"), "rules cannot write this name"),
         (check_predicate, LIGHT, replace(LIGHT, doc=""), "no sentence"),
-        (check_backend, _lines(), _lines(emit=lambda *_: Code("lines", "one\n", {2: "1.Reaching"}, ".txt")), "line 2 of 1"),
+        (check_backend, _lines(), _lines(emit=lambda *_: Code("lines", "one\n", {2: "1.Reaching"}, ".txt")), "has a line 2, but"),
         (check_backend, _lines(), _lines(emit=lambda *_: Code("lines", "one\n", {1: "9.Flying"}, ".txt")), "9.Flying"),
         (check_backend, _lines(), _lines(emit=lambda *_: Code("lines", f"{next(COUNT)}\n", {}, ".txt")), "two texts"),
         (check_backend, _lines(emit=_without("3.Placing")), _lines(emit=_without("1.Reaching")), "no program for"),

@@ -71,10 +71,10 @@ def _paper(row: ObjectRow) -> list[str | None]:
 
 
 def of_filter(c: Confusion) -> str:
-    """Format how well the proof told programs that later succeeded from those that failed."""
+    """Format how well the proof predicted which programs succeed in execution."""
     return (
-        f"wrongly accepted {share(c.wrongly_accepted)}, wrongly refused {share(c.wrongly_refused)}; area under the curve: {area(c)}; "
-        f"twins refuse what the nominal run accepts: {against_nominal(c)}"
+        f"of the accepted programs {share(c.wrongly_accepted)} failed, of the refused ones {share(c.wrongly_refused)} succeeded; "
+        f"area under the ROC curve: {area(c)}; refused by twins but not by the nominal run: {against_nominal(c)}"
     )
 
 
@@ -89,7 +89,7 @@ def against_nominal(c: Confusion) -> str:
     of McNemar's test."""
     if c.mcnemar is None:
         return "never"
-    return f"right {c.doubted_failed}, wrong {c.doubted_succeeded}, McNemar p {c.mcnemar:.2g}"
+    return f"{c.doubted_failed} rightly, {c.doubted_succeeded} wrongly, McNemar p {c.mcnemar:.2g}"
 
 
 def plain(value: Share) -> str:

@@ -35,7 +35,8 @@ class Share(Rate):
 
 
 class ObjectRow(Value):
-    """Row of the table: an object, or all of them.
+    """Row of the table: the counts of the demonstrations and candidates of one object, or of all objects
+    together.
 
     Args:
         came_off: demonstrations in which the person brought about what they were to, of all; those that failed count in every column.
@@ -97,14 +98,17 @@ class Confusion(Value):
 
     @property
     def area_under_curve(self) -> tuple[float, float, float] | None:
-        """Area under the ROC curve of the confidence as a predictor of execution, with a 95 % interval
-        (``area_under_curve``); None where all executions ended alike, and nothing can be told apart."""
+        """Area under the ROC curve of the confidence as a predictor of success in execution, with the
+        bounds of its 95 % interval (``area_under_curve``).
+
+        None where all executions succeeded or all failed, because there is no such curve then.
+        """
         return area_under_curve(self.confidences)
 
     @property
     def mcnemar(self) -> float | None:
-        """P value of McNemar's exact test of twins against the nominal run as predictors of execution (McNemar,
-        Psychometrika 12, 1947); None if they never disagree."""
+        """P value of McNemar's exact test whether twins predict success in execution better than the
+        nominal run alone (McNemar, Psychometrika 12, 1947); None if the two never disagree."""
         from scipy.stats import binomtest
 
         differ = self.doubted_succeeded + self.doubted_failed
@@ -220,7 +224,8 @@ def area_under_curve(cases: Sequence[tuple[float, bool]]) -> tuple[float, float,
     others = (n + m) / 2 - 1
 
     def beyond(true: float) -> float:
-        """Return how far an assumed true area lies beyond the confidence bound.
+        """Return a number that is 0 if an assumed true area is a bound of the confidence interval, and
+        positive outside of the interval.
 
         It is the squared distance of the observed and the assumed area, less Z^2 times the variance that the
         observation would have if the assumed area were true; 0 at the bound.

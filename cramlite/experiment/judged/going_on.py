@@ -100,8 +100,8 @@ def play_on(judge: Judge, engine: Engine, solution: Solution, folder: Path, twin
 def _following(
     judge: Judge, engine: Engine, read: World, folder: Path, twins: int
 ) -> tuple[Solution | None, str, tuple[str, ...]]:
-    """Return the first proven program from the judge's present world, else None with the reason; and the
-    world's notes."""
+    """Search for a program from the judge's present world; return the first proven one or None, the reason
+    why there is none, and the notes on corrected poses of the world."""
     trace = Trace()
     notes: tuple[str, ...] = ()
     try:
@@ -117,6 +117,7 @@ def _following(
 
 
 def _read(before: Setting, watch: RunWatch) -> World:
-    """Return a setting's world with the poses that were read last, and with the payload in the hand."""
+    """Return a setting's world with the poses of the last sample that the watch was given, and with the
+    payload in the hand."""
     assert watch.last is not None
     return world_as_read(before.world, watch.last, before.world, before.robot.gripper.opening[0])

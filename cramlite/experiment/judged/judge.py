@@ -62,7 +62,8 @@ class Judge(Protocol):
         """
 
     def play(self, program: str, setting: Setting, watch: Watch | None = None) -> Rollout:
-        """Run a program in the judge's simulator to its end, or until a watcher of its readings stops it."""
+        """Run a program in the judge's simulator to its end, or until ``watch`` stops it, which is given
+        the poses and forces of each moment."""
 
     def rest(self) -> None:
         """Take no action until the things in the judge's world are at rest."""

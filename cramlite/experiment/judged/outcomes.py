@@ -60,7 +60,8 @@ def why(result: EpisodeResult) -> str:
 
 
 def outcome_text(result: EpisodeResult) -> str:
-    """Format how an episode ended in a few words: "true at rest", or the class of the failure."""
+    """Format how an episode ended in a few words: "true at rest" if the judge's check was, else the class
+    of the failure."""
     if result.apart:
         return f"{result.failure}, counted in no rate"
     return "true at rest" if result.rest() else f"failed: {result.failure}"
@@ -72,7 +73,9 @@ def in_a_line(result: EpisodeResult) -> str:
     if result.attempt is None:
         return f"{name}: no program ({result.failure}): {plain_reason(result.reason)}"
     a = result.attempt
-    truth = f"first at {a.first}, {'true' if a.rest else 'not true'} at rest" if a.first is not None else "never true"
+    truth = "check never true"
+    if a.first is not None:
+        truth = f"check first true at action {a.first}, {'true' if a.rest else 'not true'} at rest"
     return f"{name}: {a.outcome} after {a.steps} of {result.budget} steps, {truth}{f' ({result.failure})' if result.failure else ''}"
 
 

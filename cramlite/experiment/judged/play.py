@@ -139,7 +139,7 @@ def _resolved(trial: Trial, judge: Judge, result: EpisodeResult) -> EpisodeResul
 
 
 def _seconds(trace: Trace) -> dict[str, float]:
-    """CPU time of the search by stage, and of planning until there was a program."""
+    """Return the CPU time of the search by stage [s], and that of planning until the first program."""
     first = {} if trace.first_program is None else {"planning, until the first program": trace.first_program}
     return {name: seconds for name, seconds in (trace.seconds | first).items() if seconds or name != "twins"}
 
@@ -223,8 +223,8 @@ def _refused_state(engine: Engine, setting: Setting, trace: Trace) -> bytes:
 
 
 def _failure(result: EpisodeResult, experiment: JudgedExperiment) -> str:
-    """Return the class of an episode's failure: by the reason of the refusal or the stop, else by the judge's
-    check."""
+    """Return the class of an episode's failure: that of the reason why there was no program or why the
+    program stopped; if there is no such reason, that of the judge's check."""
     attempt = result.attempt
     if result.rest():
         return ""

@@ -42,7 +42,9 @@ def worth(tables: EpisodeTables) -> list[str]:
     lines = [f"- A passing verdict was right, in the judge's physics and at rest: {tables.passing_was_right.text}."]
     lines += [f"- Episodes without a program: {tables.refusals}."]
     lines += [f"- Episodes whose judge died, counted in no rate: {tables.apart}."] if tables.apart else []
-    said = f"{known.text} of those that had a program to play" if known.total else "not known: none was played (`--attempt-refused`)"
+    said = "not known: none was played (`--attempt-refused`)"
+    if known.total:
+        said = f"{known.text} of the refusals with a program that was played"
     return [*lines, f"- A refusal was wrong: {said}."]
 
 

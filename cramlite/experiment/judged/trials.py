@@ -52,7 +52,8 @@ class Episodes(Value):
         return tuple(e.name for e in self.episodes)
 
     def key(self) -> dict[str, Any]:
-        """Return the key of the results: files, code, and demands on each program.
+        """Return the key of the results: files, code, number of twins, and whether refused programs are
+        played.
 
         The chosen episodes and the number of workers are no part of it.
         """

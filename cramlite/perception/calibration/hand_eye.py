@@ -213,8 +213,9 @@ class _Problem(Value, eq=False, dict=True):
 
     @cached_property
     def _arrays(self) -> tuple[Floats, Floats, Floats, Any]:
-        """Transforms (M, 4, 4) from the board's mount to the camera's mount; corners, pixels and picture
-        numbers of all points."""
+        """Data of the reprojection errors: for each picture the transform (M, 4, 4) from the board's mount
+        to the camera's mount; for each corner its position on the board, its pixel and the number of
+        its picture."""
         flanges = [s.flange.inverse() if self.mount == "flange" else s.flange for s in self.stations]
         at = np.repeat(np.arange(len(flanges)), [len(s.sighting.pixels) for s in self.stations])
         sightings = [s.sighting for s in self.stations]

@@ -184,7 +184,7 @@ def _row(row: Mapping[str, Any], joints: Sequence[str], where: str) -> PictureSp
     try:
         values = [float(row[n]) for n in joints or POSE_COLUMNS]
     except (TypeError, ValueError) as error:
-        raise UserError(f"{where}: a number is missing or none: {error}.") from error
+        raise UserError(f"{where}: a value is missing, or is not a number: {error}.") from error
     if not all(map(math.isfinite, values)):
         raise UserError(f"{where}: a number is not finite.")
     name = str(row["file"]).strip()

@@ -54,7 +54,7 @@ def warnings(found: Calibration, recording: Recording) -> list[str]:
         told.append(f"these pictures fit much worse than the others: {each}; was something moving? Take them again, or leave them out.")
     bent = distortion(recording, found)
     if bent > DISTORTED:
-        lens = f"the lens shifts corners by up to {bent:.1f} pixels, and cramlite's cameras have none"
+        lens = f"the lens shifts corners by up to {bent:.1f} pixels, and cramlite's camera model has no lens distortion"
         told.append(f"{lens}; take the camera's rectified pictures.")
     return told
 

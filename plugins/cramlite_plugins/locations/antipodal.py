@@ -67,7 +67,8 @@ class Hands(Value):
 
 
 class Pinches(Value):
-    """Contact pairs on the closing lines of hands, one a hand.
+    """Contact pairs of hands on a shape: one for each hand, on the line along its closing direction through
+    the TCP.
 
     Args:
         low, high: of the contacts from the TCP along the closing direction (n,) [m]; inf and -inf where the line misses the shape there.
@@ -130,8 +131,8 @@ def clear(shape: Body, hands: Hands, openings: Floats, gripper: Gripper) -> NDAr
 
 
 def caught(shape: Body, hands: Hands, widths: Floats, gripper: Gripper) -> NDArray[np.bool_]:
-    """Check for which hands (n,), with pads ``widths`` (n,) apart [m], a part of the shape is over a pad, at
-    its face, with a gap between.
+    """Check for which hands (n,), with pads ``widths`` (n,) apart [m], a part of the shape lies behind the
+    rear edge of a pad's face: within a pad's length of that edge, but apart from it.
 
     A thing that is released there in the air falls onto the pad, and comes along with the hand as it withdraws.
     """
@@ -194,8 +195,8 @@ def shallow(pose: Pose, near: float, far: float, gripper: Gripper) -> Pose | Non
 def by_tips(
     pose: Pose, near: float, far: float, gripper: Gripper, corner: float = 0.0, most: float = TIPS
 ) -> tuple[Pose, float] | None:
-    """Draw a TCP pose back until the pads overlap a geom by twice ``most``, or a thin geom by ``THIN`` of its
-    thickness; None if it is as far back already.
+    """Draw a TCP pose back until the pads overlap a geom by 2 * ``most`` [m] along the approach, or a thin
+    geom by the share ``THIN`` of its thickness; None if the pose is as far back already.
 
     Returned with the contacts' distance ahead of the TCP [m]. So a rim above a floor, or a flat box, is
     gripped.

@@ -85,8 +85,9 @@ class Grip(Value):
 
     @property
     def cost(self) -> float:
-        """Return the cost [m]: the lever, and surcharges for a pad that is hardly covered, a slanted contact, fingers that
-        pass close to the thing, and a pad that the thing catches on at its release."""
+        """Return the cost [m]: the distance from the centre of mass, and surcharges for a pad that is hardly
+        covered, a slanted contact, fingers that pass close to the thing, and a pad that the thing catches on
+        at its release."""
         narrow = BARE * max(0.0, 0.6 - self.coverage) + 0.3 * max(0.0, ENOUGH - self.slack)
         hooked = CAUGHT if self.caught else 0.0
         return self.lever + narrow + hooked + 0.02 * self.slant + PER_LEAN * abs(self.lean)
@@ -94,7 +95,7 @@ class Grip(Value):
     @property
     def likeness(self) -> tuple[float, ...]:
         """Key that is equal for similar grasps, which hold or fail together: same part of the pads, same
-        inclination, width and lever."""
+        inclination, width and distance from the centre of mass."""
         down = float(self.pose.rotate((0.0, 0.0, 1.0))[2])
         return (round(self.ahead, 3), round(2 * down), round(self.width / 0.005), round(self.lever / 0.010))
 
@@ -265,8 +266,10 @@ def _at(pose: Pose, position: Floats) -> Pose:
 
 
 def _cells(hands: antipodal.Hands) -> Floats:
-    """Rounded rows (n, 9), which are equal for hands closer than ``AGAIN`` and turned by less than some 7 deg
-    to each other."""
+    """Rounded positions, approach and closing directions of hands, a row (n, 9) for each.
+
+    Rows are equal for hands that are closer than ``AGAIN`` and turned by less than some 7 deg to each other.
+    """
     rows: Floats = np.hstack([hands.positions / AGAIN, 8 * hands.approach, 8 * hands.closing])
     return np.asarray(np.round(rows) + 0.0)  # no minus zero
 

@@ -15,13 +15,15 @@ allow."""
 
 
 class HandAround:
-    """Hand of a belief around a handle of a thing, at each of its openings."""
+    """Search for the opening with which a hand fits around the bar of a thing's handle, where the things are
+    believed to be."""
 
     def __init__(self, belief: Belief, context: Context, thing: Thing) -> None:
         self.arm, self.thing = Arm(belief, context), thing
 
     def around(self, at: Pose, width: float, room: float = 0.0) -> Place | Refused:
-        """Find the widest opening at which the hand, not closed yet, touches nothing at a pose and before it.
+        """Find the widest opening at which the hand touches nothing, at a TCP pose around the bar and at the
+        stand-off before it.
 
         Args:
             at: of the TCP, in the base frame.

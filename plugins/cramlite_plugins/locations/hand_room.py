@@ -1,4 +1,4 @@
-"""Check of the room for a hand at a grasp: boxes around the parts of the hand's model against the obstacles
+"""Check whether a hand has room at a grasp: boxes around the parts of the hand's model against the obstacles
 around a thing.
 
 Exact for hands and surroundings of boxes, on the safe side for others: a mesh is in two boxes, as it lies and along the tool, and where
@@ -41,7 +41,8 @@ Part = list[_Box]
 
 
 class HandRoom(Value, dict=True):
-    """Room for a hand about a thing.
+    """Shapes that a hand must keep away from when it grasps or places a thing, and the checks of TCP poses
+    against them.
 
     Args:
         scene: with the arm in it.
@@ -57,7 +58,7 @@ class HandRoom(Value, dict=True):
 
     @classmethod
     def about(cls, thing: Thing, belief: Belief, scene: PlanningScene) -> HandRoom:
-        """Return the room about a thing where it is believed to be."""
+        """Return the shapes around a thing, where it is believed to be, for hands that grasp it."""
         pose, (low, high) = belief.pose(thing.name), box_around(thing.geoms)
         near = _around(pose.apply((low + high) / 2), float(np.linalg.norm(high - low)) / 2 + AROUND, thing.name, belief)
         own = [replace(g, pose=pose * g.pose) for g in thing.geoms]
@@ -66,7 +67,8 @@ class HandRoom(Value, dict=True):
 
     @classmethod
     def amid(cls, whole: str, payload: str, belief: Belief, scene: PlanningScene) -> HandRoom:
-        """Return the room in and before a thing, for hands with a payload."""
+        """Return the shapes of a thing and around it, without the payload's, for hands that put the payload
+        there."""
         thing, pose = belief.world.thing(whole), belief.pose(whole)
         low, high = box_around(thing.geoms)
         near = _around(pose.apply((low + high) / 2), float(np.linalg.norm(high - low)) + AROUND, payload, belief)
@@ -100,7 +102,8 @@ class HandRoom(Value, dict=True):
         return {}
 
     def _parts(self, opening: float) -> list[Part]:
-        """All that is rigid with the tool, in the TCP frame."""
+        """Boxes around all parts that are rigid with the tool, in the TCP frame, with the fingers open by
+        ``opening`` [m]."""
         if opening not in self._kept:
             self._kept[opening] = _parts_of(self.scene.opened(opening))
         return self._kept[opening]

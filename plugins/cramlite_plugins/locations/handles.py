@@ -183,7 +183,8 @@ def lever(joint: Joint, hand: Pose) -> float:
 def _led(
     thing: Thing, joint: Joint, belief: Belief, context: Context, now: Pose, share: float, pressed: float, cost: float
 ) -> Grounding:
-    """Path of a hand with a thing to a share of its range, and on by ``pressed`` where the thing is at its stop [m, rad]."""
+    """Path on which a hand moves a thing along its joint to a share of the joint's range; at the thing's stop
+    the hand goes on by ``pressed`` [m, rad]."""
     goal = joint.lower + share * (joint.upper - joint.lower)
     value = joint_value(belief, thing.name, belief.base() * now)
     path, way = _corners(joint, now, tcp(belief, context), goal - pressed - value), goal - value

@@ -24,7 +24,8 @@ OVER = 0.002  # what a thing stands on it is while it is driven along: resting c
 
 
 def met_on_its_way(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> Refused | None:
-    """Return the first obstacle, and all, of a thing and its payload on the joint's way from a value to a goal [m, rad].
+    """Return the refusal of a joint's way from a value to a goal [m, rad]: it states the first obstacle of
+    the thing and its payload, and lists all obstacles as blocking.
 
     None if the way is free, or if something touches the thing already, since planned paths then judge better.
     """
@@ -64,7 +65,10 @@ def _met_at(poses: Sequence[Pose], name: str, belief: Belief, context: Context, 
 
 def driven_along(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> Mapping[str, float] | Refused:
     """Return the distance by which a level drawer pushes each loose thing ahead of it between two joint
-    values [m]; {} without any; a refusal if one would be pushed into another thing or tip over."""
+    values [m]; {} if it pushes none.
+
+    A refusal if one would be pushed into another thing, or tip over.
+    """
     assert thing.joint is not None
     found, after, line = dict[str, float](), belief, _direction(thing, goal - value, belief)
     while met := _met(thing, value, goal, after, context):
@@ -112,8 +116,8 @@ def _driven_into(name: str, way: Floats, along: tuple[str, ...], begin: Belief, 
 
 
 def _all_of(blocking: Sequence[InTheWay]) -> InTheWay:
-    """Changes that remove the obstacles at all places together; none if a place has an obstacle that no task
-    can remove."""
+    """The things that must all be moved to free every place of the way, as one set; () if some place has an
+    obstacle that no task can move."""
     if not all(blocking):
         return ()
     entries = (entry for entries in blocking for entry in entries or ())

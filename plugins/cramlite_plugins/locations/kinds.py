@@ -133,5 +133,5 @@ def ground(location: Location, belief: Belief, context: Context) -> Groundings:
 
 @hookimpl
 def location_kinds() -> Iterable[LocationKind]:
-    """Declare the relations of the shipped experts."""
+    """Return the kinds of locations of this package, one for each relation."""
     return KINDS.values()

@@ -25,7 +25,7 @@ def closes(name: str, put: str, context: Context) -> bool:
 
 
 def goes_on(put: str, context: Context) -> bool:
-    """Check whether the first later task with things other than the payload is no opening, since that would
+    """Check whether the next task that handles other things than the payload does not open one; opening would
     need more room."""
     others = (task for task in context.later if task.things and put not in task.things)
     return any(not context.taxonomy.is_a(task.action.task, OPENING) for task in itertools.islice(others, 1))

@@ -73,8 +73,8 @@ def _led(answer: Grounding, location: Location, belief: Belief, context: Context
 
 
 def released(shares: list[float], hands: list[Pose]) -> tuple[float, Pose]:
-    """Return the share of a swing and the TCP at which the hand lets go: ``LEFT`` above the end of the way
-    down.
+    """Return the share of a swing at which the hand lets go, and the TCP there: ``LEFT`` [m] above the end of
+    its way down.
 
     Args:
         shares, hands: as ``rolled`` returns them.

@@ -24,8 +24,11 @@ PER_METRE = 1.0  # cost of the way there: the nearest place that is near is near
 
 
 def near_thing(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate places around a thing, one on each side of it, the nearest side first: a later failure holds
-    for all turns and distances of a side, and each would be searched."""
+    """Generate one place on each side of a thing, the nearest side first.
+
+    What fails later at one place fails in all turns and at all distances of its side, and each of those would
+    be searched.
+    """
     there, entity, hand = reference_pose(belief, location, context), bound(context, location.of), tcp(belief, context)
     to_body = belief.held.tcp_to_thing if belief.held else Pose()
     options = []

@@ -40,7 +40,8 @@ def _entities(wanted: Object, belief: Belief, context: Context) -> list[str]:
 
 
 def _grounded(entity: str, wanted: Object, belief: Belief, context: Context) -> Grounding | Refused:
-    """Grounding of an object designator by an entity, or the first objection; later checks rank as nearer misses."""
+    """Grounding of an object designator by an entity; or a refusal with the first check that fails, ranked as
+    the nearer miss the later that check comes."""
     there = [t.name for t in belief.world.things]
     if thing_of(entity) not in there:  # it was taken away since the task was given
         return Refused(entity, f"it is not in the believed world, which has {', '.join(there) or 'nothing'}", blocking=())
@@ -120,8 +121,11 @@ def _classed(entity: str, own: str, wanted: Object, belief: Belief, context: Con
 
 
 def _classes(wanted: Object, belief: Belief, context: Context) -> tuple[str, ...]:
-    """Wanted classes; a class suggested by the name counts where the world has such a thing that plays no
-    other role."""
+    """Wanted classes of a designator.
+
+    A class that only the designator's name suggests counts if the world has a thing of that class which plays
+    no other role.
+    """
     taken = {v for k, v in context.bindings.items() if k != wanted.name and isinstance(v, str)}  # others stand for places and looks
     free = [t.type for t in belief.world.things if t.name not in taken]
     there = any(context.taxonomy.is_a(t, like) for t in free for like in wanted.like)

@@ -88,8 +88,8 @@ def extract(location: Location, belief: Belief, context: Context) -> Iterator[Gr
 
 
 def insert(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate the path of a hole onto its peg: before the tip, in all ways round; then at the tip, past its bend, deep, and
-    let down.
+    """Generate the path of a payload's hole onto a peg, for each way to turn it: before the peg's tip, at the
+    tip, past the tip's bend, along the peg, and down onto it.
 
     The path's corners are the last four; ``fit`` has the radial play and the way to push from tip to deep.
     """
@@ -119,14 +119,15 @@ def insert(location: Location, belief: Belief, context: Context) -> Iterator[Gro
 
 
 def _held_so(location: Location, belief: Belief, context: Context) -> tuple[str, ...]:
-    """Return the choices on which it depends whether the arm reaches a peg with the payload, if nothing is in
-    the way: the peg and the grasp; all places if the grasp is unknown."""
+    """Return the choices that decide whether the arm reaches a peg with the payload, obstacles aside: the peg
+    and the grasps, or all earlier places if the grasp is unknown."""
     grasps = taken_at(belief, context)
     return (*grasps, location.of or "") if grasps else causes(location, context)
 
 
 def _feet(peg: Peg, owner: str, belief: Belief) -> tuple[str, ...]:
-    """Things at or right below the root of a standing peg, beside its owner and the payload."""
+    """Things other than the payload and the peg's owner that are at the root of a standing peg, or right
+    below it."""
     if not stands(peg.axis):
         return ()
     apart = {owner, belief.held.thing if belief.held else ""}
@@ -145,8 +146,11 @@ def _three(vector: Floats) -> Vector3:
 
 
 def _ways_round(peg: Peg, belief: Belief, context: Context) -> Iterator[tuple[str, Pose]]:
-    """Names and orientations of the hole on the peg. On a hanging one its y axis is up, from either side; on a
-    standing one the smallest turn comes first, and it is never turned over."""
+    """Ways to put the payload's hole on a peg, each as a name and an orientation of the hole.
+
+    On a level peg the hole's y axis is up, seen from its front or back; on a standing peg the smallest turn
+    about it comes first, and the hole is never turned over.
+    """
     if not stands(peg.axis):
         for side, facing in (("front", peg.axis), ("back", -peg.axis)):
             yield side, Pose.from_axes((0.0, 0.0, 0.0), facing, np.cross((0.0, 0.0, 1.0), facing))
@@ -178,15 +182,18 @@ def _hand(belief: Belief, hole: Pose) -> Pose:
 
 
 def _legs(location: Location, context: Context, corners: list[Pose]) -> Iterator[Leg]:
-    """TCP poses of the way along the peg, in order: only the payload may touch the peg, from the tip on."""
+    """Legs of the way along the peg, one for each TCP pose in ``corners``; from the tip on the payload may
+    touch the peg, but the hand may not."""
     near = Leg(corners[0], (bound(context, location.of),), clearance=0.0, hand=False)
     for stage, pose in zip(("before the tip", "at the tip", "past its bend", "on the peg", "let down"), corners, strict=True):
         yield replace(near, pose=pose, said=stage) if pose is not corners[0] else Leg(pose, said=stage)
 
 
 def _unmoved(belief: Belief, context: Context) -> bool:
-    """Whether the payload is where it was at the very beginning: failures then depend on the chosen things and
-    earlier tasks, and on no place of the hand."""
+    """Whether the payload is where it was at the start of the plan.
+
+    A failure then depends on the chosen things and on earlier tasks, but on no place of the hand.
+    """
     assert belief.held is not None
     initial = belief.base().inverse() * belief.world.thing(belief.held.thing).pose
     return held_pose(belief, context).distance(initial)[0] <= SAME

@@ -62,8 +62,8 @@ def _cell(point: Floats, way: Floats) -> tuple[float, ...]:
 
 
 def _spread(found: list[PinchLine]) -> list[PinchLine]:
-    """Best half of ``LINES``, then one by one those farthest from all chosen ones, since near the centre of
-    mass something may be in the way."""
+    """The best ``LINES`` / 2 of the contact pairs, then, one by one, up to as many again that are farthest
+    from all chosen ones: obstacles may block the lines near the centre of mass."""
     chosen, rest = found[: LINES // 2], found[LINES // 2 :]
     if not rest:
         return chosen

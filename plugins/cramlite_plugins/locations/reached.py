@@ -1,4 +1,5 @@
-"""Reached candidates: places of any generator, refused where the arm has no free joint position at a leg.
+"""Candidates of any generator of places, of which those are refused where the arm has no free joint position
+at a leg.
 
 As ``ComputeIK`` of MoveIt Task Constructor wraps a generator of poses. A generator yields candidates, best
 first, and names no inverse kinematics and no planning scene.
@@ -84,7 +85,7 @@ class Candidate(Value):
 
 
 class Arm:
-    """Arm of a belief, with the planning scenes that legs ask for."""
+    """Arm in a belief: its joint positions at legs of candidates, and the planning scenes for these legs."""
 
     def __init__(self, belief: Belief, context: Context) -> None:
         self.belief, self.context = belief, context

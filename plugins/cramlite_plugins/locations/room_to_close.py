@@ -59,8 +59,11 @@ def _met(closing: Thing, put: str, after: Belief, context: Context, clearance: f
 
 
 def _on_its_way(joint: Joint, at: Pose, value: float, end: float) -> Iterator[tuple[float, Pose]]:
-    """Remaining openings of a joint on its way from a value to an end [m, rad], each with the thing's pose in
-    the world; that at the end first, since most contacts are there."""
+    """Openings that a closing joint still has on its way from a value to an end [m, rad], each with the
+    thing's pose in the world.
+
+    The end comes first, since most contacts are there.
+    """
     count = max(1, math.ceil((value - end) / STEPS[joint.kind == "hinge"]))
     ways = ((value - end) * k / count for k in (count, *range(1, count)))
     return ((value - way - joint.lower, joint.moved(at, -way)) for way in ways)

@@ -189,7 +189,8 @@ class _Search:
         self.found: list[Vector3] = []
 
     def step(self) -> bool:
-        """Expand the most promising cell; False when there is none, or too many were looked at."""
+        """Look at the most promising cell and its neighbours; return False if there is no cell left, or too
+        many places were looked at."""
         while self.queue and self.queue[0][1] in self.closed:
             heapq.heappop(self.queue)
         if not self.queue or len(self.spots) >= LOOKS:
@@ -208,7 +209,8 @@ class _Search:
 
     def why(self) -> str:
         """Clause on why the search found no path."""
-        return f"{len(self.spots)} places were looked at, none nearer than {self.nearest:.2f} m; in the way, for one: {self.last}"
+        looked = f"{len(self.spots)} places were looked at, none nearer to the goal than {self.nearest:.2f} m"
+        return f"{looked}; in the way, for one: {self.last}"
 
     def _offer(self, cell: Cell, other: Cell, total: float) -> None:
         if other in self.closed or total >= self.best.get(other, math.inf):

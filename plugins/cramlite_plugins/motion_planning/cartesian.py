@@ -78,8 +78,11 @@ def line(motion: Motion, belief: Belief, context: Context, targets: list[Pose]) 
 
 
 def _refused(said: str, motion: Motion, belief: Belief, context: Context, no: Refused) -> Unresolvable:
-    """Refusal of a straight line, blaming the right choices: if hand or payload meets an obstacle, not the
-    arm's way there; if a door or a drawer meets one, not the hand's place on it either."""
+    """Refusal of a straight line, which depends only on those choices that can be to blame.
+
+    If hand or payload meets an obstacle, the arm's way to the line is not to blame; if a door or a drawer
+    meets one, nor is the place of the hand on it.
+    """
     pair = no.collision.pair if no.collision else ()
     if motion.to is None or no.collision is None or any(thing_of(n) == no.collision.robot for n in pair):
         return Unresolvable(said, blocking=no.blocking, collision=no.collision, remedy=no.remedy)
@@ -91,7 +94,7 @@ def _refused(said: str, motion: Motion, belief: Belief, context: Context, no: Re
 
 
 def near(a: Pose, b: Pose) -> bool:
-    """Check whether two poses are the same for a motion."""
+    """Check whether two poses are so close, within ``SAME``, that no motion between them is needed."""
     metres, radians = a.distance(b)
     return metres < SAME[0] and radians < SAME[1]
 

@@ -69,8 +69,11 @@ def inflated(model: Any, apart: Floats, distance: float) -> Inflated:
 
 
 def _mask(model: Any, meets: Any) -> None:
-    """Bit masks of geoms: geoms that no joint moves apart never meet; alike geoms share a bit, the last bit is
-    for all others."""
+    """Set the contact bits of geoms such that MuJoCo compares only the pairs of ``meets``, which some joint
+    moves relative to each other.
+
+    Geoms that meet the same ones share a bit; the last bit is for all geoms beyond the available bits.
+    """
     rows, group = np.unique(meets, axis=0, return_inverse=True)
     group, others = np.minimum(group.reshape(-1), BITS - 1), (1 << (BITS - 1)) if len(rows) > BITS else 0
     first = [int(np.flatnonzero(group == k)[0]) for k in range(min(len(rows), BITS))]

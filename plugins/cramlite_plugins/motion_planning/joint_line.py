@@ -54,7 +54,8 @@ class JointLine:
 
 @lru_cache(maxsize=256)
 def _spread(count: int) -> Floats:
-    """Even fractions between 0 and 1 in van der Corput's order."""
+    """``count`` evenly spaced fractions between 0 and 1, in van der Corput's order: already the first few are
+    spread over the whole range."""
     bits = count.bit_length()
     order = (int(f"{k:0{bits}b}"[::-1], 2) for k in range(1 << bits))
     found: Floats = np.array([k for k in order if 0 < k <= count], dtype=float) / (count + 1)

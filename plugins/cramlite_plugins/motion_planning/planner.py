@@ -135,7 +135,8 @@ def _around(
 
 
 def start_blocked(scene: Space, start: Joints) -> Refused | None:
-    """Return why nothing can begin at a joint position; None where it is free, but for contacts that are there already."""
+    """Return why no motion can begin at a joint position; None if it is free, contacts that are there already
+    aside."""
     eased = scene.relaxed([start])
     reason = eased.why(start)
     if not reason:
@@ -218,8 +219,9 @@ def _no_path(scene: Space, origin: Joints, goal: Joints, spent: int, truncated: 
 def _search(
     scene: Space, origin: Joints, goals: list[Joints], law: tuple[float, float], seed: int, samples: int, attempts: int
 ) -> tuple[Points, Points, int, bool]:
-    """First path, shortened path, samples used, and whether the search was cut short; each round samples a
-    box around start and goals.
+    """First path, shortened path, number of samples used, and whether the search was cut short.
+
+    Each round samples a larger box around start and goals.
 
     Once a path cannot be mended, what probes find is not to be trusted: further rounds check lines all along.
     """

@@ -45,7 +45,7 @@ HORIZON = 0.05  # distances above this are not told apart [m]
 CLEARANCE = 0.005  # asked for on planned paths [m]: with none, 6 of 200 rechecked paths clip
 KEPT = 0.3  # share of the needed distance that is kept between two checks, too
 LEVELS = (0.012, 0.025, HORIZON)  # further distances that one check can rule out at once [m]
-TOUCH = 0.0003  # depth of a resting contact in MuJoCo that a start or goal may have [m]
+TOUCH = 0.001  # depth of a contact that a start or goal may have [m]: in MuJoCo things lean on their neighbours by .3 mm and more
 NEAR = 0.35  # the neighbourhood of a start or goal that touches something, largest joint difference [rad]
 FAR = 0.1  # up to where distances of near pairs are measured [m]
 SMALLEST = 0.002  # shortest interval of a line, largest joint difference [rad]: only counts near such contacts
@@ -219,8 +219,8 @@ class PlanningScene(Value):
         return next((n for n in still if world.thing(n).movable or world.thing(n).joint is not None), "")
 
     def relaxed(self, anchors: Sequence[Position]) -> PlanningScene:
-        """Return the same scene, in which the clearance needed near each of these positions is no more
-        than what there is at it."""
+        """Return the same scene, in which positions near one of these anchors need no more clearance than the
+        anchor has."""
         found = [self._anchor(q) for q in anchors]
         return replace(self, anchors=tuple((q, closer) for q, closer in found if closer))
 
@@ -255,8 +255,11 @@ class PlanningScene(Value):
         return not near or all(d >= self.need.item(g, h) or d >= self._needed(q, g, h) for g, h, d in self._measured(near))
 
     def _look(self, q: Position, level: Inflated) -> Iterator[tuple[int, int, float]]:
-        """Pairs (one, other, distance) that may not touch and whose shapes, inflated by a level, meet at a
-        joint position; a few are farther apart."""
+        """Pairs (one, other, distance) that may not touch and whose shapes meet at a joint position when
+        inflated by ``level``.
+
+        A few are farther apart than the level's distance, since an inflated box grows most at its corners.
+        """
         self._place(q)
         return self._near(level)
 
@@ -268,7 +271,7 @@ class PlanningScene(Value):
         self.checks[0] += 1
 
     def _near(self, level: Inflated) -> Iterator[tuple[int, int, float]]:
-        """Pairs that ``_look`` yields, at the joint position that the arm has in the model's data."""
+        """Pairs as of ``_look``, with the arm at the joint position that the model's data has."""
         return self._measured(level.near(self.data))
 
     def _measured(self, near: Iterable[tuple[int, int]]) -> Iterator[tuple[int, int, float]]:
@@ -331,7 +334,8 @@ class PlanningScene(Value):
 
 
 def _farthest(clearance: float, wider: Mapping[str, float]) -> float:
-    """The largest distance that any pair must keep [m], checked to lie within the horizon."""
+    """Largest distance that any pair must keep [m], at most ``HORIZON``, above which distances are not told
+    apart."""
     most = clearance + max(wider.values(), default=0.0)
     if not 0 <= clearance <= most <= HORIZON:
         raise ValueError(f"clearance {clearance} m and {dict(wider)}; it must lie between 0 and {HORIZON} m")

@@ -94,8 +94,8 @@ def standing(belief: Belief, context: Context) -> World:
 
 
 def _touchable(belief: Belief, entity: str) -> tuple[str, ...]:
-    """Names that a motion may touch for an entity: a thing as a whole; for a feature all named parts of
-    its thing, but not the rest of its body."""
+    """Names that a motion may touch if it may touch an entity: a whole thing; for a feature all named parts
+    of its thing, but not the rest of that thing."""
     name = EntityName.parse(entity)
     if not name.part:
         return (name.thing,)

@@ -66,7 +66,8 @@ def _skip_corners(scene: FreeLines, path: Points, speed: float, acceleration: fl
 
 
 def _at(path: Points, times: Sequence[float], when: float) -> tuple[int, Joints]:
-    """The segment and the position at a time, each segment run through evenly."""
+    """Index of a path's segment at a time, and the position there, if each segment is run through at constant
+    speed."""
     ends = list(accumulate(times))
     k = min(bisect_left(ends, when), len(times) - 1)
     part = 1 - (ends[k] - when) / times[k] if times[k] > 0 else 0.0
@@ -88,7 +89,7 @@ def _cut(
 def _pull(
     path: Points, rng: np.random.Generator, speed: float, acceleration: float
 ) -> tuple[Points, list[tuple[Joints, Joints]]]:
-    """Move one corner towards the line between its neighbours, each joint by its own share."""
+    """Move one corner towards the line between its neighbours, each joint by a random share of the distance."""
     k = int(rng.integers(1, len(path) - 1))
     a, b, c = (np.asarray(p) for p in path[k - 1 : k + 2])
     line = a + (c - a) * rng.uniform(0.2, 0.8)

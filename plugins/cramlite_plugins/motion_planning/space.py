@@ -48,12 +48,13 @@ class Space(FreeLines, Protocol):
         """Return the deepest collision at a joint position; None where there is none, or where it is beyond a limit."""
 
     def relaxed(self, anchors: Sequence[Sequence[float]]) -> Space:
-        """Return the same scene, in which the clearance needed near each of these positions is no more
-        than what there is at it."""
+        """Return the same scene, in which positions near one of these anchors need no more clearance than the
+        anchor has."""
 
 
 class Probed(Value):
-    """Space whose lines are only probed: a path found in it must be checked in the space itself.
+    """Space whose lines are checked only at places some distance apart: a path found in it must be checked
+    again in the space itself.
 
     Args:
         space: in which states are looked at.

@@ -161,7 +161,10 @@ def _over(
 
 @lru_cache(maxsize=256)
 def _quickly(robot: Robot, q: Joints, corner: Pose) -> JointPath | Refused:
-    """Whether the arm can follow a line; remembered: ways to many places begin alike."""
+    """Path along a straight line, planned in coarse steps and without obstacles; or the refusal.
+
+    Answers are cached, since the ways to many places begin alike.
+    """
     return plan_straight_line(None, robot, q, [corner], speed=SPEED, step_m=QUICK[0], step_rad=QUICK[1])
 
 

@@ -122,9 +122,12 @@ def _excess(piece: Any) -> float:
 
 
 def _fits(piece: Any, light: Any) -> bool:
-    """Whether the hull of a piece adds little volume, fills no deep hollow, and stays out of the free
-    space of a hole. The depth does not tell of the last: all corners of a plate are in the two sides of
-    its hull, so no notch in it is deep."""
+    """Whether the hull of a piece adds little volume, fills no deep hollow, and stays out of the free space
+    of a hole.
+
+    A hole is checked by itself, since the depth of hollows does not show it: all corners of a plate with a
+    hole are on the surface of the plate's hull.
+    """
     if (piece.hull() ^ light).volume() > NOTHING:
         return False
     added = _excess(piece) / max(piece.volume(), 1e-15)

@@ -107,7 +107,7 @@ def from_mesh(mesh: Any, notes: Sequence[str] = ()) -> Shape:
     hulls = convex.parts(simple.vertices, simple.faces, bores)
     geoms = _unless_all_hole(tuple(_geom(h, _part(h, found)) for h in hulls))
     added = sum(hull_volume(g.corners) for g in geoms) / mesh.volume - 1
-    built = f"{len(geoms)} convex parts, {100 * added:+.1f} % volume; " + (
+    built = f"{len(geoms)} convex parts, {100 * added:+.1f} % of the mesh's volume added; " + (
         ", ".join(f"{o.feature.name} of {2000 * o.bore.radius:.1f} mm" for o in found) or "no holes"
     )
     mass = mesh.moment_inertia

@@ -111,7 +111,8 @@ class FaultsToCome:
 
 
 def _lines_with(wanted: str, text: str) -> Collection[int]:
-    """Numbers of the lines that contain a text, or whose block of lines has a comment above it that does."""
+    """Numbers of the lines that contain a text, and of the lines in a block below a comment that contains
+    it."""
     found, heading = set[int](), ""
     for number, row in enumerate(text.splitlines(), 1):
         comment = row.strip().startswith("#")

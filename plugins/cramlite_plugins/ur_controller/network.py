@@ -193,7 +193,7 @@ def _answer_rtde(robot: VirtualRobot, client: Client, kind: str, content: bytes)
         case "O":
             (frequency,) = struct.unpack(">d", content[:8])
             if not 0 < frequency <= 500:
-                raise ValueError(f"outputs at {frequency:g} Hz; 500 is the most")
+                raise ValueError(f"outputs were asked for at {frequency:g} Hz, and at most 500 Hz is possible")
             client.output = recipe(1, content[8:].decode(), output=True)
             client.every = max(1, round(1 / robot.arm.period / frequency))
             return _described(client.output)
@@ -257,5 +257,5 @@ async def _gripper(ports: Ports, reader: Reader, writer: Writer) -> None:
 async def _line(reader: Reader) -> bytes:
     line = await reader.readline()
     if len(line) > LINE:
-        raise ValueError(f"a line of {len(line)} bytes; {LINE} is the most")
+        raise ValueError(f"a line has {len(line)} bytes, and at most {LINE} are read")
     return line

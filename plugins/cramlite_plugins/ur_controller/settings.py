@@ -42,7 +42,8 @@ class Settings:
         self.past: deque[tuple[Floats, Floats]] = deque(maxlen=HISTORY)
 
     def remember(self) -> None:
-        """Record a control cycle for the functions that look back."""
+        """Record joint positions and force of a control cycle, for the functions that return values of past
+        cycles."""
         self.past.append((self.arm.actual_joints(), self.arm.force_vector()))
 
     # Payload and tool

@@ -305,7 +305,7 @@ WRONG = {
     f"robot: {{file: {SIX}}}": "state 'payload' as the data sheet does",
     f"robot: {{file: {SIX}, payload: 4 kg, gripper: {{file: nowhere.xml}}}}": "there is no robot file",
     f"robot: {{file: {SIX}, payload: 4 kg, gripper: {{}}}}": "nothing moves behind the arm's last joint",
-    f"robot: {{file: {SIX}, payload: 4 kg, gripper: {{file: {HAND}, force: [20 N, 10 N]}}}}": "a pair of lowest and highest value",
+    f"robot: {{file: {SIX}, payload: 4 kg, gripper: {{file: {HAND}, force: [20 N, 10 N]}}}}": "'force' is a pair of lowest and highest",
     f"robot: {{file: {SIX}, payload: 4 kg, gripper: {{file: {HAND}, torsion: 0 mm}}}}": "torsion",
     f"robot: {{file: {SIX}, payload: 4 kg, griper: robotiq_2f85}}": "gripper",
     f"robot: {{file: {DATA / 'seven.xml'}, payload: 3 kg}}": "state 'torques'",

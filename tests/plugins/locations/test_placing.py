@@ -16,12 +16,12 @@ from cramlite.model import Belief, Feature, Filling, Geom, GripFacts, Location, 
 from cramlite.plugin import Grounding, Refused, Unresolvable
 from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.parameters import Where
-from cramlite_plugins.locations.placing.checks import clear
+from cramlite_plugins.locations.placing.checks import clear, inside
 from cramlite_plugins.locations.placing.driver import ARM, OUTLINE
-from cramlite_plugins.locations.placing.positions import INSET, anchor, free_for, radius
+from cramlite_plugins.locations.placing.positions import INSET, anchor, free_for, positions_on, radius
 from cramlite_plugins.locations.placing.query import GAP, Placement, Query, openings, queries, standing_on
 from cramlite_plugins.locations.placing.stable_poses import YAWS, as_asked, check_turn, heights, standing_at
-from cramlite_plugins.locations.placing.ways_out import _from_above, prepared
+from cramlite_plugins.locations.placing.ways_out import _from_above, beside_content, prepared
 from cramlite_plugins.locations.reached import Arm
 from cramlite_plugins.motion_planning.reach import held_pose, tcp, uncertainty_margins
 from cramlite_plugins.objects.products_and_fixtures import basket, block, table
@@ -272,14 +272,38 @@ def test_free_is_where_it_is_supported() -> None:
     assert bounds(believed(), on("shelf")) == pytest.approx((-0.15 + least, -0.15 + least, 0.15 - least, 0.15 - least), abs=1e-6)
 
 
-def test_free_in_a_container_is_where_its_disc_is_inside() -> None:
+def test_free_in_a_container_is_where_its_disc_keeps_off_the_walls() -> None:
     box = basket("box", Pose((0.4, 0.35, 0.0)), (0.2, 0.3, 0.1))
     cavity = box.feature("cram:Cavity")
     assert cavity is not None
     belief = believed(box)
     disc = radius(query_on(belief, "box"), held_pose(belief, context_of(belief)))
-    x, y = cavity.size["width"] / 2 - disc, cavity.size["depth"] / 2 - disc
+    x, y = cavity.size["width"] / 2 - disc - 0.009, cavity.size["depth"] / 2 - disc - 0.009
     assert bounds(belief, into("box")) == pytest.approx((-x, -y, x, y))
+
+
+def test_free_in_a_narrow_container_is_where_its_disc_is_inside() -> None:
+    belief = believed(narrow := basket("box", Pose((0.4, 0.35, 0.0)), (0.075, 0.3, 0.1)))
+    cavity = narrow.feature("cram:Cavity")
+    assert cavity is not None
+    disc = radius(query_on(belief, "box"), held_pose(belief, context_of(belief)))
+    (_, y, _, _), x = bounds(belief, into("box")), cavity.size["width"] / 2 - disc
+    assert 0 < x < 0.009 and y == pytest.approx(disc - cavity.size["depth"] / 2)
+
+
+@pytest.mark.parametrize(("inner", "there"), [(0.1, True), (0.09, False)])
+def test_where_content_leaves_little_room_the_next_goes_close_to_it(inner: float, there: bool) -> None:
+    """Beside a block of 40 mm from wall to wall, there are 51 mm or 41 mm for another one and a gap of 6 mm."""
+    box, aside = basket("box", Pose((0.4, 0.35, 0.0)), (inner + 0.02, inner + 0.02, 0.1)), inner / 2 - 0.029
+    belief = believed(box, block("tin", Pose((0.4 - aside, 0.35, 0.05)), (0.04, inner - 0.018, 0.08)))
+    belief = replace(belief, poses={**belief.poses, "tin": replace(belief.poses["tin"], sigma=0.1)})
+    bare = queries(into("box"), belief, context_of(belief))[0]
+    query = beside_content(bare)
+    assert free_for(query, query.now).is_empty is not there
+    if there:
+        x, y = next(positions_on(query, query.now))
+        placement = Placement("there", Pose((0.4 + x, 0.35 + y, 0.06)), Pose(), Pose(), 0.0)
+        assert not inside(placement, query) and "8 mm is needed" in str(inside(placement, bare))
 
 
 @pytest.mark.parametrize(("x", "y", "beside"), [(0.4, 0.35, True), (0.4, 0.55, False)])

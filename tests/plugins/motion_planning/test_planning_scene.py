@@ -227,6 +227,14 @@ def test_clearance_is_relaxed_near_a_start_that_is_close_and_nowhere_else() -> N
     assert not deeper.relaxed([q]).free(q)
 
 
+@pytest.mark.parametrize(("depth", "left"), [(0.0008, True), (0.0013, False)])
+def test_a_start_that_leans_on_a_neighbour_may_be_left_and_one_that_is_stuck_in_it_may_not(depth: float, left: bool) -> None:
+    post = box("post", (0.02, 0.02, 0.14), (0.45, 0.2825 - depth, 0.14))
+    place, q = make(post, clearance=0.0), stance(make(), down(0.45, 0.2, 0.25))
+    assert place.clearance(q) == pytest.approx(-depth, abs=2e-4)
+    assert place.relaxed([q]).free(q) is left
+
+
 def test_bad_input_is_refused() -> None:
     with pytest.raises(ValueError, match=r"clearance 0\.5 m"):
         make(TABLE, clearance=0.5)

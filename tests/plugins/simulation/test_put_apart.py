@@ -38,8 +38,8 @@ def test_what_was_read_inside_another_is_believed_where_it_is_free(tmp_path: Pat
     world = read(tmp_path, ", noise: 30 mm")
     apart = np.subtract(world.thing("can").pose.position, world.thing("box").pose.position)
     assert 0.06 <= abs(apart[0]) <= 0.062 and np.allclose(apart[1:], 0.0, atol=0.002)
-    (note,) = [n for n in world.notes if "was read 20.0 mm inside" in n]
-    assert "it is believed 20 mm off, where it is free" in note
+    (note,) = [n for n in world.notes if "was perceived 20.0 mm inside" in n]
+    assert "it is believed to be 20 mm away from there, where it is free" in note
 
 
 def test_readings_that_can_be_are_believed(tmp_path: Path) -> None:

@@ -141,7 +141,7 @@ def test_a_critical_section_runs_alone() -> None:
         ("while True: end", "endless loop"),
         ("def f(): f() end\nf()", "endless recursion"),
         ("x = 1 / 0", "line 2: division by zero"),
-        ("x = [1, 2][2]", "index 2 of a list with 2"),
+        ("x = [1, 2][2]", "a list with 2 elements has no index 2"),
         ("x = 2147483647 + 1", "32 bits"),
         ("x = 1 < True", "'<' needs numbers"),
         ("if 1: x = 2 end", "True or False"),

@@ -50,7 +50,8 @@ class Grid(Value):
     poses: dict[str, Floats]
 
     def time(self, index: int) -> float:
-        """Return the time of an index; one step behind the last for the end of the grid [s]."""
+        """Return the time of an index of the grid [s]; the index after the last one gives the last time and
+        one step."""
         return float(self.times[0] + index * STEP)
 
     def moving(self, name: str) -> Flags:
@@ -78,9 +79,12 @@ def grid_of(tracks: dict[str, Track]) -> Grid:
 
 
 def _sampled(track: Track, times: Floats) -> Floats:
-    """Poses of a track at sample times: interpolated over gaps of up to BRIDGED, or of up to LOST if the
-    position differs by more than JUMPED after the gap; in longer gaps the last recorded pose, and before the
-    first recorded pose that pose."""
+    """Poses of a track at sample times: interpolated within short gaps, the last recorded pose in longer
+    ones, and the first one before it.
+
+    A gap is short if it lasts up to BRIDGED, or up to LOST with positions before and after it that differ by
+    more than JUMPED.
+    """
     before = np.clip(np.searchsorted(track.times, times, side="right") - 1, 0, None)
     after = np.minimum(before + 1, len(track.times) - 1)
     gap = track.times[after] - track.times[before]

@@ -144,8 +144,11 @@ def _contents(rollout: Rollout) -> list[Event]:
 
 
 def _snapped(states: tuple[Event, ...], times: Floats) -> list[Event]:
-    """States with starts and ends moved to the one before them, or to the recording's start, if it is within
-    SNAP: both are one instant, and the gap would otherwise become an action of a few samples."""
+    """States in which a start or end within SNAP after an earlier one, or after the recording's start, is set
+    to the time of the earlier one.
+
+    Both are one instant; the gap would otherwise become an action of a few samples.
+    """
     instants: dict[float, float] = {}
     first, last = float(times[0]), float(times[-1])
     for time in sorted({t for s in states for t in (s.start, s.end)}):

@@ -104,8 +104,8 @@ def with_grasps(episode: Episode) -> Episode:
 
 
 def _with_carrier(episode: Episode, grid: Grid) -> Episode:
-    """Episode that has a hand: if no frame is named like one, the frame becomes the hand that moves alone and
-    also carries other things."""
+    """Episode with a hand, where no frame is named like one: of the frames that carry other things, the one
+    that travels the longest way alone becomes the hand."""
     free = [n for n, t in episode.tracks.items() if episode.whole(n) == n and len(t.times) > 1]
     alone = {n: w for n in free if (w := _alone(grid, n, [o for o in free if o != n])) > IDLE}
     if not alone:
@@ -170,8 +170,8 @@ def _inferred(episode: Episode, grid: Grid) -> Episode:
 def _all_grips(
     episode: Episode, grid: Grid, hands: Sequence[str], moving: Sequence[str]
 ) -> tuple[list[InferredGrasp], dict[str, set[str]]]:
-    """Grasps of all recorded hands, then grasps of a hand that was not recorded, and by payload the things
-    that ride on it."""
+    """Grasps of all hands, those of recorded hands first; and the things that ride on each payload (payload
+    -> names)."""
     grips: list[InferredGrasp] = []
     riders: dict[str, set[str]] = defaultdict(set)
     for hand in [*hands, None]:
@@ -207,8 +207,10 @@ def _merged(found: Sequence[Loose]) -> list[Loose]:
 
 
 def _held(episode: Episode, grid: Grid, hand: str, things: Sequence[str]) -> tuple[list[InferredGrasp], dict[str, set[str]]]:
-    """Grasps of one hand, and by payload the things that ride on it: of several things that move with the
-    hand at the same time, only one is held."""
+    """Grasps of one hand; and the things that ride on each payload (payload -> names).
+
+    Of several things that move with the hand at the same time, only one is held; the others ride on it.
+    """
     spans = [(s, _held_on(grid, n, hand, s, e), n) for n in things for s, e in _in_the_air(grid, n, hand)]
     held: list[InferredGrasp] = []
     riding: dict[str, set[str]] = defaultdict(set)
@@ -306,8 +308,8 @@ def _grip(grid: Grid, hand: str, thing: str, span: Span, near: Span | None = Non
 
 
 def _unseen_hand(episode: Episode, grid: Grid, tracked: Sequence[str]) -> str | None:
-    """Hand without recorded poses, a right hand first; ``NOBODY`` if all recorded hands are idle; None if no
-    hand is missing."""
+    """Hand that moved things without being recorded: of the episode's hands without poses a right one first;
+    ``NOBODY`` if there is none and all recorded hands are idle; else None."""
     lost = sorted((h for h in hands_of(episode) if h not in tracked), key=_right_first)
     idle = all(travel(grid.poses[h]) < IDLE for h in tracked)
     return lost[0] if lost else NOBODY if idle else None

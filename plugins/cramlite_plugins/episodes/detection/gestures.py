@@ -46,14 +46,16 @@ def _arrived(mean: Floats, start: int, end: int) -> Span:
 
 
 def _chains(signal: Floats) -> list[NDArray[np.intp]]:
-    """Groups of at least SWINGS sign changes of a signal, each at most SWING after the one before."""
+    """Groups of at least SWINGS indices at which a signal changes sides, each at most SWING [s] after the one
+    before."""
     turns = _crossings(signal)
     chains = np.split(turns, np.flatnonzero(np.diff(turns) > SWING / STEP) + 1)
     return [c for c in chains if len(c) >= SWINGS]
 
 
 def _crossings(signal: Floats) -> NDArray[np.intp]:
-    """Indices at which a signal changes sides, at least AMPLITUDE beyond zero."""
+    """Indices at which a signal is beyond AMPLITUDE for the first time since it was so on the other side of
+    zero."""
     outside = np.flatnonzero(np.abs(signal) > AMPLITUDE)
     flips = np.flatnonzero(np.diff(np.sign(signal[outside])) != 0)
     return np.asarray(outside[flips + 1])

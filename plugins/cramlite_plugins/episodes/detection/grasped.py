@@ -100,7 +100,8 @@ def _carries(lift: Floats, others: Floats, times: Floats) -> bool:
 
 
 def _dragged(rollout: Rollout, thing: str, frame: str, span: slice, shift: Floats) -> bool:
-    """Whether the hand took the thing along across the closing axis, further than it moved in the hand."""
+    """Whether the thing travelled at right angles to the closing axis by more than ``DRAG`` further than it
+    slid in the hand (``shift``)."""
     closing = np.subtract(*(rollout.poses[str(EntityName(frame, side))][span, :3] for side in ("left", "right")))
     closing = closing.mean(axis=0) / max(float(np.linalg.norm(closing.mean(axis=0))), 1e-9)
     travel = rollout.poses[thing][span, :3] - rollout.poses[thing][span.start, :3]

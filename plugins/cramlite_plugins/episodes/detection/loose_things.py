@@ -91,7 +91,10 @@ def find_contents(episode: Episode, grid: Grid, things: Sequence[str], hands: Se
 
 
 def _many_alike(episode: Episode, grid: Grid, things: Sequence[str]) -> set[str]:
-    """Things of which at least ``MANY`` have like names; vessels that hold a more numerous kind are left out."""
+    """Names of the things that share the common part of their name with at least ``MANY`` - 1 others.
+
+    A kind is left out if one of it is a vessel that holds ``MANY`` things of a more numerous kind.
+    """
     groups: dict[str, list[str]] = defaultdict(list)
     for name in things:
         groups[alike(name)].append(name)

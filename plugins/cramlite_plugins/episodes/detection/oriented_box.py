@@ -102,6 +102,7 @@ def _separation(a: OrientedBox, b: OrientedBox, directions: Iterable[Floats]) ->
 
 
 def _directions(vectors: Iterable[Floats]) -> list[Floats]:
-    """Unit vectors; those that are nearly nothing (edges in parallel) are left out."""
+    """Vectors scaled to length 1; those shorter than 1e-9 are left out, such as the cross product of parallel
+    edges."""
     lengths = [(v, float(np.linalg.norm(v))) for v in vectors]
     return [v / length for v, length in lengths if length > 1e-9]

@@ -70,17 +70,18 @@ def drop_short(on: Flags, times: Floats) -> Flags:
 
 
 def intervals(on: Flags, times: Floats) -> list[tuple[int, int]]:
-    """Return the index ranges in which a flag holds for SHORT at least."""
+    """Return the index ranges in which ``on`` is true for at least SHORT."""
     return [(s, e) for s, e in runs(on) if float(np.ptp(span_of(s, e, times))) >= SHORT]
 
 
 def spans(on: Flags, times: Floats) -> list[tuple[float, float]]:
-    """Return the time intervals in which a flag holds for SHORT at least, gaps shorter than GAP closed [s]."""
+    """Return the time intervals [s] in which ``on`` is true for at least SHORT, once its gaps shorter than
+    GAP are closed."""
     return [span_of(s, e, times) for s, e in intervals(close_gaps(on, times), times)]
 
 
 def runs(on: Flags) -> list[tuple[int, int]]:
-    """Return the index ranges in which a flag holds, ends exclusive."""
+    """Return the index ranges in which ``on`` is true: the first index, and the one after the last."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], on, [False]]).astype(int)))
     return [(int(s), int(e)) for s, e in edges.reshape(-1, 2)]
 

@@ -66,7 +66,8 @@ def _finest(touched: str, known: set[str]) -> str:
 
 
 def entity_of(touched: str, rollout: Rollout) -> str:
-    """Return the name in episodes of a body: rollouts call the effector "effector", episodes by its name."""
+    """Return the entity that a touched body is in an episode: what a rollout calls "effector" has there the
+    name of the hand or gripper."""
     name = EntityName.parse(touched)
     return str(EntityName(rollout.effector, name.part)) if name.thing == "effector" else touched
 

@@ -237,7 +237,9 @@ def write_tf(tracks: dict[str, Track], folder: Path) -> None:
 
 
 def _transforms(name: str, track: Track) -> Iterator[bytes]:
-    """Documents of transforms: all of one frame have one length, so the first is encoded and its numbers
+    """Documents of transforms.
+
+    All documents of one frame have the same number of bytes, so only the first is encoded, and its numbers
     are replaced in copies.
 
     Twenty times faster than encoding each, which a million poses need.

@@ -1,4 +1,5 @@
-"""NEEMs on disk: an episode as a folder of the field's formats, and back without loss.
+"""NEEMs on disk: an episode as a folder of files in the formats of RobCoG and KnowRob, written and read
+without loss.
 
     <Id>_ED.owl              events, RobCoG event data
     <Id>_SM.owl              entities, RobCoG semantic map

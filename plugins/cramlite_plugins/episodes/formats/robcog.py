@@ -80,8 +80,8 @@ def is_semantic_map(found: Individuals) -> bool:
 
 
 def read_events(found: Individuals) -> tuple[tuple[Event, ...], tuple[Repair, ...]]:
-    """Read the events in their writer's order, else by start; entries that are no events are left out and
-    reported."""
+    """Read the events, in the order that their writer numbered, else by start; entries that are no events are
+    left out and reported."""
     events: list[tuple[float, Event]] = []
     repairs: list[Repair] = []
     for name, properties in found.items():

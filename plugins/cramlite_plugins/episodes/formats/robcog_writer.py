@@ -140,7 +140,8 @@ def _event(order: int, event: Event, id_: str) -> Iterator[str]:
 
 
 def _class_name(entity: Entity) -> str:
-    """RobCoG gives sizes to classes; so each size of a type is a class of its own."""
+    """Name of an entity's RobCoG class: its type and its size in mm, since RobCoG states sizes for classes
+    only."""
     local = local_name(expand(entity.types[0])) if entity.types else "Thing"
     size = "" if entity.size is None else "_" + "x".join(f"{v * 1000:.3f}".rstrip("0").rstrip(".") for v in entity.size)
     return f"{local}{size}"

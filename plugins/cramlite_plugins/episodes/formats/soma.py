@@ -169,7 +169,8 @@ def _literals(properties: dict[str, list[str | float]]) -> Fields:
 
 
 def _interval(properties: dict[str, list[str | float]], index: Index) -> tuple[float, float] | None:
-    """Begin and end, given at the event or at its time interval."""
+    """Begin and end of an event [s], which its NEEM states either at the event or at its time interval; None
+    if one is missing."""
     holder = index.get(str(properties.get(DUL + "hasTimeInterval", [""])[0]), properties)
     begin, end = (holder.get(SOMA + k) for k in ("hasIntervalBegin", "hasIntervalEnd"))
     if begin is None or end is None or DUL + "TimeInterval" in properties.get(RDF_TYPE, ()):

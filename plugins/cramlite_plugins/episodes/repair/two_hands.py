@@ -183,9 +183,12 @@ def _cut(track: Track, start: float, until: float) -> Track:
 
 
 def _extras(episode: Episode, tracks: dict[str, Track], acting: _Acting) -> dict[str, Floats]:
-    """Extras for one hand: without the recorded opening and wrench; the opening is the finger tips' distance,
-    and stays constant during a handover, since fingers that take over the thing neither open nor close the
-    gripper."""
+    """Extras of the converted episode: the recorded ones but for opening and wrench, and the opening as the
+    distance of the acting hand's finger tips [m].
+
+    The opening stays constant during a handover, since fingers that take over the thing neither open nor
+    close the gripper.
+    """
     extras = {k: v for k, v in episode.extras.items() if k not in ("opening", "wrench")}
     times = extras.get("times")
     tips = [tracks[n] for n in tracks if thing_of(n) == acting.name != n][:2]

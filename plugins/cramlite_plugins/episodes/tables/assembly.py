@@ -67,8 +67,12 @@ def _episode(file: Path, mapping: Mapping, table: Table, found: Recorded) -> Epi
 
 
 def _following(episode: Episode, mapping: Mapping) -> Episode:
-    """Episode in which a hand that moves a drawer or door by its joint opens or closes it, instead of
-    grasping it. Of a lever on a door, the joint that turns farther counts."""
+    """Episode in which a grasp of a drawer or door that moves on its joint becomes an action that opens or
+    closes it.
+
+    Of a lever on a door, the action's object is the one of both whose joint moves by the larger share of its
+    range.
+    """
     opened = {n for n, t in mapping.things.items() if t.opens is not None}
     held = [e for e in episode.events if e.type == "cram:GraspState" and e.roles["object"] in opened]
     repairs, events = list(episode.repairs), {e.id: e for e in episode.events}
@@ -79,7 +83,7 @@ def _following(episode: Episode, mapping: Mapping) -> Episode:
         roles = {"performer": grasp.roles["gripper"], "object": name}
         task = "soma:Opening" if after > before else "soma:Closing"
         events[grasp.id] = Event(grasp.id, task, "action", grasp.start, grasp.end, roles, True)
-        what = f"read that '{name}' moves with '{grasp.roles['gripper']}' as {task}"
+        what = f"read the grasp of '{grasp.roles['object']}' by '{grasp.roles['gripper']}' as {task} of '{name}'"
         repairs.append(Repair(what, (grasp.start, grasp.end), why, removed=(grasp,), added=(events[grasp.id],)))
     return replace(episode, events=tuple(events.values()), repairs=tuple(repairs)) if held else episode
 

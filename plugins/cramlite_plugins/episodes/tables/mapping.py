@@ -41,7 +41,11 @@ class TimeSpec(Spec):
 
 
 class ColumnsSpec(Spec):
-    """Columns of a pose. In their names ``{name}`` stands for the track; or ``track`` is the column that names it, row by row."""
+    """Columns of a track's pose.
+
+    In the columns' names ``{name}`` stands for the track's name; or ``track`` is the column in which each row
+    names its track.
+    """
 
     track: str | None = None
     position: tuple[str, str, str]

@@ -74,7 +74,7 @@ class Table(Value):
         return np.where(np.isfinite(values), values, np.nan)
 
     def wrong(self, row: int, what: str) -> UserError:
-        """Return the error that a row is wrong, with file and line."""
+        """Return the error of a wrong row: its file and line, and ``what`` is wrong with it."""
         return UserError(f"{self.path}:{self.lines[row]}: {what}{'' if what.endswith('?') else '.'}")
 
 

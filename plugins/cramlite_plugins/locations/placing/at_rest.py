@@ -48,7 +48,8 @@ PALM_UP = math.sin(math.radians(20.0))
 
 
 def is_uneven(query: Query) -> bool:
-    """Check whether no surface of a support is level, or none is large, against the payload's outline from above."""
+    """Check whether a support has no level surface that is large in comparison with its own outline from
+    above."""
     if query.uneven:
         return True
     if query.depth or query.under is not None or query.where.region or EntityName.parse(query.entity).part:
@@ -88,7 +89,7 @@ def _over(query: Query) -> list[tuple[float, float]]:
 
 
 def _level(at: Pose) -> Pose:
-    """A frame whose z is up, turned about that as a thing is."""
+    """Orientation whose z axis is up, turned about the vertical as far as the pose ``at``."""
     x, y, _ = at.rotate((1.0, 0.0, 0.0) if abs(at.rotation[2, 0]) < math.sqrt(0.5) else (0.0, 1.0, 0.0))
     return Pose.from_rotvec((0.0, 0.0, 0.0), (0.0, 0.0, math.atan2(y, x)))
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 import shapely
@@ -91,8 +92,8 @@ def clear(placement: Placement, query: Query) -> str | Refused:
         outline = footprint(query.thing, there, high=foot + found.top)
         if (overlap := float(outline.intersection(found.area).area)) > 0:
             said = f"its outline would overlap that of '{found.name}' and the gap around it by {1e4 * overlap:.1f} cm2"
-            more = f"there is no room for '{query.thing.name}' beside '{found.name}' on or in '{query.entity}', {1e4 * overlap:.1f} cm2"
-            says = f"{more} are lacking: have '{found.name}' put elsewhere, or name another place"
+            more = f"there is no room for '{query.thing.name}' beside '{found.name}' on or in '{query.entity}', where"
+            says = f"{more} outlines and gap overlap by {1e4 * overlap:.1f} cm2: have '{found.name}' put elsewhere, or name another place"
             return refusal(said, blocking=query.standing_there(), remedy=Remedy(f"room {query.entity}", says, overlap))
     return ""
 
@@ -102,7 +103,7 @@ def inside(placement: Placement, query: Query) -> str | Refused:
     is room."""
     outline = footprint(query.thing, query.target.pose.inverse() * placement.thing)
     (low, left, high, right), (x, y, x1, y1) = outline.bounds, query.target.area.bounds
-    gap = min(OFF_WALLS, max(0.0, min(x1 - x - high + low, y1 - y - right + left) / 4))  # with half of the room to choose from
+    gap = min(OFF_WALLS, *(max(0.0, room) / 4 for room in _play(outline, query)))  # with half of the room to choose from
     if query.target.area.buffer(-gap).covers(outline):
         return ""
     if query.target.area.covers(outline):
@@ -118,6 +119,18 @@ def inside(placement: Placement, query: Query) -> str | Refused:
     more = f"the opening of '{query.entity}' lacks {1000 * out:.0f} mm for '{query.thing.name}'"
     says = f"{more}: take a smaller thing, have it put down otherwise, or name another container"
     return refusal(said, blocking=query.standing_there(), remedy=Remedy(f"opening {query.entity}", says, out))
+
+
+def _play(outline: Any, query: Query) -> tuple[float, float]:
+    """Distances that an outline could be shifted by, along x and along y, between walls and content [m]."""
+    ends = np.reshape(query.target.area.bounds, (2, 2))
+    low, high = np.reshape(outline.bounds, (2, 2))
+    found = ends[1] - ends[0] - (high - low)
+    for a, b in (np.reshape(o.area.bounds, (2, 2)) for o in query.obstacles):
+        for k in (0, 1):
+            if a[1 - k] < high[1 - k] and b[1 - k] > low[1 - k]:  # side by side
+                found[k] -= min(b[k], ends[1, k]) - max(a[k], ends[0, k])
+    return float(found[0]), float(found[1])
 
 
 def falls(placement: Placement, query: Query) -> str:
@@ -169,7 +182,10 @@ def _region_missed(thing: Pose, height: float, query: Query) -> str | Refused:
 
 
 def over_region(placement: Placement, query: Query) -> str:
-    """Check that the payload's origin is over the wanted region, which may lean: a payload at rest by itself shifts no more."""
+    """Check that the payload's origin is over the wanted region, whose surface may lean.
+
+    The origin may be at the border: a payload that was released there and has come to rest shifts no more.
+    """
     resting = np.asarray(placement.thing.position) - (0.0, 0.0, placement.height)
     x, y, z = map(float, query.target.pose.inverse().apply(resting))
     if low := _too_low(query, z):

@@ -30,6 +30,7 @@ SMALL = 1e-6
 
 INSET = 0.12  # of what is nearest to a robot that drove, from the edge [m]
 ROUNDED = 0.0002  # twice what positions are rounded by [m]
+BESIDE_WALLS = OFF_WALLS + 0.001  # distance of positions from walls [m]: what leans a little is nearer to one farther up
 ALIKE = 0.002  # radii of discs that are as good as one another [m]
 TRIED = 32  # corners that are looked at, of a round opening evenly spaced ones
 AWAY = 0.1
@@ -53,8 +54,10 @@ def free_for(query: Query, now: Pose) -> Any:
     """Return positions for the payload's middle: on its support, apart from obstacles, and where ``where`` wants it."""
     wide, area, where = radius(query, now), query.target.area, query.where
     _, least = inset(standing(query.thing, now), area)
-    core = area.buffer(-wide) if query.depth else area.convex_hull.buffer(-least - ROUNDED)
-    free = free_area(core, [o.area.buffer(radius(query, now, o.top)) for o in query.obstacles], 0.0)
+    cores = [area.buffer(-wide - BESIDE_WALLS), area.buffer(-wide)] if query.depth else [area.convex_hull.buffer(-least - ROUNDED)]
+    grown = [o.area.buffer(radius(query, now, o.top)) for o in query.obstacles]
+    found = [free_area(core, grown, 0.0) for core in cores]
+    free = next((a for a in found if not a.is_empty), found[-1])
     to = query.target.pose.inverse()
     for side, (axis, sign) in SIDES.items():
         if other := getattr(where, side):
@@ -92,8 +95,8 @@ def anchor(query: Query, now: Pose) -> Offset:
 
 
 def _with_room(query: Query, now: Pose) -> Offset:
-    """Position in a corner where more payloads are to come, else amid the room that the content leaves; in
-    an empty container in the middle."""
+    """Best position in an opening: in a corner if later tasks put more payloads in, else in the middle of the
+    room that the contents leave; the middle of an empty container."""
     lying = [o.area for o in lying_in(query, sure=True)]
     left = free_area(query.target.area, lying, 0.0)
     if left.is_empty:
@@ -101,7 +104,7 @@ def _with_room(query: Query, now: Pose) -> Offset:
     if puts_into(query.entity, query.belief, query.context):
         x, y, _ = query.target.pose.inverse().apply((0.0, 0.0, 0.0)).tolist()
         a, b, c, _ = rectangle(query, now)
-        return corner(query.target.area.buffer(-OFF_WALLS), left, (math.dist(a, b), math.dist(b, c)), (x, y))
+        return corner(query.target.area.buffer(-BESIDE_WALLS), left, (math.dist(a, b), math.dist(b, c)), (x, y))
     return roomiest(left) if lying else (0.0, 0.0)
 
 

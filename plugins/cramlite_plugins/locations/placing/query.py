@@ -112,7 +112,8 @@ class Query(Value, dict=True):
 
     @cached_property
     def around(self) -> Thing:
-        """Return one thing with the geoms of the target's thing and of all things near it, in the target's frame."""
+        """Return one thing with the geoms of the target's thing and of all things near it, in the frame of
+        the target's thing."""
         back, (low, high) = self.at.inverse(), box_around(self.whole.geoms)
         reach, geoms = float(np.linalg.norm(high - low)), list(self.whole.geoms)
         for name in self.belief.poses.keys() - {self.whole.name, self.thing.name}:
@@ -158,8 +159,8 @@ class Query(Value, dict=True):
         return tuple(n for n in dict.fromkeys(o.name for o in self.obstacles) if n != thing_of(self.entity))
 
     def release(self, height: float, opening: float | None = None, settles: Pose = AS_LET_GO) -> Release:
-        """Return the release of the payload at a height over the target [m]: let fall into a cavity, or put
-        down."""
+        """Return the release of the payload at a height over the target [m]: it falls into a cavity, or is
+        let go of on a surface."""
         into = thing_of(self.entity) if self.depth else ""
         return Release(height, opening, settles, into, DROPPED if into else LET_GO)
 
@@ -272,8 +273,8 @@ def openings(thing: Thing, pose: Pose, region: str = "") -> list[tuple[Surface, 
 
 
 def standing_on(query: Query) -> tuple[Obstacle, ...]:
-    """Return the outlines of obstacles that stand on a surface, or hang down over it, as high as the payload
-    is; with the gap around."""
+    """Return the outlines of the obstacles that stand on a surface, or hang over it within the payload's
+    height; each is widened by ``GAP`` and the uncertainty of its place."""
     belief, to, margins = query.belief, query.target.pose.inverse(), uncertainty_margins(query.belief)
     high, reach = height(query.thing, query.now), query.target.area
     found = []
@@ -286,8 +287,8 @@ def standing_on(query: Query) -> tuple[Obstacle, ...]:
 
 
 def lying_in(query: Query, sure: bool = False) -> tuple[Obstacle, ...]:
-    """Return the outlines of a cavity's content with the gap around, each wider by the uncertainty of its place
-    unless ``sure``."""
+    """Return the outlines of a cavity's contents, widened by ``GAP`` and, unless ``sure``, by the uncertainty
+    of their places."""
     belief, to, margins = query.belief, query.target.pose.inverse(), {} if sure else uncertainty_margins(query.belief)
     found = []
     for name in belief.poses:
@@ -298,7 +299,8 @@ def lying_in(query: Query, sure: bool = False) -> tuple[Obstacle, ...]:
 
 
 def covers(query: Query, high: float) -> tuple[Obstacle, ...]:
-    """Return the outlines of overhangs of an opening, with the gap around, up to the height of a release [m].
+    """Return the outlines of the things over an opening, up to the height of a release [m]; each is widened
+    by ``GAP``.
 
     What reaches through the opening lies in it, and covers nothing.
     """

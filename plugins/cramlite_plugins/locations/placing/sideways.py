@@ -119,8 +119,11 @@ def _attitudes(query: Query, upright: Pose) -> Iterator[tuple[str, Pose]]:
 
 
 def _floors(asked: Sequence[Query], now: Pose, tall: float, low: list[float]) -> Iterator[tuple[Query, Floor]]:
-    """Floors with enough room for a payload turned as at a pose, by query; the height of the room over each
-    floor is appended to ``low`` [m]."""
+    """Floors with enough room for a payload that is turned as at a pose, each with its query and an open
+    side.
+
+    The height of the room over each floor that was looked at is appended to ``low`` [m].
+    """
     for query in asked:
         whole, at = query.whole, query.at
         for surface, over in _levels(query.thing, now, whole, at, query.region, query.belief, query.depth > 0):
@@ -185,7 +188,8 @@ def _level(query: Query, floor: Floor, now: Pose, kind: str) -> Iterator[Placeme
 
 
 def _of_each_step(rows: NDArray[np.intp], few: int) -> list[list[int]]:
-    """First few (spot, turn) of each step outwards: simulating a payload's rest at one spot takes some ten runs."""
+    """For each step outwards the first ``MANY`` pairs (spot, turn), or the first one only if ``few`` is above
+    1: to simulate how a payload comes to rest at a spot takes some ten runs."""
     steps = rows[:, 0] // (len(ASIDE) if few == 1 else len(ASIDE[:3]))
     before = np.arange(len(rows)) - np.searchsorted(steps, steps)
     found: list[list[int]] = rows[before < (MANY if few == 1 else 1)].tolist()
@@ -236,7 +240,8 @@ def _free(
     half, shape = (high - low) / 2, (len(openings), len(points), len(turns))
 
     def spread(vectors: Floats) -> Floats:
-        """Points (n, 3) that are given relative to the foot, at all spots and turns."""
+        """Points (n * spots * turns, 3) on the payload or hand at all spots and turns, from vectors (n, 3)
+        from the payload's foot."""
         found: Floats = np.einsum("ntij,nj->nti", spin, vectors)[:, None] + points[:, None, :]
         return found.reshape(-1, 3)
 

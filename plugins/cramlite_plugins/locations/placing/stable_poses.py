@@ -251,8 +251,11 @@ def check_turn(query: Query, asked: Pose) -> None:
 
 
 def with_middle(level: list[Query]) -> list[Query]:
-    """Return the surfaces; of a movable support with a rim, such as a plate, the middle of its largest
-    surface first, or alone if there is room nowhere else."""
+    """Return the surfaces to try.
+
+    Of a movable support with a rim, such as a plate: the middle of its largest surface, then that surface if
+    it has room elsewhere.
+    """
     first, thing = level[0], level[0].whole
     if thing.furniture or first.where.region or not any(o.name == thing.name for o in first.obstacles):
         return level

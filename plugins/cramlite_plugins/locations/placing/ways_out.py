@@ -20,6 +20,7 @@ from ...motion_planning.reach import shift
 from ..from_aside import slants
 from ..parameters import Where
 from .access import COVERS, covered, goes_in_upright
+from .at_rest import CLOSE
 from .checks import SHAPES, at_rest, first_objection
 from .positions import free_for, positions_on, radius
 from .query import Found, Groups, Placement, Query, covers, is_roofed, lying_in, standing_on
@@ -106,13 +107,23 @@ def _at_best(asked: list[Query], now: Pose) -> Iterator[Refused]:
 
 
 def prepared(bare: list[Query]) -> list[Query]:
-    """Return the queries of a payload that comes from above, with their obstacles; an opening is asked for
-    twice: for positions beside its contents and overhang, and for positions anywhere."""
+    """Return the queries of a payload that comes from above, with their obstacles.
+
+    An opening has two queries: one for positions beside its contents and its overhang, one for positions
+    anywhere.
+    """
     if not bare[0].depth:
         return bare if bare[0].uneven else with_middle([replace(q, obstacles=standing_on(q)) for q in bare])
     anywhere = [covered(q) for q in bare]
-    beside_it = [replace(q, obstacles=(*lying_in(q), *q.covers)) for q in anywhere]
-    return [*(q for q in beside_it if q.obstacles), *anywhere]
+    return [*(beside_content(q) for q in anywhere if lying_in(q) or q.covers), *anywhere]
+
+
+def beside_content(query: Query) -> Query:
+    """Return the query of an opening beside its content and overhang; close to the content where there is no room apart."""
+    apart = replace(query, obstacles=(*lying_in(query), *query.covers))
+    close = replace(query, obstacles=(*lying_in(query, sure=True), *query.covers), clearance=CLOSE)
+    now = put_down(query)
+    return close if free_for(apart, now).is_empty and not free_for(close, now).is_empty else apart
 
 
 def _check_way_in(query: Query, now: Pose) -> None:

@@ -204,8 +204,8 @@ def met_with_hand(belief: Belief, context: Context, entity: str, hand: Pose) -> 
 
 
 def _meets(belief: Belief, context: Context, entity: str, tcp: Pose) -> Met:
-    """Function from a spot to the obstacles of a thing that moves along with a TCP; without a hand if the TCP
-    is at the thing's origin."""
+    """Function that returns the obstacles of a thing at a spot (x, y) to which a TCP takes it along; those of
+    the hand are left out if the TCP is at the thing's origin."""
     pose, base = belief.pose(entity), belief.base()
     held = Held(entity, tcp.inverse() * shift(pose, LIFT), 0.0, carries=carried_along(belief, entity))
     scene, hand = make_scene(belief.grasped(held), context, [entity], clearance=CLEAR), tcp != pose

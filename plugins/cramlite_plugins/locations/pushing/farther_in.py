@@ -40,7 +40,7 @@ def off(location: Location, belief: Belief, context: Context) -> Iterator[Ground
             said = f"{1000 * back:.0f} mm back, to push '{entity}' farther in by {1000 * way:.0f} mm"
             yield Grounding(Place(there, there, context.robot.gripper.opening[0], thing=entity), said, key="off")
             return
-    yield Refused("off", f"within {1000 * BACK:.0f} mm closed fingers do not come off '{entity}': {no.reason if no else ''}")
+    yield Refused("off", f"closed fingers find no free place up to {1000 * BACK:.0f} mm back from '{entity}': {no.reason if no else ''}")
 
 
 def deeper(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
@@ -58,7 +58,7 @@ def deeper(location: Location, belief: Belief, context: Context) -> Iterator[Gro
 
 
 def _ahead(belief: Belief, context: Context) -> Floats:
-    """The level unit vector (3,) on which the hand points inwards.
+    """The level unit vector (3,) along which the hand points inwards.
 
     Raises:
         Unresolvable: it points down or up.

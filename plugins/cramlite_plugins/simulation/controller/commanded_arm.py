@@ -139,7 +139,8 @@ class CommandedArm(ABC):
         return self._begin(circular_motion(self._start(), via, goal, speed, acceleration, fixed))
 
     def path_length(self, goal: Pose) -> float:
-        """Compute the path length of a movel [m]; a rotation counts by its lever."""
+        """Compute the path length of a movel [m]: the distance, or ``RADIAN`` times the angle of its rotation
+        if that is longer."""
         return linear_motion(self._start(), goal, 1.0, 1.0).way
 
     def _start(self) -> Pose:

@@ -260,8 +260,8 @@ class Controller(CommandedArm):
             self.base = self.arm.arm_at(self.platform.actual())
 
     def _goal(self) -> Floats:
-        """Commanded joint positions for the end of this cycle; an arm that is led by hand is commanded to its
-        own."""
+        """Joint positions (n,) [rad] to command for the end of this cycle; for an arm that is led by hand
+        those that its encoders report."""
         return self.encoders() if self.freedrive and self.motion is None else self._command()
 
     def _physics(self, before: Floats) -> None:

@@ -66,7 +66,8 @@ class Linked:
         self.narrow = [-o for o in linkage.openings]
 
     def measured(self, data: Any) -> float:
-        """Return the opening [m] that the encoders of the drives mean if nothing bends."""
+        """Return the opening [m] that follows from the encoders of the drives, as if the linkage did not
+        bend."""
         qpos = data.qpos
         return _between(sum([w * float(qpos[a]) for a, w in self.encoders]), self.linkage.readings, self.linkage.openings)
 

@@ -94,7 +94,7 @@ def _check_thing(thing: Thing) -> None:
             raise UserError(f"{where}: a {geom.shape} needs {count} positive size(s) in metres, not {geom.size}")
         if (geom.shape == "convex") != (len(geom.corners) >= 4):
             raise UserError(
-                f"{where}: a {geom.shape} with {len(geom.corners)} corners; only a convex hull has, 4 or more"
+                f"{where}: a {geom.shape} has {len(geom.corners)} corners; the shape 'convex' has 4 or more, others have none"
             )
         friction = thing.friction if geom.friction is None else geom.friction
         if not 0 <= friction < 100:
@@ -179,7 +179,10 @@ def add_thing(spec: Any, thing: Thing, planning: bool, carried: Carried | None) 
 
 
 def _inertia(thing: Thing, joint: Joint) -> float:
-    """Inertia of a thing about or along its joint [kg m2, kg]: of a bar as long as the thing reaches from its hinge."""
+    """Inertia of a thing about its hinge [kg m2], or its mass along its slide [kg].
+
+    The inertia is that of a bar as long as the thing's farthest corner is from the hinge.
+    """
     if joint.kind == "slide":
         return thing.mass or 1.0
     corners = np.vstack([c for g in thing.geoms for c in bounds(g)])
@@ -222,8 +225,11 @@ def _carry(spec: Any, thing: Thing, carried: Carried) -> Any:
 
 
 def _solid(index: int, geom: Geom, planning: bool) -> list[tuple[str, Geom]]:
-    """Numbered geoms that stand for one geom: itself, but in a planning model without contact margins, and a
-    capsule as a cylinder with two spheres."""
+    """Geoms, each with a key, that the model has for one geom of a world: that geom itself.
+
+    In a planning model it has no contact parameters of its own, and a capsule becomes a cylinder with two
+    spheres.
+    """
     geom = replace(geom, contact=None) if planning else geom
     if geom.shape != "capsule" or not planning:
         return [(str(index), geom)]

@@ -1,4 +1,5 @@
-"""Centres of mass that a twin displaces from where the shapes of things have them."""
+"""Things of a twin, the copy of a world with drawn errors, whose centres of mass are off those that follow
+from their shapes."""
 
 from __future__ import annotations
 
@@ -12,8 +13,8 @@ from .build import add_thing, finish
 
 
 def real_things(world: World) -> tuple[Thing, ...]:
-    """Return the things of a world; things whose centre of mass a twin displaces get an inertia of their own
-    (``Disturbance.centres``)."""
+    """Return the things of a world; the centre of mass of each that ``Disturbance.centres`` names is
+    displaced."""
     centres = world.disturbance.centres
     return tuple(_off(t, centres[t.name]) if t.movable and t.name in centres else t for t in world.things)
 

@@ -13,7 +13,8 @@ from .index import Data
 
 
 class NoSlip:
-    """A switch of the no-slip iterations: off while contacts join grains to a robot, however many things are between them.
+    """Switch of MuJoCo's no-slip iterations: off while a robot touches grains, directly or through things
+    between them.
 
     Args:
         compiled: the model whose option it sets.

@@ -66,8 +66,8 @@ def put_apart(world: World, robots: Mapping[str, Robot], most: float, deep: floa
         placed = placed.moved(found.poses)
         for name, pose in found.poses.items():
             compiled.place(data, name, pose)
-        inside = f"'{found.thing}' was read {1000 * depth:.1f} mm inside '{b if found.thing == a else a}'"
-        said.append(f"{inside}; it is believed {1000 * found.away:.0f} mm off, where it is free")
+        inside = f"'{found.thing}' was perceived {1000 * depth:.1f} mm inside '{b if found.thing == a else a}'"
+        said.append(f"{inside}; it is believed to be {1000 * found.away:.0f} mm away from there, where it is free")
     return placed, tuple(said)
 
 

@@ -31,7 +31,7 @@ PERIOD = 0.024  # of the samples that means are taken of [s]: three control cycl
 
 
 class Sleep:
-    """A watch over which things of a simulation may sleep: those that rest.
+    """Watch over the sleep of a simulation's things: those that rest may sleep, the others are kept awake.
 
     Args:
         model: whose things sleep from now on. Where tendons are tied to each other none does: MuJoCo 4.0 would end with an error.
@@ -66,8 +66,8 @@ class Sleep:
         self._model.tree_sleep_policy[self._trees] = np.where(asleep | self._still(), ALLOWED, NEVER)
 
     def _still(self) -> Floats:
-        """Whether each of T trees of bodies moved less than creeping speed over one of the time windows, as
-        flags (T,)."""
+        """Flags (T,) of T trees of bodies: whether each moved at less than the creeping speed over at least
+        one of the time windows."""
         still = np.zeros(len(self._trees), dtype=bool)
         for window, back in zip(WINDOWS, self._back, strict=True):
             if len(self._seen) > back:

@@ -1,4 +1,7 @@
-"""Triangle meshes of a compiled model's geoms. Own lathe, because importing trimesh costs 0.95 s of CPU time."""
+"""Triangle meshes of a compiled model's geoms.
+
+Round geoms are turned on a lathe of our own, because importing trimesh costs 0.95 s of CPU time.
+"""
 
 from __future__ import annotations
 

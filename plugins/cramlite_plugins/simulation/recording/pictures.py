@@ -103,7 +103,8 @@ def scene(rollout: Rollout, robots: Mapping[str, Robot], samples: Sequence[int])
 
 
 def _tracks(rows: Floats, names: Mapping[str, int], shown: Mapping[str, str]) -> dict[str, Floats]:
-    """Poses of the bodies that are seen, from (N, bodies, 7); one row for those that stand still."""
+    """Poses of the bodies that a viewer shows, from (N, bodies, 7); a body that stands still has one row
+    instead of N."""
     tracks = {name: rows[:, body] for name, body in names.items() if name in shown}
     return {name: track if np.ptp(track, axis=0).max() > 1e-6 else track[:1] for name, track in tracks.items()}
 

@@ -265,8 +265,8 @@ def _inside(body: Iterable[object], *, loops: bool) -> Iterator[object]:
 
 
 def _unused(program: Function) -> Iterator[Doubt]:
-    """Yield a doubt for each function that enters more critical sections than it leaves: all other threads
-    stay blocked."""
+    """Yield a lint warning for each function that enters more critical sections than it leaves: all other
+    threads stay blocked."""
     for function in functions(program).values():
         words = [n.word for n in _inside(function.body, loops=True) if isinstance(n, Critical)]
         if words.count("enter_critical") > words.count("exit_critical"):

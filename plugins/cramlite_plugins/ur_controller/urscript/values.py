@@ -112,7 +112,7 @@ def _position(value: Any, index: Any) -> Any:
     if not isinstance(value, list | StructValue):
         raise ScriptError(f"only lists, poses and structs have elements, not {show(value)}")
     if type(index) is not int or not 0 <= index < len(value):
-        raise ScriptError(f"index {show(index)} of a list with {len(value)} elements")
+        raise ScriptError(f"a list with {len(value)} elements has no index {show(index)}")
     return list(value)[index]
 
 
