@@ -303,7 +303,7 @@ class GoingOn:
         where = {t.name: t.pose for t in before.world.things}
         stayed = {t.name for t in world.things if t.name in where and _apart(where[t.name].position, t.pose.position) <= STILL}
         relations = tuple(r for r in before.relations if r[1] in stayed)
-        self.setting = with_load(replace(before, world=world, relations=relations, real=None), self.engine.knowledge)
+        self.setting = with_load(replace(before, world=world, relations=relations, real=None, look=None), self.engine.knowledge)
         names = [a.name for a in attempt.plan.actions]
         if done.step != BACK:
             self.at, self.step = next((k for k, n in enumerate(names) if n == task_of(done.step)), 0), done.step
@@ -326,7 +326,7 @@ class GoingOn:
         """Possible remainders of a plan after a stop, shortest first.
 
         With a payload: the task under way and all later ones; instead of that task its parts from the one under way, or
-        from the next one on; or the later tasks alone. With an empty hand: the tasks from the one under way or an earlier one on.
+        from a later one on; or the later tasks alone. With an empty hand: the tasks from the one under way or an earlier one on.
         """
         at, actions = self.at, plan.actions
         if self.setting.world.robots[0].holds is None:
@@ -335,7 +335,7 @@ class GoingOn:
         yield replace(plan, actions=actions[at:])
         parts = self._parts(actions[at]) if isinstance(actions[at], Action) else ()
         first = next((k for k, p in enumerate(parts) if is_part_of(self.step, p.name)), 0)
-        rests = [(*parts[k:], *actions[at + 1 :]) for k in (first, first + 1) if k < len(parts)]
+        rests = [(*parts[k:], *actions[at + 1 :]) for k in range(first, len(parts))]
         yield from (replace(plan, actions=tuple(_renamed(a) for a in rest)) for rest in (*rests, actions[at + 1 :]) if rest)
 
     def _parts(self, action: Action) -> tuple[Action, ...]:

@@ -18,7 +18,7 @@ Clauses = tuple[Clause, ...]
 TIME = ("after", "once", "before", "when", "having")
 """Words before a clause that is done earlier or later."""
 FURTHER = (
-    *("and", "but", "then", "so", "such", "until", "till", "if", "while", "with", "leaving", "keeping", "making", "ensuring", "by"),
+    *("and", "or", "but", "then", "so", "such", "until", "till", "if", "while", "with", "leaving", "keeping", "making", "ensuring", "by"),
     RETRACT,
 )
 """Words before a further clause."""
@@ -70,13 +70,41 @@ class ClauseParser(RequestParser):
         meant = [e + 1 for e in self._contrasted(start) if self.words[e : e + 1] == (",",)]  # "not the tin, the can ..."
         asked = (*asked, *(c for e in dict.fromkeys(meant) for c in (*self._clauses(e), *(self._stated(e) if brief else ()))))
         further = self._stated(start) if brief else self._brief(start, toward=True)
-        for clause, end in dict.fromkeys((*self._clauses(start), *asked, *self._remnants(start, before), *further)):
+        found = dict.fromkeys((*self._clauses(start), *asked, *self._remnants(start, before), *further))
+        for clause, end in (f for f in found if self._known_clause(f[0])):
             self.farthest = max(self.farthest, end)
             clauses = (*before, replace(clause, later=later))
             for behind in self._closed(end):
                 if any(clauses[:k] in self._dropped for k in range(1, len(clauses) + 1)):
                     break
                 yield from self._rest(behind, clauses, brief)
+            yield from (r for aside, last in self._left_out(end) for r in self._rest(last, (*clauses, aside), brief))
+        yield from (r for clauses, last in self._amended(start, before) for r in self._rest(last, clauses, brief))
+        for k in dict.fromkeys((start, at)):
+            yield from (r for aside, last in self._left_out(k) for r in self._rest(last, (*before, aside), brief))
+
+    def _amended(self, at: int, before: Clauses) -> Iterator[tuple[Clauses, int]]:
+        """The clauses before with what an alternative, or an amount that comes later, makes of them: "..., or put it on the shelf"."""
+        asked = [k for k, c in enumerate(before) if c.phrases]
+        if not asked:
+            return
+        last = before[asked[-1]]
+        if self.words[at : at + 1] == ("or",):
+            start = at + 1 + (self.words[at + 1 : at + 2] == ("else",))
+            for clause, end in (*self._clauses(start), *self._further(last, start, places=True)):
+                if self._known_clause(clause):
+                    yield from (((*before, replace(clause, either=True)), behind) for behind in self._closed(end))
+        for frame in self.frames.measured if last.place is None and not last.amount else ():
+            if frame.phrase.form.startswith(last.phrases[0].form):
+                for measured, end in self._amounts(frame, (), last.theme, at):
+                    more = replace(last, phrases=(frame.phrase,), amount=measured.amount)
+                    ends = (*starts(self.words, end, english.SUITS), *starts(self.words, end, english.INDIFFERENT), end)
+                    clauses = (*before[: asked[-1]], more, *before[asked[-1] + 1 :])
+                    yield from ((clauses, behind) for e in ends for behind in self._closed(e))
+
+    def _left_out(self, _at: int) -> tuple[Found, ...]:
+        """Asides that begin at a position."""
+        return ()
 
     def _separated(self, at: int) -> int:
         """Return the position after the separators that stand at a position: commas, "and", "but"."""
@@ -195,11 +223,11 @@ class ClauseParser(RequestParser):
         joined = self.words[at - 1] in ("and", "then", "but")
         if joined or self.words[at - 1] == ",":
             yield from self._further(last, at, places=joined or last.place is None)
-        if self.words[at : at + 1] == ("not",) and joined:
-            for noun, end in self._nouns.nouns(at + 1):
+        for start in starts(self.words, at, english.NOT_YET) if joined else ():
+            for noun, end in self._nouns.nouns(start):
                 yield replace(last, theme=noun, denied=True), end
             for frame in self.frames.placing:
-                yield from ((replace(c, denied=True), end) for c, end in self._places(frame, (), last.theme, at + 1))
+                yield from ((replace(c, denied=True), end) for c, end in self._places(frame, (), last.theme, start))
 
     def _further(self, last: Clause, at: int, *, places: bool) -> Iterator[Found]:
         """Yield further clauses about the things of the clause before: "off the tray and into the drawer",
@@ -264,7 +292,7 @@ class ClauseParser(RequestParser):
         """Yield clauses on what a place should contain: "the basket should contain the tin", "emptied"."""
         for start in starts(self.words, at, english.HOLDS):
             for theme, end in self._nouns.nouns(start):
-                ends = starts(self.words, end, (("on", "it"), ("in", "it"), ("inside",)))
+                ends = starts(self.words, end, (("on", "it"), ("in", "it"), ("inside",), ("on",), ("in",)))
                 for last in (*ends, *(() if self.words[at : at + 1] in (("need",), ("needs",)) else (end,))):
                     for frame in (f for f in self.frames.placing if f.region and ("to",) in f.prepositions):
                         yield self._clause(frame, self.words[at:start], theme, place, "phrase", ("to",)), last

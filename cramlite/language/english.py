@@ -114,6 +114,8 @@ PACKAGES = _set("packages")
 """Words for packages of products, which need not be part of their names: "the ketchup bottle", "a can of soup"."""
 TECHNICAL = _set("technical")
 """Words of names that programs give, which nobody says."""
+FURNITURE = _set("furniture")
+"""Nouns for what things stand on, one of which may be called by another."""
 GENERAL = _set("general")
 """Nouns for anything that can be moved."""
 ANYTHING: Words = (_TABLES["anything"],)
@@ -129,13 +131,51 @@ ROBOT, VIEWER = _set("robot"), _set("viewer")
 """Who acts and who looks, and is no thing of the scene."""
 SHADES: Mapping[str, str] = _by_word("shades")
 """Other words for colours -> the colour."""
+MATERIALS: Mapping[str, str] = _TABLES["materials"]
+"""Adjectives of materials -> the noun."""
 UNCOLOURED = _set("uncoloured")
 """Words between colours."""
+AUXILIARY, STATIVE, LIGHT = _set("auxiliary"), _set("stative"), _set("light")
+"""Verbs that say nothing by themselves, that tell how things are, and small words that a request may have anywhere."""
+WISHED, OBLIGING, PAST = _set("wished"), _set("obliging"), _set("past")
+"""Words of wishes and of duties, and verbs that tell of the past."""
+PERSONS, POSSESSIVE = _set("persons"), _set("possessive")
+"""Subjects of comments, and owners."""
+REASON, SUITS, INDIFFERENT = _patterns("reason"), _patterns("suits"), _patterns("indifferent")
+"""Words before reasons and purposes, what says that it suits, and words before what does not matter."""
+WHILE = _set("while")
+"""Words before a clause of time or a condition, with its subject."""
+JOINTS, OPENS, MATRIX = _set("joints"), _set("opens"), _set("matrix")
+"""Words that join clauses, that end what introduces a request, and that begin it."""
+FORGETTING, ADVERSE = _set("forgetting"), _set("adverse")
+"""Words that a denial turns into a request, and words that turn one into its contrary."""
+LIMITING, ADVERBS, ABSTRACT, TIMED = _set("limiting"), _set("adverbs"), _set("abstract"), _set("timed")
+"""Words in "-ly" that say how far, further adverbs, nouns of time and manner, and prepositions before these."""
+ORIENTED = _set("oriented")
+"""Words by which a purpose says how something shall stand."""
+TOGETHER, ADDRESS = _patterns("together"), _set("address")
+"""Words behind things that shall stand beside one another, and nouns by which somebody is spoken to."""
+QUESTIONS, WITHIN, CENTRAL = _patterns("questions"), _patterns("within"), _patterns("central")
+"""Words before what is only pointed at, before the distance from a middle, and behind it."""
+DEICTIC, COPULAR, ASKING = _set("deictic"), _set("copular"), _set("asking")
+"""Words before the subject of a comment, verbs that only tell how something is, and verbs that begin a question."""
+AMOUNTING = _set("amounting")
+"""Words before an amount."""
+NOT_YET = Phrases(("not | no longer | never | anywhere (but|except|other than)",))
+"""Denials within a request in free order."""
+SOURCES = (("off",), ("out",), ("from",))
+"""First words of prepositions of where something is taken from."""
+DIRECTED = frozenset({"into", "onto", "off", "out", "from", "on_top_of"})
+"""Prepositions that tell where a motion ends, whatever its verb."""
+TELLING = frozenset({*SIDES, *ORDINALS, *SIZES}) | frozenset(COLOURS)
+"""Words that tell one of several things apart."""
 UNITS: Mapping[str, str] = _TABLES["units"]
 VIEWS: Mapping[str, tuple[Words, ...]] = {name: _phrases(text) for name, text in _TABLES["views"].items()}
 """View -> the words that name it."""
 FUNCTION = frozenset({*SIDES, *ORDINALS, *SIZES} | {p[0] for p in (*BESIDE, *UNDER) if len(p) == 1})
 """Words that stand for a place or an order, where they are no name."""
+SMALL = STOPS | AUXILIARY | LIGHT | THE | ONE | EVERY | NEGATIVE | PERSONS | JOINTS | EXTRA | {*PRONOUNS, *NUMBERS, *SIDES}
+"""Words that are no verb."""
 HUES = frozenset(COLOURS) | frozenset(SHADES)
 """Words for colours."""
 _FORMS: Mapping[str, str] = _TABLES["irregular"]
@@ -149,7 +189,8 @@ def tokens(text: str) -> Words:
 
     Phrases for "on top of" become one word.
     """
-    said = re.sub(r"-+>|=+>|\u2192", " to ", text.lower().replace("\u2019", "'"))
+    said = re.sub(r"(?<=[\w\s])[&+](?=[\w\s])", " and ", text.lower())
+    said = re.sub(r"-+>|=+>|\u2192", " to ", said.replace("\u2019", "'"))
     said = re.sub(r"[()\u2013\u2014]|\s-\s|\.\.+|\u2026", " , ", said).replace("-", " ").replace("#", " number ")
     for short, whole in _TABLES["contracted"].items():
         said = re.sub(rf"\b{short}(?!')\b", whole, said)

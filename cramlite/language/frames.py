@@ -60,6 +60,7 @@ class Frames:
         self._all = tuple(replace(f, beside=f.beside and f.phrase == first) for f in self._all)
         self.placing = tuple(f for f in self._all if f.place and not f.converse)
         self.measured = tuple(f for f in self._all if f.amount)
+        self.amid = tuple(replace(self.placing[0], phrase=p) for p in phrases if p.form.split()[-2:-1] == ["within"])
         self.unary = tuple(f for f in self._all if not f.place and not f.amount)
         every = {p for f in self.placing if not f.before for p in f.prepositions}
         self.prepositions = tuple(sorted(every, key=lambda p: (-len(p), p)))
@@ -146,7 +147,7 @@ def _frame(phrase: GoalPhrase, pattern: str) -> Frame:
     )  # fmt: skip
 
 
-_DIRECTIONS = frozenset({"up", "in", "out", "over", "back", "down", "there", "away"})
+_DIRECTIONS = frozenset({"up", "in", "out", "over", "back", "down", "there", "away", "to"})
 """Words behind a thing that say where it goes, not how it then is."""
 PARTICLES = frozenset({"up", "on", "off", "out", "down", "open", "shut", "closed", "in", "over", "away", "to"})
 

@@ -13,7 +13,7 @@ from ..model.world import Thing
 from ..ontology.foundation import OBJECT
 from ..ontology.prefixes import local_name
 from ..ontology.taxonomy import Synonyms, words_of
-from .english import GENERAL, PACKAGES, REGIONS, SHADES, TECHNICAL, UNCOLOURED, Words, singular
+from .english import FURNITURE, GENERAL, MATERIALS, PACKAGES, REGIONS, SHADES, TECHNICAL, UNCOLOURED, Words, singular
 
 SHAPES = {"box": "block", "cylinder": "cylinder", "sphere": "ball"}
 """Shape of a geom -> the noun for it."""
@@ -21,7 +21,7 @@ SHAPES = {"box": "block", "cylinder": "cylinder", "sphere": "ball"}
 
 def normal(words: Iterable[str]) -> Words:
     """Normalise words for comparison: nouns become singular, and shades one word for the colour."""
-    return tuple(SHADES.get(w, w) for w in map(singular, words))
+    return tuple(SHADES.get(w, MATERIALS.get(w, w)) for w in map(singular, words))
 
 
 class Called(Value):
@@ -77,6 +77,14 @@ class Labels(Value, dict=True):
         synonyms = {w for group in self.scene.taxonomy.synonyms for labels in group for label in labels for w in label}
         return frozenset(named | classes | synonyms | set(COLOURS) | set(SHADES) | PACKAGES | GENERAL | REGIONS)
 
+    @cached_property
+    def _calling(self) -> frozenset[str]:
+        return frozenset(w for c in self.of.values() for h in (c.names | c.heads | c.kinds | c.synonyms) for w in h[-1:])
+
+    def calls(self, word: str) -> bool:
+        """Check whether a word, or its singular, calls something of the scene."""
+        return bool({word, *normal((word,))} & self._calling)
+
     def fits(self, name: str, words: Words) -> int:
         """Return how well a noun phrase's words name a thing, from 5 to 0.
 
@@ -93,6 +101,8 @@ class Labels(Value, dict=True):
             return self.fits(name, tuple(w for w in said[:-1]))
         if said[-1] in GENERAL and self.scene.world.thing(name).movable and self._describe(name, said[:-1]):
             return 2
+        if said[-1] in FURNITURE and said[:-1] in called.names and self.scene.world.thing(name).furniture:
+            return 1  # "the left shelf" of a board that is called left
         named = any(w in called.words and w not in COLOURS for w in said)
         return 1 if named and self._describe(name, said) else 0
 

@@ -38,6 +38,7 @@ class Mentions(Value):
         themes, places: of each clause, the first one first.
         words: by which a thing was called last.
         earlier: by which another was called before.
+        where: by which a place was called last.
         put: what was put somewhere.
         some: themes of which any one was meant.
     """
@@ -46,6 +47,7 @@ class Mentions(Value):
     places: tuple[tuple[str, ...], ...] = ()
     words: Words = ()
     earlier: Words = ()
+    where: Words = ()
     put: frozenset[str] = frozenset()
     some: frozenset[tuple[str, ...]] = frozenset()
 

@@ -123,6 +123,8 @@ class NounParser:
         if at < len(self.words) and self.words[at] in self._names and self.words[at] in english.FUNCTION:
             yield from self._linked(at, Noun("", (self.words[at],)), at + 1, deep)
         start, noun = self._quantified(at)
+        if {*self.words[start : start + 1]} & self._names & english.FUNCTION and {*self.words[start + 1 : start + 2]} & english.FURNITURE:
+            yield from self._linked(at, replace(noun, words=self.words[start : start + 2]), start + 2, deep)
         yield from self._two_sides(at, start, noun)
         for end in self._cores(start):
             named = self._named(noun, self.words[start:end])
@@ -151,11 +153,16 @@ class NounParser:
             word = words[k]
             if word in english.EVERY and quantity != "a":
                 quantity, count = "all", 2 if word == "both" else count
-            elif word in english.NUMBERS and quantity != "a":
+            elif word in english.NUMBERS and (quantity != "a" or words[k - 1] == "any"):
                 quantity, count = "all" if quantity in ("the", "all") else "number", english.NUMBERS[word]
             elif word in english.THE or (word in english.ONE and quantity == ""):
                 quantity = quantity or ("the" if word in english.THE else "a")
             elif word != "of" or k == at or not quantity:
+                break
+            elif quantity == "number":  # "two of the four tins"
+                k += 1
+                while k < len(words) and (words[k] in english.THE or words[k] in english.NUMBERS):
+                    k += 1
                 break
             k += 1
         return k, Noun("", quantity=quantity or "the", count=count)
@@ -186,12 +193,14 @@ class NounParser:
             return replace(noun, words=core[called + 1 :])
         kept: list[str] = []
         sides: list[str] = []
-        ordinal = size = 0
+        ordinal = size = count = 0
         other = elided = False
         links: tuple[Link, ...] = ()
         for k, word in enumerate(core):
             if word in ("other", "another", "remaining"):
                 other = True
+            elif word in english.NUMBERS and (other or sides) and core[k - 1] not in self._names:
+                count = english.NUMBERS[word]
             elif word in english.ORDINALS and k < len(core):
                 ordinal = english.ORDINALS[word]
             elif word in english.SIZES:
@@ -200,14 +209,16 @@ class NounParser:
                 sides.append(english.SIDES[word])
             elif word in self.states and k + 1 < len(core) and word not in self._names:
                 links += (Link("state", (word,)),)
-            elif word in english.EXTRA or word == "far":
+            elif word in english.EXTRA or (word == "far" and not any(n.startswith("far") for n in self._names)):
                 elided = elided or word in ("one", "ones")
             else:
                 kept.append(word)
         if not kept and not (sides or ordinal or size or other or elided):
             return None
         noun = replace(noun, links=(*noun.links, *links))
-        several = (bool(kept) and english.plural(kept[-1])) or "ones" in core
+        several = (bool(kept) and english.plural(kept[-1])) or "ones" in core or count > 1
+        noun = replace(noun, quantity="all", count=count) if count > 1 else noun
+        elided = elided or (count > 1 and not kept)
         return replace(noun, elided=elided, words=tuple(kept), sides=tuple(sides), ordinal=ordinal, size=size, other=other, several=several)
 
     def _linked(self, at: int, noun: Noun, end: int, deep: int) -> Iterator[Found]:

@@ -72,8 +72,9 @@ class Places:
         among = noun.sides or noun.ordinal or noun.size or any(k.relation == "side" for k in noun.links)
         try:
             found = self._its.things(noun, lambda n: bool(among) or n not in themes, mentions)  # a theme is one of those among which it is
-            if noun.elided and {*found.names} <= {*themes} and mentions.earlier:
-                return self._its.things(noun, lambda _: True, replace(mentions, words=mentions.earlier))
+            before = mentions.earlier or mentions.where
+            if noun.elided and {*found.names} <= {*themes} and before:
+                return self._its.things(noun, lambda _: True, replace(mentions, words=before))
             return found
         except Refusal as refused:
             if refused.rank == OPEN and words == TOP_WORD:  # what is on top of drawers is on what they are mounted in

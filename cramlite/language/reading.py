@@ -53,8 +53,8 @@ class Reading:
     In a ``brief`` reading, where verbs may be missing, a second goal about "it" is refused.
     """
 
-    def __init__(self, resolver: Resolver, fluents: Fluents, *, brief: bool = False) -> None:
-        self._brief = brief
+    def __init__(self, resolver: Resolver, fluents: Fluents, *, brief: bool = False, free: bool = False) -> None:
+        self._brief, self._free = brief, free
         self._its, self._fluents, self._places = resolver, fluents, Places(resolver)
         self._mentions = Mentions()
         self.at = 0
@@ -64,6 +64,9 @@ class Reading:
         found: list[_Row] = []
         for number, clause in enumerate(clauses):
             self.at = number
+            if clause.relation in ("aside", "same"):
+                self._overhear(clause)
+                continue
             stated = [replace(clause, phrases=(clause.state,), place=None, beside=None)] if clause.state is not None else []
             rows = [row for part in (clause, *stated) for row in self._clause(part)]
             if clause.told and any(OR in row.literal.goal for row in rows):
@@ -71,21 +74,72 @@ class Reading:
             if clause.given:
                 self._check_given(rows)
                 continue
+            if clause.either:
+                found = self._alternative(clause, rows, found, clauses[number - 1])
+                continue
             for row in rows:
-                if self._brief and clause.theme.pronoun and any(f.themes == row.themes and f.clause is not row.clause for f in found):
+                same = [f for f in found if f.themes == row.themes and f.clause is not row.clause]
+                if not self._brief:
+                    moved = self._free and row.clause.place is not None and clause.relation == "phrase"
+                    same = [f for f in same if moved and f.clause.place is not None]
+                if clause.theme.pronoun and any(not self._superseded(f, row, clauses, number) for f in same):
                     raise Refusal(FALSE, f"'{row.literal.goal}' is a second goal for {listed([*row.themes], 'and')}; say both with verbs")
                 found = [*(f for f in found if not self._superseded(f, row, clauses, number)), row]
+        found = self._without_told(found)
         if not found:
             raise Refusal(UNREAD, "it names things and asks for nothing")
         self._check(clauses, found)
-        return tuple({row.literal.goal: row.literal for row in found}.values())
+        goals = {row.literal.goal: row.literal for row in found}
+        return tuple(one for goal, one in goals.items() if not any(other.startswith(f"{goal} ") and OR not in other for other in goals))
+
+    def _alternative(self, clause: Clause, rows: Sequence[_Row], found: Sequence[_Row], before: Clause) -> list[_Row]:
+        """Goals of which the last one will also do in another way: "hold the block or put it on the shelf"."""
+        if len(rows) != 1 or not found or found[-1].clause is not before:
+            raise Refusal(OPEN, f"'{clause.said}' is said in the place of several goals; say for each what else will do")
+        last, other = found[-1].literal, rows[0].literal
+        both = Literal(f"{last.goal}{OR}{other.goal}", (*last.origins, *other.origins))
+        return [*found[:-1], found[-1]._replace(clause=replace(before, either=True), literal=both)]
+
+    def _without_told(self, found: Sequence[_Row]) -> list[_Row]:
+        """Goals without those that only tell how things are, before something is asked for."""
+        asked = max((k for k, row in enumerate(found) if not row.clause.told), default=-1)
+        return [row for k, row in enumerate(found) if not (row.clause.told and k < asked and self._so(row))]
+
+    def _so(self, row: _Row) -> bool:
+        """Whether what a clause tells holds now."""
+        meaning = self._meaning(row._replace(clause=replace(row.clause, denied=False)))
+        return meaning is not None and self._its.true(meaning) != row.clause.denied
+
+    def _overhear(self, clause: Clause) -> None:
+        """Keep in mind what an aside names, for the pronouns behind it; refuse another thing where one is named again."""
+        if clause.relation == "same":
+            named = {*self._its.things(clause.theme, lambda _: True, self._mentions).names}
+            last = [{*map(thing_of, g)} for g in (*self._mentions.themes[-1:], *self._mentions.places[-1:])]
+            every = {n for g in self._mentions.themes for n in g}
+            if named not in (*last, every):
+                raise Refusal(UNREAD, f"'{clause.theme.said}' is named, and nothing is asked for it")
+            return
+        names: list[str] = []
+        for noun in clause.theme.members:
+            try:
+                found = self._its.things(noun, lambda _: True, self._mentions)
+            except Refusal:
+                continue
+            names += found.names if len(found.names) == 1 else ()
+        if names:
+            self._mentions = replace(self._mentions, words=clause.theme.members[0].words, earlier=self._mentions.words)
+            self._mention(clause, tuple(names[:1]), tuple(names[1:]))
 
     def _check(self, clauses: Sequence[Clause], found: Sequence[_Row]) -> None:
         """Refuse clauses that name things without a request, and goals that contradict each other."""
+        clauses = [c for c in clauses if c.relation not in ("aside", "same")]
         for clause, after in zip(clauses, (*clauses[1:], None), strict=True):
             nouns = [n for n in (after.theme, after.place, after.beside and after.beside.nouns[0]) if n] if after is not None else []
             if not (clause.phrases or clause.told or clause.relation == "swap") and not any(n.pronoun or n.elided for n in nouns):
                 raise Refusal(UNREAD, f"'{clause.theme.said}' is named, and nothing is asked for it")
+        goals = {row.literal.goal for row in found}
+        for goal in sorted(g for g in goals if f"not {g}" in goals):
+            raise Refusal(FALSE, f"'{goal}' is asked for, and that it shall not be so")
         meant = [(row, self._meaning(row)) for row in found]
         held = {row.themes for row, one in meant if one is not None and any(self._fluents[f[0]].in_hand for f in one.needs)}
         if len(held) > 1:
@@ -123,6 +177,8 @@ class Reading:
     def _clause(self, clause: Clause) -> Iterable[_Row]:
         if clause.relation == "swap":
             return self._swapped(clause)
+        if clause.relation == "together":
+            return self._together(clause)
         if clause.paired and clause.place is not None:
             return self._paired(clause, clause.place)
         if not clause.phrases:
@@ -155,6 +211,16 @@ class Reading:
         left = tuple(n for n in themes.names if n not in put)
         return replace(themes, names=left) if clause.theme.pronoun and left else themes
 
+    def _together(self, clause: Clause) -> list[_Row]:
+        """Goals of things that shall stand side by side."""
+        first, *others = clause.theme.members
+        parts = [replace(clause, theme=first, relation="phrase")] if clause.place is not None else []
+        for other in others:
+            beside = Link("next to", clause.words, (first,))
+            near = replace(clause, theme=other, relation="next to", place=first)
+            parts.append(replace(clause, theme=other, relation="phrase", beside=beside) if parts else near)
+        return [row for part in parts for row in self._clause(part)]
+
     def _paired(self, clause: Clause, place: Noun) -> list[_Row]:
         """Return the goals of things with a place each: "the tin and the can in the drawer and the basket,
         respectively"."""
@@ -179,14 +245,17 @@ class Reading:
         return self._rows(clause, phrase, goals, themes.some, origins)
 
     def _placed(self, clause: Clause, phrase: GoalPhrase, themes: Referents, places: Referents) -> list[_Row]:
+        if not (themes.names and places.names):
+            raise Refusal(FALSE, f"'{clause.said}' is said of nothing that there is")
         if clause.words and " ".join(clause.words) in _OPEN_WAYS and not phrase.suits(self._its.scene, themes.names[0], places.names[0]):
             raise Refusal(UNREAD, f"'{clause.said}' does not go with a place such as {places.names[0]}")
         if len(places.names) > 1 and places.some != 1:
             raise Refusal(OPEN, f"'{places.said}' are {listed(list(places.names), 'and')}; say which thing goes where")
-        themes = self._from_there(clause, phrase, themes, places)
+        themes = themes if clause.amount else self._from_there(clause, phrase, themes, places)
         goals = []
         for theme in themes.names:
-            ways = [self._said(phrase, (theme, p)) for p in places.names if thing_of(p) != theme]
+            amount = (clause.amount,) if clause.amount else ()
+            ways = [self._said(phrase, (theme, p, *amount)) for p in places.names if thing_of(p) != theme]
             if clause.beside is not None and ways:
                 form, _ = self._places.beside(clause.beside, clause.phrases, theme, self._mentions, thing_of(places.names[0]))
                 ways = [form.replace("THING", theme)]
@@ -276,7 +345,9 @@ class Reading:
         put = self._mentions.put | ({*themes} if clause.place is not None else set())
         some = self._mentions.some | ({themes} if open else set())
         its = self._mentions
-        self._mentions = Mentions((*its.themes, themes), (*its.places, places), words, its.earlier, frozenset(put), some)
+        where = clause.place.words[-1:] if clause.place is not None else ()
+        groups = (*its.themes, themes), (*its.places, places)
+        self._mentions = Mentions(*groups, words, its.earlier, where or its.where, frozenset(put), some)
 
     def _whole(self, name: str, clause: Clause) -> str:
         """Return the name of the thing that the sentence named, if one of the thing's parts is meant: the
@@ -296,6 +367,8 @@ class Reading:
             return False
         if before.clause.told and self._its.true(one):
             return True  # "the tin is on the tray: pick it up" says where it is
+        if before.clause.told and not row.clause.told and row.clause.theme.pronoun and self._fluents.clash(self._its.scene, one, other):
+            raise Refusal(ABSENT, f"'{before.literal.goal}' is not so now")
         means = not (one.needs or one.shown) or any(self._fluents[f[0]].in_hand for f in one.needs)
         if means and (other.needs or other.shown):
             return True
@@ -308,11 +381,12 @@ class Reading:
 
     def _meaning(self, row: _Row) -> GoalCondition | None:
         """Return the state that a goal requires; None for a denial, an alternative or a free choice."""
-        if row.clause.denied:
+        if row.clause.denied or row.clause.either:
             return None
         names = [w for w in row.literal.goal.split() if thing_of(w) in self._its.scene.types]
         slots = len([w for w in row.phrase.form.split() if w.isupper()])
-        things = [names[0], row.clause.amount] if row.clause.amount else names[:slots]
+        slots -= bool(row.clause.amount)
+        things = [*names[:slots], *([row.clause.amount] if row.clause.amount else [])]
         try:
             return row.phrase.meaning(self._its.scene, *things)
         except (UserError, KeyError, TypeError):

@@ -45,7 +45,12 @@ class Resolver:
 
     def __init__(self, scene: SymbolicWorld, facts: frozenset[Fact], frames: Frames, labels: Labels, space: Space) -> None:
         self.scene, self.facts, self.frames, self.labels, self.space = scene, facts, frames, labels, space
+        self.fresh()
+
+    def fresh(self) -> None:
+        """Begin another reading."""
         self.needless = 0
+        self._sizes: dict[str, int] = {}
 
     def things(self, noun: Noun, about: About, mentions: Mentions) -> Referents:
         """Return the things that a noun phrase means.
@@ -260,6 +265,8 @@ class Resolver:
             if not sides and len(names) > 1:
                 raise Refusal(OPEN, f"'{noun.said}': it is not said from where {listed(names, 'and')} are counted; say 'from the left'")
             return self._ordinal(names, noun, sides[-1][0] if sides else "left")
+        if noun.sides and noun.count > 1 and noun.quantity in ("all", "the") and len(names) > noun.count:  # "the top two"
+            return sorted(names, key=lambda n: -self.space.along(n, noun.sides[0]))[: noun.count]
         for side, link in sides:
             found = self._at_side(names, noun, side, link, mentions)
             self.needless += link is not None and len(found) == len(names)
@@ -275,8 +282,12 @@ class Resolver:
     def _sized(self, names: list[str], noun: Noun) -> list[str]:
         height, sign = abs(noun.size) == 2, 1.0 if noun.size > 0 else -1.0
         size = {n: sign * self.space.size(n, height=height) for n in names}
+        if not names:
+            raise Refusal(FALSE, f"'{noun.said}' is not there")
         best = max(size.values())
         found = [n for n in names if size[n] >= best - 0.05 * abs(best)]
+        if len(found) == 1 and self._sizes.setdefault(found[0], noun.size) == -noun.size:
+            raise Refusal(FALSE, f"'{noun.said}' is the same {found[0]} that was told by its size before")
         if len(found) == len(names) > 1 and not noun.several:
             raise Refusal(FALSE, f"'{noun.said}': {listed(names, 'and')} are of one size, within 5 %")
         return found

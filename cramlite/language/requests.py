@@ -38,6 +38,14 @@ class RequestParser:
         self.words, self.frames, self._names = words, frames, names
         self._nouns = NounParser(words, frames.prepositions, frames.states, names)
 
+    def _known(self, _noun: Noun) -> bool:
+        """Whether something may be called so; only the scene knows it."""
+        return True
+
+    def _known_clause(self, clause: Clause) -> bool:
+        nouns = (clause.theme, clause.place, *(clause.beside.nouns if clause.beside is not None else ()))
+        return all(self._known(n) for n in nouns if n is not None)
+
     def _contrasted(self, at: int) -> Iterator[int]:
         """Yield the position after a contrast, whose words are not meant: "not in the basket" in "on the
         tray, not in the basket"."""
@@ -46,7 +54,9 @@ class RequestParser:
             yield from (end for way in stated for end in starts(self.words, start, way))
             yield from (start + 1,) if self.words[start : start + 1] and self.words[start] in english.PLACED else ()
             for begin in (*starts(self.words, start, self.frames.prepositions), start):
-                yield from (end for _, end in self._nouns.nouns(begin))
+                yield from (end for noun, end in self._nouns.nouns(begin) if self._known(noun))
+                if self.words[begin : begin + 1] == ("the",) and {*self.words[begin + 1 : begin + 2]} & english.TELLING:
+                    yield begin + 2  # "not the lower"
 
     def _imperative(self, at: int, *, participle: bool = False) -> Iterator[Found]:
         verbs = self.frames.participles if participle else self.frames.verbs
@@ -95,6 +105,7 @@ class RequestParser:
             for begin in self._between(at):
                 yield from self._places(frame, verb, theme, begin)
             yield from self._posed(frame, verb, theme, at)
+            yield from self._together(frame, verb, theme, at)
         elif not frame.after:
             yield self._clause(frame, verb, theme), at
         else:
@@ -108,6 +119,13 @@ class RequestParser:
         for clause, last in self._places(frame, verb, theme, at):
             for unary in self.frames.unary:
                 yield from ((replace(clause, state=unary.phrase), end) for end in starts(self.words, last, unary.stated))
+
+    def _together(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
+        """Things beside one another: "side by side on the tray"."""
+        for begin in starts(self.words, at, english.TOGETHER) if theme.joined == "and" else ():
+            placed = [(c, end) for c, end in self._places(frame, verb, theme, begin) if c.relation == "phrase" and c.beside is None]
+            alone = [(self._clause(frame, verb, theme), begin)] if frame.beside else []
+            yield from ((replace(c, relation="together"), end) for c, end in (*placed, *alone))
 
     def _between(self, at: int) -> tuple[int, ...]:
         """Return the positions after a verb's object at which a place may begin; adverbs and commas may be
@@ -130,6 +148,11 @@ class RequestParser:
                 clause = self._clause(frame, verb, theme, place, "phrase", self.words[at:start])
                 yield clause, end
                 yield from ((replace(clause, paired=True), last) for last in starts(self.words, end, RESPECTIVELY))
+                for begin in starts(self.words, end + (self.words[end : end + 1] == (",",)), english.WITHIN):
+                    for amid in self.frames.amid:
+                        for amount, behind in self._amounts(amid, verb, theme, begin):
+                            near = replace(clause, phrases=(amid.phrase,), amount=amount.amount)
+                            yield from ((near, last) for last in (*starts(self.words, behind, english.CENTRAL), *self._centre(behind)))
                 if frame.beside:
                     yield from ((replace(clause, beside=link), last) for link, last in self._nouns.beside(end))
         yield from self._adverbs(frame, verb, theme, at)
@@ -166,7 +189,7 @@ class RequestParser:
 
     def _amounts(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
         k = at
-        while self.words[k : k + 1] in (("by",), ("about",), ("roughly",), ("approximately",), ("a",), ("around",), ("some",)):
+        while k < len(self.words) and self.words[k] in english.AMOUNTING:
             k += 1
         if k < len(self.words):
             number = re.fullmatch(r"(\d+(?:\.\d+)?)([a-z]*)", str(english.TENS.get(self.words[k], self.words[k])))
@@ -174,6 +197,16 @@ class RequestParser:
             unit = english.UNITS.get(unit, unit)
             if number and unit:
                 yield self._clause(frame, verb, theme, amount=f"{number[1]} {unit}"), k + 1 + (not number[2])
+
+    def _centre(self, at: int) -> Iterator[int]:
+        """Where "from the tray's centre" ends."""
+        for start in starts(self.words, at, english.OF):
+            for noun, end in self._nouns.nouns(start, joined=False):
+                if noun.sides == ("middle",) or any(k.words[:1] == ("middle",) for k in noun.links):
+                    yield end
+            for end in range(start + 2, min(start + 6, len(self.words))):
+                if self.words[end] in ("centre", "center", "middle") and self.words[end - 1] == "'s":
+                    yield end + 1
 
     def _contents(self, place: Noun) -> Noun:
         return Noun(f"everything in {place.said}", english.ANYTHING, "all", links=(Link("at", (), (place,)),))
@@ -188,6 +221,7 @@ class RequestParser:
             for frame in self.frames.placing:
                 yield from self._places(frame, (), theme, begin)
                 yield from self._posed(frame, (), theme, begin)
+                yield from self._together(frame, (), theme, begin)
         for frame in self.frames.measured:
             if self.words[at : at + 1] == tuple(frame.phrase.form.split()[1:2]):
                 yield from self._amounts(frame, self.words[at : at + 1], theme, at + 1)

@@ -10,6 +10,7 @@ from ..base.value import Value
 from . import english
 from .clauses import ClauseParser
 from .frames import Frames
+from .free import FreeParser
 from .labels import Labels
 from .reading import Literal, Reading
 from .reference import Resolver
@@ -32,12 +33,14 @@ class Understood(Value):
         literals: the goals; all of them shall hold.
         by: who understood it.
         view: from where left and right were told; "" if that played no part.
+        left_out: words that ask for nothing.
     """
 
     sentence: str
     literals: tuple[Literal, ...]
     by: str = "grammar"
     view: str = ""
+    left_out: tuple[str, ...] = ()
 
     @property
     def goals(self) -> tuple[str, ...]:
@@ -78,36 +81,45 @@ def understand(sentence: str, scene: SymbolicWorld, fluents: Fluents, view: str 
     variants = Surface(names, resolver.labels.kinds, frames.verb_ends, frames.preposition_ends).variants(words)
     parsers = [ClauseParser(variant, frames, names) for variant in variants]
     found = _meanings(parsers, resolver, fluents, refused) or _meanings(parsers, resolver, fluents, refused, brief=True)
+    if not found:
+        free = [FreeParser(variant, frames, resolver.labels) for variant in variants]
+        found = _meanings(free, resolver, fluents, [], brief=True, free=True)
     words, parser = variants[0], parsers[0]
     if len(found) == 1:
-        return Understood(sentence, next(iter(found.values())), view=space.view.name if english.SIDES.keys() & set(words) else "")
+        literals, left_out = next(iter(found.values()))
+        return Understood(sentence, literals, left_out=left_out, view=space.view.name if english.SIDES.keys() & set(words) else "")
     if found:
-        texts = [f"'{' and '.join(one.goal for one in literals)}'" for literals in found.values()]
+        texts = [f"'{' and '.join(one.goal for one in literals)}'" for literals, _ in found.values()]
         raise NotUnderstood(f"'{sentence}' may mean {listed(texts)}; say it in shorter sentences, or name the things.", ambiguous=True)
     raise _refusal(sentence, words, parser, resolver, refused)
 
 
 def _meanings(
-    parsers: Sequence[ClauseParser], resolver: Resolver, fluents: Fluents, refused: list[Refusal], *, brief: bool = False
-) -> dict[tuple[str, ...], tuple[Literal, ...]]:
-    """Return the goals of each reading that makes sense, with the words they come from; append the other
-    readings' refusals.
+    parsers: Sequence[ClauseParser], resolver: Resolver, fluents: Fluents, refused: list[Refusal], *,
+    brief: bool = False, free: bool = False,
+) -> dict[tuple[str, ...], tuple[tuple[Literal, ...], tuple[str, ...]]]:  # fmt: skip
+    """Return the goals of each reading that makes sense, with the words they come from and what was left out; append
+    the other readings' refusals.
 
-    A description says no more than it takes to tell a thing apart: of several readings, those with the fewest needless relations.
+    As little as possible is left out, and a description says no more than it takes to tell a thing apart: of several readings, those
+    that leave out the fewest words, then those with the fewest needless relations.
     """
-    found: dict[tuple[str, ...], tuple[int, tuple[Literal, ...]]] = {}
+    found: dict[tuple[str, ...], tuple[tuple[int, int], tuple[Literal, ...], tuple[str, ...]]] = {}
     for parser, clauses in ((p, clauses) for p in parsers for clauses in p.readings(brief=brief)):
-        resolver.needless = 0
-        reading = Reading(resolver, fluents, brief=brief)
+        resolver.fresh()
+        reading = Reading(resolver, fluents, brief=brief and not free, free=free)
         try:
             literals = reading.literals(clauses)
             key = tuple(sorted(one.goal for one in literals))
-            found[key] = min(found.get(key, (resolver.needless, literals)), (resolver.needless, literals), key=lambda f: f[0])
+            left_out = tuple(said for c in clauses for said in (c.said if c.relation == "aside" else "", c.odd) if said)
+            cost = sum(len(said.split()) for said in left_out), resolver.needless
+            if key not in found or cost < found[key][0]:
+                found[key] = cost, literals, left_out
         except Refusal as refusal:
             refused.append(refusal)
             parser.drop(tuple(clauses[: reading.at + 1]))
-    least = min((needless for needless, _ in found.values()), default=0)
-    return {goals: literals for goals, (needless, literals) in found.items() if needless == least}
+    least = min((cost for cost, *_ in found.values()), default=(0, 0))
+    return {goals: (literals, left_out) for goals, (cost, literals, left_out) in found.items() if cost == least}
 
 
 def _viewed(words: english.Words, view: str) -> tuple[english.Words, str]:

@@ -109,6 +109,9 @@ class Surface:
             return ((*before[: at[-1]], *after),) if at else ((*before, *after),)
         if self._verb(after, 0) or any(self._verb(after, e) for e in starts(after, 0, english.POLITE)):
             return ((*before, RETRACT, *after),)
+        counted = [k for k, w in enumerate(before) if _amount(w)]
+        if _amount(after[0]) and counted:
+            return ((*before[: counted[-1]], *after[:1], *(after[1:] if _bare(after[1:]) else before[counted[-1] + 1 :])),)
         end = self._ended(after, 0)
         nouns = [(k, self._ended(before, k)) for k in self._begun(before)]
         alike = [(k, last) for k, last in nouns if _alike(before[k:last], after[:end])]
@@ -145,6 +148,11 @@ def _digits(word: str) -> str:
     return word if word.isdigit() else str(english.NUMBERS.get(word, "1" if word == "one" else ""))
 
 
+def _amount(word: str) -> bool:
+    """Whether a word is the number of an amount."""
+    return word in english.TENS or word[0].isdigit()
+
+
 def _bare(words: Words) -> Words:
     """Return words without the separators at their end."""
     while words and words[-1] in STOPS:
@@ -159,6 +167,8 @@ def _sided(words: Words) -> Words:
     said = re.sub(r"\b(?:to|on|at|by|onto) (?:its|their|his|her) (left|right)(?: hand)?(?: side)?\b", r"to the \1 of it", said)
     said = re.sub(r"\ba (?:couple|pair)(?: of)?\b", "two", said)
     said = re.sub(r"\b(?:can|could|may) (?:i|we) (?:have|get)\b", "give me", said)
+    said = re.sub(r"\bat least (?=a |one |two |three |four |five |\d)", "", said)
+    said = re.sub(r"\bthe near (?=ones?\b)", "the nearer ", said)
     said = re.sub(r"\bthe rest of (?:the|my|these|those)\b", "the other", said)
     ends = "on|in|into|inside|onto|to|should|must|shall|goes|go|belong|[,.;]"
     return tuple(re.sub(rf"\bthe rest(?: of them)?(?= (?:{ends})|$)", "the other ones", said).split())
@@ -178,7 +188,8 @@ def _stopped(words: Words) -> Words:
     """Reduce several separators in a row, which removed fillers leave, to one."""
     found: list[str] = []
     for word in words:
-        if word in STOPS and (not found or found[-1] in STOPS or found[-1] in ("the", "a", "an", "my", "on", "in", "into", "onto", "to")):
+        unsaid = word == "," and found[-1:] and found[-1] in ("the", "a", "an", "my", "on", "in", "into", "onto", "to")
+        if word in STOPS and (not found or found[-1] in STOPS or unsaid):
             continue
         found.append(word)
     return tuple(found)

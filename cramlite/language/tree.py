@@ -80,6 +80,8 @@ class Clause(Value):
         told: whether it says how things are, as it seems: "the drawer is shut".
         paired: whether each theme has its own place: "respectively".
         given: whether it is a condition of the next request: "if the drawer is open".
+        odd: a verb that is not known, of which the place or state tells the result.
+        either: whether it will do in the place of the one before.
         state: how the theme shall be there, as a goal phrase of it alone: "put the cup upside down onto the tray".
     """
 
@@ -97,3 +99,5 @@ class Clause(Value):
     told: bool = False
     paired: bool = False
     state: GoalPhrase | None = None
+    odd: str = ""
+    either: bool = False

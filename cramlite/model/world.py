@@ -389,4 +389,4 @@ class World(Value):
 
     def moved(self, poses: dict[str, Pose]) -> World:
         """Return the world with some things at other poses."""
-        return replace(self, things=tuple(replace(t, pose=poses.get(t.name, t.pose)) for t in self.things))
+        return replace(self, things=tuple(replace(t, pose=poses[t.name]) if t.name in poses else t for t in self.things))

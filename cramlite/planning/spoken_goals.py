@@ -87,6 +87,7 @@ def _checked(sentence: str, goals: tuple[str, ...], grounder: Grounder, where: s
 
 def _trace(understood: Understood, trace: Trace) -> None:
     view = f", left and right as seen from {understood.view}" if understood.view else ""
+    view += f", left out: {'; '.join(map(repr, understood.left_out))}" if understood.left_out else ""
     for literal in understood.literals:
         origins = "; ".join(f"'{words}' is {meant}" for words, meant in literal.origins) or f"read by a {understood.by}"
         trace.add(0, SENTENCE, literal.goal, "asked", understood.by, f"of '{understood.sentence}': {origins}{view}", kind="goal")

@@ -159,6 +159,82 @@ def test_what_cannot_be_meant_is_asked_back(name: str, sentence: str, says: list
         assert text in str(refused.value)
 
 
+@pytest.mark.parametrize(
+    ("sentence", "expected", "left_out"),
+    [
+        ("Put the mug on the tray so my tea stays warm.", ["mug on tray"], ["my tea stays warm"]),
+        ("Put the mug on the tray for the guests.", ["mug on tray"], ["for the guests"]),
+        ("It's a mess here, put the mug on the tray.", ["mug on tray"], ["it is a mess here"]),
+        ("It would mean a lot to me if you put the mug on the tray.", ["mug on tray"], ["it would mean a lot to me if"]),
+        ("My sister's coming, put the mug on the tray.", ["mug on tray"], ["my sister 's coming"]),
+        ("Put the mug on the tray, leave everything else alone.", ["mug on tray"], ["leave everything else alone"]),
+        ("Robbie, put the mug on the tray.", ["mug on tray"], ["robbie"]),
+        ("Wangle the mug onto the tray.", ["mug on tray"], ["wangle"]),
+        ("Put the can on the tray; in the basket would be wrong, sorry.", None, []),
+        ("Two of the blocks in the basket would be plenty.", ["red in basket", "blue in basket"], ["would be plenty"]),
+    ],
+)
+def test_asides_are_left_out_and_shown(sentence: str, expected: list[str] | None, left_out: list[str]) -> None:
+    if expected is None:
+        with pytest.raises(NotUnderstood):
+            goals(KITCHEN, sentence)
+        return
+    found = understand(sentence, scene(KITCHEN), ENGINE.knowledge)
+    assert (list(found.goals), [text.replace("'s", " 's").replace("  ", " ") for text in found.left_out]) == (expected, left_out)
+
+
+@pytest.mark.parametrize(
+    "sentence",
+    [
+        "Put the mug on the tray so that its handle is on the left.",
+        "Put the mug on the tray so that it is level.",
+        "Put the mug on the tray beside the guests.",
+        "The spoon is on the tray, put the mug on the tray.",
+        "I refuse to put the mug on the tray.",
+        "I would hate it if you put the mug on the tray.",
+        "Put the mug on the tray, it must not touch the tin.",
+        "Put the mug on the tray, wash it.",
+        "Do the same with the tin: put the mug on the tray.",
+        "Spoon, put the mug on the tray.",
+        "Polish the mug on the tray.",
+        "Put the mug only on the tray.",
+        "Open the drawer halfway.",
+        "Put the mug on the tray, plus the spoon.",
+        "Put the mug on the tray, the zebra.",
+        "Is the mug on the tray?",
+        "Why is the drawer open? Close it.",
+        "The mug is not on the floor. Put it on the tray.",
+        "Put the big mug on the tray and the small mug in the basket.",
+        "The can from the tray liberate, please.",
+        "swap the tin around, put the mug on the tray",
+    ],
+)
+def test_what_could_change_the_goal_is_not_left_out(sentence: str) -> None:
+    with pytest.raises(NotUnderstood):
+        goals(KITCHEN, sentence)
+
+
+@pytest.mark.parametrize(
+    ("sentence", "expected"),
+    [
+        ("mug tray. now", ["mug on tray"]),
+        ("On the tray the mug put, please.", ["mug on tray"]),
+        ("Into the basket shall the tin go.", ["tin in basket"]),
+        ("The can belongs either on the tray or in the basket.", ["can on tray or can in basket"]),
+        ("Either hold the mug or put it on the tray.", ["mug held or mug on tray"]),
+        ("Put the can on the tray, at most 30 mm from its centre.", ["can on tray within 30 mm"]),
+        ("Open the drawer, ten centimetres would be plenty.", ["drawer open by 10 cm"]),
+        ("The box and the can side by side on the tray.", ["box on tray", "can on tray near box"]),
+        ("There's a mug on the floor, can you put it on the tray?", ["mug on tray"]),
+        ("Why is the drawer shut? Open it.", ["drawer open"]),
+        ("tin & box both in basket", ["tin in basket", "box in basket"]),
+        ("Put both blocks in the basket, the red and the blue one.", ["red in basket", "blue in basket"]),
+    ],
+)
+def test_what_is_said_in_any_order(sentence: str, expected: list[str]) -> None:
+    assert list(goals(KITCHEN, sentence)) == expected
+
+
 def test_a_false_word_is_refused_where_the_true_one_is_understood() -> None:
     assert goals(KITCHEN, "put the mug that is on the floor on the tray") == ("mug on tray",)
     with pytest.raises(NotUnderstood, match="is not there"):

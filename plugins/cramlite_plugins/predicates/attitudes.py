@@ -126,11 +126,14 @@ def looks_at(ahead: Floats, pose: Pose, other: Pose) -> bool:
     return abs(math.remainder(math.atan2(to[1], to[0]) - math.atan2(y, x), 2 * math.pi)) <= FACES
 
 
-UP = "upright|up|the_right_way_up|on_end|up_right|standing|standing_up|right_side_up|right_way_up|on_its_base|on_its_feet"
+UP = (
+    "upright|up|the_right_way_up|the_proper_way_up|the_right_way|on_end|up_right|standing|standing_up|right_side_up|right_way_up|"
+    "on_its_base|on_its_feet"
+)
 DOWN = (
     "upside_down|over|bottom_up|on_its_head|face_down|wrong_way_up|the_wrong_way_up|top_down|bottom_side_up|mouth_down|on_its_rim"
 )
-TOWARD = "to_face|towards|toward|facing|to|at|face|faces|so_that_it_faces|so_it_faces|to_look_at"
+TOWARD = "to_face|towards|toward|facing|face|faces|so_that_it_faces|so_it_faces|to_look_at"
 """Words of sentences for how a thing shall stand."""
 _UPRIGHT = Fluent(
     excludes=("stands_upside_down",), initial=partial(_standing, way=1.0),
@@ -146,5 +149,6 @@ _UPSIDE_DOWN = Fluent(
 )  # fmt: skip
 _FACES = Fluent(initial=_facing, phrases=(
     GoalPhrase("THING facing THING", _faces, ("is", "stands"), (
-        f"turn|rotate|point|orient|aim|make|twist|spin|set|put|place|stand|swivel THING {TOWARD} THING",)),
+        f"turn|rotate|point|orient|aim|make|twist|spin|swivel THING {TOWARD}|at|to THING",
+        f"set|put|place|stand THING {TOWARD} THING")),
 ))

@@ -173,7 +173,7 @@ DEEP = 0.05
 """Height of a cavity from which people speak of a container, not of a plate [m]."""
 PUT = (
     "put|place|set|lay|move|bring|carry|get|drop|deposit|position|transfer|take|relocate|pick|pick_up|grab|transport|deliver|rest|stand|leave|"
-    "set_down|put_down|lay_down|place_down|put_back|return|shift|slide|push|drag|pull|stick|arrange|pop|pass|give|send|lift|fetch|have|convey|"
+    "set_down|put_down|lay_down|place_down|put_back|return|shift|slide|push|drag|pull|stick|arrange|pop|pass|give|send|lift|fetch|have|convey|assign|"
     "haul|lug|tote|cart|ship|ferry|hoist|heave|guide|direct|nudge|scoot|collect|gather|serve|replace|reposition|restore|hand|drive|steer|bring_back|"
     "take_back|move_back|bring_over|take_over|move_over|carry_over|bring_down|set_back|want"
 )
@@ -209,12 +209,12 @@ LOAD = "fill|fill_up|load|load_up|stock|pack|top PLACE with THING"
 """Verbs of loading, whose object is the place."""
 OPEN_UP = (
     "open|open_up|pull_open|slide_open|unclose|unlatch|reopen|yank_open|draw_open|throw_open|crack_open|swing_open|pull_out|"
-    "slide_out|uncover|draw_out THING"
+    "slide_out|uncover|draw_out|undo|unfasten|extend THING"
 )
 START = "turn_on|switch_on|start|start_up|activate|power_on|ignite|light|light_up|fire_up|enable|flip_on|power_up|heat_up|heat THING"
 CLOSE = (
     "close|close_up|shut|push_shut|push_closed|push_in|slide_shut|slide_closed|slide_in|swing_shut|close_off|push_to|seal|"
-    "push_back_in THING"
+    "push_back_in|retract THING"
 )
 STOP = "turn_off|switch_off|stop|deactivate|power_off|shut_off|shut_down|disable|extinguish|turn_out|flip_off|power_down|kill|cut_off THING"
 TURN = "turn|switch|set|flip|make|get"
@@ -231,7 +231,7 @@ HELD = (
 ON_OR_OFF = (
     GoalPhrase(
         "THING on PLACE", _on, STANDS, (
-            f"{BRING}|thread|hook THING {UPON} PLACE", "hang|suspend|dangle THING from PLACE", OPEN_WAY, LOAD,
+            f"{BRING}|thread|hook|assign THING {UPON} PLACE", "hang|suspend|dangle THING from PLACE", OPEN_WAY, LOAD,
             "cover|top|cap PLACE with THING",
         ), _loose, _is_level,
     ),
@@ -253,7 +253,7 @@ OPENED = (
     ),
     GoalPhrase(
         "THING open by AMOUNT", _opened_by, ("is", "stands"),
-        ("open|open_up|pull_open|slide_open|pull_out THING by AMOUNT",), _jointed,
+        ("open|open_up|pull_open|slide_open|pull_out|extend|crack|crack_open|pull|bring|slide|draw THING by AMOUNT",), _jointed,
     ),
     GoalPhrase(
         "THING turned on", partial(_turned, on=True), asked=(START, f"{TURN} THING on|to_on|to_the_on_position"), about=_jointed

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Mapping
+from functools import cached_property
 
+import mujoco
 import numpy as np
 
 from cramlite.model import Fault, FaultKind, Message, Pose, Thing, is_program_text
@@ -16,11 +18,14 @@ from .controller.protective_stop import ProtectiveStop
 from .model.compile import Compiled
 from .model.index import Data
 from .model.sleep import SLEEP
+from .model.world_doubts import TOO_DEEP, overlaps
 
 AWAY = -50.0
 """Height at which waits what is not there [m]: below anything."""
 OVER = 2e-3
 """Height above its resting place at which a thing that fell over is put down [m]."""
+AGAIN = 0.05
+"""Time after which it is looked again whether a thing has room where it is put [s]."""
 READINGS = frozenset({FaultKind.FROZEN, FaultKind.LOST})
 ORDERS = frozenset({FaultKind.GOAL, FaultKind.CANCELLED})
 
@@ -78,6 +83,9 @@ class FaultsToCome:
             if id(fault) not in self.since and self._triggered(fault, line, force):
                 self.since[id(fault)] = now if fault.trigger else 0.0
             if now >= self.since.get(id(fault), math.inf) + fault.after:
+                if not self._has_room(fault):
+                    self.since[id(fault)] = now - fault.after + AGAIN
+                    continue
                 self.waiting.remove(fault)
                 self.happened.append(Message(now, str(fault), line))
                 _HAPPENS[fault.kind](self, fault, now)
@@ -93,6 +101,21 @@ class FaultsToCome:
             return True
         place = self.data.xpos[self.compiled.things[asked.near].body]
         return float(np.linalg.norm(self.arm.index.pose(self.data).position - place)) <= asked.within
+
+    @cached_property
+    def _tried(self) -> Data:
+        """State in which places are tried."""
+        return self.compiled.data()
+
+    def _has_room(self, fault: Fault) -> bool:
+        """Whether the place where a fault puts a thing is free: no real thing gets into fingers or other things."""
+        if fault.kind not in _PLACES:
+            return True
+        self._tried.qpos[:] = self.data.qpos
+        self.compiled.place(self._tried, fault.thing, _PLACES[fault.kind](self, fault))
+        mujoco.mj_kinematics(self.arm.model, self._tried)
+        mujoco.mj_collision(self.arm.model, self._tried)
+        return all(depth <= TOO_DEEP for *pair, depth in overlaps(self.compiled, self._tried) if fault.thing in pair)
 
     def awake(self) -> None:
         """Switch sleep off: a displaced thing may have carried resting ones."""
@@ -131,8 +154,8 @@ def _depth(row: str) -> int:
     return len(row) - len(row.lstrip())
 
 
-def _moved(run: FaultsToCome, fault: Fault, now: float) -> None:
-    run.put(fault.thing, Pose(fault.by) * run.compiled.pose(run.data, fault.thing))
+def _moved(run: FaultsToCome, fault: Fault) -> Pose:
+    return Pose(fault.by) * run.compiled.pose(run.data, fault.thing)
 
 
 def _missing(run: FaultsToCome, fault: Fault, now: float) -> None:
@@ -141,20 +164,31 @@ def _missing(run: FaultsToCome, fault: Fault, now: float) -> None:
     run.keep_away()
 
 
-def _added(run: FaultsToCome, fault: Fault, now: float) -> None:
-    run.away.discard(fault.thing)
-    run.put(fault.thing, Pose(fault.by) * run.compiled.world.thing(fault.thing).pose)
+def _added(run: FaultsToCome, fault: Fault) -> Pose:
+    return Pose(fault.by) * run.compiled.world.thing(fault.thing).pose
 
 
-def _fallen(run: FaultsToCome, fault: Fault, now: float) -> None:
-    """Turn a thing by a quarter about its side, away from the robot, and put it down at its place."""
+def _fallen(run: FaultsToCome, fault: Fault) -> Pose:
+    """Pose of a thing that a quarter turn about its side, away from the robot, has put down at its place."""
     pose, thing = run.compiled.pose(run.data, fault.thing), run.compiled.world.thing(fault.thing)
     away = np.subtract(pose.position, run.arm.base.position)
     angle = math.atan2(away[1], away[0]) + math.pi / 2
     turn = Pose.from_rotvec((0, 0, 0), (math.pi / 2 * math.cos(angle), math.pi / 2 * math.sin(angle), 0.0))
     lies = Pose(pose.position, (turn * Pose((0, 0, 0), pose.quaternion)).quaternion)
     up = _lowest(thing, pose) - _lowest(thing, lies) + OVER
-    run.put(fault.thing, Pose((0.0, 0.0, up)) * lies)
+    return Pose((0.0, 0.0, up)) * lies
+
+
+_PLACES: Mapping[FaultKind, Callable[[FaultsToCome, Fault], Pose]] = {
+    FaultKind.MOVED: _moved, FaultKind.ADDED: _added, FaultKind.FALLEN: _fallen,
+}  # fmt: skip
+"""Kind of a fault that puts a thing elsewhere -> the pose that it gets."""
+
+
+def _displaced(run: FaultsToCome, fault: Fault, now: float) -> None:
+    if fault.kind is FaultKind.ADDED:
+        run.away.discard(fault.thing)
+    run.put(fault.thing, _PLACES[fault.kind](run, fault))
 
 
 def _lowest(thing: Thing, pose: Pose) -> float:
@@ -164,8 +198,6 @@ def _lowest(thing: Thing, pose: Pose) -> float:
 
 
 def _payload(run: FaultsToCome, fault: Fault, now: float) -> None:
-    import mujoco
-
     model, body = run.arm.model, min(run.arm.index.bodies)
     model.body_mass[body] += fault.mass
     mujoco.mj_setConst(model, mujoco.MjData(model))
@@ -230,7 +262,7 @@ def _nothing(run: FaultsToCome, fault: Fault, now: float) -> None:
 
 
 _HAPPENS: Mapping[FaultKind, Callable[[FaultsToCome, Fault, float], None]] = {
-    FaultKind.MISSING: _missing, FaultKind.MOVED: _moved, FaultKind.ADDED: _added, FaultKind.FALLEN: _fallen,
+    FaultKind.MISSING: _missing, FaultKind.MOVED: _displaced, FaultKind.ADDED: _displaced, FaultKind.FALLEN: _displaced,
     FaultKind.PAYLOAD: _payload, FaultKind.TOOL: _nothing, FaultKind.SENSOR: _nothing, FaultKind.GRIP_LOST: _grip_lost,
     FaultKind.SLIP: _slip, FaultKind.CLOSES_SHORT: _short, FaultKind.STICKING: _sticking, FaultKind.FRICTION: _friction,
     FaultKind.FROZEN: _frozen, FaultKind.LOST: _lost, FaultKind.STOP: _stop, FaultKind.CONNECTION: _nothing,

@@ -63,6 +63,19 @@ def test_what_falls_over_lies_and_what_is_taken_is_gone(knowledge: Knowledge, pl
 
 
 @pytest.mark.heavy
+def test_what_would_get_into_a_finger_waits_until_that_is_gone(knowledge: Knowledge, place: World) -> None:
+    away = PROGRAM.replace('textmsg("done")', "movej([2.6, -1.4026, 1.4, -2.0337, -1.5708, 1.7012], a=1.4, v=1.05)\n  sleep(0.5)")
+    world = faulty(place, [read_fault_text("moved: block, by: [0, 40 mm, 60 mm], line: waiting")])
+    rollout = knowledge.simulator.execute(away, world, knowledge.robots_of(world), mount="arm", seed=0)
+    (happened,) = rollout.faults
+    assert happened.line > 4 and rollout.contact_force().max() < 25.0
+    stays = knowledge.simulator.execute(PROGRAM, world, knowledge.robots_of(world), mount="arm", seed=0)
+    assert stays.outcome == "finished" and not stays.faults and at(stays, "block") == at(run(knowledge, place), "block")
+    between = run(knowledge, place, "moved: block, by: [0, 0, 60 mm], line: waiting")
+    assert between.faults[0].line == 4, "there is room between the open fingers"
+
+
+@pytest.mark.heavy
 def test_what_is_added_waits_and_is_no_part_of_what_is_believed(knowledge: Knowledge, place: World) -> None:
     world = faulty(place, [read_fault_text("added: block, by: [0, 50 mm, 0], line: waiting")])
     assert [t.name for t in foreseen(world.faults, world).things] == ["floor", "shelf"]

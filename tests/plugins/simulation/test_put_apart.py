@@ -75,3 +75,24 @@ def test_what_the_hand_holds_up_is_where_it_was_read(tmp_path: Path) -> None:
     world = ENGINE.setting(scenario, twins=0, now=World((), (mount,))).world
     assert world.thing("box").pose.position[2] == 0.3 and world.robots[0].holds == mount.holds
     assert world.thing("can").pose.position[2] == pytest.approx(0.36, abs=0.002)
+
+
+def test_each_of_several_things_that_were_read_inside_their_support_is_believed_on_it(tmp_path: Path) -> None:
+    world = read(tmp_path, "", 0.6)
+    sunk = world.moved({n: Pose((x, y, z - 0.002)) for n in ("box", "can") for x, y, z in [world.thing(n).pose.position]})
+    mended = corrected(sunk, ENGINE.knowledge, 0.005, 0.0003)
+    assert [mended.thing(n).pose.position[2] for n in ("box", "can")] == pytest.approx([0.029, 0.029], abs=0.0003)
+    assert len(mended.notes) == len(sunk.notes) + 2
+
+
+def test_a_payload_that_was_read_inside_its_support_touches_it_in_belief(tmp_path: Path) -> None:
+    world, tool = read(tmp_path, "", 0.6), Pose.from_rotvec((0.4, 0.1, 0.05), (np.pi, 0.0, 0.0))
+    sunk = world.moved({"box": Pose((0.4, 0.1, 0.0263))})
+    for most, higher in ((0.005, 0.00255), (0.002, 0.0)):
+        holds = InHand("box", tool.inverse() * sunk.thing("box").pose, 10.0)
+        mended = corrected(replace(sunk, robots=(replace(world.robots[0], holds=holds),)), ENGINE.knowledge, most, 0.0003)
+        assert mended.thing("box").pose.position[2] == pytest.approx(0.0263 + higher, abs=1e-5), f"readings are {most} m off at most"
+        mount = mended.robots[0]
+        assert mount.holds is not None
+        there = (tool * mount.holds.tcp_to_thing).position
+        assert there == pytest.approx(mended.thing("box").pose.position), "the hand stays, and the thing is elsewhere in it"

@@ -4,13 +4,13 @@ place, so one pose must be wrong."""
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 import mujoco
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Floats, Pose, Robot, Value, World
+from cramlite.model import Floats, InHand, Pose, Robot, Value, World
 from cramlite.plugin import checkpoint
 
 from .compile import Compiled, compile_world
@@ -44,7 +44,7 @@ class _Rest(Value, eq=False):
 
 
 def put_apart(world: World, robots: Mapping[str, Robot], most: float, deep: float = TOO_DEEP) -> tuple[World, tuple[str, ...]]:
-    """Move loose things that are too deep inside others to the nearest free places at rest.
+    """Move loose things that are too deep inside others to the nearest free places at rest, and a payload within the hand.
 
     Args:
         most: that a thing may be from where it was read [m].
@@ -60,10 +60,13 @@ def put_apart(world: World, robots: Mapping[str, Robot], most: float, deep: floa
     said, placed = list[str](), world
     for a, b, depth in _wrong(compiled, data, deep):
         ways_out = [(n, other) for n, other in ((a, b), (b, a)) if n in loose and placed.thing(n) is world.thing(n)]
-        found = next(_rests(compiled, data, placed, ways_out, most, deep), None)
+        if not ways_out:
+            found = next(_in_hand(compiled, data, placed, [(n, o) for n, o in ((a, b), (b, a)) if n in held], depth, most, deep), None)
+        else:
+            found = next(_rests(compiled, data, placed, ways_out, most, deep), None)
         if found is None:
             continue
-        placed = placed.moved(found.poses)
+        placed = _regrasped(placed, found.poses).moved(found.poses)
         for name, pose in found.poses.items():
             compiled.place(data, name, pose)
         inside = f"'{found.thing}' was perceived {1000 * depth:.1f} mm inside '{b if found.thing == a else a}'"
@@ -77,26 +80,61 @@ def _wrong(compiled: Compiled, data: Data, deep: float) -> list[tuple[str, str, 
     return sorted(found, key=lambda o: -o[2])
 
 
-def _rests(
-    compiled: Compiled, data: Data, world: World, ways_out: list[tuple[str, str]], most: float, deep: float
-) -> Iterator[_Rest]:
-    """Worlds at rest, each after one thing was released at a free place, the places nearest to the perceived
-    pose first; no thing is far from its perceived pose."""
-    for step in range(1, round(FARTHER * most / STEP) + 1):
+def _regrasped(world: World, poses: Mapping[str, Pose]) -> World:
+    """World in which payloads that get other poses lie so in their hands; the hands stay."""
+    held = {m.name: replace(m.holds, tcp_to_thing=_in_tool(m.holds, world, poses)) for m in world.robots if m.holds}
+    return replace(world, robots=tuple(replace(m, holds=held.get(m.name)) for m in world.robots))
+
+
+def _in_tool(holds: InHand, world: World, poses: Mapping[str, Pose]) -> Pose:
+    """Pose in the tool's frame of a payload that gets another pose."""
+    before = world.thing(holds.thing).pose
+    return holds.tcp_to_thing * before.inverse() * poses[holds.thing] if holds.thing in poses else holds.tcp_to_thing
+
+
+def _free(
+    compiled: Compiled, data: Data, world: World, ways_out: list[tuple[str, str]], lengths: Iterable[float], touching: float = 0.0
+) -> Iterator[tuple[str, str, Pose]]:
+    """Free poses of things, each with what it was inside, at some distances from their perceived poses in each direction."""
+    for length in lengths:
         checkpoint()
         for (name, other), way in itertools.product(ways_out, WAYS):
-            x, y, z = (step * STEP * way).tolist()
+            x, y, z = (length * way).tolist()
             pose = Pose((x, y, z)) * world.thing(name).pose
             compiled.place(data, name, pose)
             mujoco.mj_fwdPosition(compiled.model, data)
             met = [(b if a == name else a, depth) for a, b, depth in overlaps(compiled, data) if name in (a, b)]
             compiled.place(data, name, world.thing(name).pose)
-            if any(depth > (0.0 if with_ == other else DEEP) for with_, depth in met):
-                continue
-            poses = _at_rest(world.moved({name: pose}), world, (name, other), deep)
-            off = {n: _distance(p, world.thing(n).pose) for n, p in poses.items()}
-            if poses and max(off.values()) <= most:
-                yield _Rest(name, off.get(name, 0.0), poses)
+            if all(depth <= (touching if with_ == other else DEEP) for with_, depth in met):
+                yield name, other, pose
+
+
+def _steps(most: float) -> Iterator[float]:
+    """Distances that are tried [m]."""
+    return (step * STEP for step in range(1, round(most / STEP) + 1))
+
+
+def _in_hand(
+    compiled: Compiled, data: Data, world: World, ways_out: list[tuple[str, str]], depth: float, most: float, deep: float
+) -> Iterator[_Rest]:
+    """Worlds in which a payload is so much elsewhere in the hand that it touches what it was inside, and then farther off."""
+    touching = depth - deep / 2
+    for name, _, pose in _free(compiled, data, world, ways_out, (touching, *_steps(most)), deep):
+        away = _distance(pose, world.thing(name).pose)
+        if away <= most:
+            yield _Rest(name, away, {name: pose})
+
+
+def _rests(
+    compiled: Compiled, data: Data, world: World, ways_out: list[tuple[str, str]], most: float, deep: float
+) -> Iterator[_Rest]:
+    """Worlds at rest, each after one thing was released at a free place, the places nearest to the perceived
+    pose first; no thing is far from its perceived pose."""
+    for name, other, pose in _free(compiled, data, world, ways_out, _steps(FARTHER * most)):
+        poses = _at_rest(world.moved({name: pose}), world, (name, other), deep)
+        off = {n: _distance(p, world.thing(n).pose) for n, p in poses.items()}
+        if poses and max(off.values()) <= most:
+            yield _Rest(name, off.get(name, 0.0), poses)
 
 
 def _at_rest(start: World, read: World, pair: tuple[str, str], deep: float) -> dict[str, Pose]:
