@@ -121,6 +121,13 @@ def followed(episode: Episode, mover: str, about: str, span: tuple[float, float]
     return times, _turned(back, places - there[:, :3])
 
 
+def headed(episode: Episode, mover: str, about: str, times: Floats) -> Floats:
+    """Return the direction (N,) of a thing's x axis about the vertical of another one, from that one's x axis [rad]."""
+    pairs = ((episode.pose_at(about, float(t)), episode.pose_at(mover, float(t))) for t in times)
+    axes = [one.inverse().rotate(other.rotate((1.0, 0.0, 0.0))) for one, other in pairs if one is not None and other is not None]
+    return np.array([np.arctan2(a[1], a[0]) for a in axes])
+
+
 def _turned(quaternions: Floats, vectors: Floats) -> Floats:
     """Rotate vectors (3,) or (N, 3) by quaternions (N, 4)."""
     w, v = quaternions[:, :1], quaternions[:, 1:]

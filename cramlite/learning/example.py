@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
+from msgspec import field
+
 from ..base.errors import UserError
 from ..base.value import Value, replace
 from ..interpretation.coherence import Claims, claims, passive
@@ -47,6 +49,7 @@ class Known(Value, eq=False):
         claim: what the task says that begins and ends; None where no task is the best reading.
         explained: predicates of which the task says that they begin or end, or that do so with these.
         task: class of the task; "" where none explains it.
+        roles: of that task, with their fillers.
         named: whether the recording itself names that task.
         strict: whether somebody said that this is not the task.
     """
@@ -57,6 +60,7 @@ class Known(Value, eq=False):
     task: str = ""
     named: bool = False
     strict: bool = False
+    roles: Mapping[str, str] = field(default_factory=dict)
 
 
 class Example(Value, eq=False):
@@ -182,7 +186,7 @@ def _explained(span: Span, rules: Mapping[str, Rule], match: Match | None, stric
     fluents = {a.predicate.name: a.predicate.fluent for c in rule.clauses for a in atoms(c.condition)}
     names = {f[0] for f in claim.changes}
     names |= {p for n in names if n in fluents for p in (*fluents[n].implies, *fluents[n].undoes)}
-    return Known(span, claim, frozenset(names), rule.task, named, strict)
+    return Known(span, claim, frozenset(names), rule.task, named, strict, match.roles)
 
 
 def _share(first: float, last: float, start: float, end: float) -> float:

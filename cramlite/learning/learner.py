@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 import numpy as np
 
 from ..base.errors import UserError
-from ..base.value import Value
+from ..base.value import Value, replace
 from ..interpretation.timeline import Predicate
 from ..ontology.taxonomy import Taxonomy
 from .example import Example, Known
@@ -116,6 +116,8 @@ def _learned(
     choices = [c for roles in range(MOST_ROLES + 1) for c in casts(shown, roles)]
     if language.motion is None and not any(c.changes for c in choices) and all(own_changes(shown, k) for k in range(len(kept))):
         return None  # something begins or ends in each, and it is another thing in each
+    if language.motion and any(c.changes for c in choices):  # what is recorded with a motion is what it is for
+        choices = [replace(c, measured=()) for c in choices]
     told = max((c.told for c in choices), default=0)
     best: Learned | None = None
     for cast in choices:

@@ -109,10 +109,10 @@ class Language(Value):
 
 
 def _sensible(predicate: Predicate, slots: tuple[int, ...]) -> bool:
-    """Check whether a condition is worth considering: about the agent or a role, with different things, and a
-    symmetric one in one order only."""
+    """Check whether a condition is worth considering: about the agent or a role, with different things, none of
+    them contents, and a symmetric one in one order only."""
     named = [s for s in slots if s != ANY]
-    if len(set(named)) < len(named) or (slots and not named):
+    if len(set(named)) < len(named) or (slots and not named) or (predicate.fluent.of_contents and slots[-1] != ANY):
         return False
     return not (predicate.fluent.symmetric and slots != tuple(sorted(slots)))
 

@@ -63,7 +63,8 @@ def said(proposal: Proposal) -> str:
     where = path.anchor.part.split(":")[-1] or "frame"
     frame = f"in the frame of the {where} of {about}{', at its bottom' if path.anchor.deep else ''}"
     counts = " ".join(f"{c:g}" for c in motion.counts)
-    often = f"the examples went round {counts} times" if path.closed else "the examples went along it once"
+    along = f"along it {counts} times" if path.times > 1 else "along it once"
+    often = f"the examples went {f'round {counts} times' if path.closed else along}"
     unit = "; x and y in halves of its width" if path.anchor.scaled else ""
     return f"Path of the bottom centre of {mover} {frame}{unit}: {often}; the examples differ by {1000 * motion.spread:.1f} mm."
 
@@ -71,46 +72,68 @@ def said(proposal: Proposal) -> str:
 def path_text(path: ShownPath) -> str:
     """Return a path as a Python expression with one corner per line."""
     points = "".join(f"\n        ({x:g}, {y:g}, {z:g})," for x, y, z in path.points)
-    a = path.anchor
+    a, aimed = path.anchor, "" if path.heading is None else f" heading={path.heading:g},"
     return (
         f"ShownPath(\n    points=({points}\n    ),\n"
         f'    anchor=Anchor("{a.part}", deep={a.deep}, scaled={a.scaled}),\n'
         f"    times={path.times}, least={path.least:g}, tolerance={path.tolerance:g}, closed={path.closed}, either={path.either},\n"
-        f"    touching={path.touching}, stand_off={path.stand_off:g}, speed={path.speed:g},\n)"
+        f"    touching={path.touching}, stand_off={path.stand_off:g}, speed={path.speed:g},{aimed}\n)"
     )
 
 
 def _steps(path: ShownPath, mover: str, about: str) -> list[str]:
-    """Return the lines of a decomposition: move above the path's start, down, along the path, and up."""
+    """Return the lines of a decomposition: move above the path's start, down, along the path, and up; on a surface
+    once for each stroke."""
     lines = [
         f'moved, about = action.roles["{mover}"], action.roles["{about}"]',
         "if belief.held is None or belief.held.thing != moved.entity:",
         """    raise Unresolvable.because_of_earlier_tasks(f"'{moved.entity}' is not in the hand", (moved.name,))""",
         'way = Location(action.inside("way"), "shown_path", about.name, {"path": PATH})',
-        'up = Location(action.inside("up"), "lift", None, {"height_m": PATH.stand_off})',
-        "yield Decomposition((",
-        "    way,",
-        '    Motion(action.inside("transfer"), "transfer", way, reason="above where it begins"),',
-        *(f"    {line}" for line in (_pressed() if path.touching else _free())),
-        "    up,",
-        '    Motion(action.inside("leave"), "linear", up, {"stage": Stage.POSE}, (about.name,), "clear of it"),',
-        '), "as it was shown")',
     ]
+    if path.touching and path.times > 1:
+        lines += ["steps: list[Location | Motion] = [way]", 'for n in ("", *(f"_{k}" for k in range(2, PATH.times + 1))):']
+        lines += [f"    {line}" for line in _once(path, "{n}", "steps += [", "]")]
+        lines.append('yield Decomposition(tuple(steps), "as it was shown")')
+    else:
+        lines += _once(path, "", "yield Decomposition((", '), "as it was shown")', "    way,")
     return [f"        {line}" for line in lines]
 
 
-def _free() -> list[str]:
+def _once(path: ShownPath, number: str, begin: str, end: str, *first: str) -> list[str]:
+    """Lines of the way through a path, from a place above it to another one.
+
+    Args:
+        number: at the end of names of what is done more than once.
+    """
+    lines = [
+        f'up = Location({_inside("up", number)}, "lift", None, {{"height_m": PATH.stand_off}})',
+        begin,
+        *first,
+        f'    Motion({_inside("transfer", number)}, "transfer", way, reason="above where it begins"),',
+        *(f"    {line}" for line in (_pressed(number) if path.touching else _free(number))),
+        "    up,",
+        f'    Motion({_inside("leave", number)}, "linear", up, {{"stage": Stage.POSE}}, (about.name,), "clear of it"),',
+        end,
+    ]
+    return lines
+
+
+def _inside(name: str, number: str) -> str:
+    return f'action.inside({"f" if number else ""}"{name}{number}")'
+
+
+def _free(number: str) -> list[str]:
     return [
-        'Motion(action.inside("enter"), "linear", way, {"stage": Stage.POSE}, reason="down to where it begins"),',
-        'Motion(action.inside("follow"), "trace", way, {"speed_m_s": self.parameter(action, "speed_m_s")}, reason="the path"),',
+        f'Motion({_inside("enter", number)}, "linear", way, {{"stage": Stage.POSE}}, reason="down to where it begins"),',
+        f'Motion({_inside("follow", number)}, "trace", way, {{"speed_m_s": self.parameter(action, "speed_m_s")}}, reason="the path"),',
     ]
 
 
-def _pressed() -> list[str]:
+def _pressed(number: str) -> list[str]:
     return [
-        'Motion(action.inside("tare"), "zero_sensor", reason="from here on, more is pressing"),',
-        'Motion(action.inside("enter"), "until_contact", way, {"free_m_s": 0.1}, (about.name,), "down until it touches"),',
-        'Motion(action.inside("follow"), "compliant_slide", way, {',
+        f'Motion({_inside("tare", number)}, "zero_sensor", reason="from here on, more is pressing"),',
+        f'Motion({_inside("enter", number)}, "until_contact", way, {{"free_m_s": 0.1}}, (about.name,), "down until it touches"),',
+        f'Motion({_inside("follow", number)}, "compliant_slide", way, {{',
         '    "press_n": self.parameter(action, "press_n"), "speed_m_s": self.parameter(action, "slide_m_s"),',
         '    "force_limit_n": self.parameter(action, "force_limit_n"),',
         '}, (about.name,), "the path"),',

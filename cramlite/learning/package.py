@@ -58,7 +58,8 @@ def _words(proposal: Proposal, name: str) -> Mapping[str, str]:
         "role_list": "".join(f'Role("{r}"), ' for r in proposal.roles).rstrip() if proposal.roles else "",
         "conditions": "\n".join(said), "examples": f"{examples} demonstration{'s' if examples > 1 else ''}",
         "explain": f"{spoken}: {' and '.join(f'{{{r}}}' for r in proposal.roles)}" if proposal.roles else spoken,
-        "shown_roles": "".join(f", {r}: {thing_name(r)}" for r in proposal.roles), "shown_things": "".join(_things(proposal)),
+        "shown_roles": "".join(f", {r}: {thing_name(r)}" for r in proposal.roles), "shown_before": "".join(_before(proposal)),
+        "shown_things": "".join(_things(proposal)),
         "model_names": model, "plugin_names": plugin, "decompose": _decompose(proposal, classes),
         "constants": "", "parameters": "", "hooks": "", **moved,
     }  # fmt: skip
@@ -79,6 +80,18 @@ def _imports(proposal: Proposal, classes: bool) -> tuple[str, str]:
 def thing_name(role: str) -> str:
     """Return the name of a role's filler in the package's scenario."""
     return f"some_{role.lower()}"
+
+
+def _before(proposal: Proposal) -> Iterator[str]:
+    """Known tasks that come before the learned one in all examples, as lines of a scenario: how its payload comes into the hand. What fills
+    no role of ours is the floor, on which all stands there."""
+    shown = []
+    for one, fillers in zip(proposal.learned.examples, proposal.fillers, strict=True):
+        names = dict(zip(fillers, map(thing_name, proposal.roles), strict=True))
+        before = [k for k in one.around if k.task and k.span.start < one.span.start and set(k.roles.values()) & set(fillers)]
+        shown.append([(k.task, {r: names.get(n, "floor") for r, n in k.roles.items() if n != k.span.effector}) for k in before])
+    if all(found == shown[0] for found in shown):
+        yield from (f"  - {{task: {task}, {', '.join(f'{r}: {n}' for r, n in roles.items())}}}\n" for task, roles in shown[0])
 
 
 def _things(proposal: Proposal) -> Iterator[str]:

@@ -134,9 +134,10 @@ def propose(
 
 def _called(learned: Learned, names: Sequence[tuple[str, str]]) -> dict[str, str]:
     """Return role -> class for the rule's variables in their order; the role that is moved farthest gets the
-    first name."""
+    first name, the other one of the motion the second."""
     shown = list(zip(learned.examples, learned.cast.fillers, strict=True))
-    order = sorted(range(learned.cast.roles), key=lambda k: (-max(_moved(e.span, f[k]) for e, f in shown), k))
+    told = {s - 1 for one in learned.literals if of_motion(learned.language, one) for s in one.slots}
+    order = sorted(range(learned.cast.roles), key=lambda k: (-max(_moved(e.span, f[k]) for e, f in shown), k not in told, k))
     called = dict(zip(order, names, strict=False))
     return dict(called[k] for k in range(learned.cast.roles))
 

@@ -70,6 +70,19 @@ def rounds(points: Floats) -> Rounds | None:
     return Rounds(closed[:-1], count, (start, end - 1))
 
 
+def strokes(points: Floats, touched: np.ndarray, least: float) -> list[tuple[int, int]]:
+    """Return the first and the last place of each stretch in contact of a path; what is lifted on less than the least way goes on.
+
+    Args:
+        points: (M, 3) at even distances ``STEP``.
+        touched: (M,) where there is contact.
+        least: length of a stroke, and of a way between two [m].
+    """
+    rows, few = np.flatnonzero(touched), round(least / STEP)
+    parts = np.split(rows, np.flatnonzero(np.diff(rows) > few) + 1) if len(rows) else []
+    return [(int(p[0]), int(p[-1])) for p in parts if p[-1] - p[0] >= few]
+
+
 def _alike(points: Floats, lag: int) -> tuple[int, int, int, float] | None:
     """Return the longest part of a path that repeats after a number of positions, as indices of its first and
     last position, that number, and the mean distance between rounds [m]."""

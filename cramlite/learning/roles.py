@@ -141,16 +141,22 @@ def _distinct(things: int, roles: int) -> Truths:
 def _changes(language: Language, common: Sequence[Literal]) -> Iterator[Literal]:
     """Yield recorded states of agent and roles that begin or end, without those that another change
     implies."""
-    changes = [one for one in common if one.kind in ("begins", "ends") and ANY not in one.slots and recorded(language, one)]
+    changes = [one for one in common if one.kind in ("begins", "ends") and _whole(language, one) and recorded(language, one)]
     for one in changes:
         if not any(follows(language, one, other) for other in changes if other != one):
             yield one
 
 
+def _whole(language: Language, literal: Literal) -> bool:
+    """Whether a condition names all things that it is about; contents have no name."""
+    contents = language.predicates[literal.predicate].fluent.of_contents
+    return ANY not in (literal.slots[:-1] if contents else literal.slots)
+
+
 def own_changes(tables: Tables, span: int) -> tuple[Literal, ...]:
     """Return the changes of recorded states between the agent and up to two things in a span, in terms of
     roles instead of things."""
-    asked = [one for one in tables.language.literals(2) if one.kind in ("begins", "ends") and ANY not in one.slots]
+    asked = [one for one in tables.language.literals(2) if one.kind in ("begins", "ends") and _whole(tables.language, one)]
     literals = [one for one in asked if recorded(tables.language, one)]
     if not literals or not tables.size:
         return ()

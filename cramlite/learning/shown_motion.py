@@ -1,4 +1,7 @@
-"""Motions that demonstrations share: a path of the held thing in the frame of the thing about which the examples differ least."""
+"""Motions that demonstrations share: a path of the held thing in the frame of the thing about which the examples differ least.
+
+The path is gone round without a stop, or gone along on a surface: once, or in strokes, between which the thing is lifted back.
+"""
 
 from __future__ import annotations
 
@@ -8,10 +11,10 @@ from itertools import permutations, product
 import numpy as np
 
 from ..base.value import Value, replace
-from ..interpretation.path_predicate import followed, gone_through, parts_of, related
-from ..model.geometry import Floats
+from ..interpretation.path_predicate import followed, gone_through, headed, parts_of, related
+from ..model.geometry import Floats, Pose
 from ..model.shown_path import Anchor, ShownPath, length, resampled
-from .repeated import ROUND, evenly, rounds
+from .repeated import ROUND, evenly, rounds, strokes
 from .span import Span
 
 HELD = 0.9
@@ -32,6 +35,8 @@ LEAST_UP = 0.03
 """Least height from which a path is begun [m]."""
 EXACT = 0.002
 """Distance of a path's corners from what was shown [m]."""
+AIMED, LOOKS = 0.2, 9
+"""Largest distance of a direction from the mean of all [rad]: people turn a thing within some 10 deg; and how often it is looked at."""
 
 
 class ShownMotion(Value, eq=False):
@@ -42,7 +47,7 @@ class ShownMotion(Value, eq=False):
         fillers: of each example, what moved and about what.
         spread: root mean square distance of the examples from the mean [m].
         counts: how often each example went through the path.
-        bent: whether no straight stroke does it.
+        bent: whether no single straight stroke does it.
     """
 
     path: ShownPath
@@ -61,7 +66,7 @@ class ShownMotion(Value, eq=False):
             gone_through(self.path, span.timeline.episode, one, other, (span.start, span.end))
             for span in refused for one, other in permutations(span.things, 2)
         )  # fmt: skip
-        most, fewest = max(found, default=0.0), min(self.counts)
+        most, fewest = max(found, default=0.0), min(self.counts) if self.path.closed else 1.0
         least = max(self.path.least, round((most + fewest) / 2, 2)) if most < fewest else self.path.least
         return replace(self, path=replace(self.path, least=least))
 
@@ -75,6 +80,7 @@ class _Core(Value, eq=False):
     count: float
     speed: float
     up: float
+    headings: Floats
 
 
 def shown_motion(spans: Sequence[Span]) -> ShownMotion | None:
@@ -124,7 +130,9 @@ def _of_pairs(spans: Sequence[Span], pairs: tuple[tuple[str, str], ...]) -> tupl
         far = float(np.linalg.norm(np.mean([c.places.mean(axis=0) for c in known], axis=0)))
         key = (round(spread / FINE), round(far, 3), float(rank))
         if best is None or key < best[0]:
-            best = key, _motion(anchor, mean, spread, either, known, pairs, metres)
+            aimed = _heading([c.headings - _yaw(f[0]) for c, f in zip(known, frames, strict=True) if f is not None])
+            motion = _motion(anchor, mean, spread, either, known, pairs, metres)
+            best = key, replace(motion, path=replace(motion.path, heading=aimed))
     return best
 
 
@@ -137,26 +145,41 @@ def _anchors(classes: Sequence[str] | dict[str, None]) -> Iterator[Anchor]:
 
 
 def _core(span: Span, mover: str, about: str) -> _Core | None:
-    """Return the periodic part of a mover's path; if there is none, the part in which it touches the
-    reference thing."""
+    """Return the periodic part of a mover's path; else the mean of its strokes on the reference thing; else the
+    part in which it touches that thing."""
     episode = span.timeline.episode
     found = followed(episode, mover, about, (span.start, span.end))
     if found is None:
         return None
     times, places = evenly(*found)
-    touched = np.flatnonzero(related(episode, mover, about, times)) if len(times) > 2 else np.zeros(0, dtype=int)
-    touching = len(touched) > 1 and length(places[touched[0] : touched[-1] + 1]) >= LONG
-    first, last = (int(touched[0]), int(touched[-1])) if touching else (0, len(places) - 1)
-    part = places[first : last + 1]
-    periodic = rounds(part)
+    touched = related(episode, mover, about, times) if len(times) > 2 else np.zeros(len(times), dtype=bool)
+    rows = np.flatnonzero(touched)
+    touching = len(rows) > 1 and length(places[rows[0] : rows[-1] + 1]) >= LONG
+    first, last = (int(rows[0]), int(rows[-1])) if touching else (0, len(places) - 1)
+    again = _strokes(places, touched)
+    periodic = None if again else rounds(places[first : last + 1])
     if periodic is None and not touching:
         return None
-    begin, end = (first + r for r in periodic.rows) if periodic else (first, last)
-    up = min(float(places[: begin + 1, 2].max() - places[begin, 2]), float(places[end:, 2].max() - places[end, 2]))
+    begin, end = (first + r for r in periodic.rows) if periodic else again[0] if again else (first, last)
+    out = again[-1][1] if again else end
+    up = min(float(places[: begin + 1, 2].max() - places[begin, 2]), float(places[out:, 2].max() - places[out, 2]))
     speed = length(places[begin : end + 1]) / max(times[end] - times[begin], 1e-6)
-    if periodic is None:
-        return _Core(resampled(part, ROUND), False, True, 1.0, speed, up)
-    return _Core(periodic.mean, True, bool(touching), periodic.count, speed, up)
+    headings = headed(episode, mover, about, np.linspace(times[begin], times[end], LOOKS))
+    if periodic is not None:
+        return _Core(periodic.mean, True, bool(touching), periodic.count, speed, up, headings)
+    runs = again or [(first, last)]
+    mean = np.mean([resampled(places[a : b + 1], ROUND) for a, b in runs], axis=0)
+    return _Core(mean, False, True, float(len(runs)), speed, up, headings)
+
+
+def _strokes(places: Floats, touched: np.ndarray) -> list[tuple[int, int]]:
+    """First and last place of each of several strokes on a surface; none where there is one, or they are not alike."""
+    runs = strokes(places, touched, LONG)
+    if len(runs) < 2:
+        return []
+    each = np.array([resampled(places[a : b + 1], ROUND) for a, b in runs])
+    off = np.sqrt(((each - each.mean(axis=0)) ** 2).sum(axis=2).mean(axis=1))
+    return runs if off.max() <= AGREED * np.ptp(each.mean(axis=0), axis=0).max() else []
 
 
 def _within(places: Floats, frame: tuple) -> Floats:  # type: ignore[type-arg]
@@ -190,7 +213,7 @@ def _motion(
     closed = cores[0].closed
     corners = mean[::2] if closed else mean[_corners(mean * unit)]
     counts = tuple(round(c.count, 2) for c in cores)
-    times = max(round(float(np.median(counts))), 1)
+    times = max(round(float(np.median(counts))), 1) if closed else round(max(counts))
     way = float(np.linalg.norm((mean[-1] - mean[0]) * unit))
     points, least = (np.round(corners, 4) + 0.0).tolist(), round(ENOUGH * min(counts), 1) if closed else WHOLE
     near, up = min(max(NEAR, SIGMAS * spread), WIDEST * size), max(min(c.up for c in cores), LEAST_UP)
@@ -198,7 +221,20 @@ def _motion(
         tuple((x, y, z) for x, y, z in points), anchor, times, least, round(near, 4), closed, either, cores[0].touching,
         round(up, 3), round(float(np.median([c.speed for c in cores])), 3),
     )  # fmt: skip
-    return ShownMotion(path, pairs, spread, counts, closed or length(mean * unit) >= BENT * way)
+    return ShownMotion(path, pairs, spread, counts, closed or min(counts) > 1 or length(mean * unit) >= BENT * way)
+
+
+def _yaw(frame: Pose) -> float:
+    """Direction of a frame's x axis, seen from above [rad]."""
+    return float(np.arctan2(frame.rotation[1, 0], frame.rotation[0, 0]))
+
+
+def _heading(shown: Sequence[Floats]) -> float | None:
+    """Mean direction of what moves [rad], where all examples agree upon one."""
+    angles = np.concatenate(shown)
+    mean = np.arctan2(np.sin(angles).mean(), np.cos(angles).mean())
+    off = np.abs((angles - mean + np.pi) % (2 * np.pi) - np.pi)
+    return round(float(mean), 2) + 0.0 if len(angles) and off.max() <= AIMED else None
 
 
 def _corners(line: Floats) -> list[int]:

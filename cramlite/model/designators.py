@@ -100,6 +100,7 @@ class Place(Value):
         opening: finger distance to arrive with [m]; None where it does not matter.
         approach: unit vector of the last motion, base frame.
         path: further TCP poses from ``pose`` onwards, for locations that are traversed.
+        rounds: how often a closed path is gone through.
         thing: the thing that is meant; "" for none.
         values: further numbers, for motions of a plugin's own, with units in their names.
         swing: of what is grasped there, as it is lifted; of what is laid down there, the part that it turns back;
@@ -128,6 +129,7 @@ class Place(Value):
     reorients: bool = False
     joints: Joints | None = None
     via: tuple[Pose, ...] = ()
+    rounds: int = 1
 
     def __post_init__(self) -> None:
         """Set ``grip`` from the key "width_m" of ``values``, if a plugin stated the opening there."""

@@ -53,7 +53,7 @@ class ShownPath(Value):
     Args:
         points: corners in the anchor's frame; z [m], x and y [m] or, of a scaled anchor, shares.
         anchor: frame of the other thing.
-        times: how often a closed path is gone through; 1 for an open one.
+        times: how often it is gone through; an open path each time from its beginning.
         least: how often it must be gone through, to be this motion.
         tolerance: distance that still counts as on the path [m].
         closed: whether its end is its beginning.
@@ -61,6 +61,7 @@ class ShownPath(Value):
         touching: whether both touch all along.
         stand_off: height above the first and the last point at which it begins and ends [m].
         speed: along the path [m/s].
+        heading: of the moved thing's x axis about the anchor's vertical, from the anchor's x axis [rad]; None where any will do.
     """
 
     points: tuple[Vector3, ...]
@@ -73,6 +74,7 @@ class ShownPath(Value):
     touching: bool = False
     stand_off: float = 0.1
     speed: float = 0.1
+    heading: float | None = None
 
     @property
     def corners(self) -> Floats:

@@ -166,7 +166,7 @@ class Joint(Value):
 
 
 class Filling(Value):
-    """Granular content of a thing's cavity at the start: small balls.
+    """Granular content of a thing's cavity at the start, or of its surface, where it has no cavity: small balls.
 
     Args:
         count: how many balls.
@@ -194,7 +194,7 @@ class Thing(Value):
         inertia: how the mass is spread; None spreads it evenly over the geoms.
         mesh: what the thing looks like; None where its geoms say it all.
         joint: how it moves against what carries it; None for things that stand free or are fixed.
-        filling: what is loose in its cavity at the start; None for nothing.
+        filling: what is loose in its cavity, or on its surface, at the start; None for nothing.
         max_grip_force: that each finger may press it with [N]; None where nobody says.
         notes: what was changed or concluded when the thing was made, for people: a mesh that was closed, a hole found.
     """

@@ -239,13 +239,14 @@ class Grounder:
         self, clauses: Iterable[tuple[str, Condition]], phase: str, binding: Mapping[str, str]
     ) -> tuple[frozenset[Fact], frozenset[Pattern]]:
         """Return the facts that must hold in a phase, and the patterns that must not, from the conditions
-        that tasks can change."""
+        that tasks can change. An effect on a thing that the rule leaves open is left out."""
         yes: set[Fact] = set()
         no: set[Pattern] = set()
         for condition in (c for p, c in clauses if p == phase and not is_static(c)):
             match condition:
                 case Atom():
-                    yes |= self.fluents.both_ways(_pattern(condition, binding))
+                    facts = self.fluents.both_ways(_pattern(condition, binding))
+                    yes |= {f for f in facts if phase == "pre" or None not in f}
                 case Not(Atom() as inner):
                     no |= self.fluents.denied(_pattern(inner, binding))
         return frozenset(yes), frozenset(no)

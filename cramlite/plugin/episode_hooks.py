@@ -13,6 +13,9 @@ from .protocols import EpisodeRepair
 from .registry import Registry
 from .validation import check_answer
 
+KEPT = 4
+"""Episodes of folders that are kept: a scenario that is resolved again has the same demonstration."""
+
 
 class EpisodeHooks:
     """Episode hooks of the plugins: reading, repair, detection and writing, with their answers checked.
@@ -23,6 +26,7 @@ class EpisodeHooks:
 
     def __init__(self, registry: Registry) -> None:
         self._registry = registry
+        self._read: dict[tuple[tuple[Path, int, int], ...], Episode] = {}
 
     @cached_property
     def repairs(self) -> tuple[EpisodeRepair, ...]:
@@ -35,7 +39,7 @@ class EpisodeHooks:
         return tuple(sorted(declared, key=lambda r: r.order))
 
     def read(self, path: Path) -> Episode:
-        """Read an episode with the first plugin that knows its format, and repair it.
+        """Read an episode with the first plugin that knows its format, and repair it. A folder is read once, until a file in it changes.
 
         Raises:
             UserError: no plugin reads its format, or it cannot be used.
@@ -45,7 +49,13 @@ class EpisodeHooks:
             f"'{path}' is in no format that a plugin reads (RobCoG event data, KnowRob mongodump, RDF, the mapping file of a table of "
             "poses); see 'cramlite plugins'."
         )
-        return self.repaired(self._answer("read_episode", nobody, path=path))
+        key = _files(path) if path.is_dir() else ()
+        if key in self._read:
+            return self._read[key]
+        found = self.repaired(self._answer("read_episode", nobody, path=path))
+        if key:
+            self._read = dict([*self._read.items(), (key, found)][-KEPT:])
+        return found
 
     def repaired(self, episode: Episode) -> Episode:
         """Apply all repairs to an episode as it was recorded; a repair that fails changes nothing and is
@@ -104,3 +114,9 @@ class EpisodeHooks:
         if failed:
             raise PluginError(f"{nobody} Failed: {'; '.join(failed)}.")
         raise UserError(nobody)
+
+
+def _files(folder: Path) -> tuple[tuple[Path, int, int], ...]:
+    """Files below a folder, each with when it was changed [ns] and its size."""
+    found = ((path, path.stat()) for path in sorted(folder.resolve().rglob("*")) if path.is_file())
+    return tuple((path, stat.st_mtime_ns, stat.st_size) for path, stat in found)

@@ -27,8 +27,11 @@ from cramlite.learning.package import write_package
 from cramlite.learning.proposal import Proposal
 from cramlite.learning.span import Span
 from cramlite.model import Episode, Pose, Thing
+from cramlite.plugin import Candidate
 
 TEACHERS = (1, 2, 3)
+ROLES = ("Patient", "Relatum", "Destination")
+"""Names that learning gives to the roles of ``TOLD``."""
 BASES: Mapping[str, str] = {"ur5e": "", "fr3": ", at: {position: [0.05, 0, 0]}"}
 
 
@@ -41,11 +44,11 @@ def places(episode: Episode, tool: Thing, about: Thing, part: Pose) -> np.ndarra
     return np.array(found)
 
 
-def stirred(episode: Episode, spoon: Thing, bowl: Thing) -> bool:
+def stirred(candidate: Candidate, spoon: Thing, bowl: Thing) -> bool:
     """Whether the spoon went round twice or more, lower than the rim and at least 15 mm from the middle."""
     cavity = bowl.feature("cram:Cavity")
     assert cavity is not None
-    at = places(episode, spoon, bowl, cavity.pose)
+    at = places(_episode(candidate), spoon, bowl, cavity.pose)
     inside = at[(at[:, 2] < -0.01) & (np.hypot(at[:, 0], at[:, 1]) > 0.015)]
     if len(inside) < 10:
         return False
@@ -53,9 +56,9 @@ def stirred(episode: Episode, spoon: Thing, bowl: Thing) -> bool:
     return bool(abs(angles[-1] - angles[0]) > 2 * 2 * np.pi)
 
 
-def wiped(episode: Episode, sponge: Thing, board: Thing) -> bool:
+def wiped(candidate: Candidate, sponge: Thing, board: Thing) -> bool:
     """Whether the sponge came within 12 mm of each corner of the pattern, in order, less than 4 mm over the board all the way."""
-    at = places(episode, sponge, board, Pose())
+    at = places(_episode(candidate), sponge, board, Pose())
     corners, low, reached = [*LINES], at[:, 2] < 0.004, list[int]()
     begin = 0
     for corner in corners:
@@ -67,8 +70,9 @@ def wiped(episode: Episode, sponge: Thing, board: Thing) -> bool:
     return bool(low[reached[0] : reached[-1]].mean() > 0.95)
 
 
-def weighed(episode: Episode, box: Thing, scale: Thing) -> bool:
+def weighed(candidate: Candidate, box: Thing, scale: Thing) -> bool:
     """Whether the box stands on the scale at the end, within 2 mm, with the hand 50 mm away and still for 1.5 s or more."""
+    episode = _episode(candidate)
     at = places(episode, box, scale, Pose())[-1]
     hand = episode.tracks[episode.effector or ""]
     last = hand.poses[hand.times >= hand.times[-1] - 1.5, :3]
@@ -76,7 +80,22 @@ def weighed(episode: Episode, box: Thing, scale: Thing) -> bool:
     return bool(abs(at[2]) < 0.002 and np.abs(at[:2]).max() < 0.1 and away > 0.05 and np.ptp(last, axis=0).max() < 0.005)
 
 
-DONE: Mapping[str, Callable[[Episode, Thing, Thing], bool]] = {"stirring": stirred, "wiping_lines": wiped, "weighing": weighed}
+def swept(candidate: Candidate, _brush: Thing, board: Thing) -> bool:
+    """Whether nine of ten grains that lay on the board are within the walls of the pan at the end."""
+    assert candidate.rollout is not None
+    grains, pan = candidate.rollout.grains[board.name][-1], candidate.world.thing("pan")
+    x, y, z = np.array(pan.pose.inverse().apply(grains)).T
+    return bool(((abs(x) < 0.13) & (abs(y) < 0.09) & (z > 0.0) & (z < 0.055)).mean() >= 0.9)
+
+
+def _episode(candidate: Candidate) -> Episode:
+    assert candidate.episode is not None
+    return candidate.episode
+
+
+DONE: Mapping[str, Callable[[Candidate, Thing, Thing], bool]] = {
+    "stirring": stirred, "wiping_lines": wiped, "weighing": weighed, "sweeping": swept,
+}  # fmt: skip
 
 
 def taught(engine: Engine, motion: str, folder: Path) -> tuple[Proposal, Path, float]:
@@ -95,7 +114,8 @@ def recognised(engine: Engine, proposal: Proposal, motion: str, seeds: range, fo
 
     def known(episode: Episode, start: float, end: float) -> bool:
         span = Span(Timeline(episode, engine.knowledge.taxonomy), start, end)
-        return TOLD[motion] in covers(proposal.learned, span)
+        told = dict(zip(ROLES, TOLD[motion], strict=False))
+        return any(dict(zip(proposal.roles, found, strict=True)) == told for found in covers(proposal.learned, span))
 
     right = [shown(engine, motion, seed, folder) for seed in seeds]
     wrong = [shown(engine, motion, seed, folder, {motion: script}) for script in WRONG[motion].values() for seed in seeds]
@@ -105,8 +125,9 @@ def recognised(engine: Engine, proposal: Proposal, motion: str, seeds: range, fo
 
 def job(motion: str, robot: str, folder: Path) -> Path:
     """Scenario in which a robot takes the tool and does what was learned."""
-    (tool, about), path = TOLD[motion], folder / f"{motion}_{robot}.yaml"
-    task = f"  - {{task: {''.join(p.title() for p in motion.split('_'))}, Patient: {tool}, Relatum: {about}}}\n"
+    path = folder / f"{motion}_{robot}.yaml"
+    roles = ", ".join(f"{role}: {thing}" for role, thing in zip(ROLES, TOLD[motion], strict=False))
+    task = f"  - {{task: {''.join(p.title() for p in motion.split('_'))}, {roles}}}\n"
     text = WORLDS[motion].replace("robot: {type: ur5e}", f"{task}robot: {{type: {robot}{BASES[robot]}}}")
     path.write_text(text, encoding="utf-8")
     return path
@@ -125,8 +146,8 @@ def robot_does(engine: Engine, motion: str, robot: str, seed: int, folder: Path)
     if solution is None:
         print(motion, robot, seed, "no program:", "; ".join(e.reason for e in trace.entries)[-400:], flush=True)
         return False
-    tool, about = (solution.candidate.world.thing(name) for name in TOLD[motion])
-    done = DONE[motion](solution.candidate.episode, tool, about)
+    tool, about = (solution.candidate.world.thing(name) for name in TOLD[motion][:2])
+    done = DONE[motion](solution.candidate, tool, about)
     print(motion, robot, seed, "done" if done else "proven, but not done", flush=True)
     return done
 

@@ -1,4 +1,4 @@
-"""Demonstrations of what no rule and no task knows: stirring in a bowl, wiping a pattern of lines on a board, weighing.
+"""Demonstrations of what no rule and no task knows: stirring in a bowl, wiping lines on a board, weighing, sweeping grains into a pan.
 
 Each was written before what learns it, and without it. A person picks up the tool, as the scripts of known tasks do, and goes on with a
 script of this file. Worlds differ by seed: places, turns and sizes; people by pace, size of the motion, where a circle begins, which way
@@ -58,10 +58,28 @@ vary:
   - {{thing: box, position: 20 mm, yaw: 15 deg, with: {{mass: [150 g, 250 g, 350 g]}}}}
   - {{thing: scale, position: 40 mm, yaw: 25 deg}}
 """,
+    "sweeping": f"""scenario: sweeping
+tasks:
+  - {{task: Grasping, Patient: brush}}
+  - {{task: PickingUp, Locatum: brush, Relatum: counter}}
+robot: {{type: ur5e}}
+things:
+{FLOOR}{COUNTER}  - {{name: brush, model: block, at: {{position: [0.43, 0.29, 0.216]}}, with: {{size: [0.14, 0.024, 0.13], mass: 120 g}}}}
+  - {{name: board, model: table, at: {{position: [0.48, -0.04, 0.24]}}, with: {{size: [0.22 m, 0.26 m, 18 mm], grains: 24}}}}
+  - {{name: pan, model: basket, at: {{position: [0.48, -0.23, 0.151]}}, with: {{size: [0.26 m, 0.18 m, 55 mm], wall: 6 mm}}}}
+vary:
+  - {{thing: brush, position: 20 mm, yaw: 15 deg}}
+  - {{thing: board, position: 15 mm, yaw: 8 deg, with: {{grains: [18, 21, 24]}}}}
+  - {{thing: pan, position: 10 mm}}
+""",
 }  # fmt: skip
 """Name of a motion -> scenario in which the tool is picked up; people take no notice of the robot."""
-TOLD: Mapping[str, tuple[str, str]] = {"stirring": ("spoon", "bowl"), "wiping_lines": ("sponge", "board"), "weighing": ("box", "scale")}
-"""What is moved, and about what."""
+TOLD: Mapping[str, tuple[str, ...]] = {
+    "stirring": ("spoon", "bowl"), "wiping_lines": ("sponge", "board"), "weighing": ("box", "scale"), "sweeping": ("brush", "board", "pan"),
+}  # fmt: skip
+"""What is moved, about what, and where to."""
+MOST_STROKES = 4
+"""Strokes after which a person who sweeps gives up."""
 LINES = ((-0.06, -0.05), (0.06, -0.05), (0.06, 0.0), (-0.06, 0.0), (-0.06, 0.05), (0.06, 0.05))
 """Corners of the pattern on the board [m]."""
 
@@ -92,7 +110,7 @@ def shown(engine: Engine, motion: str, seed: int, folder: Path, scripts: Mapping
     path.write_text(WORLDS[motion], encoding="utf-8")
     scenario, knowledge, times = read_scenario(path), engine.knowledge, list[float]()
     world, _ = build_world(scenario, scenario.spec.things, scenario.spec.vary, knowledge, seed)
-    tool, about = (world.thing(name) for name in TOLD[motion])
+    tool, about = (world.thing(name) for name in TOLD[motion][:2])
     script = (scripts or SCRIPTS)[motion]
 
     def prepare(_world: World, _fillers: object, _rng: np.random.Generator) -> Performance:
@@ -154,7 +172,28 @@ def weigh(person: Performer, world: World, box: Thing, scale: Thing) -> None:
     person.wait(person.between(2.0, 3.0))
 
 
-SCRIPTS: Mapping[str, Script] = {"stirring": stir, "wiping_lines": wipe, "weighing": weigh}
+def sweep(person: Performer, world: World, brush: Thing, board: Thing) -> None:
+    """Put a brush down behind the grains and draw it over the edge under which the pan is, again until no grain is left: twice or more."""
+    x, way = person.between(-0.004, 0.004), (person.between(0.100, 0.108), -person.between(0.124, 0.130))
+    for k in range(MOST_STROKES):
+        if k < 2 or _lying(person, board):
+            _stroke(person, brush, board, x, way)
+
+
+def _stroke(person: Performer, brush: Thing, board: Thing, x: float, way: tuple[float, float], low: float = -0.002) -> None:
+    """Lead the brush, its broad side ahead, along a line of the board, and lift it."""
+    frame, (first, last), up = person.pose(board.name), way, person.between(0.04, 0.06)
+    for y, z, speed in ((first, up, 0.25), (first, low, 0.08), (last, low, person.between(0.1, 0.16)), (last, up, 0.2)):
+        person.move([_turned_hand(person, brush, frame, (x, y, z))], speed)
+
+
+def _lying(person: Performer, board: Thing) -> int:
+    """How many grains lie on the board."""
+    grains = person.compiled.things[board.name].grains  # type: ignore[attr-defined]
+    return sum(float(person.data.xpos[body][2]) > board.pose.position[2] for body, _ in grains)  # type: ignore[attr-defined]
+
+
+SCRIPTS: Mapping[str, Script] = {"stirring": stir, "wiping_lines": wipe, "weighing": weigh, "sweeping": sweep}
 
 
 def stir_once(person: Performer, world: World, spoon: Thing, bowl: Thing) -> None:
@@ -209,10 +248,29 @@ def weigh_in_the_hand(person: Performer, world: World, box: Thing, scale: Thing)
     person.wait(3.0)
 
 
+def sweep_beside(person: Performer, world: World, brush: Thing, board: Thing) -> None:
+    """Sweep the grains over the other edge, where there is no pan."""
+    for _ in range(3):
+        _stroke(person, brush, board, 0.0, (-0.104, 0.127))
+
+
+def sweep_short(person: Performer, world: World, brush: Thing, board: Thing) -> None:
+    """Sweep the grains together, and leave them on the board."""
+    for _ in range(3):
+        _stroke(person, brush, board, 0.0, (0.104, -0.06))
+
+
+def sweep_above(person: Performer, world: World, brush: Thing, board: Thing) -> None:
+    """Lead the brush above the grains."""
+    for _ in range(3):
+        _stroke(person, brush, board, 0.0, (0.104, -0.127), low=0.025)
+
+
 WRONG: Mapping[str, Mapping[str, Script]] = {
     "stirring": {"kept still": stir_once, "above the bowl": stir_beside},
     "wiping_lines": {"one line": wipe_one_line, "in the air": wipe_in_the_air},
     "weighing": {"in passing": weigh_in_passing, "in the hand": weigh_in_the_hand},
+    "sweeping": {"beside the pan": sweep_beside, "short of the pan": sweep_short, "above the grains": sweep_above},
 }
 """Motion -> those who do something else, by what."""
 
@@ -228,6 +286,15 @@ def _hand(person: Performer, tool: Thing, frame: Pose, point: tuple[float, float
     offset = np.subtract(person.tool().position, foot)
     lag = np.subtract(person.aim.position, person.tool().position)
     return Pose(tuple(np.add(frame.apply(point), offset + 0.5 * lag)), person.aim.quaternion)
+
+
+def _turned_hand(person: Performer, tool: Thing, frame: Pose, point: tuple[float, float, float]) -> Pose:
+    """Target of the hand that brings the tool's foot to a point of a frame, the tool turned as the frame is."""
+    upright = Pose((0.0, 0.0, 0.0), frame.quaternion)
+    there = Pose(tuple(np.subtract(frame.apply(point), upright.rotate(_foot(tool).position))), frame.quaternion)
+    lag = np.subtract(person.aim.position, person.tool().position)
+    target = there * person.pose(tool.name).inverse() * person.tool()
+    return Pose(tuple(np.add(target.position, 0.5 * lag)), target.quaternion)
 
 
 def _bring(person: Performer, tool: Thing, frame: Pose, points: list[tuple[float, float, float]], speed: float) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import re
 import tempfile
 from functools import cache, partial
 from itertools import pairwise
@@ -10,22 +11,23 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from learned_motions import DONE, job, solved
-from motion_demonstrations import TOLD, WRONG, Shown_, shown, stir
+from learned_motions import DONE, ROLES, job, solved
+from motion_demonstrations import TOLD, WORLDS, WRONG, Shown_, shown, stir
 from msgspec.structs import replace
 
 from cramlite import Engine, Trace, read_scenario
 from cramlite.engine.line_origins import origins_of
 from cramlite.engine.proof import findings_of
-from cramlite.interpretation.path_predicate import gone_through, rests
+from cramlite.interpretation.path_predicate import gone_through, headed, rests
 from cramlite.interpretation.timeline import Timeline
 from cramlite.learning.from_episodes import learn_task
 from cramlite.learning.learner import covers
 from cramlite.learning.package import page_text, write_package
 from cramlite.learning.proposal import Proposal
-from cramlite.learning.repeated import evenly, rounds
+from cramlite.learning.repeated import evenly, rounds, strokes
 from cramlite.learning.span import Span
 from cramlite.learning.trial import trials
+from cramlite.model.shown_path import length
 from cramlite.plugin import Candidate, UserError
 from cramlite.testing import check_plugin
 
@@ -49,7 +51,8 @@ def learned(motion: str) -> Proposal:
 
 def read(motion: str, one: Shown_) -> bool:
     span = Span(Timeline(one.episode, ENGINE.knowledge.taxonomy), one.start, one.end)
-    return TOLD[motion] in covers(learned(motion).learned, span)
+    found = covers(learned(motion).learned, span)
+    return any(dict(zip(learned(motion).roles, f, strict=True)) == dict(zip(ROLES, TOLD[motion], strict=False)) for f in found)
 
 
 # The periodic part
@@ -74,6 +77,16 @@ def test_one_round_a_line_and_standing_still_are_not_periodic() -> None:
     assert rounds(evenly(times, still)[1]) is None
 
 
+def test_strokes_are_what_touches_between_ways_back() -> None:
+    there, back = np.linspace((0.0, 0.0, 0.0), (0.2, 0.0, 0.0), 60), np.linspace((0.2, 0.0, 0.05), (0.0, 0.0, 0.05), 60)
+    points = evenly(np.arange(360) * 0.02, np.concatenate([there, back] * 3))[1]
+    found = strokes(points, points[:, 2] < 0.005, 0.06)
+    assert len(found) == 3 and all(length(points[a : b + 1]) == pytest.approx(0.2, abs=0.03) for a, b in found)
+    lifted = np.where(abs(points[:, 0] - 0.1) < 0.01, 0.003, 0.0) + points[:, 2]
+    assert len(strokes(points, lifted < 0.002, 0.06)) == 3, "what is lifted on a short way goes on"
+    assert strokes(points, np.zeros(len(points), dtype=bool), 0.06) == []
+
+
 def test_a_rest_is_within_a_place() -> None:
     one = person("weighing", 1)
     found = list(rests(one.episode, one.episode.effector or "", (one.start, one.end)))
@@ -86,14 +99,25 @@ def test_a_rest_is_within_a_place() -> None:
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize(("motion", "closed", "touching"), [("stirring", True, False), ("wiping_lines", False, True)])
+@pytest.mark.parametrize(("motion", "closed", "touching"), [("stirring", 1, 0), ("wiping_lines", 0, 1), ("sweeping", 0, 1)])
 def test_a_motion_is_told_about_the_thing_about_which_people_agree(motion: str, closed: bool, touching: bool) -> None:
     proposal = learned(motion)
     assert proposal.moving is not None
     shared = proposal.moving[0]
-    assert shared.fillers == (TOLD[motion],) * 3 and (shared.path.closed, shared.path.touching) == (closed, touching)
+    assert shared.fillers == (TOLD[motion][:2],) * 3 and (shared.path.closed, shared.path.touching) == (closed, touching)
     assert shared.spread < 0.006 and proposal.steps == ()
     assert f"follows_{motion}(Patient, Relatum)" in proposal.rule["run"]
+    assert (shared.path.heading is None) == (motion != "sweeping"), "people hold a brush across, and anything else as they like"
+
+
+@pytest.mark.heavy
+def test_strokes_are_counted_and_what_they_are_for_is_in_the_rule() -> None:
+    proposal = learned("sweeping")
+    assert proposal.moving is not None
+    path, counts = proposal.moving[0].path, proposal.moving[0].counts
+    assert min(counts) >= 2 and path.times == max(counts) and path.least < 1.0, "how often is up to the grains"
+    assert path.heading == pytest.approx(0.0, abs=0.05)
+    assert "not contains(Destination, _)" in proposal.rule["pre"] and "contains(Destination, _)" in proposal.rule["post"]
 
 
 @pytest.mark.heavy
@@ -174,6 +198,8 @@ def test_the_package_keeps_the_contract_and_its_text_is_the_same_again(motion: s
     plugin = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(plugin)
     check_plugin(plugin)
+    tasks = read_scenario(folder / "tests" / f"try_{motion}.yaml").spec.tasks or ()
+    assert [str(t.task) for t in tasks][:2] == ["soma:Grasping", "soma:PickingUp"], "it takes the tool from where it stands"  # type: ignore[union-attr]
     said = "At the end the hand rests for" if motion == "weighing" else "Path of the bottom centre of Patient"
     assert said in page_text(learned(motion))
 
@@ -212,9 +238,23 @@ def objections(motion: str, text: str) -> dict[str, str]:
 def test_a_robot_does_it_where_nobody_showed_it(motion: str) -> None:
     candidate = program(motion)
     assert candidate.code is not None and candidate.episode is not None
-    tool, about = (candidate.world.thing(name) for name in TOLD[motion])
-    assert DONE[motion](candidate.episode, tool, about)
+    tool, about = (candidate.world.thing(name) for name in TOLD[motion][:2])
+    assert DONE[motion](candidate, tool, about)
     assert objections(motion, candidate.code.text) == {}, "its text as it is"
+
+
+@pytest.mark.heavy
+def test_a_brush_that_stands_turned_is_held_across_the_stroke(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    turned = WORLDS["sweeping"].replace("position: [0.43, 0.29, 0.216]", "position: [0.43, 0.29, 0.216], yaw: 70 deg")
+    assert turned != WORLDS["sweeping"]
+    monkeypatch.setitem(WORLDS, "sweeping", turned)  # type: ignore[arg-type]
+    solution = solved(engine_of("sweeping"), "sweeping", "ur5e", 101, tmp_path, Trace())
+    assert solution is not None and solution.candidate.episode is not None
+    world, episode = solution.candidate.world, solution.candidate.episode
+    assert DONE["sweeping"](solution.candidate, world.thing("brush"), world.thing("board"))
+    strokes_at = [e.start + 1.0 for e in episode.of("state") if {"brush", "board"} <= set(e.roles.values()) and e.end - e.start > 2.0]
+    angles = headed(episode, "brush", "board", np.array(strokes_at))
+    assert len(angles) >= 2 and abs(np.sin(angles)).max() < np.sin(0.1), "half a turn is the same to a box"
 
 
 def edited(motion: str, *changes: tuple[str, str]) -> str:
@@ -238,6 +278,17 @@ def test_a_pattern_of_which_a_line_is_left_out_is_not_wiped() -> None:
     last = [f"    movel(wiping_lines_3_follow_pose_{k}, a=0.25, v=0.02)" for k in range(7, 13)]
     said = objections("wiping_lines", edited("wiping_lines", *((line, line.replace("movel", "# movel")) for line in last)))
     assert "follows_wiping_lines(Patient, Relatum)" in said["task_rules"]
+
+
+@pytest.mark.heavy
+def test_grains_that_are_left_on_the_board_are_not_swept() -> None:
+    code = program("sweeping").code
+    assert code is not None
+    ends = re.compile(r"(_follow(?:_2)?_pose(?:_2)? = p\[[-.\d]+, )([-.\d]+)")
+    text, count = ends.subn(lambda m: f"{m[1]}{float(m[2]) + 0.06:.6f}", code.text)
+    assert count >= 4
+    said = objections("sweeping", text)
+    assert "contains(Destination, _)" in said["task_rules"] or "follows_sweeping(Patient, Relatum)" in said["task_rules"]
 
 
 @pytest.mark.heavy

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Floats, Location, Place, Pose, ShownPath, foot
+from cramlite.model import Belief, Floats, Location, Place, Pose, ShownPath, Thing, foot
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..motion_planning.reach import bound, held_pose, reference_pose, shift, taken_at
@@ -17,7 +17,7 @@ from .parameters import Followed, asked
 from .reached import Arm, Candidate, Leg, reached
 
 TURNS = (0.0, 45.0, -45.0, 90.0, -90.0, 135.0, -135.0, 180.0)
-"""Turns of the payload about the vertical from how it is held [deg]: a demonstration says none."""
+"""Turns of the payload about the vertical from how it is held [deg], where demonstrations say no heading."""
 STARTS = 4
 """Places of a closed path from which it is tried."""
 
@@ -34,20 +34,34 @@ def followed(location: Location, belief: Belief, context: Context) -> Iterator[G
         raise Unresolvable(f"'{about.name}' has no {path.anchor.part}, about which the path was shown", (location.of or "",))
     pose, hand, under = reference_pose(belief, location, context) * frame[0], belief.held.tcp_to_thing.inverse(), foot(thing.geoms)
     touching = (about.name,) if path.touching else ()
+    turns = TURNS if path.heading is None else _aimed(thing, now, path.heading + _yaw(pose))
 
     def candidates() -> Iterator[Candidate]:
-        for degrees, (name, corners) in itertools.product(TURNS, ways(path)):
+        for degrees, (name, corners) in itertools.product(turns, ways(path)):
             turned = Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(degrees))) * Pose((0, 0, 0), now.quaternion)
             below = np.asarray(turned.rotate(under))
             places = [np.asarray(pose.apply((x * frame[1], y * frame[1], z))) - below for x, y, z in corners.tolist()]
             way = tuple(Pose(tuple(p.tolist()), turned.quaternion) * hand for p in places)
             before = shift(way[0], (0.0, 0.0, path.stand_off))
             legs = (Leg(before, along=way[:1], touching=touching), Leg(way[0], touching, clearance=0.0, along=way[1:]))
-            place = Place(way[0], before, path=way[1:], approach=(0.0, 0.0, -1.0), thing=about.name, values={"rounds": float(path.times)})
+            rounds = path.times if path.closed else 1
+            place = Place(way[0], before, path=way[1:], approach=(0.0, 0.0, -1.0), thing=about.name, rounds=rounds)
             yield Candidate(f"{name}, turned by {degrees:+.0f} deg", place, legs)
 
     for answer in reached(candidates(), Arm(belief, context)):
         yield replace(answer, because=taken_at(belief, context)) if isinstance(answer, Refused) else answer
+
+
+def _yaw(frame: Pose) -> float:
+    """Direction of a frame's x axis, seen from above [rad]."""
+    return math.atan2(frame.rotation[1, 0], frame.rotation[0, 0])
+
+
+def _aimed(payload: Thing, now: Pose, heading: float) -> tuple[float, ...]:
+    """Turns about the vertical that bring a payload's x axis to a heading [deg]; a box looks the same after half a turn."""
+    turn = math.degrees(math.remainder(heading - _yaw(now), math.tau))
+    alike = len(payload.geoms) == 1 and payload.geoms[0].shape == "box"
+    return (turn, math.remainder(turn + 180.0, 360.0)) if alike else (turn,)
 
 
 def ways(path: ShownPath) -> Iterator[tuple[str, Floats]]:

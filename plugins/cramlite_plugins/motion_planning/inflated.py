@@ -46,6 +46,14 @@ class Inflated(Value):
         mujoco.mj_collision(self.model, data)
         return {(g, h) for g, h in data.contact.geom.tolist()} if data.ncon else set()
 
+    def near_apart(self, data: Any) -> set[tuple[int, int]]:
+        """Return the same where geoms were moved without their bodies, whose boxes then say nothing of them."""
+        options, flags = self.model.opt, self.model.opt.disableflags
+        options.disableflags = flags | int(mujoco.mjtDisableBit.mjDSBL_MIDPHASE)
+        found = self.near(data)
+        options.disableflags = flags
+        return found
+
 
 def inflated(model: Any, apart: Floats, distance: float) -> Inflated:
     """Inflate the geoms of a model; only pairs that some joint of the arm moves relative to each other
@@ -60,9 +68,10 @@ def inflated(model: Any, apart: Floats, distance: float) -> Inflated:
     grown.geom_size[:] = model.geom_size + by * GROWS[model.geom_type]
     grown.geom_margin[model.geom_type == MESH] = MESH_MARGIN * distance
     grown.geom_rbound[:] = model.geom_rbound + by * CORNER
+    by = max(by, MESH_MARGIN * distance)
     grown.geom_aabb[:, 3:] = model.geom_aabb[:, 3:] + by
+    grown.bvh_aabb[:, 3:] = model.bvh_aabb[:, 3:] + by * CORNER
     grown.opt.ccd_tolerance = COARSE
-    grown.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_MIDPHASE)  # its boxes are those of the model as it was
     grown.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_MULTICCD)  # one contact of each pair is enough
     _mask(grown, apart > 0)
     return Inflated(distance, grown)

@@ -29,7 +29,7 @@ Part = tuple[float, float, Rates | None]
 
 
 class JointLine:
-    """A straight joint-space line."""
+    """A straight joint-space line, with the ways of its joints [rad]: over all of it, at the fastest where that changes."""
 
     def __init__(self, a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> None:
         self.start, self.way = np.asarray(a, dtype=float), np.subtract(b, a)
@@ -50,6 +50,25 @@ class JointLine:
         first few leave no long gap."""
         at: Floats = self.start + _spread(int(self.size / PROBED))[:, None] * self.way
         return at
+
+
+class JointBlend(JointLine):
+    """A parabola in joint space from one straight line to another, by fractions of its parameter.
+
+    Args:
+        start, goal: where it leaves one line and meets the other [rad].
+        corner: where the lines meet [rad].
+    """
+
+    def __init__(self, start: Floats, corner: Floats, goal: Floats) -> None:
+        self.start, self.into, self.out = start, corner - start, goal - corner
+        self.way = 2.0 * np.maximum(np.abs(self.into), np.abs(self.out))
+        self.size = float(self.way.max())
+
+    def at(self, fraction: float) -> Floats:
+        """Return the joint position (n,) at a fraction of the parameter."""
+        q: Floats = self.start + 2.0 * fraction * self.into + fraction * fraction * (self.out - self.into)
+        return q
 
 
 @lru_cache(maxsize=256)
@@ -76,8 +95,8 @@ def rates(line: JointLine, half: float, movers: Movers, data: Any, bounds: Float
     """
     way, turned = np.abs(line.way), movers.turned
     u, a, p = data.xaxis[first : first + len(way)], data.xanchor[first : first + len(way)], data.geom_xpos
-    along = p @ u.T - np.einsum("jk,jk->j", a, u)
-    square = np.einsum("gk,gk->g", p, p)[:, None] - 2.0 * (p @ a.T) + np.einsum("jk,jk->j", a, a) - along * along
+    along = p @ u.T - np.vecdot(a, u)
+    square = np.vecdot(p, p)[:, None] - 2.0 * (p @ a.T) + np.vecdot(a, a) - along * along
     lever = (np.sqrt(np.maximum(square, 0.0)) + bounds[:, None]) * turned
     grown = (lever @ (half * way)) / (1.0 - half * float(way.sum()))
     each: Floats = (lever + grown[:, None] * turned) * way

@@ -7,10 +7,10 @@ margin in place of the bigger shapes misses boxes and overestimates the distance
 
 A line between two joint positions is not sampled on a grid: coarse intervals are looked at first, at their
 middle. Joint i turning by dq_i moves no point of a geom by more than r_i |dq_i|, where r_i is the largest
-distance of that geom from the joint's axis, so an interval is free when every pair at distance d has
-sum_i r_i |dq_i| < d up to its ends, i over the joints between the two geoms; otherwise it is halved
-(adaptive bisection: Schwarzer, Saha and Latombe, IEEE T-RO 21(3), 2005). A share of the clearance is left
-everywhere in between.
+distance of that geom from the joint's axis, so the line is free to both sides as far as every pair at distance d
+has sum_i r_i |dq_i| < d, i over the joints between the two geoms; the rest of the interval is looked at again
+(after the adaptive bisection of Schwarzer, Saha and Latombe, IEEE T-RO 21(3), 2005). A share of the clearance is
+left everywhere in between. Parabolas between lines are checked in the same way.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import pairwise
 from types import MappingProxyType
 from typing import Any
 
 import mujoco
 import numpy as np
+from msgspec import field
 from msgspec.structs import replace
 
 from cramlite.model import Collision, Floats, Pose, Robot, Value, World
@@ -32,8 +32,8 @@ from cramlite.plugin import Refused
 from ..simulation.model.build import Carried
 from ..simulation.model.compile import Compiled
 from ..simulation.model.index import RobotIndex
-from .inflated import Inflated
-from .joint_line import JointLine, Part, rates
+from .inflated import Inflated, inflated
+from .joint_line import JointBlend, JointLine, Part, rates
 from .pairs import Movers, Pairs, required_distances
 from .planning_models import arm_movers, inflated_model, planning_model
 from .space import refusal
@@ -44,10 +44,14 @@ Position = Sequence[float] | Floats
 HORIZON = 0.05  # distances above this are not told apart [m]
 CLEARANCE = 0.005  # asked for on planned paths [m]: with none, 6 of 200 rechecked paths clip
 KEPT = 0.3  # share of the needed distance that is kept between two checks, too
-LEVELS = (0.012, 0.025, HORIZON)  # further distances that one check can rule out at once [m]
+LEVELS = (0.012, 0.025)
+"""Further distances that one check can rule out at once [m]. With 0.05 m a check takes four times as long: links of an arm are always
+that near to each other."""
 TOUCH = 0.001  # depth of a contact that a start or goal may have [m]: in MuJoCo things lean on their neighbours by .3 mm and more
 NEAR = 0.35  # the neighbourhood of a start or goal that touches something, largest joint difference [rad]
 FAR = 0.1  # up to where distances of near pairs are measured [m]
+KNOWN = 1024  # joint positions of which a scene remembers whether they are free
+TINY = 1e-9  # approach of a pair below which no distance is too small [m]
 SMALLEST = 0.002  # shortest interval of a line, largest joint difference [rad]: only counts near such contacts
 
 class PlanningScene(Value):
@@ -57,6 +61,7 @@ class PlanningScene(Value):
         compiled: the planning model.
         index: the robot that moves.
         data: scratch state; every query overwrites the joints of the robot.
+        joints: of the robot, in that state (n,) [rad].
         need: distance (geoms, geoms) that each pair must keep; -inf where contact is allowed [m].
         movers: which joints move which geoms.
         first: id of the robot's first joint; its joints follow one another.
@@ -67,11 +72,13 @@ class PlanningScene(Value):
         held: what moves with the tool -> its pose in the tcp frame.
         displaced: things that are not where the world had them -> pose in the world.
         anchors: joint positions with the pairs that are closer there than needed, and how close.
+        known: joint positions that were looked at, and whether they are free: trees, shortcuts and checks end at the same ones.
     """
 
     compiled: Compiled
     index: RobotIndex
     data: Any
+    joints: Floats
     need: Floats
     movers: Movers
     first: int
@@ -82,6 +89,7 @@ class PlanningScene(Value):
     held: Mapping[str, Pose] = MappingProxyType({})
     displaced: Mapping[str, Pose] = MappingProxyType({})
     anchors: tuple[tuple[Joints, Mapping[tuple[int, int], float]], ...] = ()
+    known: dict[Joints, bool] = field(default_factory=dict)
 
     @property
     def robot(self) -> Robot:
@@ -100,13 +108,18 @@ class PlanningScene(Value):
 
     def opened(self, opening: float) -> PlanningScene:
         """Return the same scene with the fingers open by some distance [m]."""
-        data = self.compiled.data()
+        data = self.compiled.places()
         self.index.set_opening(data, opening)
-        return replace(self, data=data, opening=opening)
+        return replace(self, data=data, joints=_joints(data, self.index), opening=opening, known={})
 
     def free(self, q: Position) -> bool:
         """Check whether the joints are inside their limits and every pair keeps its required distance."""
-        return self._inside(q) and self._keeps(q)
+        key = tuple(q)
+        if key not in self.known:
+            if len(self.known) == KNOWN:
+                self.known.clear()
+            self.known[key] = self._inside(q) and self._keeps(q)
+        return self.known[key]
 
     def met(self, tcp: Pose, hand: bool = True) -> Refused | None:
         """Return the obstacle too near to the hand or its payload, with the tcp at a pose in the world; None for none.
@@ -116,8 +129,8 @@ class PlanningScene(Value):
         Args:
             hand: whether the hand is there; without it what it holds is, whoever may hold it.
         """
-        data, model, address = self.data, self.compiled.model, self.index.joints[0]
-        data.qpos[address : address + len(self.index.joints)] = self.robot.home
+        data, model = self.data, self.compiled.model
+        self.joints[:] = self.robot.home
         mujoco.mj_kinematics(model, data)
         rigid, still = self.moved[:, -1] > 0, self.moved.sum(axis=1) == 0
         if not hand:
@@ -125,7 +138,7 @@ class PlanningScene(Value):
         way = (tcp * self.index.pose(data).inverse()).matrix
         data.geom_xpos[rigid] = data.geom_xpos[rigid] @ way[:3, :3].T + way[:3, 3]
         data.geom_xmat[rigid] = (way[:3, :3] @ data.geom_xmat[rigid].reshape(-1, 3, 3)).reshape(-1, 9)
-        pairs = [(g, h) for g, h in self.levels[0].near(data) if (rigid[g] and still[h]) or (rigid[h] and still[g])]
+        pairs = [(g, h) for g, h in self.levels[0].near_apart(data) if (rigid[g] and still[h]) or (rigid[h] and still[g])]
         far = [(mujoco.mj_geomDistance(model, data, g, h, FAR, None), g, h) for g, h in pairs if self.need.item(g, h) > -math.inf]
         close = sorted((d, g, h) for d, g, h in far if d < self.need.item(g, h))
         if not close:
@@ -144,13 +157,20 @@ class PlanningScene(Value):
         its parts, long ones first."""
         if not self.free(b):
             return False
-        line = JointLine(a, b)
+        return self._clear(JointLine(a, b))
+
+    def blend_free(self, start: Floats, corner: Floats, goal: Floats) -> bool:
+        """Check whether the parabola between two free positions, along the lines to a corner and from it, is free."""
+        return self._clear(JointBlend(start, corner, goal))
+
+    def _clear(self, line: JointLine) -> bool:
+        """Whether every part of a line is free, long ones first."""
         rest = deque(line.parts())
         while rest:
-            halves = self._judge(line, rest.popleft())
-            if halves is None:
+            opened = self._judge(line, rest.popleft())
+            if opened is None:
                 return False
-            rest.extend(halves)
+            rest.extend(opened)
         return True
 
     def line_probed(self, a: Position, b: Position) -> bool:
@@ -184,7 +204,7 @@ class PlanningScene(Value):
 
         At most ``HORIZON``, negative inside each other.
         """
-        return min((d for _, _, d in self._look(q, self.levels[-1])), default=HORIZON)
+        return min((d for _, _, d in self._look(q, inflated(self.compiled.model, self.movers.apart(), HORIZON))), default=HORIZON)
 
     def why(self, q: Position) -> str:
         """Explain why a joint position is not free, as a clause with numbers; empty when free."""
@@ -222,7 +242,7 @@ class PlanningScene(Value):
         """Return the same scene, in which positions near one of these anchors need no more clearance than the
         anchor has."""
         found = [self._anchor(q) for q in anchors]
-        return replace(self, anchors=tuple((q, closer) for q, closer in found if closer))
+        return replace(self, anchors=tuple((q, closer) for q, closer in found if closer), known={})
 
     def at(self, poses: Mapping[str, Pose]) -> PlanningScene:
         """Return the same scene with movable things elsewhere; poses in the world. A held thing stays in the hand."""
@@ -230,18 +250,17 @@ class PlanningScene(Value):
         data.qpos[:] = self.data.qpos
         for name, pose in poses.items():
             self.compiled.place(data, name, pose)
-        return replace(self, data=data, displaced={**self.displaced, **poses}, anchors=())
+        return replace(self, data=data, joints=_joints(data, self.index), displaced={**self.displaced, **poses}, anchors=(), known={})
 
     def tcp(self, q: Position) -> Pose:
         """Return the pose of the tcp in the world frame."""
-        self.data.qpos[list(self.index.joints)] = q
+        self.joints[:] = q
         mujoco.mj_kinematics(self.compiled.model, self.data)
         return self.index.pose(self.data)
 
     def tip(self, q: Position) -> Floats:
         """Return the position (3,) of the tcp in the world frame [m]."""
-        address = self.index.joints[0]
-        self.data.qpos[address : address + len(self.index.joints)] = q
+        self.joints[:] = q
         mujoco.mj_kinematics(self.compiled.model, self.data)
         return np.array(self.data.site_xpos[self.index.tcp])
 
@@ -265,8 +284,7 @@ class PlanningScene(Value):
 
     def _place(self, q: Position) -> None:
         """Put the arm at a joint position in the model's data."""
-        address = self.index.joints[0]
-        self.data.qpos[address : address + len(q)] = q
+        self.joints[:] = q
         mujoco.mj_kinematics(self.compiled.model, self.data)
         self.checks[0] += 1
 
@@ -297,28 +315,30 @@ class PlanningScene(Value):
 
     def _judge(self, line: JointLine, part: Part) -> list[Part] | None:
         """Check the middle of a part of a line: None if it is blocked, else the smaller parts that must
-        still be checked."""
+        still be checked: the distances there clear the line to both sides, too."""
         low, high, known = part
         middle, half = (low + high) / 2, (high - low) / 2
         q = line.at(middle)
         self._place(q)
         if known is None:
             known = rates(line, half, self.movers, self.data, self.compiled.model.geom_rbound, self.first)
-        far = self.kept + half * known.most
-        level = next((v for v in self.levels if v.distance >= far), self.levels[0])
-        open_ = level.distance < far
+        far, between = self.kept + half * known.most, known.between
+        level = next((v for v in self.levels if v.distance >= far), self.levels[-1])
+        reach = (level.distance - self.kept) / known.most if level.distance < far else half
+        clear = reach
         for g, h, d in self._near(level):
             need = self.need.item(g, h)
             if d < need:
                 need = self._needed(q, g, h)
                 if d < need:
                     return None
-            open_ = open_ or d - half * known.between.item(g, h) < min(need, KEPT * need)
-        if not open_ or (high - low) * line.size < SMALLEST:
+            clear = min(clear, (d - min(need, KEPT * need)) / max(between.item(g, h), TINY))
+        if clear >= half or (high - low) * line.size < SMALLEST:
             return []
-        reach = self.levels[min(1, len(self.levels) - 1)].distance - self.kept
-        count = max(2, math.ceil(half * known.most / reach)) if level.distance < far else 2
-        return [(a, b, known) for a, b in pairwise(np.linspace(low, high, count + 1).tolist())]
+        count = max(1, math.ceil((half - clear) / (2 * reach)))
+        step = (half - clear) / count
+        before, after = [low + k * step for k in range(count)], [middle + clear + k * step for k in range(count)]
+        return [(at, at + step, known) for at in before + after]
 
     def _first(self, line: JointLine, part: Part) -> float | None:
         """The first blocked fraction within a part of a line."""
@@ -331,6 +351,12 @@ class PlanningScene(Value):
             before = self._first(line, (low, middle, rates))
             return middle if before is None else before
         return next((at for p in halves if (at := self._first(line, p)) is not None), None)
+
+
+def _joints(data: Any, index: RobotIndex) -> Floats:
+    """The joints of a robot (n,) in a state, to be written to."""
+    joints: Floats = data.qpos[index.joints[0] : index.joints[0] + len(index.joints)]
+    return joints
 
 
 def _farthest(clearance: float, wider: Mapping[str, float]) -> float:
@@ -379,7 +405,7 @@ def scene(
     carried = {name: Carried(mount, pose) for name, pose in held.items()}
     kept = planning_model(world, robots, carried)
     compiled = replace(kept, world=placed)
-    index, data = compiled.robots[mount], compiled.data()
+    index, data = compiled.robots[mount], compiled.places()
     width = index.reach[1] if opening is None else opening
     index.set_opening(data, width)
     movers = arm_movers(kept, mount)
@@ -389,5 +415,5 @@ def scene(
     levels = tuple(inflated_model(kept, mount, v) for v in distances)
     displaced = {name: pose for name, pose in (poses or {}).items() if pose != world.thing(name).pose and name not in held}
     return PlanningScene(
-        compiled, index, data, need, movers, first, levels, KEPT * most, [0], width, held, displaced
+        compiled, index, data, _joints(data, index), need, movers, first, levels, KEPT * most, [0], width, held, displaced
     )  # fmt: skip

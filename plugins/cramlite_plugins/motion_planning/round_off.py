@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from cramlite.model import Floats
 
-from ..kinematics.blends import LARGEST, Corner, rounded, zone
+from ..kinematics.blends import LARGEST, rounded, zone
 
 if TYPE_CHECKING:
-    from .space import FreeLines
+    from .space import FreeBlends
 
 Joints = tuple[float, ...]
 SHARES = (LARGEST, 0.25, 0.12, 0.05)  # of the lines at a corner, what its blend may take; tried in this order
-DEVIATION = 0.0005  # of the checked chords from the parabola, in any joint [rad]: under 1 mm at the reach of an arm
 DIGIT = 1e-4  # blend radii are whole multiples of this [m], as they are written
 SMALL = 0.002  # below this radius a corner is a stop [m]
 # How far from where a path begins the tcp may really be [m]: motions by touch before it end where they find something, an
@@ -28,7 +26,7 @@ ELSEWHERE = 0.015
 
 
 def blend_radii(
-    scene: FreeLines, points: Sequence[Joints], speed: float, acceleration: float
+    scene: FreeBlends, points: Sequence[Joints], speed: float, acceleration: float
 ) -> tuple[tuple[float, ...], float]:
     """Return the blend radius at each inner point, 0 for a stop [m], and the duration of the path [s].
 
@@ -44,7 +42,7 @@ def blend_radii(
 
 
 def _largest(
-    scene: FreeLines, before: Floats, corner: Floats, after: Floats, slack: float
+    scene: FreeBlends, before: Floats, corner: Floats, after: Floats, slack: float
 ) -> tuple[float, tuple[float, float]]:
     """The largest radius that is free, and the fractions of both lines that it takes.
 
@@ -60,7 +58,6 @@ def _largest(
         if None in zones:
             continue
         into, out = float(zones[0] or 0.0), float(zones[1] or 0.0)
-        curve = Corner(corner + into * (before - corner), corner, corner + out * (after - corner), 1.0)
-        if all(scene.line_free(a, b) for a, b in pairwise(curve.sampled(DEVIATION))):
+        if scene.blend_free(corner + into * (before - corner), corner, corner + out * (after - corner)):
             return round(radius, 4), (into, out)
     return 0.0, (0.0, 0.0)

@@ -12,16 +12,23 @@ Joints = tuple[float, ...]
 
 
 class FreeLines(Protocol):
-    """Protocol of a space in which a path is shortened and rounded off."""
+    """Protocol of a space in which a path is looked for and shortened."""
 
     def line_free(self, a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> bool:
         """Check whether the straight joint-space line from a free position is free."""
+
+
+class FreeBlends(FreeLines, Protocol):
+    """Protocol of a space in which a path is rounded off."""
+
+    def blend_free(self, start: Floats, corner: Floats, goal: Floats) -> bool:
+        """Check whether the parabola between two free positions, along the lines to a corner and from it, is free."""
 
     def tip(self, q: Sequence[float] | Floats) -> Floats:
         """Return the position (3,) of the tcp [m]."""
 
 
-class Space(FreeLines, Protocol):
+class Space(FreeBlends, Protocol):
     """Protocol of a planner's state space (``planning_scene.PlanningScene`` is one)."""
 
     @property
@@ -65,11 +72,6 @@ class Probed(Value):
     def line_free(self, a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> bool:
         """Check places on a straight joint-space line from a free position, and its end."""
         return self.space.line_probed(a, b)
-
-    def tip(self, q: Sequence[float] | Floats) -> Floats:
-        """Return the position (3,) of the tcp [m]."""
-        return self.space.tip(q)
-
 
 def refusal(
     reason: str, *, blocking: InTheWay = (), collision: Collision | None = None, remedy: Remedy | None = None, **numbers: float

@@ -20,6 +20,7 @@ from msgspec.structs import replace
 from cramlite.model import Belief, Floats, Motion, MoveLinear, Place, Pose, Robot, Value
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
+from ..kinematics.blends import Corner
 from ..kinematics.kinematics import forward, well_conditioned
 from ..kinematics.timing import duration, trapezoid
 from .cartesian import JointPath, interpolate, plan_straight_line, sampled, why_no_straight_line
@@ -39,6 +40,7 @@ SPEED, ACCELERATION = 0.2, 0.5  # of the tcp [m/s, m/s2]: a level surface then t
 SLACK = math.radians(0.5)  # how far an executed tilt may be from a planned one: the servo's lag is below 7 mrad
 
 
+DEVIATION = 0.0005  # of chords on which a load is looked at from a blend's parabola, in any joint [rad]
 QUICK = 0.0125, 0.05  # steps of the quick look whether a line can be followed [m, rad]
 SHORTEST = 4  # samples of a straight line that one in joint space is tried beside: 20 mm
 ATTEMPTS = 120  # tries to shorten a way in joint space
@@ -78,6 +80,12 @@ class UprightScene(Value):
     def line_free(self, a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> bool:
         """Check whether the straight joint-space line from a free position is free, and the load upright all along it."""
         return all(map(self._keeps, resampled((tuple(a), tuple(b)), STEP[1]).tolist())) and self.scene.line_free(a, b)
+
+    def blend_free(self, start: Floats, corner: Floats, goal: Floats) -> bool:
+        """Check whether the parabola between two free positions is free, and the load upright all along it."""
+        curve = Corner(start, corner, goal, 1.0).sampled(DEVIATION)
+        places = resampled([tuple(q.tolist()) for q in curve], STEP[1])
+        return all(map(self._keeps, places.tolist())) and self.scene.blend_free(start, corner, goal)
 
     def tip(self, q: Sequence[float] | Floats) -> Floats:
         """Return the position (3,) of the tcp [m]."""

@@ -60,7 +60,7 @@ def _trace(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundi
     from .free_motion import place_of
 
     place = place_of(motion, context)
-    rounds = max(round(place.values.get("rounds", 1.0)), 1)
+    rounds = place.rounds
     scene = make_scene(belief, context, touched(motion.may_touch, context), clearance=0.0)
     points = _through(motion, place.path, scene, belief, context, "along its path")
     way = sum(a.distance(b)[0] for a, b in pairwise((tcp(belief, context), *place.path)))

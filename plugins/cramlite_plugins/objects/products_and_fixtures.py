@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any, get_args, get_origin, get_type_hints
 
-from cramlite.model import Feature, Geom, Pose, Thing
+from cramlite.model import Feature, Filling, Geom, Pose, Thing
 from cramlite.plugin import Length, Mass, UserError, nearest, read_value
 
 from .controls import knob, latch, switch
@@ -172,17 +172,23 @@ def table(
     pose: Pose,
     size: Size = (1.2, 1.2, 0.04),
     friction: float = 0.6,
+    grains: int = 0,
+    grain_radius: Length = 0.005,
+    grain_mass: Mass = 0.0006,
     rgba: Colour = (0.72, 0.62, 0.50, 1.0),
 ) -> Thing:
     """Make a fixed plate. Frame: the centre of its top face, z up. Feature "top": that face.
 
     Args:
         size: width (x), depth (y), thickness.
+        grains: how many balls lie on it at the start, about its middle.
+        grain_radius, grain_mass: of each.
     """
     w, d, h = size
     top = Feature("top", "vrps:SurfaceFeature", Pose(), {"width": w, "depth": d})
     plate = Geom("box", (w / 2, d / 2, h / 2), Pose((0, 0, -h / 2)), rgba=rgba)
-    return Thing(name, "cram:Table", pose, (plate,), (top,), None, friction)
+    filling = Filling(grains, grain_radius, grain_mass) if grains else None
+    return Thing(name, "cram:Table", pose, (plate,), (top,), None, friction, filling=filling)
 
 
 def hung(product: Thing, hanger: Thing, depth: float, yaw: float = 0.0) -> Pose:

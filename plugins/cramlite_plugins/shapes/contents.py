@@ -14,6 +14,10 @@ beside; measured, see Pouring."""
 PACKED = 0.55
 """Loosely packed balls fill this share of a space (Onoda and Liniger, Random loose packings of uniform spheres and the
 dilatancy onset, Physical Review Letters 64, 1990)."""
+LEVEL = 0.99
+"""Least vertical share of the z axis of a face from which grains do not roll: 8 deg."""
+LYING = 4.0
+"""Height up to which a grain lies on a surface, in its radii: two grains deep."""
 POURED = "contains"
 """Relation of a belief: (POURED, vessel, the thing whose contents are in it now)."""
 
@@ -59,17 +63,14 @@ def are_in_cavity(thing: Thing, poses: Floats, centres: Floats) -> Floats:
     Returns:
         Booleans (N, count).
     """
-    from scipy.spatial.transform import Rotation
-
     cavity = thing.feature("cram:Cavity")
     if cavity is None:
         return np.zeros(centres.shape[:2], dtype=bool)
-    rows, size = np.repeat(poses, centres.shape[1], axis=0), cavity.size
-    local = Rotation.from_quat(rows[:, 3:], scalar_first=True).inv().apply(centres.reshape(-1, 3) - rows[:, :3])
-    x, y, z = cavity.pose.inverse().apply(local).T
+    size = cavity.size
+    x, y, z = np.moveaxis(_local(poses, cavity, centres), -1, 0)
     round_ = "radius" in size
     across = np.hypot(x, y) <= size["radius"] if round_ else (abs(x) <= size["width"] / 2) & (abs(y) <= size["depth"] / 2)
-    return np.asarray(across & (z <= 0.0) & (z >= -size["height"])).reshape(centres.shape[:2])
+    return np.asarray(across & (z <= 0.0) & (z >= -size["height"]))
 
 
 def where(rollout: Rollout, thing: str) -> dict[str, Floats]:
@@ -77,3 +78,30 @@ def where(rollout: Rollout, thing: str) -> dict[str, Floats]:
     grains = rollout.grains[thing]
     vessels = [t for t in rollout.world.things if t.feature("cram:Cavity") is not None]
     return {v.name: are_in_cavity(v, rollout.poses[v.name], grains).sum(axis=1) for v in vessels}
+
+
+def lain_on(thing: Thing) -> Feature | None:
+    """Return the face that a thing's filling lies on at the start; None of a vessel, and where none looks up."""
+    if thing.feature("cram:Cavity") is not None:
+        return None
+    return next((f for f in thing.features if f.type == "vrps:SurfaceFeature" and f.pose.rotation[2, 2] > LEVEL), None)
+
+
+def on_its_surface(rollout: Rollout, thing: str) -> Floats:
+    """Count the grains of a thing without a cavity that still lie on it, sample by sample (N,); none of a vessel."""
+    grains, its = rollout.grains[thing], rollout.world.thing(thing)
+    surface = lain_on(its)
+    if surface is None or its.filling is None:
+        return np.zeros(len(grains))
+    x, y, z = np.moveaxis(_local(rollout.poses[thing], surface, grains), -1, 0)
+    over = (abs(x) <= surface.size["width"] / 2) & (abs(y) <= surface.size["depth"] / 2)
+    return np.asarray((over & (z >= 0.0) & (z <= LYING * its.filling.radius)).sum(axis=1))
+
+
+def _local(poses: Floats, feature: Feature, centres: Floats) -> Floats:
+    """Points (N, count, 3) in the world [m], in the frame of a feature of a thing with poses (N, 7)."""
+    from scipy.spatial.transform import Rotation
+
+    rows = np.repeat(poses, centres.shape[1], axis=0)
+    inside = Rotation.from_quat(rows[:, 3:], scalar_first=True).inv().apply(centres.reshape(-1, 3) - rows[:, :3])
+    return np.asarray(feature.pose.inverse().apply(inside)).reshape(centres.shape)

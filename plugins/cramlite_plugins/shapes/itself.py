@@ -3,9 +3,14 @@ again."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import lru_cache, wraps
 from typing import Generic, TypeVar
 
 T = TypeVar("T")
+R = TypeVar("R")
+LAST = 2
+"""Objects of which a function that is asked for the same ones again and again remembers its results."""
 
 
 class Itself(Generic[T]):
@@ -26,3 +31,14 @@ class Itself(Generic[T]):
 
     def __hash__(self) -> int:
         return id(self.it)
+
+
+def remembered(function: Callable[[T], R]) -> Callable[[T], R]:
+    """Remember what a function returned for the last objects, which must not change; nobody may change the results."""
+    kept: Callable[[Itself[T]], R] = lru_cache(maxsize=LAST)(lambda key: function(key.it))
+
+    @wraps(function)
+    def asked(it: T) -> R:
+        return kept(Itself(it))
+
+    return asked

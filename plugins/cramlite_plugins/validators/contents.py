@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from cramlite.model import Value
 from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 
-from ..shapes.contents import SHARE, SPILLED, where
+from ..shapes.contents import SHARE, SPILLED, on_its_surface, where
 
 
 class Poured(Value):
@@ -31,7 +31,7 @@ class Poured(Value):
 
 
 class Spilled(Value):
-    """Check that a vessel's content is in a vessel at the end, this one or another."""
+    """Check that a vessel's content is in a vessel at the end, this one or another; what lay on a surface may lie there still."""
 
     name: str = "spilled"
     cost: Cost = "rollout"
@@ -43,7 +43,7 @@ class Spilled(Value):
         limit = max(limits, default=SPILLED)
         for thing, grains in rollout.grains.items():
             held, count = sum(int(inside[-1]) for inside in where(rollout, thing).values()), grains.shape[1]
-            lost = count - held
+            lost = count - held - int(on_its_surface(rollout, thing)[-1])
             said = f"{lost} of {count} grains of '{thing}' are beside all vessels, at most {math.floor(limit * count + 1e-9)} may be"
             yield Finding(self.name, lost <= limit * count, said, lost / count, limit, "", "")
 

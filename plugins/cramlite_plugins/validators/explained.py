@@ -10,6 +10,7 @@ from typing import NamedTuple
 from cramlite.model import Handover, Rollout, enclosing_names, walk
 from cramlite.plugin import Candidate
 
+from ..shapes.itself import remembered
 from .grips import Grip, grips
 from .task_times import inner_tasks, origins
 
@@ -36,6 +37,7 @@ class ExplainedGrip(NamedTuple):
     taken: bool = True
 
 
+@remembered
 def explained_grips(candidate: Candidate) -> list[ExplainedGrip]:
     """Return every grip of a run with the handover that ends it, or with the reason why no task explains
     the grip."""
@@ -44,6 +46,7 @@ def explained_grips(candidate: Candidate) -> list[ExplainedGrip]:
     return [run.explained(grip) for grip in grips(candidate.rollout)]
 
 
+@remembered
 def explained_at(candidate: Candidate) -> list[str]:
     """Return the name of the payload at each sample, of grips that begin where a task takes the thing; ""
     for none."""

@@ -11,6 +11,7 @@ import numpy as np
 from cramlite.model import Floats, Rollout
 from cramlite.plugin import PADDING, Candidate
 
+from ..shapes.itself import remembered
 from .explained import EARLY, explained_at
 from .task_times import inner_tasks
 
@@ -27,6 +28,7 @@ Moved = dict[str, list[str | None]]
 """Thing that can be moved -> the task that moves it at each sample; "" while it settles at the start, None while nobody does."""
 
 
+@remembered
 def moved_by(candidate: Candidate) -> Moved:
     """Return the task that moves each thing, at each sample.
 

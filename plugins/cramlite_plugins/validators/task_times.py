@@ -9,6 +9,8 @@ import numpy as np
 from cramlite.model import enclosing_names
 from cramlite.plugin import Candidate
 
+from ..shapes.itself import remembered
+
 
 class Span(NamedTuple):
     """First and last time [s] of an action or of a condition."""
@@ -23,6 +25,7 @@ def task_at(candidate: Candidate, sample: int) -> str:
     return candidate.code.task_of(int(candidate.rollout.lines[sample]))
 
 
+@remembered
 def origins(candidate: Candidate) -> list[str]:
     """Return for each sample the designator whose code ran then, e.g. "3.Placing/PuttingDown/lower"; "" before
     the first step, the last one after the end."""
@@ -36,6 +39,7 @@ def origins(candidate: Candidate) -> list[str]:
     return [code.origins[starts[k]] if k >= 0 else "" for k in before]
 
 
+@remembered
 def inner_tasks(candidate: Candidate) -> list[str]:
     """Return for each sample the innermost action, of the plan or a part of one, whose code ran; "" where none did."""
     known = {a.name for a in (*candidate.actions, *candidate.parts)}

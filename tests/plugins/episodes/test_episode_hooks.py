@@ -256,6 +256,23 @@ def test_a_plugin_may_detect_and_write(plugin: Plugin, tmp_path: Path, run: Run)
         assert not (tmp_path / blocked / "episode").exists()
 
 
+def test_a_folder_is_read_once_until_a_file_in_it_changes(tmp_path: Path) -> None:
+    folder, engine = tmp_path / "told", Engine()
+    write_neem(recorded(), folder)
+    read = engine.knowledge.episodes.read
+    first = read(folder)
+    assert read(folder) is first
+    assert Engine().knowledge.episodes.read(folder) is not first  # two engines share nothing
+    (folder / "more.txt").write_text("more")
+    again = read(folder)
+    assert again is not first
+    same(again, first)
+    for k in range(6):
+        write_neem(recorded(), tmp_path / f"other{k}")
+        read(tmp_path / f"other{k}")
+    assert read(folder) is not again  # few are kept
+
+
 def test_a_writer_may_leave_a_path_to_others(plugin: Plugin, tmp_path: Path) -> None:
     text = "@hookimpl\ndef write_episode(episode, path):\n    return None if path.suffix != '.mine' else path\n"
     engine = Engine(files=[plugin("mine", text)])

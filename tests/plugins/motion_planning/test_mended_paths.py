@@ -8,8 +8,9 @@ from itertools import pairwise
 
 import pytest
 
-from cramlite.model import Collision
+from cramlite.model import Collision, Floats
 from cramlite.plugin import Refused
+from cramlite_plugins.kinematics.blends import Corner
 from cramlite_plugins.motion_planning.planner import Path, plan
 
 HALF, GAP = 0.002, (1.0, 1.6)
@@ -34,6 +35,9 @@ class Foil:
             return True
         inside = [a[1] + (x - a[0]) / (b[0] - a[0]) * (b[1] - a[1]) for x in (-HALF, HALF) if min(a[0], b[0]) <= x <= max(a[0], b[0])]
         return all(self.gap[0] < y < self.gap[1] for y in inside)
+
+    def blend_free(self, start: Floats, corner: Floats, goal: Floats) -> bool:
+        return all(self.line_free(a.tolist(), b.tolist()) for a, b in pairwise(Corner(start, corner, goal, 1.0).sampled(0.0005)))
 
     def line_probed(self, a: Sequence[float], b: Sequence[float]) -> bool:
         count = max(1, math.ceil(math.dist(a, b) / PROBED))

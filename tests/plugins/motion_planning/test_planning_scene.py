@@ -10,6 +10,7 @@ from helpers.scenes import BLOCK, ROBOTS, TABLE, WALL, box, down, make, stance, 
 from msgspec.structs import replace
 
 from cramlite.model import Floats, Geom, Pose, Thing
+from cramlite_plugins.kinematics.blends import Corner
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.motion_planning.planning_scene import PlanningScene, scene
 from cramlite_plugins.robots.ur5e import UR5E
@@ -213,6 +214,45 @@ def test_lines_found_free_are_free_on_a_fine_grid_for_coal() -> None:
             for t in np.linspace(0, 1, 60):
                 assert min(coal_check.distances(place, a + t * (b - a), solids, checked).values()) > 0
     assert found == 6
+
+
+def test_blends_found_free_are_free_on_a_fine_grid_for_coal_and_others_are_blocked() -> None:
+    """Free lines lead to the corner and from it; the parabola between them leaves both."""
+    place = make(TABLE, WALL, BLOCK)
+    solids, checked = coal_check.shapes(place), coal_check.pairs(place)
+    rng, seen = np.random.default_rng(5), {True: 0, False: 0}
+    for corner, before, after in rng.uniform(-2, 2, (400, 3, 6)):
+        start, goal = corner + 0.2 * (before - corner), corner + 0.2 * (after - corner)
+        if not (place.free(corner) and place.line_free(corner, start) and place.line_free(corner, goal)):
+            continue
+        curve = Corner(start, corner, goal, 1.0)
+        found = place.blend_free(start, corner, goal)
+        if seen[found] < 3:
+            seen[found] += 1
+            least = min(min(coal_check.distances(place, curve.at(t), solids, checked).values()) for t in np.linspace(0, 1, 25))
+            assert least > 0 if found else least < 0.0051
+    assert seen[True] == 3
+
+
+def test_a_blend_through_a_sheet_is_blocked_where_both_its_ends_are_free() -> None:
+    place = make(box("sheet", (0.3, 0.001, 0.3), (0.6, 0.0, 0.3)))
+    q = np.array(stance(place, down(0.5, 0.25, 0.2)))
+    beyond, aside = q - [1.2, 0, 0, 0, 0, 0], q - [0.6, 0.01, 0, 0, 0, 0]
+    assert place.free(q)
+    assert place.free(beyond)
+    assert not place.blend_free(q, aside, beyond)
+    assert make().blend_free(q, aside, beyond)
+
+
+def test_a_position_that_was_looked_at_is_looked_at_again_where_things_or_demands_are_others() -> None:
+    place = make(TABLE, BLOCK)
+    q = stance(place, down(0.45, 0.2, 0.25))
+    assert place.free(q)
+    before = place.checks[0]
+    assert place.free(list(q))
+    assert place.checks[0] == before
+    assert not place.at({"block": place.tcp(q) * Pose((0, 0, -0.05))}).free(q)
+    assert place.free(q)
 
 
 def test_clearance_is_relaxed_near_a_start_that_is_close_and_nowhere_else() -> None:

@@ -57,6 +57,17 @@ def test_what_does_not_fit_or_has_no_cavity_is_refused_with_numbers() -> None:
         layout(jug("jug", Pose(), grains=500))
     with pytest.raises(UserError, match="no cram:Cavity"):
         layout(replace(block("b", Pose()), filling=Filling(1, 0.005, 0.001)))
+    with pytest.raises(UserError, match=r"40 balls of 10 mm do not fit onto its surface of 100 x 80 mm; \d+ do"):
+        layout(table("t", Pose(), (0.1, 0.08, 0.02), grains=40))
+
+
+def test_grains_lie_scattered_on_a_plate() -> None:
+    from cramlite_plugins.simulation.model.grains import layout
+
+    plate = table("plate", Pose((0.4, 0.1, 0.2), (0.9, 0.0, 0.0, 0.3)), (0.2, 0.2, 0.02), grains=24)
+    centres = plate.pose.inverse().apply(layout(plate))
+    apart = np.linalg.norm(centres[:, None] - centres[None], axis=2) + np.eye(24)
+    assert apart.min() == pytest.approx(0.02) and centres[:, 2] == pytest.approx(0.005)
 
 
 @examples(40)

@@ -12,6 +12,7 @@ from msgspec.structs import replace
 
 from cramlite.model import Action, Object, Pose, World
 from cramlite.plugin import Candidate
+from cramlite_plugins.objects.products_and_fixtures import table
 from cramlite_plugins.objects.vessels import bowl, jug
 from cramlite_plugins.validators.contents import Poured, Spilled, validators
 
@@ -91,3 +92,13 @@ def test_what_arrived_is_counted_where_the_bowl_then_is() -> None:
     poses = {**moved.rollout.poses, "bowl": moved.rollout.poses["bowl"] + (0.3, 0, 0, 0, 0, 0, 0)}
     away = replace(moved, rollout=replace(moved.rollout, poses=poses))
     assert said(Poured(), away) and said(Spilled(), away)
+
+
+@pytest.mark.parametrize(("off", "passes"), [(0, True), (2, True), (3, False)])
+def test_what_lay_on_a_plate_may_lie_there_still(off: int, passes: bool) -> None:
+    plate, made = table("plate", Pose((0.5, 0.5, 0.1)), (0.2, 0.2, 0.02), grains=20), ended(0, 0)
+    assert made.rollout is not None
+    rollout, grains = made.rollout, np.tile([(0.55, 0.5, 0.105)] * (20 - off) + [(0.5, 0.5, 0.0)] * off, (COUNT, 1, 1))
+    world, poses = replace(rollout.world, things=(FLOOR, plate)), {**rollout.poses, "plate": track((0, plate.pose.position))}
+    found = only(Spilled(), replace(made, rollout=replace(rollout, world=world, poses=poses, grains={"plate": grains})))
+    assert (found.passed, found.value) == (passes, off / 20)

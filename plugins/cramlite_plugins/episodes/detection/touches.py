@@ -37,14 +37,23 @@ def touching_pairs(rollout: Rollout, known: set[str]) -> dict[tuple[str, str], P
     the first on the second."""
     n = len(rollout.times)
     pairs: dict[tuple[str, str], Pair] = defaultdict(lambda: Pair(np.zeros(n), np.zeros(n)))
+    single: dict[tuple[str, str], list[tuple[int, float, float]]] = defaultdict(list)
     names: dict[str, str] = {}
     for rows, touches in _stretches(rollout):
         checkpoint()
         for touch in touches:
             a, b = (names.get(v) or names.setdefault(v, _finest(entity_of(v, rollout), known)) for v in (touch.a, touch.b))
             for first, second, lift in ((a, b, touch.lift), (b, a, -touch.lift)):
-                pairs[first, second].force[rows] += touch.force
-                pairs[first, second].lift[rows] += lift
+                pair = pairs[first, second]
+                if rows.stop - rows.start == 1:
+                    single[first, second].append((rows.start, touch.force, lift))
+                else:
+                    pair.force[rows] += touch.force
+                    pair.lift[rows] += lift
+    for both, found in single.items():
+        at, force, lift = zip(*found, strict=True)
+        np.add.at(pairs[both].force, list(at), force)
+        np.add.at(pairs[both].lift, list(at), lift)
     return dict(pairs)
 
 

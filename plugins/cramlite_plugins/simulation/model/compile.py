@@ -71,9 +71,20 @@ class Compiled(Value):
         self.initial(data)
         return data
 
+    def places(self) -> Data:
+        """Make a state of places alone, as at the start: nothing is computed from them yet."""
+        data = mujoco.MjData(self.model)
+        self._start(data)
+        return data
+
     def initial(self, data: Data) -> None:
         """Reset a state: robots as the world has them at the start (at home, open), things at their poses, servos holding."""
         mujoco.mj_resetData(self.model, data)
+        self._start(data)
+        mujoco.mj_forward(self.model, data)
+
+    def _start(self, data: Data) -> None:
+        """Put all in a reset state where it is at the start."""
         for mount in self.world.robots:
             index = self.robots[mount.name]
             data.qpos[list(index.joints)] = data.ctrl[list(index.actuators)] = mount.joints or index.robot.home
@@ -87,7 +98,6 @@ class Compiled(Value):
             self.place(data, thing.name, thing.pose)
             for (_, address), centre in zip(self.things[thing.name].grains, layout(thing), strict=False):
                 data.qpos[address : address + 7] = (*centre, 1.0, 0.0, 0.0, 0.0)
-        mujoco.mj_forward(self.model, data)
 
     def place(self, data: Data, thing: str, pose: Pose) -> None:
         """Put a movable thing at a pose in the world, at rest; one on a joint as near as that lets it. Others stay."""

@@ -1,4 +1,4 @@
-"""Granular contents of containers: small balls, each a free body, packed into a cavity at the start.
+"""Granular contents: small balls, each a free body, packed into a cavity at the start, or scattered on a surface.
 
 Balls roll hardly at all (condim 6): what is spilled stays where it can be counted, as peas do on a table cloth.
 """
@@ -13,13 +13,13 @@ import mujoco
 from cramlite.model import Feature, Filling, Thing
 from cramlite.plugin import UserError
 
-from ...shapes.contents import volume
+from ...shapes.contents import lain_on, volume
 
 GRAIN = "grain"
 MASK = (2, 7)  # as products: they meet robots, products, furniture, and each other
 ROLLING = 0.0005  # of rolling friction [m]: a ball of 5 mm stops on a slope of atan(0.0005 / 0.005) = 6 degrees
 SOLREF = (0.005, 1.0)  # as things
-GAP = 1.05  # between centres at the start, in diameters
+GAP, SCATTERED = 1.05, 2.0  # between centres at the start, in diameters: in a cavity, and on a surface
 
 
 def add_grains(spec: Any, thing: Thing) -> None:
@@ -39,27 +39,41 @@ def add_grains(spec: Any, thing: Thing) -> None:
 
 
 def layout(thing: Thing) -> list[tuple[float, float, float]]:
-    """Compute the centres of the grains in the world [m]: a grid in the cavity, from its floor up.
+    """Compute the centres of the grains in the world [m]: a grid in the cavity, from its floor up; without one, on the surface.
 
     Raises:
-        UserError: there is no cavity, or it is too small.
+        UserError: there is neither, or it is too small.
     """
-    filling, cavity = thing.filling, thing.feature("cram:Cavity")
+    filling = thing.filling
     if filling is None:
         return []
-    if cavity is None:
-        raise UserError(f"thing '{thing.name}' is filled, but has no cram:Cavity to be filled")
-    step, places = GAP * 2 * filling.radius, []
-    layers = int((cavity.size["height"] - 2 * filling.radius) / step) + 1
-    for z in range(max(layers, 0)):
-        places += [(x, y, filling.radius + z * step - cavity.size["height"]) for x, y in _layer(cavity, filling, step)]
+    cavity, surface = thing.feature("cram:Cavity"), lain_on(thing)
+    if cavity is not None:
+        there, places, room = cavity, _packed(cavity, filling), f"into its cavity of {1e6 * volume(cavity):.0f} ml"
+    elif surface is not None:
+        width, depth = (1000 * surface.size[k] for k in ("width", "depth"))
+        there, places, room = surface, _scattered(surface, filling), f"onto its surface of {width:.0f} x {depth:.0f} mm"
+    else:
+        raise UserError(f"thing '{thing.name}' is filled, but has no cram:Cavity to be filled, and no surface that balls could lie on")
     if len(places) < filling.count:
         raise UserError(
-            f"thing '{thing.name}': {filling.count} balls of {2000 * filling.radius:g} mm do not fit into its cavity of"
-            f" {1e6 * volume(cavity):.0f} ml; {len(places)} do"
+            f"thing '{thing.name}': {filling.count} balls of {2000 * filling.radius:g} mm do not fit {room}; {len(places)} do"
         )
-    frame = thing.pose * cavity.pose
+    frame = thing.pose * there.pose
     return [tuple(map(float, row)) for row in frame.apply(places[: filling.count])]  # type: ignore[misc]
+
+
+def _packed(cavity: Feature, filling: Filling) -> list[tuple[float, float, float]]:
+    """Grid points in a cavity, in its frame [m]."""
+    step = GAP * 2 * filling.radius
+    layers = int((cavity.size["height"] - 2 * filling.radius) / step) + 1
+    heights = [filling.radius + z * step - cavity.size["height"] for z in range(max(layers, 0))]
+    return [(x, y, z) for z in heights for x, y in _layer(cavity, filling, step)]
+
+
+def _scattered(surface: Feature, filling: Filling) -> list[tuple[float, float, float]]:
+    """Grid points on a surface, in its frame [m]."""
+    return [(x, y, filling.radius) for x, y in _layer(surface, filling, SCATTERED * 2 * filling.radius)]
 
 
 def _layer(cavity: Feature, filling: Filling, step: float) -> list[tuple[float, float]]:
