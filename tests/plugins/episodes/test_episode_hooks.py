@@ -161,8 +161,8 @@ def test_a_repair_that_fails_changes_nothing_and_is_named(what: str, tmp_path: P
 @pytest.mark.parametrize(
     ("declared", "says"),
     [
-        ("EpisodeRepair('mine', 'early', id)", "'order' is 'early'; it is a number"),
-        ("EpisodeRepair('mine', 1, 'repair')", "'repair' is 'repair', no function"),
+        ("EpisodeRepair('mine', 'early', id)", "'order' is 'early'; it must be a number"),
+        ("EpisodeRepair('mine', 1, 'repair')", "'repair' is 'repair'; it must be a function"),
         ("ReportSection('mine', 1, id)", "has no 'name'"),
     ],
 )
