@@ -9,7 +9,7 @@ MEASURED = (range(1000, 1100), range(1100, 1160))
 
 
 def seeds_of(text: str, *, measure: bool = False) -> range:
-    """Return the seeds of "0:10", which ends with 9, or of "7".
+    """Parse a text of seeds as a range: "0:10" means 0 to 9, and "7" means 7 alone.
 
     Args:
         measure: those of a measurement are meant.

@@ -73,7 +73,7 @@ def levelled(view: View) -> tuple[View, float]:
         near = np.all([(points[:, k] > low) & (points[:, k] < high) for k, (low, high) in enumerate(REACH)], axis=0)
         points = points[near]
         if len(points) < 1000:
-            raise UserError(f"The picture shows {len(points)} points within the robot's reach, which are no table.")
+            raise UserError(f"The picture shows {len(points)} points within the robot's reach; at least 1000 are needed to find the table.")
         counts, edges = np.histogram(points[:, 2], np.arange(points[:, 2].min(), points[:, 2].max() + BIN, BIN))
         level = points[np.abs(points[:, 2] - edges[int(counts.argmax())] - BIN / 2) < THICK]
         centre = level.mean(axis=0)

@@ -1,5 +1,5 @@
-"""Conditions of the published rules where ours differ: end points, and contacts that last as long as an
-action.
+"""Predicates of the published rules that cramlite defines otherwise: displacement between the end points of
+an action, and contacts that last as long as an action.
 
 ``sliding_gripper.yaml`` is not here: as published its class has no 'http://', so that the rule never fires.
 """

@@ -124,7 +124,7 @@ def targets(world: World) -> dict[str, tuple[str, str]]:
 
 
 def _put(world: World, name: str) -> str:
-    """"in" or "on", whichever things are put into or onto a region: by the 130 problem files, else by the
+    """Preposition, "in" or "on", for things at a region: as the 130 problem files have it, else by the
     region's model."""
     contains = bool(world.joints(name)) or name.endswith("contain_region")
     return predicates_of_sites().get(name_of_kind(world.problem, name), "in" if contains else "on")

@@ -138,7 +138,8 @@ class _Job:
 
 
 class Place:
-    """Setting of a behaviour tree: the end of one behaviour's run is the start of the next.
+    """Setting that the behaviours of a tree share: the world at the end of one behaviour's run is the start
+    of the next.
 
     ``place.now`` is the ``setting`` of behaviours, ``place.run`` their ``run``: the text is executed in the simulator, in
     the world as it really is then, and judged there.

@@ -22,8 +22,11 @@ class Names(Struct):
         return name
 
     def of(self, origin: str, kind: str, value: str) -> str:
-        """Return the name of a step's value ("grasping_1_approach_pose"); the kind at its end keeps the
-        name from being a keyword."""
+        """Return the name of a step's value, made of the step's origin and the kind of value
+        ("grasping_1_approach_pose").
+
+        The kind at its end keeps the name from being a keyword of the language.
+        """
         return self.name(f"{identifier(origin)}_{kind}" if origin else f"unnamed_{kind}", value)
 
 

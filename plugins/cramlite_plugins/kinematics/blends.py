@@ -201,7 +201,7 @@ def _reachable(corners: list[Corner], free: list[float], accelerations: list[flo
 
 
 def _straight(start: Floats, goal: Floats, first: float, last: float, speed: float, acceleration: float) -> Straight:
-    """The fastest way between two speeds; the top is where acceleration and braking meet, at most ``speed``."""
+    """Fastest motion along a line with given speeds at its ends, a highest speed and an acceleration."""
     way = leading(start, goal)
     top = min(max(speed, first, last), math.sqrt(acceleration * way + (first**2 + last**2) / 2))
     top = max(top, first, last)  # rounding

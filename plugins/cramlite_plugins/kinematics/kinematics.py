@@ -282,8 +282,8 @@ def _analytic(robot: Robot, target: Pose) -> list[Joints]:
 
 @lru_cache(maxsize=1024)
 def _many(robot: Robot, target: Pose) -> tuple[Joints, ...]:
-    """Solutions of an arm without a closed form; remembered: a search asks for the same few poses again and again, from
-    different seeds."""
+    """Inverse solutions of an arm without a closed form, cached: a search asks for the same few poses
+    again and again, from different seeds."""
     rows = table(robot)
     if len(rows) == 7 and _solver(rows, 0.0).hasKnownDecomposition():
         grids = [] if reach_shortfall(robot, target) else [numeric_inverse.grid(robot.limits[-1], step) for step in STEPS]

@@ -54,7 +54,8 @@ def camera_offset(inputs: Inputs) -> Mapping[str, Any]:
     away, j, weight = _linear(points, whole, centre, solids, limits["last_m"])
     used = weight > 0
     if used.mean() < limits["share"]:
-        raise Unresolvable(f"only {100 * used.mean():.0f} % of {len(used)} points near fixtures are on them wherever the camera is")
+        share = f"{100 * used.mean():.0f} % of {len(used)} points near fixtures are on the fixtures' surfaces"
+        raise Unresolvable(f"even at the camera pose that fits best, only {share}")
     start = np.abs(_linear(points, Pose(), centre, solids, limits["reach_m"])[0])
     covariance, open_ = _covariance(points, away, j, weight, prior)
     found = _judged(view.camera, whole, centre, covariance, points, used, limits)
@@ -63,7 +64,8 @@ def camera_offset(inputs: Inputs) -> Mapping[str, Any]:
 
 
 def _near(inputs: Inputs, solids: Sequence[tuple[Geom, Pose]]) -> tuple[_Points, list[tuple[Geom, Pose]]]:
-    """A sample of the points near solids, and the solids that have some."""
+    """Points of a subsample of the cloud that are within ``reach_m`` of a solid's surface, and the solids
+    that have at least five of these points."""
     import numpy as np
 
     cloud, view, limits = inputs["cloud"], inputs["view"], inputs.parameters
@@ -86,7 +88,10 @@ def _near(inputs: Inputs, solids: Sequence[tuple[Geom, Pose]]) -> tuple[_Points,
 
 
 def _registered(points: _Points, solids: Sequence[tuple[Geom, Pose]], centre: Floats, prior: Floats, limits: Mapping[str, float]) -> Pose:
-    """Motion of the points onto solids, by weights that narrow from all that is near to noise."""
+    """Motion of the camera's points that brings them onto the solids' surfaces, by Gauss-Newton steps.
+
+    Points farther off than a limit have no weight; the limit shrinks from ``reach_m`` to ``last_m``.
+    """
     import numpy as np
 
     whole = Pose()
@@ -100,8 +105,11 @@ def _registered(points: _Points, solids: Sequence[tuple[Geom, Pose]], centre: Fl
 def _clear(
     points: _Points, whole: Pose, solids: Sequence[tuple[Geom, Pose]], limits: Mapping[str, float]
 ) -> tuple[_Points, list[tuple[Geom, Pose]]]:
-    """Points near solids on which most of the points near them lie, and these solids; a thing on a peg is
-    near it, too, and says nothing on the camera."""
+    """Solids on whose surface most of the points nearest to them lie, and these points.
+
+    Other solids are left out: a thing that hangs on a peg has points near the peg, which do not tell where
+    the camera is.
+    """
     import numpy as np
 
     at, rays = whole.apply(points.at), whole.rotate(points.rays)
@@ -154,8 +162,8 @@ def _twist(whole: Pose, centre: Floats) -> Floats:
 
 
 def _covariance(points: _Points, away: Floats, j: Floats, weight: Floats, prior: Floats) -> tuple[Floats, int]:
-    """Covariance of the motion, from noise and from how far blocks of the image disagree; and the number
-    of directions that only the prior determines."""
+    """Covariance of the motion, from noise and from the residuals of each block of the image; and the
+    number of directions that the points determine less than the prior does."""
     import numpy as np
     from scipy.linalg import eigh
 

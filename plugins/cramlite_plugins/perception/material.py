@@ -18,7 +18,7 @@ def known_material(model: str, kind: str, taxonomy: Any) -> tuple[str, str] | No
     if own is not None:
         return str(own), f"the entry of '{model}'"
     said = taxonomy.restrictions_on(kind, PROPERTY)
-    return (str(said[0][1].filler), f"every {said[0][0]}") if said else None
+    return (str(said[0][1].filler), f"the ontology's class {said[0][0]}") if said else None
 
 
 def materials(priors: Mapping[str, Any]) -> tuple[str, ...]:
@@ -43,7 +43,7 @@ def material(inputs: Inputs) -> Mapping[str, Any]:
         said = known_material(name, type_, inputs["taxonomy"])
         if said is not None:
             shares[said[0]] = shares.get(said[0], 0.0) + sure
-            whys.setdefault(said[0], f"not seen: {said[1]} is of {said[0]}, and it was taken for a {type_}")
+            whys.setdefault(said[0], f"not seen: {said[0]} is the material in {said[1]}, and the object was recognised as a {type_}")
     order = sorted(shares, key=lambda m: (-shares[m], m))
     if kind.value == UNKNOWN or not order:
         raise Unresolvable(f"no source has the material of a '{kind.value}'")

@@ -62,8 +62,11 @@ def _is_free(person: Performer, grip: PersonGrip) -> bool:
 
 
 def _grips(thing: Thing, pose: Pose, ahead: Floats) -> Iterator[PersonGrip]:
-    """All grasps of a thing, the handiest first, each also with the hand turned by half a turn; the
-    smaller turn first."""
+    """All grasps of a thing that fit the hand, the handiest first.
+
+    Each is tried with the hand as it is and turned by half a turn, the orientation nearer to the hand's rest
+    orientation first.
+    """
     rest = forward_and_down(ahead)
     for grip in (*_by_handle(thing, pose), *_by_body(thing, pose, ahead)):
         if grip.width + MARGIN <= OPENING:

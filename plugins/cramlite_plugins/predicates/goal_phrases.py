@@ -132,7 +132,7 @@ def _opened_by(scene: SymbolicWorld, thing: str, amount: str) -> GoalCondition:
     span = joint.upper - joint.lower
     share, (least, most) = value / span, (_amount(joint.kind, s * span) for s in (OPEN, 1.0))
     if not OPEN <= share <= 1.0:
-        raise UserError(f"'{thing}' opens by {most} at most, and is open from {least} on.")
+        raise UserError(f"'{thing}' opens by {most} at most, and counts as open from {least} on; state an amount between these.")
     bound = Bound(("joint_share", thing), share - EXACT, share + EXACT)
     now = (joint.value - joint.lower) / span
     return replace(_is_open(scene, thing), bounds=(bound,), manner=Manner(parameters={"share": share}, holds=abs(now - share) <= EXACT))

@@ -153,7 +153,7 @@ def tilts(phase: Phase, thing: str | None) -> Iterator[Row]:
 
 
 def swings(phase: Phase, thing: str | None) -> Iterator[Row]:
-    """Evaluate swings(Thing) = count: the most turns in a row, along any axis of the world."""
+    """Evaluate swings(Thing) = count: the most strokes to and fro in a row, along any axis of the world."""
     for name in _candidates(phase, thing):
         track = phase.episode.tracks[name]
         times, points = (_values_over(track.times, v, phase) for v in (track.times, track.poses[:, :3]))
@@ -161,8 +161,10 @@ def swings(phase: Phase, thing: str | None) -> Iterator[Row]:
 
 
 def _smoothed(times: Floats, values: Floats) -> Floats:
-    """Values averaged over TREMOR, which leaves 2 mm of 5 mm of a tracker's noise at 45 Hz; slow recordings are
-    unchanged."""
+    """Moving average of a signal over ``TREMOR``; recordings with fewer samples are unchanged.
+
+    It leaves 2 mm of 5 mm of a tracker's noise at 45 Hz.
+    """
     count = round(TREMOR / float(np.median(np.diff(times)))) if len(times) > 2 else 1
     half = count // 2
     padded = np.pad(values, half, mode="edge")
@@ -170,8 +172,8 @@ def _smoothed(times: Floats, values: Floats) -> Floats:
 
 
 def _swings(times: Floats, values: Floats) -> int:
-    """Most turns in a row that follow each other within SWING; each stretch between turns is at least
-    SWUNG long (see ``_turns``)."""
+    """Largest number of strokes in a row that take at most ``SWING`` each; a stroke leads from one index
+    of ``_turns`` to the next."""
     best = row = 0
     for one, other in pairwise(_turns(values.tolist())):
         row = row + 1 if times[other] - times[one] <= SWING else 0
@@ -180,8 +182,8 @@ def _swings(times: Floats, values: Floats) -> int:
 
 
 def _turns(values: list[float]) -> list[int]:
-    """Indices at which a signal turns: its extremes from which it goes back by SWUNG, with the first and
-    the last."""
+    """Indices at which a signal reverses: its extremes after which it goes back by ``SWUNG``, with the
+    first and the last."""
     found: list[int] = []
     way = low = high = 0
     for k, value in enumerate(values):

@@ -1,4 +1,5 @@
-"""Link shape that is the convex hull of circles, which is what MuJoCo collides of a mesh."""
+"""Shape of a robot's link as the convex hull of circles; MuJoCo, too, replaces a link's mesh by its convex
+hull in collision checks."""
 
 from __future__ import annotations
 

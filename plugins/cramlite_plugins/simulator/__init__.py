@@ -1,1 +1,1 @@
-"""The simulator as a plugin: one front for all that is simulated."""
+"""The simulator plugin: execution of programs, demonstrations and pictures of a world, by MuJoCo."""

@@ -125,8 +125,8 @@ def _watched(thing: Thing, *, hanging: bool) -> Floats:
 
 
 def _carriers(rollout: Rollout, thing: Thing, sample: int, moved: Moved) -> list[str]:
-    """Things that some task moves and that bear the thing at a sample, directly or through others: a
-    drawer bears the content of a bowl in it."""
+    """Things that bear a thing at a sample, directly or through others, and that some task moves: of the
+    content of a bowl in a drawer, the drawer."""
     found, new, names = list[str](), [thing.name], {t.name for t in rollout.world.things}  # a hand bears things, too
     while new:
         borne = [o for n in new if rollout.world.thing(n).movable for o in borne_by(rollout, n, sample)]

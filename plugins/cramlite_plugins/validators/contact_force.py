@@ -80,7 +80,7 @@ def _guard_force(step: MoveUntilContact) -> float:
 
 
 def _steps(candidate: Candidate) -> Mapping[str, list[AnyStep]]:
-    """Steps of each task or part of a task, each listed with the innermost one that it belongs to."""
+    """Steps by the name of the innermost task, or part of a task, that they belong to."""
     known, found = {a.name for a in (*candidate.actions, *candidate.parts)}, dict[str, list[AnyStep]]()
     for step in walk(candidate.program.steps):
         task = next((n for n in enclosing_names(step.origin) if n in known), "")

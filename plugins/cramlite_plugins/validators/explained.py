@@ -20,7 +20,7 @@ a thing before they have arrived, and contacts of stiff pads chatter (``grips.SH
 
 
 class ExplainedGrip(NamedTuple):
-    """Grip with its explanation.
+    """Grip with the handovers of the plan that explain it, or the reason why no task does.
 
     Args:
         grip: thing and samples.
@@ -39,7 +39,8 @@ class ExplainedGrip(NamedTuple):
 
 @remembered
 def explained_grips(candidate: Candidate) -> list[ExplainedGrip]:
-    """Return every grip of a run, each with its explanation."""
+    """Return every grip of a run with the handover that ends it, or with the reason why no task explains
+    the grip."""
     assert candidate.rollout is not None
     run = _Run(candidate, candidate.rollout)
     return [run.explained(grip) for grip in grips(candidate.rollout)]
@@ -47,7 +48,8 @@ def explained_grips(candidate: Candidate) -> list[ExplainedGrip]:
 
 @remembered
 def explained_at(candidate: Candidate) -> list[str]:
-    """Return the payload at each sample, by a grip whose beginning a task explains; "" for none."""
+    """Return the name of the payload at each sample, of grips that begin where a task takes the thing; ""
+    for none."""
     assert candidate.rollout is not None
     held = [""] * len(candidate.rollout.times)
     for found in explained_grips(candidate):
@@ -97,8 +99,8 @@ class _Run:
         return any(h.thing == thing and tasks & set(enclosing_names(h.by)) for h in found)
 
     def _own_way(self, grip: Grip) -> bool:
-        """Whether a single task, none of whose handovers are known, runs at the beginning and at the end
-        of a grip; False if the thing has handovers."""
+        """Whether one task, for which the plan states no handovers, runs at both ends of a grip; False if
+        the plan states handovers of the gripped thing."""
         if any(h.thing == grip.thing for h in self.handovers or ()):
             return False
         tasks = {self._whole(k) for k in (grip.first, grip.last)}
@@ -126,7 +128,8 @@ class _Run:
         return next((h for h in self.handovers or () if (h.thing, h.taken) == (thing, taken) and h.by in names), None)
 
     def _kept(self, thing: str) -> bool:
-        """Whether the last handover of a thing puts it into the hand, where it is when the plan ends."""
+        """Whether a thing's last handover in the plan is its grasp, so that it is in the hand when the
+        plan ends."""
         last = next((h for h in reversed(self.handovers or ()) if h.thing == thing), None)
         return last is not None and last.taken
 

@@ -79,8 +79,11 @@ def _share(told: Floats, hanging: Hanging) -> Floats:
 
 
 def hanging_on(candidate: Candidate) -> Hanging:
-    """Return the bounds of the flange's load at each sample: a thing that still stands on something counts with
-    any part of its weight, and a vessel as full or empty."""
+    """Return the least and the largest load of the flange at each sample.
+
+    While the payload stands on something, the least load is that of the gripper alone. The least load counts
+    vessels as empty, the largest one as full.
+    """
     rollout, mass = candidate.rollout, candidate.robot.gripper.mass
     assert rollout is not None
     count, awake = len(rollout.times), rollout.awake_touches

@@ -330,9 +330,13 @@ def _unmet(clauses: Iterable[Clause], action: Action, rule: Rule, phases: Mappin
 
 
 def _ends(rule: Rule, clause: Clause) -> list[Not]:
-    """Effects of a task that negate one of its preconditions. A robot that finds such a precondition no
-    longer true, such as the support of a thing that closing fingers lifted off, has nothing to end; for
-    a thing that has left the hand this does not hold: it is lost."""
+    """Negated effects of a task that end one of its preconditions, such as the support of a thing that the
+    task lifts.
+
+    A robot may find such a precondition ended already, as closing fingers can lift a thing off its support,
+    and has nothing left to end then. Preconditions about a thing in the hand are left out: once it has left
+    the hand, it is lost.
+    """
     from cramlite.plugin import Compare, Not, atoms
 
     if clause.phase != "pre" or isinstance(clause.condition, Not | Compare):
@@ -347,8 +351,8 @@ def _ends(rule: Rule, clause: Clause) -> list[Not]:
 
 
 def _has_ended(clause: Clause, end: Not, now: Phase, binding: dict[str, Any]) -> bool:
-    """Whether the relation that a task ends has ended already, and the one that ended last is that of the
-    task's precondition."""
+    """Whether the effect that ends a precondition of a task holds already, and the precondition held at
+    the last instant at which the effect did not."""
     before = [now.timeline.instant(cut) for cut in reversed(now.timeline.cuts) if cut < now.start]
     ended = [next(end.solve(then, binding), None) is not None for then in (now, *before)]
     if False not in ended or not ended[0]:

@@ -49,7 +49,8 @@ def slides(rollout: Rollout, grip: Grip, within: range) -> Iterator[Slide]:
 
 
 def _touched(rollout: Rollout, thing: str, rows: list[int]) -> list[set[str]]:
-    """Things that the payload touches at some samples, beside the hand and its own mounts."""
+    """Names of the things that the payload touches, without the hand and the payload's own mounts, for
+    each sample in ``rows``."""
     things = {t.name: t for t in rollout.world.things}
     others = things.keys() - {thing, *mounts(things[thing], rollout.world)}
     pairs = ([{thing_of(t.a), thing_of(t.b)} for t in rollout.touches[k]] for k in rows)

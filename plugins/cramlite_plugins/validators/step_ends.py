@@ -59,7 +59,7 @@ def wrong_end(candidate: Candidate, steps: Sequence[AnyStep], samples: Sequence[
 
 
 class _Run(NamedTuple):
-    """Run of a step.
+    """Execution of one step in a rollout: its samples, and the positions of the tool.
 
     Args:
         before: steps of the same designator.
@@ -123,7 +123,7 @@ def _extracted(run: _Run, step: ForceExtract) -> str:
 def _covered(gone: float, way: float) -> str:
     if gone >= SHARE * way:
         return ""
-    return f"it covered {1000 * max(gone, 0.0):.0f} of {1000 * way:.0f} mm, {SHARE:.0%} are needed"
+    return f"it covered {1000 * max(gone, 0.0):.0f} of {1000 * way:.0f} mm, and at least {SHARE:.0%} of this way are needed"
 
 
 def _axis(frame: Pose) -> Floats:

@@ -153,7 +153,7 @@ class Steps(Value):
             far = float(np.linalg.norm(end - first))
             if far > planned + AHEAD:
                 said = f"{stage.origin} pushed '{thing}' by {1000 * far:.0f} mm, where the hand was to go {1000 * planned:.0f} mm"
-                said = f"{said}, limit {1000 * AHEAD:.0f} mm more"
+                said = f"{said}; a pushed thing may go {1000 * AHEAD:.0f} mm farther than the hand"
                 yield Finding(self.name, False, said, far, planned + AHEAD, "m", stage.origin, things=True)
 
     def _leaning(self, candidate: Candidate, ran: Iterable[tuple[Stage, Ran]]) -> Iterator[Finding]:
@@ -194,8 +194,8 @@ def _left_out(stages: list[Stage], lost: Iterable[int]) -> Iterator[tuple[str, s
 
 
 def _turns(candidate: Candidate, stages: list[Stage]) -> Turns:
-    """Assignment of the run's stretches to stages: each stretch belongs to the next stage that has its
-    origin, else it is late."""
+    """Assign each stretch of a run to the next stage that has the stretch's origin; a stretch whose stages
+    are all before the last assigned one is late."""
     now, ran, late = 0, dict[int, Ran](), list[tuple[int, int, int]]()
     for origin, first, end in _stretches(origins(candidate)):
         own = [k for k, stage in enumerate(stages) if origin in stage.known and _moves(stage)]
@@ -285,8 +285,8 @@ def _way(start: Floats, end: Floats) -> Floats:
 
 
 def _covered(start: Floats, end: Floats, planned: Floats) -> Floats:
-    """Motion of the tool from one pose to another (6,); of a rotation by more than a quarter turn, the
-    direction that is nearer to the planned one."""
+    """Motion of the tool from one pose to another (6,); a rotation by more than a quarter turn is counted
+    in the direction that is nearer to the planned motion."""
     way = _way(start, end)
     angle = float(np.linalg.norm(way[3:])) / LEVER
     if angle < np.pi / 2:

@@ -58,7 +58,7 @@ def _rollout(candidate: Candidate) -> Rollout:
 
 
 def _unexplained(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
-    """Grips that no task explains."""
+    """Findings on grips that no task of the plan explains."""
     rollout, tasks = _rollout(candidate), inner_tasks(candidate)
     for grip, wrong, at, _, _ in found:
         if wrong:
@@ -182,8 +182,8 @@ def _returned(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[
 
 
 def _carried(rollout: Rollout, found: Iterable[ExplainedGrip], rows: range) -> set[str]:
-    """Loose things whose explained grip ends at some samples; a thing on a joint is led by the hand and is
-    not among them."""
+    """Names of the loose things of which a grip that tasks explain ends in ``rows``; things on a joint are
+    led by the hand and are not among them."""
     let_go = {grip.thing for grip, wrong, *_ in found if not wrong and grip.last in rows}
     return {name for name in let_go if rollout.world.thing(name).joint is None}
 

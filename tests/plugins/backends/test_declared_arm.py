@@ -117,7 +117,7 @@ def test_a_controller_that_nobody_writes_for_is_refused(backend: Any, changes: d
     [
         ("axis_zeros=(0.0, 0.0)", "axis_zeros is a finite angle for each of 6 joints"),
         ("axis_zeros=(float('nan'),) * 6", "axis_zeros is a finite angle for each of 6 joints"),
-        ("controller=5", "'controller' is 5; it is one word"),
+        ("controller=5", "'controller' is 5; it must be one word"),
         ("force_limit=0.0", "force_limit 0 N is not in 0 .. 150 N"),
         ("force_limit=500.0", "force_limit 500 N is not in 0 .. 150 N"),
         ("force_limit=float('nan')", "force_limit nan N is not in 0 .. 150 N"),

@@ -144,10 +144,11 @@ def test_what_is_kept_of_the_arms_own_actuators_is_said(tmp_path: Path) -> None:
     path.write_text(SEVEN.read_text().replace("<worldbody>", f"<actuator>{servos}</actuator><worldbody>"))
     read = read_robot(path, "mine", stated)
     (said,) = [n for n in read.notes if "actuators" in n]
-    assert "the file's 7 actuators of the arm, position or velocity servos, the highest torques are kept, gains and damping are not" in said
+    assert "the file's 7 actuators of the arm (position or velocity servos) are replaced by cramlite's position servos" in said
+    assert "of them only the highest torques are kept" in said
     model = mujoco.MjModel.from_xml_string(read.robot.mjcf())
     assert model.actuator("j1").forcerange[1] == 40.0 and f"to {model.actuator_gainprm[:7, 0].max():.0f} Nm/rad" in said
-    assert "nothing is kept" in "; ".join(read_robot(path, "mine", WITH[SEVEN]).notes)
+    assert "nothing of them is kept" in "; ".join(read_robot(path, "mine", WITH[SEVEN]).notes)
     assert not any("actuators" in n for n in read_robot(SEVEN, "mine", WITH[SEVEN]).notes)
 
 

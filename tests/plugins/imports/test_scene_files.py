@@ -135,7 +135,7 @@ def test_what_cannot_be_taken_over_is_said(tmp_path: Path) -> None:
     rest = '<option gravity="0 0 -1"/><keyframe><key name="start"/></keyframe>'
     scene = _scene(tmp_path, ball + two + free, rest)
     said = "; ".join(scene.notes)
-    parts = ("'globe' has a ball joint", "'xy' has 2 joints", "'1 cup' is called 'thing_1_cup'", "gravity", "there are: 'start'")
+    parts = ("'globe' has a ball joint", "'xy' has 2 joints", "'1 cup' is called 'thing_1_cup'", "gravity", "keyframes: 'start'")
     assert [p for p in parts if p not in said] == []
     assert [t.mass is None for t in scene.things if t.name in ("globe", "xy")] == [True, True]
 
@@ -180,7 +180,7 @@ BAD = {
     ),
     "gravity without end": (
         '<mujoco><option gravity="0 0 -1e300"/><worldbody><geom size=".1"/></worldbody></mujoco>',
-        r"scene.xml:1: gravity is .0, 0, -1e.300. m/s2; up to 100",
+        r"scene.xml:1: gravity is .0, 0, -1e.300. m/s2; it must be at most 100",
     ),
     "a shape of kilometres": (
         '<mujoco><worldbody>\n<body name="b" pos="0 0 1"><geom name="big" size="1e5"/></body></worldbody></mujoco>',

@@ -358,7 +358,8 @@ def test_what_is_pushed_gets_as_far_as_the_hand_was_to_go_and_slides_on_a_little
     found = wrong(pushing(far, hand=max(far, 0.06)))
     assert (found == []) is passes
     if not passes:
-        said = f"{PUSH} pushed 'cup' by {1000 * far:.0f} mm, where the hand was to go 60 mm, limit 10 mm more"
+        said = f"{PUSH} pushed 'cup' by {1000 * far:.0f} mm, where the hand was to go 60 mm"
+        said = f"{said}; a pushed thing may go 10 mm farther than the hand"
         assert found == [(PUSH, said)]
         (finding,) = (f for f in judged(pushing(far)) if not f.passed)
         assert (finding.value, finding.limit) == (pytest.approx(far), pytest.approx(0.07)) and finding.things

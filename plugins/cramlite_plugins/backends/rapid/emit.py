@@ -165,7 +165,8 @@ def emit(program: Program, robot: Robot, *, forces: bool) -> Code:
     zeros = _axis_zeros(program, robot)
     if program.late:
         things = ", ".join(t.thing for t in program.late)
-        raise UserError(f"late poses ({things}) cannot be written in RAPID yet; take the backend urscript")
+        asked = f"poses that the program asks for at its start, late poses ({things}),"
+        raise UserError(f"{asked} cannot be written in RAPID yet; take the backend urscript")
     refuse_drives(program, "RAPID")
     out = _Writer(robot, zeros, forces, at=program.start)
     start = jointtarget(program.start, out.zero)

@@ -76,7 +76,8 @@ class Hello(State, kw_only=True):
 
 
 class AskHello(Value, tag_field="ask", tag="hello", kw_only=True):
-    """First message to the process: the version spoken here, and the type of robot that the program is for."""
+    """First message to the process: the version of the protocol that cramlite speaks, and the type of
+    robot that the program is for."""
 
     robot: str
     protocol: int = PROTOCOL

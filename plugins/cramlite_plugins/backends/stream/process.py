@@ -136,7 +136,7 @@ class RobotProcess:
 
     @property
     def name(self) -> str:
-        """Return the name of the process in errors."""
+        """Return the process's name for error messages."""
         return self.lines.name
 
     def hello(self) -> Hello:

@@ -46,7 +46,7 @@ class RobotConnection(Protocol):
 
     @property
     def name(self) -> str:
-        """Return the name of the process in errors."""
+        """Return the process's name for error messages."""
 
     def hello(self) -> Hello:
         """Return the description of the robot."""

@@ -150,7 +150,8 @@ def emit(program: Program, robot: Robot) -> Code:
     refuse_drives(program, "ur_rtde")
     if program.late:
         things = ", ".join(t.thing for t in program.late)
-        raise UserError(f"late poses ({things}) cannot be written in Python for ur_rtde yet; take the backend urscript")
+        asked = f"poses that the program asks for at its start, late poses ({things}),"
+        raise UserError(f"{asked} cannot be written in Python for ur_rtde yet; take the backend urscript")
     out = _Writer(robot)
     tasks = [out.function(name, steps, title) + "(arm)" for name, title, steps in _tasks(program)]
     _main(out, program, robot, tasks)

@@ -101,7 +101,7 @@ def _check_stated(path: Path, stated: Stated, gripper: Gripper) -> None:
             "'payload' is the data sheet's, gripper included."
         )
     if not stated.speed > 0.0:
-        raise UserError(f"{path}: 'speed' is {stated.speed:g} rad/s; it is larger than 0.")
+        raise UserError(f"{path}: 'speed' is {stated.speed:g} rad/s; it must be larger than 0.")
 
 
 def _robot(
@@ -130,7 +130,7 @@ def _robot(
 def _torques(path: Path, chain: Chain, stated: tuple[float, ...]) -> tuple[float, ...]:
     """The joints' torques, as stated or as in the file."""
     if stated and (len(stated) != len(chain.joints) or not all(0 < t < 1e5 for t in stated)):
-        raise UserError(f"{path}: 'torques' is a number above 0 for each of {len(chain.joints)} joints [Nm], not {stated}.")
+        raise UserError(f"{path}: 'torques' must be a number above 0 for each of {len(chain.joints)} joints [Nm]; it is {stated}.")
     weak = [n for n, t in zip(chain.joints, chain.torques, strict=True) if not t]
     if weak and not stated:
         raise UserError(
@@ -144,7 +144,7 @@ def _known(path: Path, chain: Chain, apart: tuple[tuple[str, str], ...]) -> tupl
     links = ["base_link", *chain.links]
     for name in (n for pair in apart for n in pair):
         if name not in links:
-            raise UserError(f"{path}: 'apart' names '{name}', and the arm's links are {', '.join(links)}.")
+            raise UserError(f"{path}: 'apart' names '{name}', which is no link of the arm; its links are {', '.join(links)}.")
     return apart
 
 
@@ -158,7 +158,8 @@ def _leaning(chain: Chain, root: Pose) -> tuple[str, ...]:
 
 
 def _servos(model: Any, chain: Chain, text: str, stated: bool) -> tuple[str, ...]:
-    """Doubt about the actuators that the file gives the arm."""
+    """Note that cramlite's position servos replace the actuators that the file gives the arm; empty
+    without such actuators."""
     driven = [a for a in range(model.nu) if int(model.actuator_trntype[a]) == JOINT]
     own = [a for a in driven if model.joint(model.actuator_trnid[a][0]).name in chain.joints]
     if not own:
@@ -166,9 +167,9 @@ def _servos(model: Any, chain: Chain, text: str, stated: bool) -> tuple[str, ...
     servos = sum(int(model.actuator_biastype[a]) != 0 for a in own)
     kind = "position or velocity servos" if servos == len(own) else "motors" if not servos else "servos and motors"
     gains = [float(v) for v in re.findall(r'<position [^>]*kp="([^"]+)"', text)[: len(chain.joints)]]
-    kept = "nothing is kept, as 'torques' says the highest" if stated else "the highest torques are kept, gains and damping are not"
+    kept = "nothing of them is kept, as 'torques' states the highest torques" if stated else "of them only the highest torques are kept"
     ours = f"{min(gains):.0f} to {max(gains):.0f} Nm/rad"
-    return (f"of the file's {len(own)} actuators of the arm, {kind}, {kept}: its position servos are cramlite's, of {ours}",)
+    return (f"the file's {len(own)} actuators of the arm ({kind}) are replaced by cramlite's position servos of {ours}; {kept}",)
 
 
 def _bolted(tool: tuple[str, str], place: Pose, on_flange: Pose) -> tuple[str, str]:

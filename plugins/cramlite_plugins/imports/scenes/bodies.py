@@ -182,7 +182,8 @@ def _chain(model: Any, body: int, top: int) -> int:
 
 
 def _base(model: Any, body: int, tree: frozenset[int]) -> frozenset[int]:
-    """Bodies of an arm with its base, and with parents without shapes that carry nothing else."""
+    """Bodies of an arm with its base: the parents above the arm, at most one of them with shapes, as long
+    as no other body below them has a joint."""
     above, first = int(model.body_parentid[body]), True
     while above and not len(joints(model, above)):
         whole = frozenset(_below(model, above))

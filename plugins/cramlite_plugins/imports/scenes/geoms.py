@@ -26,7 +26,7 @@ PLANE, SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH = (
 
 
 class Shaped(Value):
-    """Geoms that stand for one of a file.
+    """Geoms of a thing that one geom of a scene file was converted to, with the features of its mesh.
 
     Args:
         geoms: in the frame of its group.

@@ -135,7 +135,7 @@ class Roots(Struct, dict=True):
 
     @cached_property
     def folders(self) -> tuple[Path, ...]:
-        """Folders, links resolved."""
+        """Return the folders that files may be read from, symbolic links resolved."""
         around = self.path.resolve().parents
         packages = [folder for marker in PACKAGES for folder in [f for f in around if (f / marker).exists()][:1]]
         return (self.path.parent.resolve(), self.path.resolve().parent, *packages, *(folder.resolve() for folder in self.stated))
@@ -186,7 +186,7 @@ def _weight(path: Path, text: str, read: _Read, around: tuple[Path, ...]) -> Wei
 
 
 def _weigh_part(named: _Named, file: Path, read: _Read, around: tuple[Path, ...]) -> Weight:
-    """Elements and bodies of a file that is named; none of meshes and pictures."""
+    """Count the elements and bodies of a file that a scene file names; (0, 0) for meshes and pictures."""
     content = _model(file, named.part)
     if named.part and content is not None and not content.lstrip("\ufeff \t\r\n").startswith("<"):
         raise UserError(

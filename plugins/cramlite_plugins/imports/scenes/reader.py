@@ -173,7 +173,7 @@ def _not_kept(model: Any) -> Iterator[str]:
         if count:
             yield f"left out: {count} {what if count > 1 else what.removesuffix('s')}"
     if model.nkey:
-        yield f"keyframes there are: {', '.join(repr(model.key(k).name) for k in range(model.nkey))}; 'keyframe' takes one as the start"
+        yield f"the file has keyframes: {', '.join(repr(model.key(k).name) for k in range(model.nkey))}; 'keyframe' names one to start in"
     if any(int(a) not in (0, 1) or int(b) not in (0, 1) for a, b in zip(model.geom_contype, model.geom_conaffinity, strict=True)):
         yield "contact bits beyond 0 and 1 are not kept: all that collides meets all else"
     if model.nexclude:

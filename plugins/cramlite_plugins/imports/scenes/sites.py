@@ -104,8 +104,10 @@ def _place(thing: Thing, site: tuple[Pose, Floats] | None, name: str) -> Feature
 
 
 def _next(thing: Thing, pose: Pose) -> tuple[float | None, float | None]:
-    """Distances to the next shapes above and below a pose in its thing's frame [m], None without one; a site
-    that a board passes through, with nothing below, is the underside of a table's top."""
+    """Distances to the next shapes above and below a pose in its thing's frame [m], each None without one.
+
+    A site that a board passes through, with nothing below, is the underside of a table's top.
+    """
     middle, up = np.asarray(pose.position), np.asarray(pose.rotate((0.0, 0.0, 1.0)))
     met = ([low for low, _, _ in rays.spans(rays.body(thing.geoms), middle, way) if low >= 0] for way in (up, -up))
     roof, floor = (min(m, default=None) for m in met)

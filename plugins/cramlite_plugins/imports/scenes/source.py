@@ -176,7 +176,7 @@ def _check_options(path: Path, model: Any) -> None:
     for name, (least, most) in OPTIONS.items():
         value = float(getattr(model.opt, name))
         if not least <= value <= most:
-            raise UserError(f"{path}:{_line(path, f'{value:g}')}: the option {name} is {value:g}; from {least:g} to {most:g} is taken.")
+            raise UserError(f"{path}:{_line(path, f'{value:g}')}: the option {name} is {value:g}; it must be from {least:g} to {most:g}.")
 
 
 def _check_up(path: Path, model: Any) -> None:
@@ -184,7 +184,7 @@ def _check_up(path: Path, model: Any) -> None:
     down = np.array(model.opt.gravity)
     if not np.abs(down).max() <= HEAVIEST:
         said = ", ".join(f"{v:g}" for v in down)
-        raise UserError(f"{path}:{_line(path, 'gravity')}: gravity is ({said}) m/s2; up to {HEAVIEST:g} m/s2 along an axis is taken.")
+        raise UserError(f"{path}:{_line(path, 'gravity')}: gravity is ({said}) m/s2; it must be at most {HEAVIEST:g} m/s2 along each axis.")
     if np.linalg.norm(down) > 1.0 and -down[2] < LEVEL * np.linalg.norm(down):
         said = ", ".join(f"{v:g}" for v in down)
         raise UserError(

@@ -1,1 +1,2 @@
-"""Kinds that are told apart by their printed texture: appearance, explanation of clusters, hypotheses."""
+"""Perception of things whose kinds differ by their printed texture: clusters of points are explained by
+known models at poses."""

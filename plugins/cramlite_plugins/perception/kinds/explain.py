@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Explanation(Value, eq=False):
-    """Explanation of a segment.
+    """Explanation of a segment: the probabilities of the known models, and their poses.
 
     Args:
         segment: the very segment.
@@ -91,8 +91,8 @@ def _explanation(segment: Any, part: Part, limits: Mapping[str, float]) -> Expla
 
 
 def _fit(reading: Reading, likely: float, others: Sequence[Reading], limits: Mapping[str, float]) -> Fit:
-    """Fit of a reading with its confidence, which is at most ``DOUBT`` if the model fits as well at
-    another pose."""
+    """Convert an explanation to a fit with its confidence, which is at most ``DOUBT`` if the model fits as
+    well at another pose."""
     from ..pose.estimate import DOUBT, OTHER
 
     sure = min(1.0, reading.score / limits["full"]) * (0.5 + 0.5 * likely)

@@ -32,7 +32,7 @@ STEP = 10
 
 
 class Reading(Value, eq=False):
-    """One model at one pose as the explanation of a part.
+    """Explanation of a part of the picture by one known model at one pose.
 
     Args:
         appearance: of the model.
@@ -49,27 +49,26 @@ class Reading(Value, eq=False):
 
     @property
     def score(self) -> float:
-        """Return how well the reading explains the part, 0 to 1; its shape counts twice, since light and
-        blur change colours, and the seen share of its surface once."""
+        """Return fit^2 * colour, 0 to 1; the shape has the greater weight, as light and blur change colours."""
         return self.fit * self.fit * self.colour
 
 
 class Part(Value, eq=False):
-    """A part of the picture and its readings, best first; none where no model explains it."""
+    """Part of the picture with its explanations, best first; none where no model explains it."""
 
     mask: Mask
     readings: tuple[Reading, ...]
 
     @property
     def score(self) -> float:
-        """Return the score of the best reading."""
+        """Return the score of the best explanation; 0 without one."""
         return self.readings[0].score if self.readings else 0.0
 
 
 class Scene(Value, eq=False):
-    """Input of interpretation: the picture, points (height, width, 3) in the world [m], appearances,
-    limits, the foreground, furniture, and the depth (height, width) at which the robot would be seen,
-    NaN beside it [m]."""
+    """Input of interpretation: the picture, its points (height, width, 3) in the world [m], the
+    appearances of the known models, limits, the foreground, furniture, and the depth (height, width) at
+    which the robot would be seen [m], NaN at pixels without the robot."""
 
     picture: Picture
     points: Floats
@@ -96,8 +95,8 @@ def interpreted(scene: Scene) -> list[Part]:
 
 
 def rarity(mask: Mask, limits: Mapping[str, float]) -> float:
-    """Return how seldom a wrong model fits a part by chance: 1 for a small part, less the more pixels
-    there are to explain."""
+    """Return a factor on limits of scores: 1 for a small part, and the less the more pixels a part has, as
+    a wrong model seldom explains many pixels by chance."""
     return float(min(1.0, (limits["small"] / max(1, int(mask.sum()))) ** limits["rarer"]))
 
 
@@ -151,15 +150,15 @@ def _whole_or_split(scene: Scene, mask: Mask) -> Part:
 
 
 def _ways(scene: Scene, mask: Mask, among: Sequence[Mask]) -> Iterator[list[Reading]]:
-    """Readings of a cluster as several touching things: of its pieces, then of two and of three parts."""
+    """Yield explanations of a cluster as several things: by its pieces, then by two and by three parts."""
     if len(among) > 1:
         yield [r for p in among[: int(scene.limits["pieces"])] for r in read(scene, p, ranked(scene, p)).readings]
     yield from (list(_partial(scene, mask, number)) for number in (2, 3))
 
 
 def _stands_out(scene: Scene, mask: Mask, part: Part, whole: float) -> bool:
-    """Whether a part of a cluster ends at an edge of the picture, and explains more pixels than the
-    cluster as one thing does, if that explains it at all."""
+    """Whether the outline of a part's best explanation runs along edges of depth or colour, and explains
+    more pixels, weighted by score, than one thing for the whole cluster does, if that explains it at all."""
     first = part.readings[0]
     if whole >= bad(mask, scene.limits) and first.score * part.mask.sum() < whole * mask.sum():
         return False
@@ -167,8 +166,8 @@ def _stands_out(scene: Scene, mask: Mask, part: Part, whole: float) -> bool:
 
 
 def _partial(scene: Scene, mask: Mask, number: int) -> Iterator[Reading]:
-    """Readings of parts of a cluster of touching things, each for a thing at one end of the cluster or about
-    the middle of a part.
+    """Yield explanations of single things in a cluster of touching things: the cluster is cut into ``number``
+    parts, and models are registered with each part.
 
     The rest of the cluster does not count against them, and hides nothing.
     """
@@ -180,8 +179,8 @@ def _partial(scene: Scene, mask: Mask, number: int) -> Iterator[Reading]:
 
 
 def _touching(scene: Scene, mask: Mask, whole: tuple[Floats32, Outline], appearance: Appearance, starts: PoseBatch) -> Reading:
-    """Best reading of a model for a cluster of touching things: from some poses, also slid to an end of
-    the cluster, and their equals by symmetry."""
+    """Best explanation of a thing in a cluster of touching things by one model: from given poses, these
+    moved to the ends of the cluster, and their equivalents by the model's symmetries."""
     model = appearance.surface
     near = slid(model, whole[1], starts.pick(slice(0, 4)))
     order = np.argsort(-_partly(model, whole, near), kind="stable")[: int(scene.limits["yaws"])]
@@ -194,25 +193,27 @@ def _touching(scene: Scene, mask: Mask, whole: tuple[Floats32, Outline], appeara
 
 
 def _partly(model: PoseModel, whole: tuple[Floats32, Outline], poses: PoseBatch) -> Floats:
-    """Scores of poses that need not explain the whole cluster."""
+    """Scores of poses; pixels of the cluster that the model does not explain do not lower them."""
     scores = score_poses(model, *whole, poses, 200)
     return np.asarray(scores.free**2 * np.sqrt(np.minimum(1, scores.seen / ENOUGH)), dtype=float)
 
 
 def _scored(model: PoseModel, seen: tuple[Floats32, Outline], poses: PoseBatch, surface: int = SURFACE) -> Scores:
-    """Scores of poses, rescaled so that a score's square counts the seen share of the visible side once."""
+    """Scores of poses, divided by the square root of the seen share of the visible side, so that the
+    square of a score contains this share as a factor once, not twice."""
     scores = score_poses(model, *seen, poses, surface)
     return replace(scores, score=scores.score / np.sqrt(np.clip(scores.seen / ENOUGH, 1e-3, 1.0)))
 
 
 def _posed(scene: Scene, starts: PoseBatch) -> list[PoseHypothesis]:
-    """Registrations as poses in the world, in their order."""
+    """Convert a batch of registered poses to pose hypotheses in the world frame, in the same order."""
     ones = np.arange(len(starts), 0, -1, dtype=np.float32)
     return hypotheses(scene.picture.view, starts, Scores(ones, ones, ones, ones, ones))
 
 
 def read(scene: Scene, mask: Mask, quick: Sequence[Reading]) -> Part:
-    """Read a part by registering in full what coarse registration ranks first; in any attitude where none of its usual ones fits."""
+    """Explain a part of the picture: register in full the models that coarse registration ranks first, in
+    any attitude if no usual one fits."""
     limits = scene.limits
     hopeless = limits["hopeless"] * rarity(mask, limits) ** 2
     least = max(hopeless, limits["near"] * quick[0].score) if quick else 1.0
@@ -236,7 +237,7 @@ def _most(readings: Sequence[Reading]) -> float:
 
 
 def _beside(scene: Scene, reading: Reading) -> bool:
-    """Whether a model at a pose is beside furniture whose place is known, and beside the robot, not within them."""
+    """Whether a model at a pose lies outside of the furniture whose place is known, and of the robot."""
     points = reading.pose.apply(reading.appearance.surface.points[::10])
     if scene.robot is not None and _on_robot(scene, points) > scene.limits["robot"]:
         return False
@@ -245,7 +246,7 @@ def _beside(scene: Scene, reading: Reading) -> bool:
 
 
 def ranked(scene: Scene, mask: Mask) -> list[Reading]:
-    """Return the best coarse registration of each model whose colours and size allow a part, best first."""
+    """Return the best coarse registration of each model whose colours and size fit a part, best first."""
     quick = [q for a in _candidates(scene, mask) if (q := _quick(scene, mask, a, _standing(a))) is not None]
     return sorted(quick, key=lambda q: -q.score)
 
@@ -255,8 +256,8 @@ def _standing(appearance: Appearance) -> Prior:
 
 
 def _candidates(scene: Scene, mask: Mask, *, partly: bool = False) -> list[Appearance]:
-    """Models that colours and size allow for a part, the likeliest first, without those smaller than it;
-    by colours alone if it may show two things."""
+    """Models whose colours and size fit a part, the likeliest first, without those smaller than the part;
+    chosen by colours alone if it may show two things."""
     own = histogram(scene.picture.view.rgb[mask].astype(float))
     seen = extents(scene.points[mask])
     lengths, whole = np.sort([seen.height, seen.width, seen.depth]), not _covered(scene, mask)
@@ -306,7 +307,7 @@ def _coarse(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> P
 
 
 def _quick(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> Reading | None:
-    """Best reading after coarse registration; None where no pose is possible."""
+    """Best explanation of a part by a model after coarse registration; None where no pose is possible."""
     starts, seen = _coarse(scene, mask, appearance, prior), _seen(scene, mask)
     if starts is None or seen is None:
         return None
@@ -331,7 +332,7 @@ def _full(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> lis
 
 
 def _by_print(scene: Scene, mask: Mask, appearance: Appearance, seen: tuple[Floats32, Outline], found: PoseHypothesis) -> Reading:
-    """Reading at the turn of a pose at which the printed texture agrees best, registered once more."""
+    """Explanation by a registered pose, turned so that its texture agrees best, and registered again."""
     model = appearance.surface
     poses, fits = _turned(scene, seen, model, found.pose)
     colours = agreement(scene.picture, mask, appearance, poses)
@@ -368,14 +369,14 @@ def _turned(scene: Scene, seen: tuple[Floats32, Outline], model: PoseModel, pose
 
 
 def _batch(scene: Scene, poses: Sequence[Pose]) -> PoseBatch:
-    """Poses of a model in the world as registration has them."""
+    """Convert poses of a model in the world to the batch of poses that registration takes."""
     inverse = [(scene.picture.view.camera.inverse() * p).inverse() for p in poses]
     return PoseBatch(np.array([p.rotation for p in inverse], np.float32), np.array([p.position for p in inverse], np.float32))
 
 
 def claimed(scene: Scene, part: Part, among: Sequence[Mask]) -> Part:
-    """Return a part reduced to the pixels that its best reading explains, without pieces that belong to other parts; unchanged if it is
-    not explained."""
+    """Return a part reduced to the pixels that its best explanation covers, without pieces that belong to
+    other parts; unchanged if it is not explained."""
     if not part.readings or part.score < bad(part.mask, scene.limits):
         return part
     first, mask, view = part.readings[0], part.mask, scene.picture.view

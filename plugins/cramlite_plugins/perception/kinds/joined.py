@@ -1,4 +1,4 @@
-"""Parts of one thing whose middle is hidden: parts that are badly explained alone are read together."""
+"""Parts of one thing whose middle is hidden: parts that are badly explained alone are explained together."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from .interpret import Part, Scene, bad, claimed, extent, ranked, rarity, read
 
 
 def joined(scene: Scene, parts: Sequence[Part]) -> list[Part]:
-    """Read neighbouring parts as one thing, where that explains more of them than each alone does."""
+    """Explain neighbouring parts by one thing, where that explains more of their pixels than one thing for
+    each does."""
     found = list(parts)
     for group in _groups(scene, parts):
         whole = np.logical_or.reduce([p.mask for p in group])
@@ -27,7 +28,7 @@ def joined(scene: Scene, parts: Sequence[Part]) -> list[Part]:
 
 
 def _explained(scene: Scene, group: Sequence[Part]) -> float:
-    """Pixels that each part's best reading explains, weighted by its score."""
+    """Pixels that the best explanation of each part covers, weighted by its score."""
     return sum(p.score * float(p.mask.sum()) for p in group if p.score >= bad(p.mask, scene.limits))
 
 

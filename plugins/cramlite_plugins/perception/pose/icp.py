@@ -133,7 +133,8 @@ def _surface_terms(
 def _outline_terms(
     surface: tuple[Floats32, Floats32], turn: Batch, shift: Batch, ray: Floats32, outline: Outline, stage: RegistrationStage
 ) -> tuple[Batch, Batch]:
-    """Terms that draw model points back into the object if their pixels show the background."""
+    """Terms of the normal equations that move model points back into the object's mask where their pixels
+    show the background."""
     points, normals = surface
     seen = turn.transpose(0, 2, 1) @ (points - shift[:, :, None])  # the inverse of a rotation is its transpose
     which, pull = outline.silhouette_error(seen.transpose(0, 2, 1), (turn @ ray) @ normals < 0.05)

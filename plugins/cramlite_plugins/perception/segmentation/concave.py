@@ -105,7 +105,8 @@ def _step(inverse: Inverse, direction: tuple[int, int], least: float) -> Mask:
 
 
 def _bends(inverse: Inverse, front: Mask, steps: Sequence[Mask], limits: Mapping[str, float]) -> list[Inverse]:
-    """Depth of each pixel behind the chord over it, by direction; NaN across a step."""
+    """Inverse depth of the chord between two pixels, less that of the pixel in the middle of them, for
+    each direction in the image; NaN across a step."""
     import numpy as np
     from scipy import ndimage
 
