@@ -47,7 +47,8 @@ KEPT = 0.3  # share of the needed distance that is kept between two checks, too
 LEVELS = (0.012, 0.025)
 """Further distances that one check can rule out at once [m]. With 0.05 m a check takes four times as long: links of an arm are always
 that near to each other."""
-TOUCH = 0.001  # depth of a contact that a start or goal may have [m]: in MuJoCo things lean on their neighbours by .3 mm and more
+TOUCH = 0.0003  # depth of a resting contact in MuJoCo that a start or goal may have [m]
+LEANS = 0.001  # the same of a start that a straight line leaves [m]: things lean on their neighbours by .3 mm and more
 NEAR = 0.35  # the neighbourhood of a start or goal that touches something, largest joint difference [rad]
 FAR = 0.1  # up to where distances of near pairs are measured [m]
 KNOWN = 1024  # joint positions of which a scene remembers whether they are free
@@ -238,10 +239,14 @@ class PlanningScene(Value):
         still = (owners[g].name for g in pair if owners[g].kind == "thing" and not self.moved[g].any())
         return next((n for n in still if world.thing(n).movable or world.thing(n).joint is not None), "")
 
-    def relaxed(self, anchors: Sequence[Position]) -> PlanningScene:
+    def relaxed(self, anchors: Sequence[Position], start: Position | None = None) -> PlanningScene:
         """Return the same scene, in which positions near one of these anchors need no more clearance than the
-        anchor has."""
-        found = [self._anchor(q) for q in anchors]
+        anchor has.
+
+        Args:
+            start: anchor in which contacts may be as deep as those of things that lean on one another.
+        """
+        found = [self._anchor(q) for q in anchors] + ([] if start is None else [self._anchor(start, LEANS)])
         return replace(self, anchors=tuple((q, closer) for q, closer in found if closer), known={})
 
     def at(self, poses: Mapping[str, Pose]) -> PlanningScene:
@@ -309,8 +314,8 @@ class PlanningScene(Value):
                 need = min(need, closer[g, h])
         return need
 
-    def _anchor(self, q: Position) -> tuple[Joints, Mapping[tuple[int, int], float]]:
-        near = {(g, h): d - 1e-5 for g, h, d in self._look(q, self.levels[0]) if -TOUCH <= d < self.need[g, h]}
+    def _anchor(self, q: Position, deepest: float = TOUCH) -> tuple[Joints, Mapping[tuple[int, int], float]]:
+        near = {(g, h): d - 1e-5 for g, h, d in self._look(q, self.levels[0]) if -deepest <= d < self.need[g, h]}
         return tuple(float(v) for v in q), near
 
     def _judge(self, line: JointLine, part: Part) -> list[Part] | None:

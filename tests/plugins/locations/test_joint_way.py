@@ -229,7 +229,7 @@ def test_the_drawer_may_touch_what_it_drives_and_no_door_drives_anything() -> No
     bindings = {"opened(drawer)": Place(Pose(), Pose(), thing="drawer", carried=carried)}
     assert frozenset({"drawer", "it"}) in Opening().allowance(action, bindings).touches
     assert frozenset({"drawer", "it"}) not in Opening().allowance(action, {}).touches
-    assert [w.reason for w in Opening().decompose(action, belief) if "driven along" in w.reason]
+    assert [w.reason for w in Opening().decompose(action, belief) if "pushed along" in w.reason]
     world = replace(belief.world, things=(*belief.world.things, door("door", AT, parent="cabinet")))
     of_door = replace(action, roles={"Patient": Object("door", entity="door")})
-    assert not [w for w in Opening().decompose(of_door, replace(belief, world=world)) if "driven along" in w.reason]
+    assert not [w for w in Opening().decompose(of_door, replace(belief, world=world)) if "pushed along" in w.reason]

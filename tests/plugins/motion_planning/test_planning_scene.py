@@ -272,7 +272,8 @@ def test_a_start_that_leans_on_a_neighbour_may_be_left_and_one_that_is_stuck_in_
     post = box("post", (0.02, 0.02, 0.14), (0.45, 0.2825 - depth, 0.14))
     place, q = make(post, clearance=0.0), stance(make(), down(0.45, 0.2, 0.25))
     assert place.clearance(q) == pytest.approx(-depth, abs=2e-4)
-    assert place.relaxed([q]).free(q) is left
+    assert place.relaxed([], start=q).free(q) is left
+    assert not place.relaxed([q]).free(q), "a goal may not be as deep"
 
 
 def test_bad_input_is_refused() -> None:
