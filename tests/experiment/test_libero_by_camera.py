@@ -80,7 +80,7 @@ def test_without_a_table_nothing_is_guessed() -> None:
     there = said(0.0)
     blind = there | {"depth": png(np.zeros((192, 192), np.uint16))}
     sight = part("sight")
-    with pytest.raises(UserError, match="no table"):
+    with pytest.raises(UserError, match="to find the table"):
         sight.levelled(sight.pictured(blind, 0))
 
 

@@ -171,7 +171,7 @@ TWO_MOVERS = """  thread t():
         ("  while True:\n    sync()\n  end", "timeout", "line 3: the program still ran after 2 s"),
         ('  textmsg("enough: ", 3)\n  halt', "halted", "enough: 3"),
         ("  movej([1, 2])", "error", "line 2: movej needs a list of 6 numbers"),
-        ("  x = get_tcp_force()[7]", "error", "line 2: index 7"),
+        ("  x = get_tcp_force()[7]", "error", "line 2: a list with 6 elements has no index 7"),
         (TWO_MOVERS, "error", "line 8: another thread"),
     ],
 )
