@@ -51,9 +51,9 @@ def touching_pairs(rollout: Rollout, known: set[str]) -> dict[tuple[str, str], P
                     pair.force[rows] += touch.force
                     pair.lift[rows] += lift
     for both, found in single.items():
-        at, force, lift = zip(*found, strict=True)
-        np.add.at(pairs[both].force, list(at), force)
-        np.add.at(pairs[both].lift, list(at), lift)
+        samples, forces, lifts = zip(*found, strict=True)
+        np.add.at(pairs[both].force, list(samples), forces)
+        np.add.at(pairs[both].lift, list(samples), lifts)
     return dict(pairs)
 
 
