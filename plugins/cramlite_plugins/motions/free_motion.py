@@ -116,7 +116,7 @@ def _goals(motion: Motion, place: Place, belief: Belief, context: Context, scene
             miss = lines[0] if lines else refusal(scene.why(solutions[0]), collision=scene.collision(solutions[0]))
         count = f"{len(solutions)} inverse solutions at the stand-off of {motion.to}, {len(free)} of them free"
         blocking = (*in_the_way(scene, [q for q in solutions if q not in free]), *(b for no in lines for b in no.blocking or ()))
-        said = f"{count}, none leads straight on to it; the nearest: {miss.reason}"
+        said = f"{count}, from none of which a straight line leads to the place; the nearest miss: {miss.reason}"
         raise Unresolvable(
             said, because(motion, belief, context), blocking=tuple(dict.fromkeys(blocking)), collision=miss.collision, remedy=miss.remedy
         )
