@@ -46,5 +46,6 @@ class ProofDoubts(Value):
         return math.ceil(self.at_least * self.runs - 1e-9)
 
     def decided(self, succeeded: int, ran: int) -> bool:
-        """Return whether runs that are left can no longer change the decision."""
+        """Check whether a program's acceptance or refusal is already certain, whatever the runs in twins that
+        are left give."""
         return succeeded >= self.needed or succeeded + self.runs - ran < self.needed

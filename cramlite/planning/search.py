@@ -167,8 +167,8 @@ class Search(Struct, dict=True):
         return (yield from self._descend(after, parent))
 
     def _passed(self, state: State, mark: Mark, parent: int) -> Below:
-        """Continue the search after a mark of a compound; if its branches do not fit together, blame
-        everything that was chosen."""
+        """Continue the search after a mark of a control structure; if its branches do not fit together, blame
+        all choices so far."""
         try:
             after = state_after_mark(state, mark)
         except Unresolvable as impossible:
