@@ -56,7 +56,7 @@ class Mark(Value):
 
 
 def compound(kind: Kind, name: str, branches: tuple[Branch, ...], **parameters: float) -> Compound:
-    """Construct a compound of any kind; its branches must not be empty."""
+    """Construct a control structure of any kind; its branches must not be empty."""
     if not branches or not all(branches):
         raise ValueError(f"{kind} '{name}' needs something to do")
     return Compound(name, f"cram:{kind}", parameters=parameters, kind=kind, branches=branches)

@@ -12,7 +12,8 @@ MOST_TWINS = 1000
 
 
 class ProofDoubts(Value):
-    """Doubts that a program must stand: runs in twins, beside the nominal one in the believed world.
+    """Number and errors of the twins in which a program runs beside its nominal run, and the share of all
+    runs that must succeed.
 
     The runs are taken one after another and stop as soon as those that are left can no longer change the decision.
 

@@ -110,7 +110,8 @@ class Track(Value):
         return [(k, how) for k in range(len(self.past) + 1) for how in ("", "taken", "other")]
 
     def after(self, stage: Stage | None, how: Handling, task: Done | None) -> Stage | None:
-        """Return the stage of the thing after a further task; None if the thing has left the track.
+        """Return the stage on the track that a thing reaches by a further task; None if the thing's history
+        departs from the track.
 
         Args:
             stage: before it; None for another history, which may be forgotten.

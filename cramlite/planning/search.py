@@ -211,7 +211,7 @@ class Search(Struct, dict=True):
 
     def _within(self, item: Designator, state: State) -> dict[str, int]:
         """Return the number of the plan's task that an item belongs to, and the number of open actions around
-        it, compounds not counted."""
+        it, control structures not counted."""
         behind = [k for k, i in enumerate(state.agenda, 1) if isinstance(i, Effect)]
         if not behind and not isinstance(item, Action):
             return _needed_by(item, state)
