@@ -35,7 +35,7 @@ def _experiment(arguments: argparse.Namespace) -> int:
 
 
 def _refuse(arguments: argparse.Namespace, options: tuple[str, ...], why: str) -> None:
-    """Raise UserError where one of the options is given, which do not suit this kind of experiment."""
+    """Raise UserError if an option is given that does not suit this kind of experiment."""
     given = [name for name in options if getattr(arguments, name)]
     if given:
         raise UserError(f"--{given[0].replace('_', '-')} does not suit the experiment '{arguments.experiment}': {why}.")

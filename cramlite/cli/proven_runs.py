@@ -197,12 +197,13 @@ class ProvenRuns:
 
 
 def _name(scenario: str, seed: int, key: dict[str, Any]) -> str:
-    """Name of a run: its scenario and seed, and a hash of files, plugins and doubts."""
+    """Name of a run: its scenario and seed, and a hash of what identifies its inputs, such as files and
+    plugins."""
     return f"{scenario[:60]}-{str(seed)[:20]}-{derive_seed(0, (), json.encode(key).hex()):08x}"
 
 
 def _first(engine: Engine, reading: Reading, setting: Setting, run: RunDirectory, say: Say, stop: Stop) -> Solution:
-    """Return the first proven program.
+    """Resolve a client's goal, and return the first proven program; raise NoSolution if there is none.
 
     Every decision of the search is written into the run directory, also if nothing is proven.
     """

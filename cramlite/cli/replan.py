@@ -100,7 +100,8 @@ def execute_and_replan(
 
 
 def _stretches(going_on: GoingOn, first: Attempt, rounds: int, moments: list[Moment]) -> Iterator[Round]:
-    """Yield the rounds of an execution with replanning, and keep its time line so far in ``moments``."""
+    """Yield the rounds (one run each) of an execution with replanning, and keep its time line so far in
+    ``moments``."""
     from ..engine.time_line import time_line
 
     done: list[Stretch] = []
@@ -128,7 +129,8 @@ def _who_replans(name: str, rounds: int, plugins: PluginChoice) -> tuple[Scenari
 
 
 def _write_round(folder: Path, done: Round, name: str, engine: Engine, *, episode: bool, events: Sequence[Event]) -> None:
-    """Write the files of a round completely, or, if the process is killed meanwhile, none of them."""
+    """Write all files of a round (one run of an execution with replanning), or, if the process is killed
+    meanwhile, none of them."""
     part = folder.with_name(f".{folder.name}.part")
     write_run(part, done.rollout, name, engine.knowledge, episode=episode, events=events)
     (part / f"program{done.attempt.code.suffix}").write_text(done.attempt.code.text, encoding="utf-8", newline="\n")

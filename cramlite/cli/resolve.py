@@ -242,8 +242,8 @@ def _say_understood(scenario: Scenario, setting: Setting, engine: Engine) -> Non
 
 
 def _say_notes(scenario: Scenario, setting: Setting, engine: Engine) -> None:
-    """Print doubts about the scenario, repairs and corrections of its things, and how many stages of 'then'
-    stay unresolved.
+    """Print doubts about the scenario, changes to its things, and how many stages listed under 'then' in its
+    file stay unresolved.
 
     Doubts about files of robot and scene are only counted; 'cramlite check' prints them.
     """

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 
 
 def run_key(scenario: Scenario, setting: Setting, backend: str | None, engine: Engine) -> dict[str, Any]:
-    """Return the key of a run, by which an unchanged run is recognised: files, seed, doubts, backend and
-    plugins."""
+    """Return the inputs by which an unchanged run is recognised: hash of its files, seed, settings of the
+    proof in twins, backend and plugins."""
     files = [*([scenario.path] if scenario.path.is_file() else []), *(Path(t.mesh.path) for t in setting.world.things if t.mesh)]
     if scenario.spec.demonstration and scenario.resolve_path(scenario.spec.demonstration).exists():
         files.append(scenario.resolve_path(scenario.spec.demonstration))
@@ -131,7 +131,7 @@ def _reason(solution: Solution) -> str:
 
 
 def failure_summary(trace: Trace, run: RunDirectory, engine: Engine, seed: int) -> dict[str, Any]:
-    """Return the keys of ``solution_summary`` where nothing was proven."""
+    """Return the summary of a search that proved nothing, with the same keys as that of a proven program."""
     return {
         "solved": False, "proven": False, "headline": "No solution", "execution": None,
         "directory": str(run.path), "seed": seed, "candidate": None, "plan": None,

@@ -95,28 +95,29 @@ class CandidateSequence(Value, eq=False):
             )
 
     def wider(self) -> CandidateSequence | None:
-        """Return the next, wider round of this task sequence, once all its programs were tried; None where no
-        alternative was left out, or the budget is spent."""
+        """Return this task sequence, to be searched again with more alternatives of each designator; None if
+        no alternative was left out, or the budget is spent."""
         left = self.effort.proofs < self.budget.proofs and self.effort.expanded < self.budget.expansions
         return replace(self, effort=self.effort.widened()) if self.effort.capped and left else None
 
     @property
     def doubted(self) -> list[tuple[int, Match]]:
-        """Demonstrated actions, each with the task that explains it here, where the validators of every
-        program of this task sequence objected to this task."""
+        """Demonstrated actions, each with the task it was read as, for those tasks to which validators
+        objected in every program of this task sequence."""
         said = self.sequence
         return [(said.actions[k - 1], said.matches[k - 1]) for k in sorted(self.effort.objected or ())] if said else []
 
     @property
     def spent(self) -> dict[str, Any]:
-        """Work that all rounds spent on this task sequence, as ``resume`` takes it."""
+        """Search work spent on this task sequence so far (counts, limits and tasks objected to), which
+        ``resume`` can restore."""
         effort = self.effort
         counted = {"breadth": effort.breadth, "expanded": effort.expanded, "proofs": effort.proofs, "capped": int(effort.capped)}
         return counted | {"objected": sorted(effort.objected or ())}
 
     def resume(self, spent: Mapping[str, Any] | None) -> bool:
-        """Take over the counted work of an interrupted run if it had finished this round or a wider one;
-        return whether it had."""
+        """Restore the search work of an interrupted run if it tried at least as many alternatives as this
+        search would; return whether it did."""
         if spent is None or spent["breadth"] < self.effort.breadth:
             return False
         self.effort.expanded, self.effort.proofs = spent["expanded"], spent["proofs"]
@@ -128,8 +129,8 @@ class CandidateSequence(Value, eq=False):
 def doubted_last(
     plans: Iterable[tuple[Plan, TaskSequence | None]], tried: Sequence[CandidateSequence], trace: Trace
 ) -> Iterator[tuple[Plan, TaskSequence | None]]:
-    """Order task sequences: those come last that explain an action by the same task as an earlier sequence,
-    where the validators of every program of the earlier one objected to this task.
+    """Order task sequences: last those that read a demonstrated action as a task to which validators objected
+    in every program of an earlier sequence.
 
     Args:
         tried: is asked before each.

@@ -150,8 +150,8 @@ class Engine:
         return interpret(episode, self.knowledge.rules, self.knowledge.taxonomy)
 
     def read(self, goal: AnyGoal | Reading) -> Reading:
-        """Return a goal in a form that the engine's methods take in its place, so that they all share one
-        reading of its demonstration.
+        """Return the goal with its demonstration, to be given to the engine's methods in the goal's place, so
+        that the demonstration is interpreted only once.
 
         A demonstration is then read and interpreted once for all of them, when the first needs it. The reading of a
         reading is that reading.
@@ -358,8 +358,8 @@ class Engine:
 
 
 def _too_wide(episode: Episode) -> str:
-    """Explain to a person why no events were inferred, or, where something moved farther than people do,
-    that its lengths may not be in metres; "" without either."""
+    """Explain why an episode has no events, or that its lengths may not be in metres, since something moved
+    farther than people do; "" if neither."""
     if said := [r.why for r in episode.repairs if r.what == NOT_INFERRED]:
         return f" No events were inferred: {said[-1]}."
     ways = ((float((t.poses[:, :3].max(axis=0) - t.poses[:, :3].min(axis=0)).max()), n) for n, t in episode.tracks.items() if len(t.times))

@@ -158,7 +158,7 @@ class _List:
 
     @contextmanager
     def running(self, executor: Executor) -> Iterator[None]:
-        """Count a process, within this block, among those whose runs ``leave`` interrupts."""
+        """Register a process, for the duration of this block, as one whose run ``leave`` interrupts."""
         with self._lock:
             self._running.append(executor)
         try:

@@ -205,7 +205,8 @@ class RunWatch:
         return self.notice
 
     def rest(self, readings: Readings) -> None:
-        """Record the readings of the arm at rest as the last ones, with noise."""
+        """Keep the readings of the arm at rest after a run as the run's last ones, with sensor noise
+        added."""
         self.last = self._noisy(readings) if readings.poses is not None else readings
 
     def _noisy(self, readings: Readings) -> Readings:

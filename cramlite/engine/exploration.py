@@ -60,8 +60,8 @@ class Reveal(Value, eq=False):
 
 
 def explored(setting: Setting, scenario: Scenario, plan: Plan | None, knowledge: Knowledge) -> Setting:
-    """Return the setting with views of hidden places: in and behind things that were opened, the nearest
-    first, then behind occluders that were put aside, the largest first.
+    """Return the setting after the robot has opened closed things (nearest first), then put occluders aside
+    (largest first), and looked there, until all wanted things were seen.
 
     What cannot be laid open, or looked at, is left as it is, and the look says why (``Look.shut``). It ends when all that is asked
     for was seen.

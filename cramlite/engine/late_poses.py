@@ -52,8 +52,8 @@ def parametric(candidate: Candidate, late: Mapping[str, Tolerance]) -> Candidate
 
 
 def _following(program: Program, robot: Robot, thing: str, about: set[str]) -> Program:
-    """Make the steps of a program relative to a late thing's pose: those from the first task about the thing
-    to the first free motion that carries it."""
+    """Make steps relative to the pose of a thing that is asked for at run time: those from the first task
+    about the thing to the first free motion that carries it."""
     steps: list[AnyStep] = []
     firsts = {s.first: s for s in program.sections}
     sections: list[Section] = []

@@ -42,7 +42,8 @@ CODE = re.compile(r'(?:"[^"]*"|[^"#])*')
 
 
 def origins_of(text: str, original: Code) -> Origins:
-    """Find the origins of a text that may be another one's edited copy.
+    """Find the origin (the step's designator) of each line of a program text, which may be an edited copy of
+    the proven text.
 
     Steps of a typed program say theirs. Lines of another text are matched by their code: those that are as they were keep theirs,
     also where they stand elsewhere, and changed ones have that of the line that they replace. Comments count only for
@@ -115,7 +116,8 @@ Change = tuple[str, int, int, int, int]
 
 
 def _gone(old: Sequence[_Line], own: Sequence[str], changes: Sequence[Change]) -> Mapping[str, str]:
-    """Map the code of removed lines to its origin; code that had several origins is left out."""
+    """Map the code of each removed line to its origin (the step's designator), unless equal lines had several
+    origins."""
     found: dict[str, set[str]] = {}
     for tag, i1, i2, _, _ in changes:
         for k in range(i1, i2) if tag != "equal" else ():
@@ -124,8 +126,8 @@ def _gone(old: Sequence[_Line], own: Sequence[str], changes: Sequence[Change]) -
 
 
 def _of_new(line: _Line, old: Sequence[_Line], own: Sequence[str], moved: Mapping[str, str], known: Collection[str]) -> str | None:
-    """Origin of a new line: named in its code, that of the replaced line, or named in the nearest comment; None
-    without any."""
+    """Origin (the step's designator) of a line that an edit added, from names in its code, the line that it
+    replaces, or comments; None if unknown."""
     if by_code := named(line.code, known):
         return by_code
     replaced = moved[line.code] if line.code in moved else _replaced(line, old, own)
@@ -137,7 +139,8 @@ def _of_new(line: _Line, old: Sequence[_Line], own: Sequence[str], moved: Mappin
 
 
 def _replaced(line: _Line, old: Sequence[_Line], own: Sequence[str]) -> str | None:
-    """Origin of the most similar of the replaced lines; None if none is similar."""
+    """Origin (the step's designator) of that replaced line whose code is most similar to the new line; None
+    if none is similar."""
     shares = [(SequenceMatcher(None, line.code, other.code, autojunk=False).ratio(), -k) for k, other in enumerate(old)]
     share, k = max(shares, default=(0.0, 0))
     return own[-k] if share >= ALIKE else None

@@ -268,7 +268,8 @@ def conflict_of(verdict: Verdict, state: State) -> Conflict:
 
 
 def _led_past(verdict: Verdict, state: State) -> frozenset[str]:
-    """Return the places that only served to lead the arm elsewhere, in tasks that no objection blames."""
+    """Return the places past which the arm was only led, except in tasks where an objection names things that
+    were in the way."""
     if not any(f.things for f in verdict.objections):
         return frozenset()
     met = {task_of(f.origin) for f in verdict.objections if f.blocking}

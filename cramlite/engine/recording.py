@@ -80,7 +80,8 @@ def _shown(scenario: Scenario, tasks: Sequence[Entry], knowledge: Knowledge, wor
 
 
 def _shows(action: Action, scripts: Mapping[str, RecordScript]) -> Shown:
-    """Script of a task, with the fillers of its roles.
+    """Return the simulated person's script for a task, with the task's parameters and the things that fill
+    its roles.
 
     Raises:
         UserError: it is a control structure, no script shows it, or a role is filled by a class.

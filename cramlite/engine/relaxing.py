@@ -70,14 +70,14 @@ class Relaxation(Value):
     steps: int
 
     def __str__(self) -> str:
-        """Return the change as a clause, with the smallest amount that solves and the largest tried amount
-        that does not."""
+        """Return the change as a clause, with the smallest amount that makes the scenario solvable, and one
+        step less, for which nothing was proven."""
         return f"{self.change.says} by {1000 * STEP * self.steps:.0f} mm; by {1000 * STEP * (self.steps - 1):.0f} mm nothing was proven"
 
 
 def relaxations(scenario: Scenario, setting: Setting, engine: Engine, say: Callable[[str], None] = lambda _: None) -> list[Relaxation]:
-    """Return sufficient changes, the least first; for each, resolving has shown that it suffices, and that
-    one step less fails.
+    """Return changes that make a scenario solvable, the least first; for each, resolving has shown that it
+    suffices, and that one step less fails.
 
     Args:
         say: is told each attempt.

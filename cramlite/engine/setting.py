@@ -115,8 +115,8 @@ def held_at_start(holds: InHand, belief: Belief, carried: Iterable[str] = ()) ->
 
 
 def with_load(setting: Setting, knowledge: Knowledge) -> Setting:
-    """Return a setting that lists which things lie in or on the payload, according to the predicates' facts
-    about its world."""
+    """Return the setting with the names of all things that lie in or on the thing held at the start, directly
+    or through others."""
     held = next((robot.holds.thing for robot in setting.world.robots if robot.holds), "")
     if not held:
         return replace(setting, carried=())

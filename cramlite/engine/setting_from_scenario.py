@@ -38,7 +38,8 @@ def setting_of(
     scenario: Scenario, knowledge: Knowledge, likeliest: Likeliest,
     *, seed: int = 0, backend: str | None = None, now: World | None = None, twins: int | None = None,
 ) -> Setting:  # fmt: skip
-    """Build the setting of a scenario, as ``Engine.setting`` does.
+    """Build the setting of a scenario: world, robot, backend and initial belief; ``Engine.setting`` calls
+    this.
 
     Args:
         likeliest: says what a camera looks for.

@@ -48,15 +48,15 @@ class Compound(Action):
 
 
 class Mark(Value):
-    """Agenda marker where the branch of a compound with the number ``branch`` begins; where that is the
-    number of branches, the compound ends."""
+    """Marker on the search's agenda: the branch number ``branch`` of a control structure begins here; if
+    there is no such branch, the structure ends here."""
 
     compound: Compound
     branch: int
 
 
 def compound(kind: Kind, name: str, branches: tuple[Branch, ...], **parameters: float) -> Compound:
-    """Construct a compound of any kind; its branches must not be empty."""
+    """Construct a control structure of any kind; its branches must not be empty."""
     if not branches or not all(branches):
         raise ValueError(f"{kind} '{name}' needs something to do")
     return Compound(name, f"cram:{kind}", parameters=parameters, kind=kind, branches=branches)
@@ -133,7 +133,8 @@ def monitor(
 
 
 class Way(Value):
-    """Expansion of a compound: the items that take its place on the agenda, with reason and cost."""
+    """One way to resolve a control structure in the search: the items that replace it on the agenda, with
+    reason and cost."""
 
     steps: tuple[Designator | Mark, ...]
     reason: str
@@ -141,8 +142,8 @@ class Way(Value):
 
 
 def ways(item: Compound) -> Iterator[Way]:
-    """Yield the expansions of a compound: each alternative of a choice by itself, else all branches with
-    marks between them."""
+    """Yield the ways to resolve a control structure in the search: each alternative of a choice, else all
+    branches together, with marks between them."""
     if item.kind == "sequence":
         yield Way(item.branches[0], "in this order")
     elif item.kind == "choose":
@@ -158,7 +159,7 @@ def ways(item: Compound) -> Iterator[Way]:
 
 
 def touched(item: Compound) -> tuple[str, ...]:
-    """Return the variables that the parts of a compound may touch: objects of their tasks."""
+    """Return the names of the objects that tasks and motions inside a control structure may touch."""
     found: list[str] = []
     for part in (p for branch in item.branches for p in branch):
         if isinstance(part, Compound):

@@ -207,8 +207,8 @@ class Episode(Value, dict=True):
 
     @cached_property
     def _starts(self) -> tuple[list[float], list[float], list[Event]]:
-        """Two lists for bisection and the events in the order of their starts: the start of each, the
-        latest end of it and those before, the events."""
+        """Starts of the events in order, the latest end up to each, and the events: lists in which bisection
+        finds the events at a time."""
         ordered = sorted(self.events, key=lambda e: e.start)
         return [e.start for e in ordered], list(accumulate((e.end for e in ordered), max)), ordered
 

@@ -119,14 +119,15 @@ class ErrorModel(Value):
 
 @cache
 def declared(model: type[ErrorModel]) -> Mapping[str, ErrorSource]:
-    """Return the declarations of a model by field, in the order in which they are drawn: by rank, then by field."""
+    """Return the source of error that each field of an error model declares, in the order in which the errors
+    of a twin are drawn."""
     hints = get_type_hints(model, include_extras=True)
     found = {f.name: source for f in fields(model) for source in getattr(hints[f.name], "__metadata__", ())}
     return dict(sorted(found.items(), key=lambda kv: kv[1].rank))
 
 
 def sources(model: type[ErrorModel]) -> Mapping[str, tuple[str, ...]]:
-    """Return the sources of error of a model, each with its fields."""
+    """Return the names of the sources of error of an error model, each with the fields that declare it."""
     found: dict[str, tuple[str, ...]] = {}
     for name, source in declared(model).items():
         found[source.name] = (*found.get(source.name, ()), name)

@@ -28,7 +28,8 @@ STEEPEST = 0.2
 
 
 class Size(Value):
-    """Kind and largest value of an error's size in scenario files; the smallest is 0.
+    """Limits on an error's size in scenario files: the kind of quantity, and the largest accepted value; the
+    smallest is 0.
 
     Args:
         kind: of quantity; a "rate" is any number, a "share" is less than ``most``.

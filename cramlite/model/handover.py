@@ -25,7 +25,7 @@ class Handover(Value):
 
 
 def handovers(before: Belief, after: Belief, by: str, *, optional: bool) -> tuple[Handover, ...]:
-    """Return the handovers between the beliefs before and after a designator."""
+    """Return which things passed into the hand, or out of it, between two beliefs."""
     was, now = before.held, after.held
     if (was.thing if was else "") == (now.thing if now else ""):
         return ()

@@ -41,7 +41,7 @@ class Plan(Value):
 
 
 def _title(action: Action, title: Callable[[Action], str]) -> str:
-    """Title of a task; of a compound its kind and the titles of its tasks."""
+    """Title of a task; of a control structure its kind, with the titles of the tasks in its branches."""
     if not isinstance(action, Compound):
         return title(action)
     parts = " | ".join(", ".join(_title(p, title) for p in b if isinstance(p, Action)) for b in action.branches)

@@ -115,8 +115,8 @@ def _layout(value: Any, indent: int, *, top: bool = False) -> str:
 
 
 def _broken(value: Any) -> bool:
-    """Whether a value takes several lines: a list of objects that are no poses, or a value with such a
-    list."""
+    """Check whether a JSON value is written over several lines: it has, at some depth, a list of objects that
+    are no poses."""
     if isinstance(value, dict):
         return any(_broken(v) for v in value.values())
     if not isinstance(value, list):
@@ -128,7 +128,7 @@ def _broken(value: Any) -> bool:
 
 
 class _Where(Value):
-    """Line of a value, and those of its parts, by key or index."""
+    """Line number of a JSON value in its text, and those of the values inside it, by key or index."""
 
     line: int
     inner: Mapping[Any, _Where]

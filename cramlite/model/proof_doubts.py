@@ -12,7 +12,8 @@ MOST_TWINS = 1000
 
 
 class ProofDoubts(Value):
-    """Doubts that a program must stand: runs in twins, beside the nominal one in the believed world.
+    """Number and errors of the twins in which a program runs beside its nominal run, and the share of all
+    runs that must succeed.
 
     The runs are taken one after another and stop as soon as those that are left can no longer change the decision.
 
@@ -46,5 +47,6 @@ class ProofDoubts(Value):
         return math.ceil(self.at_least * self.runs - 1e-9)
 
     def decided(self, succeeded: int, ran: int) -> bool:
-        """Return whether runs that are left can no longer change the decision."""
+        """Check whether a program's acceptance or refusal is already certain, whatever the runs in twins that
+        are left give."""
         return succeeded >= self.needed or succeeded + self.runs - ran < self.needed

@@ -74,7 +74,8 @@ class Touch(Value):
 
     @property
     def pressed(self) -> float:
-        """Return the force of pressing, ``press`` [N]; where it was not measured ``force``, which is at least as large."""
+        """Force with which two bodies press on each other [N]: ``press``, or, where that was not measured,
+        ``force``, which is at least as large."""
         return self.force if self.press is None else self.press
 
 
@@ -157,8 +158,8 @@ class Rollout(Value, dict=True):
 
     @cached_property
     def awake_touches(self) -> tuple[tuple[Touch, ...], ...]:
-        """Touches of each sample, without those in which only things take part that the simulation lets
-        sleep (``asleep``)."""
+        """Contacts at each sample, without those between things that the simulation lets sleep while they
+        rest (``asleep``)."""
         idle = {id(t) for still in {id(s): s for s in self.asleep}.values() for t in still}
         return tuple(tuple(t for t in touches if id(t) not in idle) for touches in self.touches) if idle else self.touches
 

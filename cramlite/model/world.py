@@ -100,7 +100,7 @@ class Inertia(Value):
 
 
 class MeshFile(Value):
-    """Visual mesh of a thing, whose geoms collide in its place.
+    """Visual mesh of a thing, which is drawn; in collisions the thing's geoms stand for it.
 
     Args:
         path: of an STL, OBJ, PLY, OFF or GLB file; an OBJ's material and a GLB may have a texture.

@@ -49,8 +49,8 @@ class Table(Value):
 
 
 class Universal(Value):
-    """Condition ``every given -> then`` of a rule: each fact ``given`` about any other entity, ``OTHER``,
-    requires ``then`` of that entity.
+    """Condition ``every given -> then`` of a rule: the fact ``given`` may relate any other entity (``OTHER``)
+    only if ``then`` holds of that entity.
 
     Args:
         given: the fact, one entity of it ``OTHER``.
@@ -93,7 +93,8 @@ class ActionSchema(Value):
 
     @property
     def parameters(self) -> dict[str, str]:
-        """Map each variable to its parameter; the effector has none."""
+        """Map each variable of the rule to the name of its parameter in the action schema; the effector is
+        left out."""
         return {v: t.rpartition(BETWEEN)[2] for v, t in self.terms.items() if t != EFFECTOR}
 
     @property
@@ -103,8 +104,8 @@ class ActionSchema(Value):
 
     @property
     def wholes(self) -> list[str]:
-        """Variables that stand for parts; the things that they are parts of become further parameters, after
-        all others."""
+        """Variables of the rule that stand for a part, such as a hole; the thing with that part becomes a
+        further parameter, after all others."""
         return [v for v, t in self.terms.items() if BETWEEN in t]
 
 

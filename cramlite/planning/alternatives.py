@@ -208,7 +208,8 @@ def _check_way(way: Any) -> None:
 
 
 def misfit(action: Action, inside: Iterable[Action], tasks: Mapping[str, object]) -> str:
-    """Return why an action cannot be part of its compound; empty if it can.
+    """Return why an action cannot be a part of the actions around it: its task is unknown, or the
+    decomposition would never end; "" if it can.
 
     Args:
         inside: the actions that it is a part of, the innermost first.

@@ -42,24 +42,24 @@ class Blocking(Value):
         return tuple(dict.fromkeys(t for any_of in self.sets for tracks in any_of for t in tracks))
 
     def bars(self, before: Sequence[Operator], step: Operator) -> bool:
-        """Check whether a blocking refuses a task after other tasks: of each of its sets of things in the
-        way, these left at least one as it was."""
+        """Check whether the blocking refuses ``step`` after the tasks ``before``, which left at least one
+        thing of each set in the way as it was."""
         if done(step) != self.task:
             return False
         same = {t for t in self.tracks if history(before, t.thing) == t.past}
         return all(any(same.issuperset(tracks) for tracks in any_of) for any_of in self.sets)
 
     def left_shut(self) -> Blocking:
-        """Return the blocking without the sets that name a closed thing, so that opening this thing does not
-        end it.
+        """Return the blocking so that opening a closed thing does not end it: without the sets of things in
+        the way that name one.
 
         A drawer or door takes the least room when it is closed.
         """
         return replace(self, sets=tuple(any_of for any_of in self.sets if all(tracks[0].thing not in self.shut for tracks in any_of)))
 
     def while_others_stay(self) -> Blocking:
-        """Return the blocking without the sets that name the task's own things, so that only moving
-        another thing ends it; unchanged if it has no other sets."""
+        """Return the blocking so that only moving things other than the task's own ends it; unchanged if it
+        names no others."""
         own = {thing_of(e) for _, e in self.task[1]}
         others = tuple(any_of for any_of in self.sets if own.isdisjoint(tracks[0].thing for tracks in any_of))
         return replace(self, sets=others) if others else self

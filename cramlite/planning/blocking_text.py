@@ -1,5 +1,5 @@
-"""Blockings in PDDL: facts on which stage of its track each thing is at, actions that change it, and tasks
-that are blocked there."""
+"""Blockings (refused tasks) in PDDL: facts on the tasks done to each thing so far (its track), and the tasks
+that these facts block."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ ENTITY = "entity"
 
 
 class BlockingText:
-    """Blockings of a domain as derived predicates.
+    """Blockings (tasks refused while certain things stay as they are) of a PDDL domain, written as derived
+    predicates.
 
     A track lists the tasks done to a thing. The thing is at one stage of the track, or at none once other
     tasks were done to it.
@@ -42,7 +43,8 @@ class BlockingText:
         return {t.thing for t in self.tracks} | {e for task in tasks for _, e in task[1]}
 
     def initial(self) -> Iterator[str]:
-        """Generate the initial facts: every thing is at the first stage of its tracks."""
+        """Generate the PDDL facts at the start: every thing is at the first stage of its tracks, with no task
+        done to it yet."""
         yield from (self._at(track, (0, "")) for track in self.tracks)
 
     def conditions(self, schema: ActionSchema) -> Iterator[str]:
@@ -83,8 +85,8 @@ class BlockingText:
         return self.atom(f"one of tracks {' '.join(names)} is done", ())
 
     def effects(self, schema: ActionSchema, fluents: Fluents) -> Iterator[str]:
-        """Generate the effects of an action on the stages of the things that it handles: each thing goes
-        on to the next stage of a track, or leaves the track."""
+        """Generate the PDDL effects of an action on tracks (sequences of tasks done to a thing): each thing
+        that it handles advances on its track, or leaves it."""
         change = schema.change
         for term, how in handled(change.needs, change.adds, change.removes, fluents, change.moves).items():
             for track in self.tracks if term.startswith("?") else ():
@@ -92,8 +94,8 @@ class BlockingText:
                     yield from (e for stage in (*track.stages(), None) for e in self._step(schema, term, how, track, stage))
 
     def _step(self, schema: ActionSchema, term: str, how: Handling, track: Track, stage: Stage | None) -> Iterator[str]:
-        """Generate the conditional effects that lead from one stage of a track (None for no stage) to the
-        next.
+        """Generate the PDDL effects of an action on one stage of a thing's track (None for no stage): the
+        thing goes on to the next stage, or leaves the track.
 
         The fillers of the track's own tasks lead along it, all other fillers off it.
         """

@@ -58,8 +58,8 @@ class Nogoods(Struct):
             self.known.setdefault(choice, []).append(nogood)
 
     def lasting(self) -> Nogoods:
-        """Return the no-goods that hold in a wider round, too: those that were found without leaving out
-        alternatives."""
+        """Return the no-goods that still hold when more alternatives are tried: those that were found without
+        leaving out alternatives."""
         beside = {nogood: c for nogood, c in self.beside.items() if Capped() not in c}
         known = {choice: [n for n in found if n in beside] for choice, found in self.known.items()}
         return Nogoods(known, beside)
@@ -110,13 +110,14 @@ class ChoicePoint(Struct):
 
     @property
     def cap(self) -> int:
-        """Largest number of alternatives that are tried; of a compound all branches."""
+        """Largest number of alternatives of the designator that are tried; of a control structure, the number
+        of its branches."""
         return len(self.item.branches) if isinstance(self.item, Compound) else self.breadth * CAPS[type(self.item)]
 
     @property
     def domain(self) -> set[str]:
-        """Earlier choices that the alternatives depend on; for a place, those of motions and of places
-        that were only passed are left out."""
+        """Names of the earlier choices that the alternatives depend on; those of a place depend on no motions
+        and no places only passed."""
         item, made = self.item, {name for name, _ in self.state.choices}
         if isinstance(item, Object | Late):
             part_of = item.part_of if isinstance(item, Object) else None

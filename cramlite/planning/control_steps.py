@@ -29,8 +29,8 @@ MOVED = 0.005  # things that are at the same place [m]: the accuracy with which 
 
 
 def state_after_mark(state: State, mark: Mark) -> State:
-    """Return the state after the mark at the front of the agenda: a branch of a compound begins, or the
-    compound ends.
+    """Return the state after the mark at the front of the agenda: a branch of a control structure begins, or
+    the structure ends.
 
     Raises:
         Unresolvable: branches do not end at the same place, or need the same device at the same time.
@@ -50,7 +50,8 @@ def state_after_mark(state: State, mark: Mark) -> State:
 
 
 def _back(state: State, frame: Frame, name: str) -> Motion:
-    """Return the motion from any pose on the latest branch back to the pose where the compound began."""
+    """Return the motion that leads the arm from any pose on the latest branch back to the pose where the
+    control structure began."""
     return _motion_back(frame, name, state.steps[frame.starts[-1] :])
 
 
@@ -62,8 +63,8 @@ def _motion_back(frame: Frame, name: str, after: tuple[AnyStep, ...]) -> Motion:
 
 
 def _folded(state: State, frame: Frame, rest: tuple[Item, ...]) -> State:
-    """Return the state after a compound: its steps become one control step, unless the search itself decided
-    it."""
+    """Return the state after a control structure: its steps become one control step, unless the search itself
+    decided it."""
     closed = replace(state, agenda=rest, frames=state.frames[:-1])
     if not frame.compound.decided_at_run_time:
         return closed

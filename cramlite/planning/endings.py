@@ -89,7 +89,8 @@ def endings(schema: ActionSchema, fluents: Fluents, kinds: Kinds) -> tuple[Endin
 
 
 def _denied(schema: ActionSchema, fluents: Fluents) -> Iterator[Ending]:
-    """Generate the endings of the facts that a rule denies, and of those that exclude a fact that it adds."""
+    """Generate the endings of facts that a rule denies, and of facts that cannot hold together with one that
+    the rule adds."""
     for pattern in sorted(schema.change.removes, key=str):
         yield Ending((str(pattern[0]), *(p if p is not None else f"?any{k}" for k, p in enumerate(pattern[1:]))))
     for every in schema.after:

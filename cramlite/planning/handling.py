@@ -105,12 +105,13 @@ class Track(Value):
         return f"'{self.thing}' " + (f"after {', '.join(map(task_text, self.past))}" if self.past else "as it was")
 
     def stages(self) -> list[Stage]:
-        """Return the stages of a thing on its track: the number of the track's tasks done, and by what it
-        was taken since: "taken" by the next of these tasks, "other" by another one, "" not at all."""
+        """List the stages of a thing on its track: how many of the track's tasks were done, and whether the
+        next one ("taken"), another one ("other") or none ("") took the thing since."""
         return [(k, how) for k in range(len(self.past) + 1) for how in ("", "taken", "other")]
 
     def after(self, stage: Stage | None, how: Handling, task: Done | None) -> Stage | None:
-        """Return the stage of the thing after a further task; None if the thing has left the track.
+        """Return the stage on the track that a thing reaches by a further task; None if the thing's history
+        departs from the track.
 
         Args:
             stage: before it; None for another history, which may be forgotten.
@@ -134,6 +135,6 @@ class Track(Value):
         return (number, "" if how.lets_go else taken)
 
     def at_its_end(self) -> list[Stage]:
-        """Return the stages in which exactly the tasks of the track were done to the thing."""
+        """Return the stages in which a thing has had all tasks of its track done to it, and no others."""
         ends: list[Stage] = [(len(self.past), "")]
         return [*ends, (len(self.past) - 1, "taken")] if self.past else ends

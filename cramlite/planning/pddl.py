@@ -227,7 +227,8 @@ class _Writer:
         return self._atom(f"{mark} {step.schema.task}", step.key[1:])
 
     def _whole(self, steps: Sequence[PlanStep]) -> str:
-        """Format the condition that all steps of a plan were done.
+        """Format the PDDL condition that all steps of an earlier plan were done, which keeps planners from
+        finding that plan again.
 
         In the goal itself, planners would multiply the ways to leave one step out of each plan.
         """

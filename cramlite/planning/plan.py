@@ -119,7 +119,8 @@ Ahead = tuple[Location, Action | None]
 
 
 def _with_goals(actions: Sequence[Any], types: Mapping[str, TaskType], ahead: Ahead) -> tuple[tuple[Any, ...], Ahead]:
-    """Return the actions, each free motion with its goal, and where the first task starts.
+    """Give each free motion in a task sequence its goal, where the next task starts; return the sequence, and
+    where its first task starts.
 
     A free motion leads to where the next task starts; the last one leads to ``ahead``.
     """

@@ -141,8 +141,8 @@ def _answer(text: PddlText, problem: PlanningProblem, scope: Scope, progress: Ca
 
 
 def _better(given: _Given, problem: PlanningProblem, scope: Scope, found: FoundPlan, progress: Callable[[str], None]) -> FoundPlan:
-    """Return the plan, or a shorter one with tasks of added plugins where all needless effects of that are
-    effects of the plan, too.
+    """Return the planner's plan, or a shorter one with tasks of added plugins that has no needless effects
+    beyond those of the planner's plan.
 
     Where plans are not the shortest, their lengths say nothing; and after a plan that failed, the known tasks' others come first.
     """

@@ -113,7 +113,8 @@ class PlanningProblem(Value, eq=False):
             yield Scope(every)
 
     def within(self, scope: Scope) -> PlanningProblem:
-        """Return the problem with blockings that end only by changes that a scope allows."""
+        """Return the problem in which only the changes that a scope allows can end a blocking (a refused
+        task)."""
         blocked = tuple(b.left_shut() for b in self.blocked) if scope.left_shut else self.blocked
         return replace(self, blocked=tuple(b.while_others_stay() for b in blocked) if scope.others_moved else blocked)
 
@@ -309,7 +310,8 @@ class PlanningProblem(Value, eq=False):
         return frozenset(t.thing for t in blocking.tracks if own & joints and t.thing in joints - own - wide)
 
     def blockings(self, steps: Sequence[Operator], found: Refutation) -> tuple[Blocking, ...]:
-        """Return the blockings that follow from the failure of a task sequence, as ``blocking`` does.
+        """Return the new blockings that the failure of a task sequence proves: of the refused task, and of
+        its part if that alone was refused.
 
         Of a task that was refused in one part of it alone, such as putting down, that part, too: it would be refused as a task of its own.
         """

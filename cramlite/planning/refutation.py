@@ -45,7 +45,8 @@ class Unfit(Value):
 
 
 class Capped(Value):
-    """Part of a conflict set: alternatives were left out, which a wider round may try."""
+    """Part of a conflict set: alternatives were left out, and a later round of the search, which tries more
+    of them, may succeed."""
 
 
 class Later(Value):

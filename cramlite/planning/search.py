@@ -167,8 +167,8 @@ class Search(Struct, dict=True):
         return (yield from self._descend(after, parent))
 
     def _passed(self, state: State, mark: Mark, parent: int) -> Below:
-        """Continue the search after a mark of a compound; if its branches do not fit together, blame
-        everything that was chosen."""
+        """Continue the search after a mark of a control structure; if its branches do not fit together, blame
+        all choices so far."""
         try:
             after = state_after_mark(state, mark)
         except Unresolvable as impossible:
@@ -211,7 +211,7 @@ class Search(Struct, dict=True):
 
     def _within(self, item: Designator, state: State) -> dict[str, int]:
         """Return the number of the plan's task that an item belongs to, and the number of open actions around
-        it, compounds not counted."""
+        it, control structures not counted."""
         behind = [k for k, i in enumerate(state.agenda, 1) if isinstance(i, Effect)]
         if not behind and not isinstance(item, Action):
             return _needed_by(item, state)

@@ -37,8 +37,8 @@ Item = Designator | Effect | Mark
 
 
 class Frame(Value):
-    """Open compound: the index at which the steps of each branch begin, and the beliefs before and after the
-    branches."""
+    """Control structure whose steps the search is collecting: where each branch's steps begin, and the
+    beliefs before and after the branches."""
 
     compound: Compound
     starts: tuple[int, ...]
