@@ -55,8 +55,8 @@ class RunDirectory:
         self.write(MANIFEST, json.dumps({"key": self.key, "complete": complete, "refused": self.refused, "spent": self.spent}, indent=1))
 
     def refuse(self, number: int, spent: Mapping[str, Any]) -> None:
-        """Record that a candidate sequence was refused and the work spent on it, so that a resumed run
-        goes on after it."""
+        """Record a refused candidate sequence and the work spent on it, so that a resumed run goes on with
+        the next one."""
         self.refused = [*(n for n in self.refused if n != number), number]
         self.spent[str(number)] = dict(spent)
         self._save(complete=False)

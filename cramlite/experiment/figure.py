@@ -94,7 +94,7 @@ class Published(Spec):
 
 
 class Plot(Spec):
-    """Axes of a curve through the numbers that have an ``x``."""
+    """Titles of the two axes of a figure's diagram, which shows the numbers that have an ``x``."""
 
     x: str
     y: str

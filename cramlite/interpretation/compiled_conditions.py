@@ -170,8 +170,8 @@ def _asked(atom: Atom, slots: Slots) -> Rows:
 
 
 def _indexed(atom: Atom, slots: Slots) -> Rows:
-    """Return a function like that of ``_asked``, which looks the rows up in an index by the bound
-    variables' values."""
+    """Return a function that pairs each binding with the predicate's rows that agree with its bound
+    variables, found by an index; bindings without such rows are dropped."""
     predicate = atom.predicate
     places = tuple(k for k, t in enumerate(atom.terms) if not isinstance(t, Variable) or t.name in slots)
     key = _arguments(atom, slots, places)

@@ -375,7 +375,7 @@ class Fluents(Value):
 
 
 def _as_wholes(facts: frozenset[Fact], wholes: set[Fact]) -> set[Fact]:
-    """Return the facts that are among the given facts once each part is replaced by its whole thing."""
+    """Return those facts that are in ``wholes`` once each part in them is replaced by the whole thing."""
     return {f for p in {w[0] for w in wholes} for f in by_predicate(facts).get(p, ()) if _of_wholes(f) in wholes}
 
 

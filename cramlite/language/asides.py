@@ -1,4 +1,5 @@
-"""Asides of a sentence: reasons, purposes, comments and addresses, told by their kind, not by their words; they ask for nothing."""
+"""Asides of a sentence: reasons, purposes, comments and addresses, which ask for nothing; they are
+recognised by their form."""
 
 from __future__ import annotations
 
@@ -15,7 +16,10 @@ LONG = 24
 
 
 class Asides:
-    """Asides in one sentence. What could change a goal is none: a place, a state, an amount, what is asked for or denied.
+    """Finder of the asides in one sentence: parts that ask for nothing, such as reasons, comments and
+    addresses.
+
+    What could change a goal is no aside: a place, a state, an amount, or what is asked for or denied.
 
     Args:
         words: of the sentence.
@@ -45,7 +49,8 @@ class Asides:
         yield from self._matrices(k)
 
     def _bounds(self, at: int) -> list[int]:
-        """Where a segment may end: at a stop, or before what joins clauses."""
+        """Return the positions at which an aside that begins at a position may end: at punctuation, or
+        before a word that joins clauses."""
         found = []
         for k in range(at + 1, min(at + LONG, len(self.words)) + 1):
             stop = k == len(self.words) or self.words[k] in english.STOPS
@@ -68,7 +73,8 @@ class Asides:
     # Kinds
 
     def _is_reason(self, inner: Words) -> bool:
-        """Reasons and purposes, but no state that something of the scene shall be in: "so that its handle is on the left"."""
+        """Check whether words tell a reason or purpose, rather than a wanted state of a thing such as "its
+        handle is on the left"."""
         if not inner or inner[0] in english.AUXILIARY or self._commands(inner) or self._measured(inner) or not self._has_verb(inner):
             return False
         named = inner[0] in english.THE and any(map(self._known, inner[1:4]))
@@ -77,7 +83,8 @@ class Asides:
         return not (its and (stands or self._placed(inner) or {*inner} & english.ORIENTED))
 
     def _is_statement(self, span: Words, at: int) -> bool:
-        """Statements that tell of people, of the past, or how something is; they place nothing and ask for nothing."""
+        """Check whether words only tell of people, of the past or how something is, without placing or
+        asking for anything."""
         if span[0] == "that" and {*span[1:2]} & (english.PRONOUNS.keys() | english.THE | english.PERSONS):
             return self._is_reason(span[1:])  # "so that it ..."
         span = tuple(w for w in span if not adverb(w)) or span
@@ -105,25 +112,27 @@ class Asides:
         return not (placed or denied or obliged or (known and not copular))
 
     def _tells(self, span: Words, k: int) -> bool:
-        """Whether a verb of a statement stands at a position."""
+        """Check whether the word at a position is a verb, and does not call a thing of the scene."""
         return not self._known(span[k]) and self._is_verb(span, k)
 
     def _is_verb(self, span: Words, k: int) -> bool:
         return span[k] in english.AUXILIARY | english.STATIVE | english.PAST or _inflected(span[k], span, k)
 
     def _about(self, span: Words) -> bool:
-        """Whether something of the scene is spoken of."""
+        """Check whether one of the words calls a thing of the scene, or is a pronoun that may stand for one."""
         return any(self._known(w) or w in english.PRONOUNS or w in ("its", "their") for w in span)
 
     def _is_indifferent(self, span: Words) -> bool:
-        """What does not matter: "never mind which way up", "do not drop it", "no more"."""
+        """Check whether words say that something does not matter or stays as it is: "never mind which way
+        up", "leave it alone"."""
         starts_ = starts(span, 0, english.INDIFFERENT)
         if span[0] in ("leave", "keep") and any(span[-len(e) :] == e for e in STAYING):
             return not self._placed(span[:-3])
         return bool(starts_) and not self._measured(span[starts_[0] :])
 
     def _is_adverbial(self, span: Words) -> bool:
-        """Adverbs, and phrases of purpose, time and manner: "for the guests", "in one go", "by tonight"."""
+        """Check whether words are adverbs, or a phrase of purpose, time or manner: "for the guests", "in one
+        go", "by tonight"."""
         if self._measured(span):
             return False
         if all(adverb(w) for w in span):
@@ -137,7 +146,8 @@ class Asides:
         return (like and len(span) > 1) or timed
 
     def _is_interjection(self, span: Words, at: int, end: int) -> bool:
-        """One or two words apart from the rest that call nothing: "plop!", "Robbie, ..."."""
+        """Check whether words are an exclamation or address somebody, apart from the rest of the sentence:
+        "plop!", "Robbie, ..."."""
         apart = (at == 0 or self.words[at - 1] in english.STOPS) and (end == len(self.words) or self.words[end] in english.STOPS)
         last = end == len(self.words) and len(span) == 1
         if apart and span[-1] in english.ADDRESS and not any(map(self._known, span)):
@@ -147,7 +157,8 @@ class Asides:
         return len({*span}) == 1 and (apart or last) and plain and not small and not {*span} & english.SIDES.keys()
 
     def _matrices(self, at: int) -> Iterator[int]:
-        """Where what introduces a request ends: "it would mean a lot to me if", "I was hoping that", "do not forget to"."""
+        """Yield the positions after words that introduce a request: "it would mean a lot to me if", "I was
+        hoping that", "do not forget to"."""
         for k in range(at + 2, min(at + 12, len(self.words))):
             span = self.words[at:k]
             if span[-1] == ":" and not (any(map(self._known, span)) or self._placed(span) or self._stated(span)):
@@ -168,11 +179,12 @@ class Asides:
     # What could change a goal
 
     def _open_ended(self, span: Words) -> bool:
-        """Whether a noun is still to come."""
+        """Check whether words end with an article or the like, so that the noun behind it would be cut off."""
         return span[-1] in english.THE - english.PRONOUNS.keys() | {"a", "an"} and len(span) > 1
 
     def _requests(self, span: Words) -> bool:
-        """Whether somebody is asked to bring something somewhere, whatever the words before: "so kind as to set it on the tray"."""
+        """Check whether words contain a verb and its object, and thus a request: "so kind as to set it on
+        the tray"."""
         for k in range(len(span)):
             for end in self._frames.verb_ends(span, k)[:1]:
                 rest = span[end:]
@@ -187,7 +199,7 @@ class Asides:
         return any(verbs) or len(span) > 2 - (span[0] in english.PERSONS)
 
     def _commands(self, span: Words) -> bool:
-        """Whether words begin as a request does."""
+        """Check whether words begin with the verb of a request, directly or after a polite phrase."""
         ends = (*self._frames.verb_ends(span, 0), *starts(span, 0, english.SWAP))
         polite = starts(span, 0, english.POLITE)[:1]
         return any(e < len(span) or e > 1 for e in ends) or any(self._frames.verb_ends(span, e) for e in polite)
@@ -200,7 +212,8 @@ class Asides:
         return any(w in self._states for w in span) or any(starts(span, k, f.stated) for f in self._frames.unary for k in range(len(span)))
 
     def _placed(self, span: Words) -> bool:
-        """Whether a preposition of places stands before something that the scene has, or might have."""
+        """Check whether words contain a place: a preposition before something that the scene has or might
+        have."""
         for k in range(len(span)):
             for end in self._frames.preposition_ends(span, k)[:1]:
                 rest = span[end:]

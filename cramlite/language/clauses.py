@@ -84,7 +84,8 @@ class ClauseParser(RequestParser):
             yield from (r for aside, last in self._left_out(k) for r in self._rest(last, (*before, aside), brief))
 
     def _amended(self, at: int, before: Clauses) -> Iterator[tuple[Clauses, int]]:
-        """The clauses before with what an alternative, or an amount that comes later, makes of them: "..., or put it on the shelf"."""
+        """Yield the clauses so far, changed by an alternative or an amount that follows them: "..., or put
+        it on the shelf"."""
         asked = [k for k, c in enumerate(before) if c.phrases]
         if not asked:
             return
@@ -103,7 +104,8 @@ class ClauseParser(RequestParser):
                     yield from ((clauses, behind) for e in ends for behind in self._closed(e))
 
     def _left_out(self, _at: int) -> tuple[Found, ...]:
-        """Asides that begin at a position."""
+        """Return the asides (parts that ask for nothing) that begin at a position; none in this parser,
+        which knows no asides."""
         return ()
 
     def _separated(self, at: int) -> int:
@@ -289,7 +291,8 @@ class ClauseParser(RequestParser):
                             yield from self._complements(frame, verb, theme, last)
 
     def _holding(self, place: Noun, at: int) -> Iterator[Found]:
-        """Yield clauses on what a place should contain: "the basket should contain the tin", "emptied"."""
+        """Yield clauses on what a place should contain: "the basket should contain the tin", "the basket
+        should be emptied"."""
         for start in starts(self.words, at, english.HOLDS):
             for theme, end in self._nouns.nouns(start):
                 ends = starts(self.words, end, (("on", "it"), ("in", "it"), ("inside",), ("on",), ("in",)))

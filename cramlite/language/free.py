@@ -26,7 +26,7 @@ REACH = 22
 
 
 class Heard(Value):
-    """What was heard of a request so far.
+    """Parts of one request that were found so far, in any order: verb, thing, place, state and amount.
 
     Args:
         verbs: frames of its verb, each with the words that are still to come, and the verb.
@@ -55,7 +55,7 @@ class Heard(Value):
 
 
 class FreeParser(ClauseParser):
-    """Parser that finds what a sentence is about first, in any order, and leaves out asides.
+    """Parser of requests whose parts stand in any order; it leaves out asides, which ask for nothing.
 
     Args:
         words: of the sentence.
@@ -87,12 +87,13 @@ class FreeParser(ClauseParser):
         return self._aside[at]
 
     def _repeated(self, at: int) -> tuple[Found, ...]:
-        """Things that are named once more, in other words: "both blocks, the red and the blue one"."""
+        """Return noun phrases after a comma that only name the things before it in other words: "both
+        blocks, the red and the blue one"."""
         nouns = self._nouns.nouns(at + 1) if self.words[at : at + 1] in ((",",), ("!",)) else ()
         return tuple((Clause("", (), n, relation=SAME), end) for n, end in nouns if self._known(n) and not n.pronoun)
 
     def _aside_of(self, said: Words, at: int, end: int) -> Clause:
-        """An aside, with what it names, for the pronouns behind it."""
+        """Return an aside as a clause, with the things that it names, to which later pronouns may refer."""
         named, k = list[Noun](), at
         while k < end:
             found = [(n, e) for n, e in self._nouns.nouns(k, joined=False) if e <= end and n.words and not n.links and self._known(n)]
@@ -101,7 +102,7 @@ class FreeParser(ClauseParser):
         return Clause(spoken(said).strip(",.;:!? "), (), Noun("", members=tuple(named)), relation=ASIDE)
 
     def _known(self, noun: Noun) -> bool:
-        """Whether something of the scene may be called so."""
+        """Check whether the scene may have what a noun phrase calls."""
         if noun.members:
             return all(self._known(n) and not (n.pronoun and n.several) for n in noun.members)
         if any(not self._known(n) for link in noun.links for n in link.nouns):
@@ -114,7 +115,8 @@ class FreeParser(ClauseParser):
         return self._fitting[noun.words]
 
     def _named(self, at: int) -> Iterator[Found]:
-        """Things that are only pointed at, too: "there is a bottle in the drawer", "where is the jug?"."""
+        """Yield noun phrases to which later pronouns refer, also in statements and questions: "there is a
+        bottle in the drawer", "where is the jug?"."""
         yield from super()._named(at)
         for start in starts(self.words, at, english.QUESTIONS):
             for noun, end in self._nouns.nouns(start):
@@ -129,7 +131,8 @@ class FreeParser(ClauseParser):
     # Free order
 
     def _free(self, at: int, k: int, heard: Heard) -> Iterator[Found]:
-        """Requests whose parts stand from a position on, given what was heard before it."""
+        """Yield the requests, with parts in any order, that begin at position ``at``; ``heard`` has the
+        parts found before position ``k``."""
         yield from ((clause, k) for clause in self._made(heard))
         word = self.words[k] if k < len(self.words) and k < at + REACH else ""
         if not word or (word in english.JOINTS - english.LIGHT and k > at):
@@ -152,7 +155,8 @@ class FreeParser(ClauseParser):
         yield from self._heard_state(at, k, heard)
 
     def _behind_denial(self, at: int) -> tuple[int, ...]:
-        """Ends of the places and states that stand behind a denial."""
+        """Return the positions after each preposition, and after each word for a state, that begins at a
+        position behind a denial."""
         return (*self.frames.preposition_ends(self.words, at), *(e for f in self.frames.unary for e in starts(self.words, at, f.stated)))
 
     def _heard_verb(self, at: int, k: int, heard: Heard) -> Iterator[Found]:
@@ -218,7 +222,7 @@ class FreeParser(ClauseParser):
                     yield from self._free(at, end, replace(heard, amount=clause.amount))
 
     def _made(self, heard: Heard) -> Iterator[Clause]:
-        """Requests that what was heard makes, if it makes any."""
+        """Yield the requests that the parts found so far make; none while parts are missing."""
         if heard.theme is None or (heard.denied and not (heard.obliged or (heard.firm and not heard.verbs))):
             return
         verb = heard.verbs[0][1] if heard.verbs else ()

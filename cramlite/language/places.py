@@ -37,7 +37,8 @@ class Places:
         self._its, self._labels = resolver, resolver.labels
 
     def at(self, noun: Noun, words: Words, phrase: GoalPhrase, themes: tuple[str, ...], mentions: Mentions) -> Referents:
-        """Return the places to which a preposition with a noun phrase refers, as a goal phrase needs them.
+        """Return the places to which a preposition with a noun phrase refers: whole things or regions of
+        them, as a goal phrase needs.
 
         Raises:
             Refusal: none is, or too many are.

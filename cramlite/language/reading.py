@@ -93,7 +93,8 @@ class Reading:
         return tuple(one for goal, one in goals.items() if not any(other.startswith(f"{goal} ") and OR not in other for other in goals))
 
     def _alternative(self, clause: Clause, rows: Sequence[_Row], found: Sequence[_Row], before: Clause) -> list[_Row]:
-        """Goals of which the last one will also do in another way: "hold the block or put it on the shelf"."""
+        """Return the goals, with another one as an alternative to the last of them: "hold the block or put
+        it on the shelf"."""
         if len(rows) != 1 or not found or found[-1].clause is not before:
             raise Refusal(OPEN, f"'{clause.said}' is said in the place of several goals; say for each what else will do")
         last, other = found[-1].literal, rows[0].literal
@@ -101,17 +102,18 @@ class Reading:
         return [*found[:-1], found[-1]._replace(clause=replace(before, either=True), literal=both)]
 
     def _without_told(self, found: Sequence[_Row]) -> list[_Row]:
-        """Goals without those that only tell how things are, before something is asked for."""
+        """Return the goals without statements that precede a request and are already true in the scene."""
         asked = max((k for k, row in enumerate(found) if not row.clause.told), default=-1)
         return [row for k, row in enumerate(found) if not (row.clause.told and k < asked and self._so(row))]
 
     def _so(self, row: _Row) -> bool:
-        """Whether what a clause tells holds now."""
+        """Check whether the statement of a clause, which may be a denial, is true in the present scene."""
         meaning = self._meaning(row._replace(clause=replace(row.clause, denied=False)))
         return meaning is not None and self._its.true(meaning) != row.clause.denied
 
     def _overhear(self, clause: Clause) -> None:
-        """Keep in mind what an aside names, for the pronouns behind it; refuse another thing where one is named again."""
+        """Remember the things that an aside names, for later pronouns; refuse words that should name the
+        last things again but mean others."""
         if clause.relation == "same":
             named = {*self._its.things(clause.theme, lambda _: True, self._mentions).names}
             last = [{*map(thing_of, g)} for g in (*self._mentions.themes[-1:], *self._mentions.places[-1:])]
@@ -212,7 +214,7 @@ class Reading:
         return replace(themes, names=left) if clause.theme.pronoun and left else themes
 
     def _together(self, clause: Clause) -> list[_Row]:
-        """Goals of things that shall stand side by side."""
+        """Return the goals by which several things stand side by side: each further one next to the first."""
         first, *others = clause.theme.members
         parts = [replace(clause, theme=first, relation="phrase")] if clause.place is not None else []
         for other in others:

@@ -48,7 +48,7 @@ class Resolver:
         self.fresh()
 
     def fresh(self) -> None:
-        """Begin another reading."""
+        """Reset what was counted for one way of reading a sentence, before the next way is tried."""
         self.needless = 0
         self._sizes: dict[str, int] = {}
 

@@ -39,7 +39,8 @@ class RequestParser:
         self._nouns = NounParser(words, frames.prepositions, frames.states, names)
 
     def _known(self, _noun: Noun) -> bool:
-        """Whether something may be called so; only the scene knows it."""
+        """Check whether the scene may have what a noun phrase calls; always true in this parser, which does
+        not know the scene."""
         return True
 
     def _known_clause(self, clause: Clause) -> bool:
@@ -98,7 +99,8 @@ class RequestParser:
                     yield from self._predicates(theme, begin)
 
     def _complements(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
-        """Yield the clauses that the words after a verb and its object complete."""
+        """Yield clauses of a verb and its object together with the words behind them: an amount, a place, or
+        an adverb or adjective."""
         if frame.amount:
             yield from self._amounts(frame, verb, theme, at)
         elif frame.place:
@@ -199,7 +201,7 @@ class RequestParser:
                 yield self._clause(frame, verb, theme, amount=f"{number[1]} {unit}"), k + 1 + (not number[2])
 
     def _centre(self, at: int) -> Iterator[int]:
-        """Where "from the tray's centre" ends."""
+        """Yield the position after words for the middle of a thing: "from the tray's centre"."""
         for start in starts(self.words, at, english.OF):
             for noun, end in self._nouns.nouns(start, joined=False):
                 if noun.sides == ("middle",) or any(k.words[:1] == ("middle",) for k in noun.links):

@@ -185,7 +185,8 @@ def _problem(
 
 
 def _groups(shown: Tables, literals: Sequence[Literal], cast: Cast) -> list[Group]:
-    """Return a group for each example: all role fillings except the right one, which a rule should refute."""
+    """Return for each example a group of all wrong fillings of its roles, which the learned rule should
+    refute."""
     refuted, valid = ~shown.truths(literals, cast.roles), shown.valid(cast.roles)
     found = []
     for k, place in enumerate(cast.places):

@@ -109,8 +109,8 @@ class Language(Value):
 
 
 def _sensible(predicate: Predicate, slots: tuple[int, ...]) -> bool:
-    """Check whether a condition is worth considering: about the agent or a role, with different things, none of
-    them contents, and a symmetric one in one order only."""
+    """Check whether a condition is worth considering: it names the agent or a role, nothing twice, no
+    contents of a vessel, and symmetric pairs in one order."""
     named = [s for s in slots if s != ANY]
     if len(set(named)) < len(named) or (slots and not named) or (predicate.fluent.of_contents and slots[-1] != ANY):
         return False

@@ -100,7 +100,8 @@ def _steps(path: ShownPath, mover: str, about: str) -> list[str]:
 
 
 def _once(path: ShownPath, number: str, begin: str, end: str, *first: str) -> list[str]:
-    """Lines of the way through a path, from a place above it to another one.
+    """Return lines of Python for a single pass along a shown path: above its start, along the path, and away
+    from its end.
 
     Args:
         number: at the end of names of what is done more than once.

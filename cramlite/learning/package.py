@@ -83,8 +83,12 @@ def thing_name(role: str) -> str:
 
 
 def _before(proposal: Proposal) -> Iterator[str]:
-    """Known tasks that come before the learned one in all examples, as lines of a scenario: how its payload comes into the hand. What fills
-    no role of ours is the floor, on which all stands there."""
+    """Yield lines of a scenario with the known tasks that come before the learned one in all examples, such
+    as those that bring its payload into the hand.
+
+    Things that fill no role of the learned task are replaced by the floor, on which all things of that
+    scenario stand.
+    """
     shown = []
     for one, fillers in zip(proposal.learned.examples, proposal.fillers, strict=True):
         names = dict(zip(fillers, map(thing_name, proposal.roles), strict=True))

@@ -71,7 +71,8 @@ def rounds(points: Floats) -> Rounds | None:
 
 
 def strokes(points: Floats, touched: np.ndarray, least: float) -> list[tuple[int, int]]:
-    """Return the first and the last place of each stretch in contact of a path; what is lifted on less than the least way goes on.
+    """Return the first and last index of each stretch of a path that is in contact; shorter lifts than
+    ``least`` do not divide a stretch.
 
     Args:
         points: (M, 3) at even distances ``STEP``.

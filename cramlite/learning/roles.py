@@ -148,7 +148,8 @@ def _changes(language: Language, common: Sequence[Literal]) -> Iterator[Literal]
 
 
 def _whole(language: Language, literal: Literal) -> bool:
-    """Whether a condition names all things that it is about; contents have no name."""
+    """Check whether a condition names everything that it is about, except the contents of a vessel, which
+    have no name."""
     contents = language.predicates[literal.predicate].fluent.of_contents
     return ANY not in (literal.slots[:-1] if contents else literal.slots)
 

@@ -57,8 +57,8 @@ class ShownMotion(Value, eq=False):
     bent: bool
 
     def apart_from(self, refused: Sequence[Span]) -> ShownMotion:
-        """Return the motion with the least number of rounds raised, so that spans that are not the task
-        have fewer.
+        """Return the motion with its least number of rounds raised, if possible, above the number found in spans
+        without the task.
 
         The number is half way between theirs and the examples'.
         """
@@ -173,7 +173,8 @@ def _core(span: Span, mover: str, about: str) -> _Core | None:
 
 
 def _strokes(places: Floats, touched: np.ndarray) -> list[tuple[int, int]]:
-    """First and last place of each of several strokes on a surface; none where there is one, or they are not alike."""
+    """Return the first and last index of each stroke of a path on a surface; none if there is a single
+    stroke, or if strokes differ."""
     runs = strokes(places, touched, LONG)
     if len(runs) < 2:
         return []

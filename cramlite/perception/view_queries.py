@@ -79,8 +79,8 @@ def _things(wanted: Object, furniture: World, taxonomy: Taxonomy) -> tuple[Thing
 
 
 def _named_together(wanted: Object, plan: Plan, tasks: Mapping[str, TaskType], put: bool) -> Iterator[str]:
-    """Yield the objects that have a role in one task with an object, in the order of the tasks: of placing
-    tasks if ``put``, else of all other tasks.
+    """Yield the other objects of each task of a plan in which a wanted object has a role: of placing tasks
+    if ``put``, else of all others.
 
     The whole is given in the place of a part.
     """
@@ -111,8 +111,8 @@ def _borne(features: Iterable[str], taxonomy: Taxonomy, *ways: str) -> bool:
 
 
 def _views(things: tuple[Thing, ...], taxonomy: Taxonomy) -> Iterator[str]:
-    """Yield what one picture each should show: for each class of hangers the class, then the name of each
-    other thing that can carry things, the smallest first."""
+    """Yield what to take one picture of each: every class of hangers, then the name of each other thing that
+    can carry things, the smallest first."""
     hangers = [t for t in things if bears(t, taxonomy, HANGING)]
     carriers = [t for t in things if t not in hangers and bears(t, taxonomy, STANDING, INSIDE)]
     yield from dict.fromkeys(t.type for t in hangers)

@@ -76,7 +76,7 @@ class Lane(Value):
 
 
 class Told(Value):
-    """Successive actions on which both readings agree.
+    """Neighbouring actions, or a single one, with what each reading claims about them.
 
     Args:
         numbers: of the first and the last.
@@ -107,7 +107,8 @@ class Told(Value):
         return len(set(zip(self.says, self.tasks, strict=True))) > 1
 
     def joined(self, other: Told) -> Told:
-        """Join these actions with the next ones."""
+        """Return these actions and the ones after them as one entry, because the readings claim the same
+        about both."""
         lengths = tuple(a + b for a, b in zip(self.lengths, other.lengths, strict=True))
         numbers = (self.numbers[0], other.numbers[1])
         return Told(numbers, self.start, other.end, self.explained or other.explained, self.says, self.tasks, lengths)
@@ -259,8 +260,8 @@ def _phrase(phrase: str, event: Event, names: SpokenNames) -> str:
 
 
 def _matters(events: Iterable[Event], spoken_of: Collection[str | None], axis: Axis) -> bool:
-    """Check whether states matter for the readings: a reading must mention one of their things, or both if
-    the states last all the time."""
+    """Check whether the picture should show some states: a reading mentions one of their things, or all of
+    them if the states last all the time."""
     listed = list(events)
     about = _spoken_of(listed[0], spoken_of)
     always = all(e.start < axis.begin + ALWAYS and e.end > axis.end - ALWAYS for e in listed)

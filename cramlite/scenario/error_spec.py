@@ -80,7 +80,7 @@ class ErrorSpec(create_model("ErrorKeys", __base__=Spec, **keys_of(ErrorModel)))
         return replace(before, **changes, scale=before.scale if self.scale is None else self.scale)
 
     def _with_written(self, name: str, source: ErrorSource, before: Any) -> Any:
-        """Return a field of an error model with the stated changes."""
+        """Return the value of one field of an error model, with the changes that the file states."""
         if source.keys:
             return replace(before, **{a: v for key, (a, _) in source.keys.items() if (v := getattr(self, key)) is not None})
         said = getattr(self, name)

@@ -143,7 +143,7 @@ def corrected(world: World, knowledge: Knowledge, noise: float, deep: float | No
 def _completed(
     scenario: Scenario, things: tuple[Thing, ...], imported: ImportedScene | None, knowledge: Knowledge
 ) -> World:
-    """Complete a world: some things with the scenario's robot, camera and physics.
+    """Return a world of some things with the scenario's robot, camera and physics.
 
     Physics settings of a scene file and of a gripper's pads hold where the scenario states none.
     """

@@ -167,7 +167,8 @@ def _check_effects(task: TaskType, beliefs: Iterable[Belief]) -> None:
 
 
 def _excuse(task: TaskType, name: str) -> None:
-    """Accept or refuse a missing key: a parameter or role that only scenarios give is no defect."""
+    """Excuse a sample action's missing key with a warning if only scenarios give it; raise an error if the
+    task declares it or it is no role."""
     declared = [p.name for p in task.parameters]
     assert name not in declared, (
         f"{task.task}.effects asks for action.parameters['{name}'], which is there only where a scenario gives it; "
@@ -253,8 +254,8 @@ def _check_location(task: TaskType, location: Location, known: _Known) -> None:
 
 
 def _answered(designator: Location | Motion, hooks: Hooks) -> bool:
-    """Check whether the plugin or an installed one answers a designator; failing for want of a context counts
-    as an answer."""
+    """Check whether the plugin or an installed one answers a designator; an error counts as an answer,
+    because no context is given."""
     hook, registry = HOOKS[type(designator)], Registry()
     asked = {"designator": designator, "location": designator, "motion": designator, "belief": sample_belief(), "context": None}
     if hook in hooks:

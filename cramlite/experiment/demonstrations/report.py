@@ -141,7 +141,8 @@ def baseline(tables: ObjectTables) -> dict[str, Any]:
 
 
 def against_baseline(tables: ObjectTables, path: Path, key: str) -> list[str]:
-    """Return the differences from the stored tables of the same set, in words; a note if there are none.
+    """Return in words how the counts of the tables differ from the stored baseline; a note if they do not,
+    or if no baseline is stored.
 
     Raises:
         UserError: the file is damaged.

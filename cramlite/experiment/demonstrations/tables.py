@@ -224,8 +224,8 @@ def area_under_curve(cases: Sequence[tuple[float, bool]]) -> tuple[float, float,
     others = (n + m) / 2 - 1
 
     def beyond(true: float) -> float:
-        """Return a number that is 0 if an assumed true area is a bound of the confidence interval, and
-        positive outside of the interval.
+        """Evaluate, for an assumed true area under the ROC curve, a function whose zeros are the bounds of
+        the area's confidence interval.
 
         It is the squared distance of the observed and the assumed area, less Z^2 times the variance that the
         observation would have if the assumed area were true; 0 at the bound.

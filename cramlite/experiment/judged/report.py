@@ -65,8 +65,8 @@ def difference(found: Difference) -> str:
 
 
 def watched(found: Watched) -> str:
-    """Return a sentence with the success rates of watched suites: with simulated time stopped during the
-    search, and with it passing."""
+    """Return a sentence with the success rates of suites in which the world is watched during a run: with
+    simulated time stopped during the search, and with it passing."""
     return (
         f"Success rates of watched suites at rest: {found.still.text} if simulated time stops during the search; "
         f"{found.passing.text} if the search's CPU time passes."

@@ -83,7 +83,8 @@ class Difference(Value):
 
 
 class Watched(Value):
-    """Success rates of watched suites, with the judge's check true at rest and within the budget.
+    """Success rates of the suites in which the world is watched during a run: the judge's check is true at
+    rest and within the budget.
 
     One is with simulated time stopped during the search, the other with the search's CPU time passing.
     """
