@@ -83,7 +83,7 @@ def when(figure: Figure) -> str:
 
 
 def mark(figure: Figure) -> str:
-    """Return "(**old**)." or "(**age unknown**)." for such a figure, a full stop for all others."""
+    """Return what follows a figure's title: "(**old**)" or "(**age unknown**)" if the figure is so, and a full stop."""
     ago = age(figure.commit) if figure.commit else None
     return " (**age unknown**)." if ago is None else " (**old**)." if ago > OLD else "."
 

@@ -27,12 +27,12 @@ WIDTH, COLOURS = 1100, 128
 
 
 def cramlite(*words: object) -> None:
-    """Run a command of this checkout."""
+    """Run this checkout's ``cramlite`` with the given arguments, without its output."""
     subprocess.run([sys.executable, "-m", "cramlite", *map(str, words)], check=True, stdout=subprocess.DEVNULL)
 
 
 def take(page: Path, out: Path, height: int) -> None:
-    """Take the upper part of a page."""
+    """Save a screenshot of the upper part of an HTML page, in few colours."""
     browser = chromium()
     assert browser is not None, "install Chromium first"
     with Browser(browser) as found:
@@ -43,7 +43,7 @@ def take(page: Path, out: Path, height: int) -> None:
 
 
 def main(recording: str, foreign: str) -> None:
-    """Take all pictures."""
+    """Make the three pictures of ``docs/assets``: a report, a reading and a run in a foreign scene."""
     with tempfile.TemporaryDirectory() as folder:
         run, reading = Path(folder) / "run", Path(folder) / "reading.html"
         cramlite("resolve", "fetch_from_hanger", "--out", run)

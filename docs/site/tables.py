@@ -110,7 +110,7 @@ def default_of(parameter: inspect.Parameter) -> str:
 
 
 def motion(which: str) -> str:
-    """Return the kinds of motions, their parameters, or the words of these."""
+    """Return a table of the kinds of motions, of their parameters, or of the words that parameters take."""
     from cramlite_plugins.motions.motion_kinds import KINDS
 
     kinds = KINDS.values()
@@ -162,7 +162,7 @@ TABLES: dict[str, Callable[[str], str]] = {
 
 
 def everything() -> list[tuple[str, str]]:
-    """Return every table that a page should have, as kind and name."""
+    """Return kind and name of every table that some page of the reference should show."""
     from cramlite_plugins.objects.products_and_fixtures import MODELS
 
     taking = [c for c, p in commands().items() if len(p._actions) > 1 + len(COMMON)]
