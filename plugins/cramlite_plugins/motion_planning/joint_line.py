@@ -29,8 +29,10 @@ Part = tuple[float, float, Rates | None]
 
 
 class JointLine:
-    """A straight line between two joint positions; ``way`` (n,) is how far each joint moves [rad], as if
-    always at its fastest."""
+    """A straight line between two joint positions; ``way`` (n,) is how far each joint moves along it [rad].
+
+    Of a curve (``JointBlend``) ``way`` is how far it would move at its highest speed.
+    """
 
     def __init__(self, a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> None:
         self.start, self.way = np.asarray(a, dtype=float), np.subtract(b, a)

@@ -241,7 +241,7 @@ class PlanningScene(Value):
 
     def relaxed(self, anchors: Sequence[Position], start: Position | None = None) -> PlanningScene:
         """Return the same scene, in which joint positions near one of the given ones (``anchors``) need no
-        more clearance than it has.
+        more clearance than that one has itself.
 
         Args:
             start: anchor in which contacts may be as deep as those of things that lean on one another.
@@ -295,11 +295,11 @@ class PlanningScene(Value):
 
     def _near(self, level: Inflated) -> Iterator[tuple[int, int, float]]:
         """Pairs (one, other, distance) that may not touch and whose shapes meet when inflated, with the arm
-        where the data's state is."""
+        at the joint position that is set in the simulation state."""
         return self._measured(level.near(self.data))
 
     def _measured(self, near: Iterable[tuple[int, int]]) -> Iterator[tuple[int, int, float]]:
-        """Yield pairs (one, other, distance) of those geom pairs that may not touch, with the exact distance
+        """Yield pairs (one, other, distance) of those geom pairs that may not touch, with the distance
         between their shapes [m].
 
         Each is measured when it is asked for: the first one that is too close ends most checks of blocked positions.

@@ -56,7 +56,7 @@ class Space(FreeBlends, Protocol):
 
     def relaxed(self, anchors: Sequence[Sequence[float]]) -> Space:
         """Return the same scene, in which joint positions near one of the given ones (``anchors``) need no
-        more clearance than it has."""
+        more clearance than that one has itself."""
 
 
 class Probed(Value):

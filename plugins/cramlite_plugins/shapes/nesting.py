@@ -92,8 +92,8 @@ def _wider(cells: Floats) -> Floats:
 
 
 def _gap(own: Floats, under: Floats, i: int, j: int) -> Floats:
-    """Height of the support above a thing's lower side at each cell (n, m) [m], the thing shifted by (i -
-    CELLS, j - CELLS) cells."""
+    """Height of the support above a thing's lower side at each cell (n, m) [m]; i = j = ``CELLS`` is the
+    thing unshifted."""
     gap: Floats = own + under[i : i + own.shape[0], j : j + own.shape[1]]
     return gap
 

@@ -245,7 +245,8 @@ def room(placement: Placement, query: Query) -> str | Refused:
 
 
 def _met(placement: Placement, query: Query, hand: bool) -> Refused | None:
-    """Obstacles of the payload on its way, with or without the hand; a pose out of reach is left to another check."""
+    """Refusal by what a payload meets on its way, with or without the hand; a pose out of reach is left to
+    another check."""
     for pose, far in placement.way:
         short = not placement.led and reach_shortfall(query.context.robot, pose)
         no: Refused | None = None if short else query.scene.met(query.belief.base() * pose, hand)
@@ -257,8 +258,8 @@ def _met(placement: Placement, query: Query, hand: bool) -> Refused | None:
 
 
 def _at(placement: Placement, pose: Pose, no: Refused) -> Refused:
-    """Prefix the reason of a refusal with the pose of a placement that it is about: "above it" (the stand-
-    off) or "at it" (the place)."""
+    """Prefix the reason of a refusal with the pose of a placement that it is about: "above it" (the
+    stand-off) or "at it" (the place)."""
     where = Stage.BEFORE if pose == placement.before else Stage.POSE
     return replace(no, reason=f"{'above it' if where is Stage.BEFORE else 'at it'}: {no.reason}", where=where)
 
