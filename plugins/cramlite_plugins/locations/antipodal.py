@@ -131,8 +131,10 @@ def clear(shape: Body, hands: Hands, openings: Floats, gripper: Gripper) -> NDAr
 
 
 def caught(shape: Body, hands: Hands, widths: Floats, gripper: Gripper) -> NDArray[np.bool_]:
-    """Check for which hands (n,), with pads ``widths`` (n,) apart [m], a part of the shape lies behind the
-    rear edge of a pad's face: within a pad's length of that edge, but apart from it.
+    """Check from which hands (n,), with pads ``widths`` (n,) apart [m], a released thing would not come
+    free: a part of it is behind a pad.
+
+    That part is within a pad's length behind the rear edge of the pad's face, but apart from that edge.
 
     A thing that is released there in the air falls onto the pad, and comes along with the hand as it withdraws.
     """

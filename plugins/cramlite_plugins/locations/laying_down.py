@@ -86,8 +86,10 @@ def released(shares: list[float], hands: list[Pose]) -> tuple[float, Pose]:
 
 
 def rolled(thing: Thing, lies: Pose, swing: Swing, below: tuple[Thing, Pose] | None = None) -> tuple[list[float], list[Pose]]:
-    """Return shares of a swing, from 1 to 0, and the TCP poses at which the thing rolls on the level where it
-    will lie, or on what is higher than that, such as the rim of a plate below.
+    """Return TCP poses that lay a hanging thing down as it rolls over its lowest edge, with shares of the
+    swing from 1 (hanging) to 0 (lying).
+
+    It rolls on the level where it will lie, or on what is higher than that, such as the rim of a plate below.
 
     Args:
         lies: the TCP there.
@@ -108,7 +110,8 @@ def rolled(thing: Thing, lies: Pose, swing: Swing, below: tuple[Thing, Pose] | N
 
 
 def _resting(thing: Thing, turned: Pose, before: Pose, floor: float) -> Pose:
-    """Pose with another orientation, its touching point where it was before."""
+    """Pose of a thing that rolls on the floor: turned, its lowest edge on the floor where that edge was
+    before the turn."""
     points: Floats = corners(thing, turned)
     low = points[:, 2].min()
     edge = points[:, 2] < low + EDGE

@@ -57,7 +57,7 @@ class Leg(Value):
 
 
 class Candidate(Value):
-    """Alternative of a location, before the arm is asked.
+    """Candidate for the grounding of a location, before it is checked whether the arm reaches it.
 
     Args:
         name: for people; it also identifies the alternative.

@@ -65,7 +65,11 @@ def _aimed(payload: Thing, now: Pose, heading: float) -> tuple[float, ...]:
 
 
 def ways(path: ShownPath) -> Iterator[tuple[str, Floats]]:
-    """Yield the ways through a path's corners, each with its name."""
+    """Yield the orders in which a payload may follow the corners of a shown path, each with its name for
+    people.
+
+    A closed path may be begun at several corners, and be followed backwards if ``either`` is set.
+    """
     corners = path.corners
     if not path.closed:
         yield "from its beginning to its end", corners

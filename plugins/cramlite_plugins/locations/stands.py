@@ -149,7 +149,8 @@ def _over(target: Target, there: Belief, context: Context) -> str:
 
 
 def _none(answers: Iterable[Grounding | Refused], otherwise: str) -> str:
-    """Reason of the first refusal if there is no grounding among answers; "" if there is one."""
+    """Return "" if answers contain a grounding; else the reason of the first refusal, or ``otherwise`` if
+    there is none."""
     first = ""
     for answer in answers:
         if isinstance(answer, Grounding):

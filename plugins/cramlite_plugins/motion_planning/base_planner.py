@@ -189,7 +189,7 @@ class _Search:
         self.found: list[Vector3] = []
 
     def step(self) -> bool:
-        """Look at the most promising cell and its neighbours; return False if there is no cell left, or too
+        """Advance an A* search by its most promising cell; return False if there is no cell left, or too
         many places were looked at."""
         while self.queue and self.queue[0][1] in self.closed:
             heapq.heappop(self.queue)
@@ -254,7 +254,7 @@ def _outside(place: Vector3, start: Vector3, goal: Vector3) -> bool:
 
 
 def _places(cell: Cell, came: Mapping[Cell, Cell], place: Callable[[Cell], Vector3]) -> list[Vector3]:
-    """Places of the way from the start to a cell."""
+    """Places (x, y, yaw) along the path that the search found from its start to a cell, in order."""
     found = [place(cell)]
     while came[cell] != cell:
         cell = came[cell]
@@ -281,7 +281,8 @@ def _shortened(floor: Ground, places: list[Vector3]) -> list[Vector3]:
 
 
 def _halved(places: list[Vector3]) -> list[Vector3]:
-    """Ends of all legs; a leg of nearly half a turn becomes two, each the shorter way round."""
+    """Places at which the legs of a base path end; a leg that turns by nearly 180 deg is split, so that each
+    half has a shorter way round."""
     done: list[Vector3] = []
     for a, b in itertools.pairwise(places):
         if abs(b[2] - a[2]) > HALF:

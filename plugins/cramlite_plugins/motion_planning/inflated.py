@@ -47,7 +47,8 @@ class Inflated(Value):
         return {(g, h) for g, h in data.contact.geom.tolist()} if data.ncon else set()
 
     def near_apart(self, data: Any) -> set[tuple[int, int]]:
-        """Return the same where geoms were moved without their bodies, whose boxes then say nothing of them."""
+        """Return the pairs of geoms that may be near, where geoms were moved without their bodies: MuJoCo's
+        bounding boxes of bodies are not used."""
         options, flags = self.model.opt, self.model.opt.disableflags
         options.disableflags = flags | int(mujoco.mjtDisableBit.mjDSBL_MIDPHASE)
         found = self.near(data)
@@ -78,8 +79,8 @@ def inflated(model: Any, apart: Floats, distance: float) -> Inflated:
 
 
 def _mask(model: Any, meets: Any) -> None:
-    """Set the contact bits of geoms such that MuJoCo compares only the pairs of ``meets``, which some joint
-    moves relative to each other.
+    """Set the contact bits of geoms such that MuJoCo compares only the pairs that ``meets`` (geoms, geoms)
+    allows.
 
     Geoms that meet the same ones share a bit; the last bit is for all geoms beyond the available bits.
     """

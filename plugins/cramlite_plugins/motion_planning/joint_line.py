@@ -29,7 +29,10 @@ Part = tuple[float, float, Rates | None]
 
 
 class JointLine:
-    """A straight joint-space line, with the ways of its joints [rad]: over all of it, at the fastest where that changes."""
+    """A straight line between two joint positions; ``way`` (n,) is how far each joint moves along it [rad].
+
+    Of a curve (``JointBlend``) ``way`` is how far it would move at its highest speed.
+    """
 
     def __init__(self, a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> None:
         self.start, self.way = np.asarray(a, dtype=float), np.subtract(b, a)
@@ -41,7 +44,7 @@ class JointLine:
         return q
 
     def parts(self) -> list[Part]:
-        """Return the line in equal parts."""
+        """Divide the line into equal parts: start and end of each as fractions of the line, and None."""
         count = math.ceil(float(np.abs(self.way).sum()) / CHUNK + 1e-9)
         return [(k / count, (k + 1) / count, None) for k in range(count)]
 
@@ -53,7 +56,8 @@ class JointLine:
 
 
 class JointBlend(JointLine):
-    """A parabola in joint space from one straight line to another, by fractions of its parameter.
+    """A parabola in joint space that rounds the corner between two straight lines; fractions are those of
+    its parameter.
 
     Args:
         start, goal: where it leaves one line and meets the other [rad].
@@ -66,7 +70,7 @@ class JointBlend(JointLine):
         self.size = float(self.way.max())
 
     def at(self, fraction: float) -> Floats:
-        """Return the joint position (n,) at a fraction of the parameter."""
+        """Return the joint position (n,) on the parabola at a fraction (0 to 1) of its parameter."""
         q: Floats = self.start + 2.0 * fraction * self.into + fraction * fraction * (self.out - self.into)
         return q
 

@@ -94,7 +94,7 @@ def required_distances(
 
 
 def _named(owners: Sequence[Owner]) -> Mapping[str, list[int]]:
-    """Name that an allowed pair may have -> the indices of its geoms."""
+    """Geoms by the name under which contacts with them may be allowed: name -> the indices of its geoms."""
     found: dict[str, list[int]] = {}
     for g, owner in enumerate(owners):
         for name in {owner.name, owner.touch, owner.kind} - {"thing"}:

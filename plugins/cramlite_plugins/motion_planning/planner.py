@@ -111,7 +111,8 @@ def plan(
 
 
 def _straight(scene: Space, origin: Joints, goals: Goals, law: tuple[float, float]) -> Path | None:
-    """The straight line to the nearest goal to which there is one."""
+    """Straight joint-space line from the start to the first of the ``DIRECT`` nearest goals that can be
+    reached so; None if none can."""
     for index, goal in goals[:DIRECT]:
         checkpoint()
         if scene.line_probed(origin, goal) and scene.line_free(origin, goal):
@@ -156,7 +157,11 @@ def _joints(q: Sequence[float] | Floats) -> Joints:
 
 
 def _free_goals(scene: Space, origin: Joints, goals: list[Joints]) -> list[tuple[int, Joints]]:
-    """The nearest free goals, each with its index; goals that are whole turns apart are checked once."""
+    """The goals (joint positions) that are free, those nearest to the start first, each with its index; at
+    most ``GOALS``.
+
+    Goals that are whole turns apart are checked once.
+    """
     known: dict[tuple[float, ...], bool] = {}
     result: list[tuple[int, Joints]] = []
     for index, q in sorted(enumerate(goals), key=lambda item: (leading(origin, item[1]), item[0])):
@@ -219,7 +224,8 @@ def _no_path(scene: Space, origin: Joints, goal: Joints, spent: int, truncated: 
 def _search(
     scene: Space, origin: Joints, goals: list[Joints], law: tuple[float, float], seed: int, samples: int, attempts: int
 ) -> tuple[Points, Points, int, bool]:
-    """First path, shortened path, number of samples used, and whether the search was cut short.
+    """Search for a path: the first one found, the shortened one, the number of samples used, and whether it
+    was cut short.
 
     Each round samples a larger box around start and goals.
 

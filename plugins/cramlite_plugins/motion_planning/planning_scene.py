@@ -165,7 +165,7 @@ class PlanningScene(Value):
         return self._clear(JointBlend(start, corner, goal))
 
     def _clear(self, line: JointLine) -> bool:
-        """Whether every part of a line is free, long ones first."""
+        """Whether the arm is free along a whole line, whose parts are checked longest first."""
         rest = deque(line.parts())
         while rest:
             opened = self._judge(line, rest.popleft())
@@ -240,8 +240,8 @@ class PlanningScene(Value):
         return next((n for n in still if world.thing(n).movable or world.thing(n).joint is not None), "")
 
     def relaxed(self, anchors: Sequence[Position], start: Position | None = None) -> PlanningScene:
-        """Return the same scene, in which positions near one of these anchors need no more clearance than the
-        anchor has.
+        """Return the same scene, in which joint positions near one of the given ones (``anchors``) need no
+        more clearance than that one has itself.
 
         Args:
             start: anchor in which contacts may be as deep as those of things that lean on one another.
@@ -294,11 +294,13 @@ class PlanningScene(Value):
         self.checks[0] += 1
 
     def _near(self, level: Inflated) -> Iterator[tuple[int, int, float]]:
-        """Pairs as of ``_look``, with the arm at the joint position that the model's data has."""
+        """Pairs (one, other, distance) that may not touch and whose shapes meet when inflated, with the arm
+        at the joint position that is set in the simulation state."""
         return self._measured(level.near(self.data))
 
     def _measured(self, near: Iterable[tuple[int, int]]) -> Iterator[tuple[int, int, float]]:
-        """Those of the given pairs that may not touch, with their distance.
+        """Yield pairs (one, other, distance) of those geom pairs that may not touch, with the distance
+        between their shapes [m].
 
         Each is measured when it is asked for: the first one that is too close ends most checks of blocked positions.
         """
@@ -359,14 +361,15 @@ class PlanningScene(Value):
 
 
 def _joints(data: Any, index: RobotIndex) -> Floats:
-    """The joints of a robot (n,) in a state, to be written to."""
+    """The joint positions (n,) of a robot in MuJoCo's state, as an array that shares its memory: writing to
+    it moves the joints."""
     joints: Floats = data.qpos[index.joints[0] : index.joints[0] + len(index.joints)]
     return joints
 
 
 def _farthest(clearance: float, wider: Mapping[str, float]) -> float:
-    """Largest distance that any pair must keep [m], at most ``HORIZON``, above which distances are not told
-    apart."""
+    """Largest distance that any pair must keep [m]; it must not exceed ``HORIZON``, above which distances
+    are not told apart."""
     most = clearance + max(wider.values(), default=0.0)
     if not 0 <= clearance <= most <= HORIZON:
         raise ValueError(f"clearance {clearance} m and {dict(wider)}; it must lie between 0 and {HORIZON} m")

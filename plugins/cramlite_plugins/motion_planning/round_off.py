@@ -44,7 +44,8 @@ def blend_radii(
 def _largest(
     scene: FreeBlends, before: Floats, corner: Floats, after: Floats, slack: float
 ) -> tuple[float, tuple[float, float]]:
-    """The largest radius that is free, and the fractions of both lines that it takes.
+    """Largest free blend radius at a corner of a joint path [m], and the fractions of both lines that the
+    curve replaces.
 
     Args:
         slack: by how much less than half of the line before it must do [m].

@@ -55,8 +55,8 @@ class Space(FreeBlends, Protocol):
         """Return the deepest collision at a joint position; None where there is none, or where it is beyond a limit."""
 
     def relaxed(self, anchors: Sequence[Sequence[float]]) -> Space:
-        """Return the same scene, in which positions near one of these anchors need no more clearance than the
-        anchor has."""
+        """Return the same scene, in which joint positions near one of the given ones (``anchors``) need no
+        more clearance than that one has itself."""
 
 
 class Probed(Value):

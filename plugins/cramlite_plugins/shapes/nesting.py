@@ -68,15 +68,18 @@ def touching(thing: Thing, pose: Pose, below: Thing, at: Pose) -> Any:
 
 
 def room_under(thing: Thing, pose: Pose, below: Thing, at: Pose) -> float:
-    """Return the distance that a thing could be let down straight before it meets another [m]; negative
-    inside of that, inf beside it. Poses as of ``nested``."""
+    """Return the distance that a thing could be let down straight before it meets another [m]; negative if
+    they overlap, inf beside it.
+
+    The arguments are those of ``nested``.
+    """
     _, _, own, under = _seen(thing, pose, below, at)
     return -float(_gap(own, under, CELLS, CELLS).max())
 
 
 def _seen(thing: Thing, pose: Pose, below: Thing, at: Pose) -> tuple[Floats, Floats, Floats, Floats]:
-    """Cell centres (n,) and (m,), the depth of the thing's lower side at them (n, m), and the height of
-    the support's upper side there and around."""
+    """Heights on a grid of cells: the cells' centres (n,) and (m,), how deep a thing's lower side is (n, m),
+    and how high its support is."""
     points = corners(thing, pose)
     (left, near, _), (right, far, _) = points.min(axis=0), points.max(axis=0)
     xs, ys = np.arange(left, right, STEP) + STEP / 2, np.arange(near, far, STEP) + STEP / 2
@@ -89,8 +92,8 @@ def _wider(cells: Floats) -> Floats:
 
 
 def _gap(own: Floats, under: Floats, i: int, j: int) -> Floats:
-    """Height by which the thing must rise over the support, for each of its cells (n, m) [m], shifted by
-    cells (i, j)."""
+    """Height of the support above a thing's lower side at each cell (n, m) [m]; i = j = ``CELLS`` is the
+    thing unshifted."""
     gap: Floats = own + under[i : i + own.shape[0], j : j + own.shape[1]]
     return gap
 

@@ -104,7 +104,7 @@ class FaultsToCome:
 
     @cached_property
     def _tried(self) -> Data:
-        """State in which places are tried."""
+        """Scratch state in which it is tried whether the place where a fault puts a thing is free."""
         return self.compiled.data()
 
     def _has_room(self, fault: Fault) -> bool:

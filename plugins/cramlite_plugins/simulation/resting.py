@@ -133,8 +133,8 @@ def _dropped(
 
 
 def _let_down(compiled: Compiled, data: Data, thing: Thing, start: Pose, below: Floats) -> Pose | None:
-    """Let a thing down to some ``STEP`` above its first contact with a thing that has the corners ``below``
-    (n, 3); None if it passes beside that thing."""
+    """Place a thing just above its first contact with the thing below, whose corners are ``below`` (n, 3);
+    None if it passes beside it."""
     lowest = float(corners(thing, start)[:, 2].min())
     bottom, top = (float(v) for v in (below[:, 2].min(), below[:, 2].max()))
     for drop in np.arange(0.0, top - bottom, STEP):

@@ -14,7 +14,8 @@ from .urscript.values import ScriptError, StructValue, show
 
 
 class Clock:
-    """The simulated time, and numbers that are the same in every run.
+    """URScript's ``time`` and ``random``: the simulated time, and random numbers that are the same in every
+    run.
 
     Args:
         clock: the time since the controller started [s].

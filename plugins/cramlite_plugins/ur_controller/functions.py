@@ -373,8 +373,8 @@ class Functions:
 
 
 def _rates(v: Any, a: Any, where: str, t: Any, way: float) -> tuple[float, float]:
-    """Speed and acceleration of a motion; a duration ``t`` above 0 determines both (URScript manual, movej
-    and movel)."""
+    """Speed and acceleration of a motion command; a duration ``t`` above 0 determines both (URScript manual,
+    movej and movel)."""
     speed, acceleration, time = real(v, where), real(a, where), real(t, where)
     if speed <= 0 or acceleration <= 0 or time < 0:
         raise ScriptError(f"{where} needs a positive speed and acceleration, not v={show(v)}, a={show(a)}, t={show(t)}")

@@ -54,8 +54,8 @@ def _chains(signal: Floats) -> list[NDArray[np.intp]]:
 
 
 def _crossings(signal: Floats) -> NDArray[np.intp]:
-    """Indices at which a signal is beyond AMPLITUDE for the first time since it was so on the other side of
-    zero."""
+    """Indices at which a signal first exceeds AMPLITUDE, up or down, since it last did so on the other side
+    of zero."""
     outside = np.flatnonzero(np.abs(signal) > AMPLITUDE)
     flips = np.flatnonzero(np.diff(np.sign(signal[outside])) != 0)
     return np.asarray(outside[flips + 1])

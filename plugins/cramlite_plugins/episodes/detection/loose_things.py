@@ -209,7 +209,8 @@ def with_contents(episode: Episode, grid: Grid, found: Iterable[Loose]) -> Episo
 
 
 def _on_grid(episode: Episode, grid: Grid) -> dict[str, Floats]:
-    """The arrays of an episode at the times of the grid: the last row at or before each."""
+    """Resample the extra arrays of an episode, such as wrenches, on the time grid: the last row at or before
+    each time."""
     times = episode.extras.get("times")
     if times is None or not len(times):
         return dict(episode.extras)

@@ -68,12 +68,13 @@ def _passes(rollout: Rollout, owner: Thing, hole: Feature, hanger: Thing, line: 
 
 
 def _into(poses: Floats, points: Floats) -> Floats:
-    """Points (N, 3) of the world in frames (N, 7)."""
+    """Express points (N, 3) of the world in frames with poses (N, 7), one frame for each point."""
     return rotate_into_frame(_unit(poses), points - poses[:, :3])
 
 
 def _out_of(poses: Floats, point: Floats) -> Floats:
-    """A point (3,) of each of some frames (N, 7) in the world (N, 3)."""
+    """Transform a point (3,) that is fixed in a moving frame to the world, (N, 3), for each pose (N, 7) of
+    the frame."""
     return poses[:, :3] + rotate_into_frame(_unit(poses) * (1.0, -1.0, -1.0, -1.0), np.broadcast_to(point, (len(poses), 3)))
 
 

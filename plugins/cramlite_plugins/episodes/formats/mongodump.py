@@ -237,7 +237,7 @@ def write_tf(tracks: dict[str, Track], folder: Path) -> None:
 
 
 def _transforms(name: str, track: Track) -> Iterator[bytes]:
-    """Documents of transforms.
+    """Encode a track as documents of the tf collection (BSON), one for each pose, many at a time.
 
     All documents of one frame have the same number of bytes, so only the first is encoded, and its numbers
     are replaced in copies.
@@ -267,7 +267,8 @@ def _put(rows: NDArray[np.uint8], place: int, column: NDArray[Any]) -> None:
 
 
 def _transform(name: str, seq: int, milliseconds: int, numbers: list[float]) -> dict[str, Any]:
-    """One document; numbers are time, position and quaternion (w, x, y, z)."""
+    """One document of the tf collection: the pose of a frame; ``numbers`` are time, position and quaternion
+    (w, x, y, z)."""
     time, x, y, z, qw, qx, qy, qz = numbers
     transform = {"translation": {"x": x, "y": y, "z": z}, "rotation": {"x": qx, "y": qy, "z": qz, "w": qw}}
     header = {"seq": seq, "stamp": DatetimeMS(milliseconds), "frame_id": WORLD_FRAME}

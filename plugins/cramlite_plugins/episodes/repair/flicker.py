@@ -80,7 +80,7 @@ def _sorted(events: Iterable[Event]) -> tuple[Event, ...]:
 
 
 def _groups(episode: Episode) -> dict[tuple[object, ...], list[Event]]:
-    """States that differ in nothing but their times."""
+    """Group the states of an episode that differ in nothing but their times."""
     groups: dict[tuple[object, ...], list[Event]] = defaultdict(list)
     for event in episode.of("state"):
         groups[signature(event)].append(event)

@@ -52,7 +52,7 @@ class Convention(Value):
 
     @property
     def numbers(self) -> int:
-        """Count of numbers of a rotation."""
+        """Return how many numbers the recording has for a rotation: 4 for a quaternion, else 3."""
         return 4 if self.rotation in QUATERNIONS else 3
 
     def positions(self, recorded: Floats) -> Floats:

@@ -118,7 +118,8 @@ def goes_in_upright(query: Query, now: Pose) -> bool:
 
 
 def covered(query: Query) -> Query:
-    """Query with the overhangs above its opening, up to the height from which things are released."""
+    """Copy of a placement's query that lists the overhangs above its opening, up to the height from which
+    things are released."""
     return replace(query, covers=covers(query, heights(query, query.now)[-1][0]))
 
 

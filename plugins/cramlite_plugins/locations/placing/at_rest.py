@@ -181,6 +181,6 @@ def _stands(query: Query, pose: Pose) -> bool:
 
 
 def _inside(query: Query, end: Pose) -> bool:
-    """Whether an origin at rest is in the region by ``SURE``."""
+    """Whether the origin of a payload at rest is inside its region by at least ``SURE``."""
     x, y, z = map(float, query.target.pose.inverse().apply(end.position))
     return SURE - query.depth <= z <= RIM - SURE and bool(query.target.area.buffer(-SURE).covers(shapely.Point(x, y)))

@@ -46,8 +46,8 @@ Check = Callable[[Placement, Query], "str | Refused"]
 
 
 def first_objection(placement: Placement, query: Query, checks: Mapping[str, Check]) -> Refused | None:
-    """Return the first objecting check with its reason, the number of checks passed before it, and the
-    obstacles; None without an objection.
+    """Return the refusal of a placement by the first check that objects, with the number of checks passed
+    before; None if all pass.
 
     What stands on the target is blamed whenever nothing else is: it takes away positions that are not even
     looked at.
@@ -245,7 +245,8 @@ def room(placement: Placement, query: Query) -> str | Refused:
 
 
 def _met(placement: Placement, query: Query, hand: bool) -> Refused | None:
-    """Obstacles of the payload on its way, with or without the hand; a pose out of reach is left to another check."""
+    """Refusal by what a payload meets on its way, with or without the hand; a pose out of reach is left to
+    another check."""
     for pose, far in placement.way:
         short = not placement.led and reach_shortfall(query.context.robot, pose)
         no: Refused | None = None if short else query.scene.met(query.belief.base() * pose, hand)
@@ -257,7 +258,8 @@ def _met(placement: Placement, query: Query, hand: bool) -> Refused | None:
 
 
 def _at(placement: Placement, pose: Pose, no: Refused) -> Refused:
-    """A refusal that says where on the way to a placement it objects."""
+    """Prefix the reason of a refusal with the pose of a placement that it is about: "above it" (the
+    stand-off) or "at it" (the place)."""
     where = Stage.BEFORE if pose == placement.before else Stage.POSE
     return replace(no, reason=f"{'above it' if where is Stage.BEFORE else 'at it'}: {no.reason}", where=where)
 
@@ -294,7 +296,8 @@ def room_to_open(placement: Placement, query: Query) -> str | Refused:
 
 
 def opened(placement: Placement, query: Query) -> float | Refused:
-    """Return the first opening of the fingers for which there is room; or the obstacles of the last."""
+    """Return the widest opening of the fingers [m] for which they have room to release the payload; or the
+    refusal at the narrowest."""
     low = lowered(placement, query)
     found = [(width, query.arm.at(query.let_down(low, width))) for width in query.openings[:1]]
     for width in query.openings[1:]:

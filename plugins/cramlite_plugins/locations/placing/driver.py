@@ -1,4 +1,5 @@
-"""Driver of placements: the candidates of each way out, best first, and the refusal where there is none."""
+"""Search for placements: tries the candidates of each way into the target, best first, and explains if none
+passes the checks."""
 
 from __future__ import annotations
 
@@ -37,7 +38,8 @@ def onto(location: Location, belief: Belief, context: Context) -> Answers:
 
 
 def placements(location: Location, belief: Belief, context: Context) -> Answers:
-    """Generate placements on or in a thing, by all ways out of there.
+    """Generate placements on or in a thing, by all ways to bring the payload there: from above, through a
+    side, tilted.
 
     Raises:
         Unresolvable: there is none by any way, or the samples of the query are used up.
@@ -68,7 +70,8 @@ def _merged(stuck: list[Unresolvable], location: Location, tasks: tuple[str, ...
 
 
 def _by(way: WayOut, cost: float, asked: list[Query]) -> Answers:
-    """Placements by one way out; those that leave little room for closing a thing later come last.
+    """Placements by one way to bring the payload there; those that leave little room for closing a thing
+    later come last.
 
     What shapes refuse is told when the first candidate gets past them. If none does, no other grasp would
     help: it depends on the two things alone, and on where tasks have put what stands there.
@@ -106,8 +109,8 @@ def _by(way: WayOut, cost: float, asked: list[Query]) -> Answers:
 
 
 def _of_group(group: Iterator[Found] | Refused) -> Iterator[tuple[Query | None, Answer, bool]]:
-    """Yield the refusals of a group's placements and the first placement that passes all checks, each with
-    its query, and whether shapes alone refuse the group.
+    """Check a group of placements until one passes all checks: yield every answer with its query, and
+    whether shapes alone refuse the group.
 
     From a stand-off that is blocked no other height is tried, but from aside.
     """
@@ -135,8 +138,10 @@ def _of_group(group: Iterator[Found] | Refused) -> Iterator[tuple[Query | None, 
 
 
 def place_at(placement: Placement, query: Query) -> Place:
-    """Return the place of a placement; a payload that is led aside onto a surface is lowered the rest of the
-    way in the end."""
+    """Convert a placement to the ``Place`` that the arm is led to, with approach and release.
+
+    A payload that is led aside onto a surface is lowered the rest of the way in the end.
+    """
     via, pose, height = placement.through, placement.pose, placement.height
     if placement.led and not query.depth:
         via, pose, height = (*via, pose), lowered(placement, query), 0.0

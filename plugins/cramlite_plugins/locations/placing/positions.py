@@ -78,7 +78,7 @@ def radius(query: Query, now: Pose, top: float = math.inf) -> float:
 
 
 def anchor(query: Query, now: Pose) -> Offset:
-    """Return the position that would be best if no obstacle were there.
+    """Return the position on the target [m] that would suit a payload best if no obstacle were there.
 
     The middle; near a thing that is asked for; for a robot that drove there what is nearest to it, as a
     table's middle may be out of reach from all sides; in a container where the rest finds room.
@@ -149,8 +149,8 @@ def _stood(query: Query) -> Offset | None:
 
 
 def free_area(core: Any, obstacles: Iterable[Any], radius: float) -> Any:
-    """Return the area that is free for the centre of a disc: inside ``core`` and at least the disc's radius
-    off all obstacles.
+    """Return where the centre of a disc may be: the part of the area ``core`` that is at least the disc's
+    radius off all obstacles.
 
     Args:
         core, obstacles: shapely areas [m].

@@ -208,7 +208,8 @@ class Placement(Value):
 
     @property
     def begins(self) -> Pose:
-        """Return the TCP where the way straight out begins."""
+        """Return the TCP pose right after the stand-off on the way to the placement: between the two the way
+        is straight."""
         return (*self.through, self.pose)[0]
 
     @property

@@ -119,8 +119,8 @@ def _attitudes(query: Query, upright: Pose) -> Iterator[tuple[str, Pose]]:
 
 
 def _floors(asked: Sequence[Query], now: Pose, tall: float, low: list[float]) -> Iterator[tuple[Query, Floor]]:
-    """Floors with enough room for a payload that is turned as at a pose, each with its query and an open
-    side.
+    """Yield the floors under a roof that is high enough for a payload turned as at a pose, each with its
+    query and an open side.
 
     The height of the room over each floor that was looked at is appended to ``low`` [m].
     """
@@ -188,8 +188,11 @@ def _level(query: Query, floor: Floor, now: Pose, kind: str) -> Iterator[Placeme
 
 
 def _of_each_step(rows: NDArray[np.intp], few: int) -> list[list[int]]:
-    """For each step outwards the first ``MANY`` pairs (spot, turn), or the first one only if ``few`` is above
-    1: to simulate how a payload comes to rest at a spot takes some ten runs."""
+    """For each step outwards from a floor's middle the pairs (spot, turn) to look at: the first ``MANY``, or
+    one if ``few`` is above 1.
+
+    To simulate how a payload comes to rest at one spot takes some ten runs.
+    """
     steps = rows[:, 0] // (len(ASIDE) if few == 1 else len(ASIDE[:3]))
     before = np.arange(len(rows)) - np.searchsorted(steps, steps)
     found: list[list[int]] = rows[before < (MANY if few == 1 else 1)].tolist()
@@ -240,8 +243,8 @@ def _free(
     half, shape = (high - low) / 2, (len(openings), len(points), len(turns))
 
     def spread(vectors: Floats) -> Floats:
-        """Points (n * spots * turns, 3) on the payload or hand at all spots and turns, from vectors (n, 3)
-        from the payload's foot."""
+        """Move points of the payload or hand, given from the payload's foot (n, 3), to all spots and turns:
+        (n * spots * turns, 3)."""
         found: Floats = np.einsum("ntij,nj->nti", spin, vectors)[:, None] + points[:, None, :]
         return found.reshape(-1, 3)
 

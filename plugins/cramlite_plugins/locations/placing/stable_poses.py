@@ -148,8 +148,8 @@ def standing_at(query: Query, now: Pose, offset: Offset, yaw: float = 0.0, cost:
 
 
 def _turns(query: Query, now: Pose, offset: Offset, few: tuple[float, ...]) -> tuple[float, ...]:
-    """Turns [deg], first those that put straight sides along the sides of the area or opening; between walls
-    also along those of near things."""
+    """Turns of a payload about the vertical [deg] to try: among the first, those that put its straight sides
+    along the target's sides."""
     area = query.target.area
     if not (query.depth or query.where.region) or area.area < STRAIGHT * shapely.box(*area.bounds).area:
         return few  # nothing marks its sides, or its opening is round
@@ -166,8 +166,8 @@ def _turns(query: Query, now: Pose, offset: Offset, few: tuple[float, ...]) -> t
 
 
 def _settled(query: Query, now: Pose, yaw: float) -> Query:
-    """Query whose target is the part of an uneven support that carries the payload turned by ``yaw``; the
-    same query without one."""
+    """Copy of a query whose target is the part of an uneven support that will carry the payload turned by
+    ``yaw``; unchanged without one."""
     if query.under is None:
         return query
     there = stood(query, now, (0.0, 0.0), yaw)
@@ -251,7 +251,7 @@ def check_turn(query: Query, asked: Pose) -> None:
 
 
 def with_middle(level: list[Query]) -> list[Query]:
-    """Return the surfaces to try.
+    """Return the queries to try, one for each surface; on a support with a rim its middle comes first.
 
     Of a movable support with a rim, such as a plate: the middle of its largest surface, then that surface if
     it has room elsewhere.
@@ -312,7 +312,8 @@ def carried_at(thing: Thing, turned: Pose, point: Vector3, belief: Belief) -> fl
 
 
 def _inside_from(query: Query, out: Floats, deep: float, share: float) -> Floats:
-    """Position (3,) in an opening, ``deep`` [m] inside its open side and at a share of the half width across."""
+    """Position (3,) in the base frame [m]: ``deep`` inside an opening's edge towards ``out``, sideways by a
+    share of the half width."""
     low, high = np.reshape(query.target.area.bounds, (2, 2))
     way = query.target.pose.inverse().rotate(out)[:2]
     across = np.array([-way[1], way[0]])

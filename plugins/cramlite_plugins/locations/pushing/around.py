@@ -90,7 +90,8 @@ def _spot(start: Point, cell: Side) -> Point:
 
 
 def _steps(start: Point, here: Side, met: Met, cleared: bool) -> Iterator[tuple[Side, float, Refused | None]]:
-    """Neighbours that a thing can be pushed to, with the cost [m], and the movable obstacles."""
+    """Yield the neighbouring lattice cells to which a thing can be pushed, each with its cost [m] and the
+    refusal by movable things there."""
     gone = _names(met(_spot(start, here))) if cleared else frozenset()
     for side in SIDES:
         there = (here[0] + side[0], here[1] + side[1])
@@ -107,7 +108,8 @@ def _names(no: Refused | None) -> frozenset[str]:
 
 
 def _traced(start: Point, end: Side, came: dict[Side, Side | None], blame: dict[tuple[Side, Side], Refused]) -> list[Point] | Refused:
-    """Corners and end of a way that was found, or the obstacles on it."""
+    """Corners and end of the way that a search on the lattice found, or the refusal that names the movable
+    things on it."""
     cells, before = [end], came[end]
     while before is not None:
         cells.append(before)
@@ -160,7 +162,7 @@ def on_a_shorter_way(start: Point, left: Left, alone: Met, hand: Met) -> Refused
 
 
 def _shortened(start: Point, corners: list[Point], met: Met) -> list[Point]:
-    """Way without the corners that a straight way can leave out."""
+    """Remove corners from a way, where the straight way past them is free."""
     found: list[Point] = []
     while corners:
         straight = [not any(map(met, _between(start, to))) for to in corners]

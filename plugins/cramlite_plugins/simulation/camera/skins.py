@@ -34,7 +34,7 @@ class Skins(Value, eq=False):
     model: Model
 
     def met(self, model: Model, data: Data, eye: Floats, directions: Floats) -> tuple[Hits, NDArray[np.int32], Floats]:
-        """Cast rays in a world whose textured things are their visual meshes.
+        """Cast rays in a world in which visual meshes stand in for the collision shapes of textured things.
 
         Args:
             eye: (3,) and directions: (N, 3), unit length, world frame.

@@ -72,7 +72,8 @@ class Compiled(Value):
         return data
 
     def places(self) -> Data:
-        """Make a state of places alone, as at the start: nothing is computed from them yet."""
+        """Make a state with the start positions of everything, without computing anything from them, such as
+        poses of links."""
         data = mujoco.MjData(self.model)
         self._start(data)
         return data
@@ -84,7 +85,7 @@ class Compiled(Value):
         mujoco.mj_forward(self.model, data)
 
     def _start(self, data: Data) -> None:
-        """Put all in a reset state where it is at the start."""
+        """Write the start positions of robots, hands, things and grains into a reset state."""
         for mount in self.world.robots:
             index = self.robots[mount.name]
             data.qpos[list(index.joints)] = data.ctrl[list(index.actuators)] = mount.joints or index.robot.home
@@ -183,7 +184,7 @@ def _described(
 
 
 def _stated(world: World) -> frozenset[str]:
-    """Names of the geoms whose contacts a file states."""
+    """Names of the geoms whose own contact parameters a scene file states."""
     geoms = ((t.name, k, g) for t in world.things for k, g in enumerate(t.geoms))
     return frozenset(f"{thing}/{g.part or 'body'}/{k}" for thing, k, g in geoms if g.contact is not None)
 

@@ -14,7 +14,7 @@ Data = Any  # mujoco.MjData
 
 
 class Owner(Value):
-    """The owner of a geom.
+    """The thing, robot or hand that a geom belongs to, and the part of it.
 
     Args:
         name: the thing, or the robot's mount, or "hand".
@@ -73,7 +73,8 @@ class LinkageIndex(Value):
         return np.asarray(np.interp(reading, self.readings, self.openings))
 
     def put(self, data: Data, opening: float) -> None:
-        """Set joints and orders to an opening [m] without any physics."""
+        """Set the linkage's joints and the orders of its actuators to an opening between the pads [m],
+        without any physics."""
         narrow = [-o for o in self.openings]
         for a, column in zip(self.joints, self.positions, strict=True):
             data.qpos[a] = np.interp(-opening, narrow, column)

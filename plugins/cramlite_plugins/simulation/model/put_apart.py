@@ -81,13 +81,14 @@ def _wrong(compiled: Compiled, data: Data, deep: float) -> list[tuple[str, str, 
 
 
 def _regrasped(world: World, poses: Mapping[str, Pose]) -> World:
-    """World in which payloads that get other poses lie so in their hands; the hands stay."""
+    """World in which each held payload that gets a new pose is held at that pose, while the hands stay where
+    they are."""
     held = {m.name: replace(m.holds, tcp_to_thing=_in_tool(m.holds, world, poses)) for m in world.robots if m.holds}
     return replace(world, robots=tuple(replace(m, holds=held.get(m.name)) for m in world.robots))
 
 
 def _in_tool(holds: InHand, world: World, poses: Mapping[str, Pose]) -> Pose:
-    """Pose in the tool's frame of a payload that gets another pose."""
+    """Pose of a held payload in the tool frame, from its new pose in the world if it gets one."""
     before = world.thing(holds.thing).pose
     return holds.tcp_to_thing * before.inverse() * poses[holds.thing] if holds.thing in poses else holds.tcp_to_thing
 
@@ -95,7 +96,8 @@ def _in_tool(holds: InHand, world: World, poses: Mapping[str, Pose]) -> Pose:
 def _free(
     compiled: Compiled, data: Data, world: World, ways_out: list[tuple[str, str]], lengths: Iterable[float], touching: float = 0.0
 ) -> Iterator[tuple[str, str, Pose]]:
-    """Free poses of things, each with what it was inside, at some distances from their perceived poses in each direction."""
+    """Free poses of things shifted off their perceived poses in each direction, by some distances; each with
+    what the thing was inside."""
     for length in lengths:
         checkpoint()
         for (name, other), way in itertools.product(ways_out, WAYS):
@@ -110,7 +112,7 @@ def _free(
 
 
 def _steps(most: float) -> Iterator[float]:
-    """Distances that are tried [m]."""
+    """Distances [m], up to ``most``, by which a thing is shifted to look for a free pose."""
     return (step * STEP for step in range(1, round(most / STEP) + 1))
 
 

@@ -89,7 +89,8 @@ class Contacts:
         return _summed([points])[0]
 
     def _kept(self, data: Data) -> _Kept:
-        """Contacts of a state that are recorded."""
+        """Look up the contacts of a state that are recorded, with their names; states with the same pairs of
+        geoms share the answer."""
         geoms = data.contact.geom
         key = geoms.tobytes()
         if key not in self._known:
