@@ -29,7 +29,8 @@ MOST = 3
 def offered(
     movables: Iterable[str], targets: Mapping[str, tuple[str, str]], joints: Mapping[str, Sequence[str]]
 ) -> Offers:
-    """Return the literals that a scene offers.
+    """Return the candidates for the parts of a random goal: all literals that a scene's things, targets and
+    joints allow.
 
     Args:
         movables: names of things that can be carried; each is also a target of "on".
@@ -111,7 +112,8 @@ def in_order(goal: Sequence[Literal], owner: Mapping[str, str]) -> list[Literal]
 
 
 def signature(goal: Iterable[Literal], kind: Callable[[str], str]) -> frozenset[Literal]:
-    """Return a goal by the kinds of its things, so that goals of different scenes can be compared.
+    """Return a goal with each thing and region named by its kind, so that goals of different scenes can be
+    compared.
 
     Args:
         kind: of a thing or region: its name without the number of the instance.

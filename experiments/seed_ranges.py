@@ -1,4 +1,5 @@
-"""Purposes of the seeds of drawn problems. Nothing of cramlite or LIBERO is imported."""
+"""Ranges of the seeds of drawn problems, by what they are for: development or measurement. Nothing of
+cramlite or LIBERO is imported."""
 
 from __future__ import annotations
 

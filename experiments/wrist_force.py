@@ -36,7 +36,7 @@ class WristForce:
         env.add_observable(Observable("wrist_force", wrist_force, sampling_rate=1.0 / env.model_timestep))
 
     def begin(self) -> None:
-        """Begin an action."""
+        """Begin an action: forget the forces that were felt before it."""
         self.felt.clear()
 
     def mean(self) -> Any:

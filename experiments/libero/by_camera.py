@@ -108,5 +108,6 @@ def kinds_of(library: Path) -> tuple[Thing, ...]:
 
 
 def connect(environment: Path | None) -> LiberoByCamera:
-    """Return the judge."""
+    """Return LIBERO's judge that is asked only for pictures with depth, joint values and the task's
+    sentence."""
     return LiberoByCamera(environment)

@@ -163,7 +163,8 @@ class Hand:
         mujoco.mj_forward(world.model, world.data)
 
     def _hold(self) -> None:
-        """Keep the arm, uninvolved things, and joints of the goal where they are."""
+        """Put the arm, the things that take no part, and the goal's joints back to the positions that they
+        shall keep."""
         data = self.world.data
         data.qpos[self.held], data.qvel[self.braked] = self.at, 0.0
 

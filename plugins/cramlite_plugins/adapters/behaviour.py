@@ -149,7 +149,7 @@ class Place:
         self._engine, self._setting = engine, setting
 
     def now(self) -> Setting:
-        """Return the setting of the place as it is now."""
+        """Return the shared setting as it is now, after the runs of the behaviours so far."""
         return self._setting
 
     def run(self, solution: Solution) -> bool:
@@ -165,8 +165,8 @@ NOTICE = "cramlite/notice"
 
 
 class WatchedPlace(Place):
-    """Place whose runs are watched, and continued with a new program after a change of the world; notices go
-    to the blackboard.
+    """Setting that the behaviours of a tree share, whose runs are watched, and continued with a new program
+    after a change of the world; notices go to the blackboard.
 
     There ``cramlite/notice`` is a dictionary: ``type`` (a class of the ontology), ``step``, ``thing``, ``reason``, ``measured``, ``limit``,
     ``unit``, ``decision`` and ``to_do``, what a person could do. A tree chooses a recovery by them when a run fails.

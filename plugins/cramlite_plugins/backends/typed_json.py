@@ -19,7 +19,8 @@ class TypedJson:
     executable = True
 
     def emit(self, program: Program, robot: Robot) -> Code:
-        """Write the program as JSON; ``origins`` lead from the line of each step to its origin.
+        """Write the program as JSON, and state the designator that each step grounds, by the step's line
+        (``origins``).
 
         Raises:
             UserError: the program is for another robot.

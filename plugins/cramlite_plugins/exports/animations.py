@@ -22,7 +22,7 @@ COLOURS = 128
 
 @hookimpl
 def exporters() -> Iterable[Exporter]:
-    """Declare GIF and MP4."""
+    """Declare the export formats GIF and MP4."""
     return [
         Exporter("gif", ".gif", "browsers, messages", write_gif),
         Exporter("mp4", ".mp4", "players, slides", write_mp4, {"av": "cramlite[mp4]"}),

@@ -33,7 +33,7 @@ PORT_TYPES = {float: "double", int: "double", str: "std::string", tuple: "std::v
 
 @hookimpl
 def exporters() -> Iterable[Exporter]:
-    """Declare BehaviorTree.CPP."""
+    """Declare the export format BehaviorTree.CPP."""
     return [Exporter("btcpp", ".xml", "BehaviorTree.CPP 4, Groot 2", write_tree)]
 
 
@@ -120,7 +120,8 @@ def _with_branches(kind: str, step: Fallback | Parallel, more: dict[str, str]) -
 
 
 def _monitored(step: Monitor) -> Xml.Element:
-    """Conditions that are asked again at every tick, and a time limit around the steps."""
+    """Return the tree node of a monitor step: limits of force and slip are checked at every tick while the
+    steps inside it run, for at most its time."""
     name = safe_name(step.origin)
     inner = _sequence(step.steps, name)
     if step.time is not None:

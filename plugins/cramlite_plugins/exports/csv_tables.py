@@ -23,7 +23,7 @@ CsvRow = Sequence[float | int | str]
 
 @hookimpl
 def exporters() -> Iterable[Exporter]:
-    """Declare CSV."""
+    """Declare the export format CSV."""
     return [Exporter("csv", "", "spreadsheets, pandas, MATLAB", write_tables)]
 
 

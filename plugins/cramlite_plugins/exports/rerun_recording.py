@@ -24,7 +24,7 @@ WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
 
 @hookimpl
 def exporters() -> Iterable[Exporter]:
-    """Declare rerun."""
+    """Declare the export format of rerun recordings."""
     return [Exporter("rerun", ".rrd", "rerun", write_recording, {"rerun": "cramlite[rerun]"})]
 
 

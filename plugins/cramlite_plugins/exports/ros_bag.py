@@ -37,7 +37,7 @@ Said = tuple[str, str, float, Any]
 
 @hookimpl
 def exporters() -> Iterable[Exporter]:
-    """Declare ROS 2 bags."""
+    """Declare the export format of ROS 2 bags."""
     about = "Foxglove, ros2 bag, PlotJuggler, rerun"
     return [Exporter("mcap", "", about, write_bag, {"rosbags": "cramlite[mcap]"})]
 

@@ -63,7 +63,8 @@ def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
 
 
 def _known(kind: Kind, motion: Motion, belief: Belief, context: Context) -> Groundings:
-    """Motion with parameters that suit the things, and the belief widened by its uncertainty."""
+    """Resolve a force-controlled motion: its parameters limited to what the things bear, and its position
+    uncertainty added to the belief after it."""
     motion = adapted(motion, belief, context)
     for found in kind(motion, belief, context):
         after, widened = widen(motion, found.belief or belief)

@@ -50,7 +50,8 @@ def _drive(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundi
 
 
 def _floor(belief: Belief, context: Context) -> Ground:
-    """Floor with the robot where it stands, planned with the largest clearance that is free there.
+    """Return the planning scene of the floor, with the largest clearance at which the robot hits nothing
+    where it stands.
 
     Raises:
         Unresolvable: it stands too near to something, or has no platform.

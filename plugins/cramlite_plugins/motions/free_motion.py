@@ -164,7 +164,7 @@ def place_of(motion: Motion, context: Context) -> Place:
 
 
 def _offset_across(place: Place, aside: tuple[float, float]) -> Place:
-    """Place offset across its approach, to the left, and up [m]."""
+    """Return a place that is shifted across its direction of approach, to the left and up [m]."""
     from ..motion_planning.reach import shift
 
     up = np.array([0.0, 0.0, 1.0])
@@ -174,7 +174,8 @@ def _offset_across(place: Place, aside: tuple[float, float]) -> Place:
 
 
 def because(motion: Motion, belief: Belief, context: Context) -> tuple[str, ...]:
-    """Return the conflict set of a motion to a place: the place, and the grasps of loose things before it."""
+    """Return the choices that a motion's failure is blamed on: the place that it leads to, and the grasps of
+    loose things before it."""
     loose = {thing.name for thing in belief.world.things if thing.joint is None}
     grasps = tuple(n for n, v in context.bindings.items() if isinstance(v, Place) and v.grip is not None and v.thing in loose)
     return ((motion.to.name,) if motion.to else ()) + grasps

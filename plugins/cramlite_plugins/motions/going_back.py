@@ -66,7 +66,7 @@ def _sure(step: AnyStep) -> bool:
 
 
 def _split(after: list[AnyStep]) -> tuple[list[AnyStep], list[AnyStep]]:
-    """Steps at the beginning that cannot fail, and all steps from the first that can."""
+    """Split steps in two: those at the beginning that cannot fail, and all from the first one that can."""
     count = next((k for k, s in enumerate(after) if not _sure(s)), len(after))
     return after[:count], after[count:]
 

@@ -118,7 +118,7 @@ def grip_force(grip: GripLoad, asked: float, context: Context, of_thing: tuple[s
 
 
 def _doubt(grip: GripLoad, force: float) -> str:
-    """Doubt that a given force carries the weight; nothing if it does."""
+    """Return a clause that doubts that a stated grip force carries the thing; "" if it does."""
     carried = 2 * grip.friction * force
     return f", which carries {carried:.1f} N: doubtful for {grip}" if carried < GRAVITY * grip.mass else ""
 
@@ -157,7 +157,8 @@ def _too_weak(grip: GripLoad, limit: float, why: str, because: tuple[str, ...]) 
 
 
 def _rougher(grip: GripLoad, limit: float) -> Remedy:
-    """Remedy where pads at their highest force do not carry the weight."""
+    """Return the advice for a thing that slips even at the highest grip force: more friction, less mass, or a
+    stronger gripper."""
     weight = MARGIN * grip.mass * (GRAVITY + ACCELERATION)
     enough, mass = weight / (2 * limit), 2 * grip.friction * limit / (MARGIN * (GRAVITY + ACCELERATION))
     lighter = f", or make it lighter than {mass:.2g} kg" if mass > 0 else ""

@@ -193,7 +193,8 @@ def _payload(motion: Motion, belief: Belief, context: Context) -> Groundings:
 
 
 def _lighter(belief: Belief, mass: float, robot: Robot) -> Remedy:
-    """Remedy where the flange carries too much."""
+    """Return the advice for a load that is too heavy for the arm: a lighter thing, or an arm that carries
+    more."""
     what, over = f"'{belief.held.thing}' with the gripper" if belief.held else "the gripper", mass - robot.payload
     return Remedy(
         f"payload {what}", f"{what} is {over:.2f} kg too heavy for '{robot.type}': make it lighter ('mass'), or take an arm that "

@@ -174,5 +174,5 @@ def value(motion: Motion, name: str) -> float:
 
 @hookimpl
 def motion_kinds() -> Iterable[MotionKind]:
-    """Declare the kinds that the motion plugins of cramlite resolve."""
+    """Declare the kinds of motions that the motion plugins of cramlite resolve."""
     return KINDS.values()

@@ -30,7 +30,8 @@ Knowing = Context | Candidate
 
 
 class Known(Value):
-    """Value that an ontology says of a class.
+    """Number that an ontology states for a class of things, such as the highest force that such things bear,
+    with its source.
 
     Args:
         of: what it was asked for, e.g. "vase (soma:Glass)".
@@ -48,7 +49,8 @@ class Known(Value):
 
 
 def known(class_: str, property_: str, context: Knowing, of: str = "") -> Known | None:
-    """Value of a property in the nearest class; None without one."""
+    """Look up the number that an ontology states for a property of a class, or else of the nearest class
+    above it; None if it states none."""
     for said_of, said in context.taxonomy.restrictions_on(class_, property_):
         if isinstance(said.filler, float):
             source = f"{said.source} [{said.file}]" if said.source else f"[{said.file}]"
@@ -69,7 +71,8 @@ def classes(thing: Thing, context: Knowing) -> Iterator[str]:
 
 
 def lowest(things: Iterable[Thing], property_: str, context: Knowing) -> Known | None:
-    """Return the smallest value of a property among things; None if nothing is said."""
+    """Return the smallest number that an ontology states for a property of any of the given things; None if
+    it states none."""
     found = [
         k for t in things for c in classes(t, context)
         if (k := known(c, property_, context, f"{t.name} ({t.type})")) is not None

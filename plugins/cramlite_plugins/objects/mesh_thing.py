@@ -29,7 +29,7 @@ class DeclaredFeature(Spec):
     size: dict[str, Length] = Field({})
 
     def feature(self) -> Feature:
-        """Convert the declared feature to one of the model.
+        """Convert a feature as scenarios declare it to a feature of the thing's model.
 
         Raises:
             ValueError: the axis is zero, or up is along it.

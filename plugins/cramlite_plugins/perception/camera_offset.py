@@ -36,7 +36,7 @@ class _Points(Value, eq=False):
 
 
 def camera_offset(inputs: Inputs) -> Mapping[str, Any]:
-    """Find how far the camera is off.
+    """Estimate how far a camera is from its believed pose, from the fixtures in its picture.
 
     Raises:
         Unresolvable: too little of fixtures is in the picture, or what is there is not where any near pose would see it.
@@ -177,7 +177,8 @@ def _covariance(points: _Points, away: Floats, j: Floats, weight: Floats, prior:
 def _judged(
     believed: Pose, whole: Pose, centre: Floats, covariance: Floats, points: _Points, used: Any, limits: Mapping[str, float]
 ) -> tuple[Pose, Pose, float, float, float, bool]:
-    """Camera, its motion and standard deviations, the shift of points, and whether it is off."""
+    """Return the corrected pose of a camera, its motion from the believed pose with two standard deviations,
+    the shift of points, and whether it counts as displaced."""
     import numpy as np
 
     camera = whole * believed

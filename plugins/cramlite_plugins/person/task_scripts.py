@@ -54,7 +54,8 @@ def _moved(share: float) -> Missed:
 
 
 def _script(act: Callable[..., None], *roles: str, missed: Missed | None = None, also: tuple[str, ...] = ()) -> Prepare:
-    """Make the function that prepares a task's script.
+    """Make a function that prepares the simulated person's act for a task, given a world and the things that
+    fill the roles.
 
     Args:
         act: called with person, world, the things of the roles, and those parameters of the task that it knows.

@@ -24,7 +24,7 @@ OVER = 0.005
 
 
 def all_predicates() -> tuple[Predicate, ...]:
-    """Return the predicates of this module."""
+    """Return the predicates on orientation, such as ``stands_upright`` and ``faces``."""
     return (
         Predicate(
             "stands_upright", 1, stands_upright, cost=4, doc="A thing's z axis is within 10 deg of straight up.", fluent=_UPRIGHT

@@ -44,7 +44,7 @@ DRIVEN = 0.025
 
 
 def all_predicates() -> tuple[Predicate, ...]:
-    """Return the predicates of this module."""
+    """Return the predicates on motion and joints, such as ``arm_moves``, ``tilts`` and ``joint_open``."""
     of_joints = partial(Predicate, possible=_has_joints)
     return (
         Predicate(

@@ -91,8 +91,8 @@ def distance_to_box(phase: Phase, name: str, other: str, time: float) -> float |
 
 
 def _gaps_at_boundaries(phase: Phase, name: str, other: str) -> dict[float, float | None]:
-    """Distances of ``_distance`` at all boundaries of the timeline, computed at once; empty for parts,
-    which follow their whole."""
+    """Compute the distances of an entity's origin from another's box at all boundaries of the timeline, at
+    once; empty for parts, which follow their whole."""
     mine, its = _at_boundaries(phase, name), _at_boundaries(phase, other)
     if mine is None or its is None:
         return {}

@@ -37,7 +37,7 @@ APPROACHED = 0.01
 
 
 def all_predicates() -> tuple[Predicate, ...]:
-    """Return the predicates of this module."""
+    """Return the predicates on places, such as ``near``, ``in_or_above`` and ``in_view``."""
     return (
         Predicate(
             "approaches", 1, approaches, frozenset({"run"}), cost=5, doc="The effector comes 10 mm nearer to a thing.",
@@ -84,12 +84,12 @@ def all_predicates() -> tuple[Predicate, ...]:
 
 
 def thing(phase: Phase, _name: str | None) -> Iterator[Row]:
-    """Evaluate thing(X)."""
+    """Evaluate thing(X): X is a thing of the recorded episode."""
     yield from ((name,) for name in things(phase))
 
 
 def flat(phase: Phase, name: str | None) -> Iterator[Row]:
-    """Evaluate flat(Thing), by its box."""
+    """Evaluate flat(Thing): the box around it is too low for fingers to grip it from the side."""
     for one in [name] if name is not None else things(phase):
         box = box_of(phase, one)
         if box is not None and fluents.low(np.subtract(box[1], box[0])):
@@ -158,7 +158,8 @@ def _meets(one: Floats, two: Floats, low: Vector3, high: Vector3) -> bool:
 
 
 def in_or_above(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
-    """Evaluate in_or_above(Thing, Place).
+    """Evaluate in_or_above(Thing, Place): the thing's origin is over the bottom of the place's box and, seen
+    from above, within the box.
 
     Thing's origin, in Place's frame, is within its box seen from above and over its bottom. Places without a size are
     left out.

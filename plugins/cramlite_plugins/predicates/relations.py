@@ -63,7 +63,8 @@ def all_predicates() -> tuple[Predicate, ...]:
 
 
 def _of_states() -> tuple[Predicate, ...]:
-    """Relations that change only where a state begins or ends."""
+    """Return the predicates on relations that change only where a state of the recording begins or ends, such
+    as ``grasps``."""
     known = partial(Predicate, steady=True, complete=True)
     return (
         known("grasps", 2, grasps, doc="Gripper holds thing.", fluent=fluents.GRASPS, unknown=unknowns.no_grasps),
@@ -225,7 +226,8 @@ def on_container(phase: Phase, thing: str | None) -> Iterator[Row]:
 
 
 def labelled(phase: Phase, _task: str | None, _thing: str | None) -> Iterator[Row]:
-    """Evaluate labelled(Task, Thing): the event log itself says so of the action that spans the phase."""
+    """Evaluate labelled(Task, Thing): the recording's event log names the task and the thing for the action
+    that spans the phase."""
     for event in phase.timeline.labelled:
         if event.start == phase.start and event.end == phase.end and "object" in event.roles:
             type_ = phase.taxonomy.resolve(event.type) or event.type

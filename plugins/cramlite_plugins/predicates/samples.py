@@ -105,7 +105,8 @@ class Motion(Samples):
         return self.by_start(2 * np.arccos(np.minimum(least, 1.0)))
 
     def leaves(self, start: float, end: float, limit: float) -> bool:
-        """Check whether the largest distance from where it was at the start is above a limit [m].
+        """Check whether a frame gets farther than a limit [m] from where it was at the start of a time
+        window.
 
         Of a longer action, the first piece may already be enough, or all pieces together not enough (with 1 % to
         spare, so that rounding cannot matter); otherwise all samples are looked at.
@@ -120,7 +121,8 @@ class Motion(Samples):
         return bool(np.sqrt(np.einsum("ij,ij->i", offset, offset).max()) > limit)
 
     def turns(self, start: float, end: float, limit: float) -> bool:
-        """Check whether the largest angle from its orientation at the start is above a limit [rad]."""
+        """Check whether a frame turns by more than a limit [rad] from its orientation at the start of a time
+        window."""
         pieces = self.pieces(start, end)
         if len(pieces) == 1:
             return self._angles[start] > limit

@@ -27,7 +27,7 @@ def report_sections() -> Iterable[ReportSection]:
 
 
 def render(done: Finished) -> str:
-    """Render the section as HTML; nothing where nothing ran."""
+    """Render the report's pictures of the start and the end of the run as HTML; nothing where nothing ran."""
     rollout = done.solution.candidate.rollout
     if rollout is None:
         return ""

@@ -26,7 +26,7 @@ QUALITY = 85
 
 
 class Pair(Value):
-    """Pair of bodies for which something was refused.
+    """Pair of bodies whose collisions, or too small distances, made the search refuse alternatives.
 
     Args:
         entries: of the trace, the shallowest collision first.
@@ -70,7 +70,8 @@ def report_sections() -> Iterable[ReportSection]:
 
 
 def render(done: Finished) -> str:
-    """Render the section as HTML; nothing where nothing was refused for a collision."""
+    """Render the report's drawings of refused collisions as HTML; nothing where nothing was refused for a
+    collision."""
     found = pairs(done.trace.entries)
     if not found:
         return ""

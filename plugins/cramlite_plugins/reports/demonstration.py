@@ -21,7 +21,7 @@ def report_sections() -> Iterable[ReportSection]:
 
 
 def render(done: Finished) -> str:
-    """Render the section as HTML."""
+    """Render the report's diagram of the demonstration as HTML; nothing where there was none."""
     from cramlite import reading_picture
 
     if done.episode is None:

@@ -35,7 +35,7 @@ def report_sections() -> Iterable[ReportSection]:
 
 
 def render(done: Finished) -> str:
-    """Render the section as HTML; nothing where there were no twins."""
+    """Render the report's results of the twins as HTML; nothing where there were no twins."""
     found = done.shown.verdict.twins if done.shown is not None else None
     if found is None:
         return ""

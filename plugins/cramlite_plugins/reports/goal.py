@@ -47,7 +47,7 @@ def report_sections() -> Iterable[ReportSection]:
 
 
 def render(done: Finished) -> str:
-    """Render the section as HTML; nothing where there was no goal."""
+    """Render the report's list of the goal's parts as HTML; nothing where there was no goal."""
     rows = tuple(_rows(done))
     nearest = None if done.proven else nearest_miss(done.trace.entries)
     miss = f"{nearest.designator}: {nearest.reason}" if nearest is not None else ""

@@ -46,7 +46,7 @@ def report_sections() -> Iterable[ReportSection]:
 
 
 def render(done: Finished) -> str:
-    """Render the section as HTML."""
+    """Render the report's interpretation of the demonstration's actions as HTML."""
     found = done.interpretation
     if found is None:
         return ""

@@ -31,7 +31,7 @@ def report_sections() -> Iterable[ReportSection]:
 
 
 def render(done: Finished) -> str:
-    """Render the section as HTML."""
+    """Render the report's list of the validators' findings, with the files beside the page, as HTML."""
     if done.shown is None:
         return ""
     candidate = done.shown.candidate

@@ -20,7 +20,7 @@ COMMENTS = ("#", "//", ";")
 
 def targets(done: Finished) -> frozenset[str]:
     """Return the designators that have an anchor on the page: those decided for the shown candidate, and
-    those of the robot's looks."""
+    those of the pictures that the robot took."""
     decided = {d.asked.designator for a in attempts(done.trace) if a.number == number_of(done) for d in a.decisions if d.asks}
     looks = done.setting.look.pictures if done.setting.look is not None else ()
     return frozenset(decided | {look_name(k) for k, _ in enumerate(looks, 1)})

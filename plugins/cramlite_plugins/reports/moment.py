@@ -47,7 +47,8 @@ def run_in_short(done: Finished, says: str, about: Iterable[str] = ()) -> Moment
 
 
 def _worst(entries: Iterable[Entry]) -> Entry | None:
-    """The least collision of the bodies that most alternatives were refused for, of the candidate that came nearest."""
+    """Return the refusal to draw: the nearest one if it is a collision, else of its designator's collisions
+    the smallest overlap of the commonest pair of bodies."""
     known = list(entries)
     nearest = nearest_miss(known)
     if nearest is None or nearest.collision is not None:

@@ -56,7 +56,7 @@ def report_sections() -> Iterable[ReportSection]:
 
 
 def render(done: Finished) -> str:
-    """Render the section as HTML."""
+    """Render the report's pictures of the robot's camera as HTML."""
     look = done.setting.look
     if look is None:
         return ""

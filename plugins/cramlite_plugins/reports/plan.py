@@ -47,7 +47,7 @@ def report_sections() -> Iterable[ReportSection]:
 
 
 def render(done: Finished) -> str:
-    """Render the section as HTML."""
+    """Render the report's diagram of the plan as HTML."""
     if done.shown is None:
         return ""
     solution = done.shown

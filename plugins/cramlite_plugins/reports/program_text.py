@@ -44,7 +44,7 @@ def report_sections() -> Iterable[ReportSection]:
 
 
 def render(done: Finished) -> str:
-    """Render the section as HTML."""
+    """Render the report's listing of the program's text as HTML."""
     if done.shown is None:
         return ""
     code = done.shown.candidate.code

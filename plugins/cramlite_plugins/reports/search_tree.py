@@ -73,7 +73,7 @@ def report_sections() -> Iterable[ReportSection]:
 
 
 def render(done: Finished) -> str:
-    """Render the section as HTML."""
+    """Render the report's map and list of the search's decisions as HTML."""
     found = attempts(done.trace)
     sequences = first_sequences(done.interpretation, max((a.number for a in found), default=0))
     titles = [[short(m.task) for m in s.matches] for s in sequences]

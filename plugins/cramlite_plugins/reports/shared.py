@@ -53,7 +53,7 @@ def anchor(designator: str) -> str:
 
 
 def short(curie: str) -> str:
-    """Return the local name of a class."""
+    """Return the local name of an ontology's class: "Grasping" of "soma:Grasping"."""
     return curie.split(":")[-1]
 
 

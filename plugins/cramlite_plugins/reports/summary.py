@@ -24,7 +24,7 @@ def report_sections() -> Iterable[ReportSection]:
 
 
 def render(done: Finished) -> str:
-    """Render the section as HTML."""
+    """Render the report's summary as HTML."""
     solution = done.shown
     chosen = next((path(a) for a in attempts(done.trace) if a.number == number_of(done)), {})
     rollout = solution.candidate.rollout if solution is not None else None

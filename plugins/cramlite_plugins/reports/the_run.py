@@ -37,7 +37,7 @@ def report_sections() -> Iterable[ReportSection]:
 
 
 def render(done: Finished) -> str:
-    """Render the section as HTML."""
+    """Render the report's animation of the run, with its plots, as HTML."""
     if done.shown is None:
         return ""
     rollout = done.solution.candidate.rollout
@@ -108,7 +108,7 @@ def _marks(begin: float, end: float) -> list[tuple[str, float]]:
 
 
 def _where(code: Any, lines: Iterable[int]) -> dict[int, str]:
-    """Line -> the origin of the step whose code it is."""
+    """Return line -> the designator that the step of the line grounds."""
     return {
         n: code.origins[max(k for k in code.origins if k <= n)]
         for n in set(lines)

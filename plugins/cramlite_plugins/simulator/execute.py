@@ -187,7 +187,8 @@ class _Run:
         self.recorder.observe(self.data, line)
 
     def shown(self, watch: Watch, line: int) -> Notice | None:
-        """Show the readings to a watcher if they are due; return its notice."""
+        """Show the robot's readings to the run's watcher if they are due; return its notice, which stops the
+        arm, or None."""
         now = float(self.data.time)
         if now < self.read_at - 1e-9:
             return None

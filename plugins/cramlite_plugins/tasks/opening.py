@@ -108,8 +108,8 @@ class Opening(ByHandle):
         return Location(f"opened({patient})", "opened", patient, {"share": self.parameter(action, "share"), **self._drives(action)})
 
     def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
-        """Return the allowance, extended by contacts between the drawer and the obstacles that it pushes
-        along."""
+        """Return what the task may touch: beside the usual, the drawer and the obstacles that it pushes along
+        may touch each other."""
         allowed, patient = super().allowance(action, bindings), action.roles["Patient"]
         way = bindings.get(self.way(action).name)
         along = (patient.thing, *driven(way)) if isinstance(way, Place) else ()

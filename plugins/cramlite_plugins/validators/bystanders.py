@@ -92,7 +92,8 @@ def _objections(candidate: Candidate, name: str, stay: Stay, tasks: list[str], v
 
 
 def _let(name: str, key: str, value: float, unit: str) -> Remedy:
-    """Remedies where a bystander moved.
+    """Return the advice where a thing moved that no task moves: put it farther from the others, or raise its
+    limit in the scenario.
 
     Args:
         key, unit: of the limit in a scenario.

@@ -65,8 +65,8 @@ class Collision(Value):
 
 
 def more_room(worst: Bump) -> Remedy:
-    """Remedies against a contact: more room between the two; or a higher limit, if other tasks may press
-    as hard by default."""
+    """Return the advice for a contact that is too hard: more room between the two; or a higher limit, if
+    other tasks may press as hard by default."""
     meet = f"'{worst.one}' and '{worst.other}' meet with {worst.force:.1f} N where {worst.limit:.0f} N are permitted"
     harmless = f", or, where that does no harm, 'limits: {{brush: {math.ceil(worst.force)} N}}' in the scenario"
     raised = harmless if not worst.why and worst.force <= LIMIT.default else ""

@@ -1,5 +1,5 @@
-"""Explanation of grips: the handover of the plan by which each grip of a run begins, and the one by which
-it ends."""
+"""Explanation of each grip of a run by the plan: the step by which the plan takes the thing into the hand,
+and the one by which it lets go."""
 
 from __future__ import annotations
 
@@ -59,7 +59,8 @@ def explained_at(candidate: Candidate) -> list[str]:
 
 
 class _Run:
-    """Handovers of a run, with the origin and the task of the code at each sample."""
+    """Things that the plan takes into the hand or lets go of, with the designator and the task whose code
+    runs at each sample of a run."""
 
     def __init__(self, candidate: Candidate, rollout: Rollout) -> None:
         self.candidate, self.times = candidate, rollout.times
@@ -120,7 +121,8 @@ class _Run:
         return any(o.thing == thing for a in acting for o in a.roles.values())
 
     def _near(self, thing: str, sample: int, *, taken: bool) -> Handover | None:
-        """Handover of the plan whose code runs at about a sample."""
+        """Return the plan's taking or letting go of a thing whose code runs at about a sample; None without
+        one."""
         now = self.times[sample]
         before, after = (LATE, EARLY) if taken else (EARLY, LATE)
         near = {o for t, o in zip(self.times, self.came_from, strict=True) if now - before <= t <= now + after}
@@ -128,7 +130,7 @@ class _Run:
         return next((h for h in self.handovers or () if (h.thing, h.taken) == (thing, taken) and h.by in names), None)
 
     def _kept(self, thing: str) -> bool:
-        """Whether a thing's last handover in the plan is its grasp, so that it is in the hand when the
+        """Whether the plan's last act on a thing takes it into the hand, so that it is still there when the
         plan ends."""
         last = next((h for h in reversed(self.handovers or ()) if h.thing == thing), None)
         return last is not None and last.taken

@@ -99,7 +99,7 @@ def hanging_on(candidate: Candidate) -> Hanging:
 
 
 def _believed(candidate: Candidate, name: str) -> Thing:
-    """Believed thing; the real one if it is not in the belief."""
+    """Return a thing as the robot believes it to be; as it really is if it is not in the belief."""
     assert candidate.rollout is not None
     return next(t for w in (candidate.world, candidate.rollout.world) for t in w.things if t.name == name)
 

@@ -12,7 +12,8 @@ ANYWHERE = ("forces", "payload")
 
 
 class ProgramSafety(Value):
-    """Limits, workspace, forces, payload, time-outs and ends of every step: ``cramlite.model.violations``."""
+    """Check the limits, workspace, forces, payload, time-outs and end of every step of a program, by
+    ``cramlite.model.violations``."""
 
     name: str = "program_safety"
     cost: Cost = "facts"

@@ -211,7 +211,8 @@ def _tool(program: Program) -> list[str]:
 
 
 def _tasks(program: Program) -> Iterable[tuple[str, str, tuple[AnyStep, ...]]]:
-    """Routine, title and steps of each section; steps before the first are a routine of their own."""
+    """Yield for each section of a program, which is one task, its RAPID routine's name, a title and its
+    steps; steps before the first section form a routine of their own."""
     ends = [*(s.first for s in program.sections), len(program.steps)]
     if before := program.steps[: ends.pop(0)]:
         yield "Begin", "What comes before the first task", before

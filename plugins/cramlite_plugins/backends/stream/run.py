@@ -181,7 +181,7 @@ def readings(arm: StreamedArm, line: int, mount: RobotMount) -> Readings:
 
 
 class _Watched(Struct):
-    """Watcher of a run, with the mount of the robot in the world that is compared with the readings."""
+    """Watcher of a run on a robot process, with the robot's mount, which places the readings in the world."""
 
     watch: Watch
     mount: RobotMount

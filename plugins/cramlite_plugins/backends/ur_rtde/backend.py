@@ -22,7 +22,8 @@ class UrRtdeBackend:
 
     @property
     def remark(self) -> str:
-        """Return the remark that every result carries on how its text was run."""
+        """Return a sentence that goes with every result: how the Python program was run, or why it was
+        not."""
         if missing := _missing():
             return f"the Python program was not run: {missing}"
         return (

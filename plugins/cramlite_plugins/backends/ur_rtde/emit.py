@@ -171,7 +171,8 @@ def _head(program: Program, robot: Robot) -> list[str]:
 
 
 def _carried(program: Program) -> list[str]:
-    """The text of the modules that this program needs."""
+    """Return the lines of the runtime modules that the program's text carries: for the arm, and, where its
+    steps need them, for forces and for control steps."""
     steps = list(walk(program.steps))
     needed = ["runtime_arm"]
     needed += ["runtime_forces"] if any(isinstance(s, FORCES) for s in steps) else []

@@ -269,7 +269,8 @@ def _label(step: AnyStep) -> str:
 
 
 def comment(step: AnyStep) -> str:
-    """Return the comment before a step; "" if there is none."""
+    """Return a step's comment line in URScript, made of its designator and its own comment; "" if it has
+    neither."""
     said = ": ".join(plain(c) for c in (step.origin, step.comment) if c)
     return f"# {said}" if said else ""
 

@@ -6,8 +6,8 @@ from cramlite.model import Gripper, HandFile
 
 
 def guesses(gripper: Gripper, owners: tuple[str, str], stated: HandFile) -> tuple[str, ...]:
-    """Return the findings about a hand by its motion, a sentence for each key of ``gripper`` that could
-    state it.
+    """Return what was concluded about a hand from how it moves, one sentence for each key of ``gripper`` that
+    could state it instead.
 
     Args:
         gripper: as it was read; its tool centre point is in the frame of the flange.

@@ -82,7 +82,8 @@ class _File(Struct):
         self.allocate(where, name, attributes)
 
     def allocate(self, where: str, name: str, attributes: Mapping[str, str]) -> None:
-        """Count the cells that an element asks for."""
+        """Add up the numbers for which MuJoCo would allocate memory because of an element of a scene file;
+        refuse too many."""
         for one, other in (("nrow", "ncol"), ("width", "height")):
             if one in attributes or other in attributes:
                 self.cells += _count(where, f"{attributes.get(one, 1)} {attributes.get(other, 1)}")

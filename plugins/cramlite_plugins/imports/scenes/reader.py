@@ -164,7 +164,8 @@ def _physics(model: Any) -> tuple[dict[str, float | int | str], list[str]]:
 
 
 def _not_kept(model: Any) -> Iterator[str]:
-    """Parts of a model that things have no place for."""
+    """Yield notes on the parts of a MuJoCo model that a scene of cramlite leaves out, such as its actuators,
+    sensors and cameras."""
     counts = {
         "actuators": model.nu, "tendons": model.ntendon, "equality constraints": model.neq, "sensors": model.nsensor,
         "flexible bodies": model.nflex, "explicit contact pairs": model.npair, "cameras": model.ncam,

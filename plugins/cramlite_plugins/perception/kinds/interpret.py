@@ -136,7 +136,8 @@ def extent(scene: Scene, mask: Mask) -> float:
 
 
 def _whole_or_split(scene: Scene, mask: Mask) -> Part:
-    """Cluster as one thing, or as one of several that touch where that explains its own part better."""
+    """Explain a cluster of points by one thing, or by one of several touching things where that explains its
+    own part better."""
     limits = scene.limits
     whole, among = read(scene, mask, ranked(scene, mask)), pieces(scene.picture.view, mask, limits["pixels"])
     if whole.score < limits["good"] * rarity(mask, limits) and int(mask.sum()) >= 3 * limits["pixels"]:
@@ -199,8 +200,8 @@ def _partly(model: PoseModel, whole: tuple[Floats32, Outline], poses: PoseBatch)
 
 
 def _scored(model: PoseModel, seen: tuple[Floats32, Outline], poses: PoseBatch, surface: int = SURFACE) -> Scores:
-    """Scores of poses, divided by the square root of the seen share of the visible side, so that the
-    square of a score contains this share as a factor once, not twice."""
+    """Score poses; each score is divided by the square root of the seen share of the model's visible side,
+    since scores are squared later, which would count this share twice."""
     scores = score_poses(model, *seen, poses, surface)
     return replace(scores, score=scores.score / np.sqrt(np.clip(scores.seen / ENOUGH, 1e-3, 1.0)))
 

@@ -42,7 +42,8 @@ def pieces(view: View, mask: Mask, least: float) -> list[Mask]:
 
 
 def given_back(own: Mask, among: Sequence[Mask]) -> Mask:
-    """Return claimed pixels without those of pieces that mostly belong to another thing."""
+    """Return the pixels that a thing claims, without those in pieces of the picture of which it claims less
+    than the share ``OWN``."""
     kept = own.copy()
     for piece in among:
         if (own & piece).sum() < OWN * piece.sum():

@@ -1,4 +1,5 @@
-"""Experts: poses by registration libraries, asked where ``perception_registration`` is blocked."""
+"""Pose experts that use the libraries small_gicp and Open3D, asked where the expert
+``perception_registration`` is blocked or breaks."""
 
 from __future__ import annotations
 
@@ -26,7 +27,8 @@ def by_open3d(inputs: Inputs) -> Mapping[str, Any]:
 
 @hookimpl
 def experts() -> Iterable[Expert]:
-    """Return the experts; costs are of one model at 640 x 480 (tests/benchmarks/perception_pose.py)."""
+    """Return the experts that estimate poses by small_gicp and by Open3D; their stated costs were measured
+    with one model at 640 x 480 pixels (tests/benchmarks/perception_pose.py)."""
     ways = (
         ("small_gicp_registration", "24 ICPs of small_gicp, if it is installed", by_small_gicp, 110.0),
         ("open3d_registration", "24 ICPs of Open3D, if it is installed", by_open3d, 240.0),

@@ -62,7 +62,8 @@ class NearestGrid(Value, eq=False):
         return np.asarray(np.take(self.index.reshape(-1), (x * sy + y) * sz + z))
 
     def _cell(self, coordinates: Floats32, axis: int) -> Indices:
-        """The grid's cells along one axis."""
+        """Return the index of the grid cell that each coordinate along one axis falls in; outside of the
+        grid, of the nearest cell."""
         cell = ((coordinates - self.low[axis]) * np.float32(1.0 / self.step)).astype(np.int32)
         return np.asarray(np.minimum(np.maximum(cell, 0), self.index.shape[axis] - 1))
 

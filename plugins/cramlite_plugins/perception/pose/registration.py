@@ -14,7 +14,8 @@ if TYPE_CHECKING:
 
 
 class Fit(Value):
-    """Registration of one model at one pose.
+    """Pose of a known model that was registered with measured points, with its score and the reason for the
+    score.
 
     Args:
         model: its name; pose: of its frame in the world.

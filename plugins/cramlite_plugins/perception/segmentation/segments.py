@@ -103,7 +103,8 @@ def _shifted(axis: int) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
 
 
 class _Part(Value, eq=False):
-    """Label with the values that merging compares: colour, points (a sample), front plane."""
+    """Part of a picture, of one or several segment labels, with what merging compares: number of pixels,
+    colour, a sample of points, and the rectangle around it."""
 
     labels: tuple[int, ...]
     count: int
