@@ -138,8 +138,8 @@ class _Job:
 
 
 class Place:
-    """Setting that the behaviours of a tree share: the world at the end of one behaviour's run is the start
-    of the next.
+    """World, robot and belief that the behaviours of a tree share: the end of a successful run is the start
+    of the next one.
 
     ``place.now`` is the ``setting`` of behaviours, ``place.run`` their ``run``: the text is executed in the simulator, in
     the world as it really is then, and judged there.
@@ -149,7 +149,8 @@ class Place:
         self._engine, self._setting = engine, setting
 
     def now(self) -> Setting:
-        """Return the shared setting as it is now, after the runs of the behaviours so far."""
+        """Return the world, robot and belief that the next behaviour begins with, as the runs so far left
+        them."""
         return self._setting
 
     def run(self, solution: Solution) -> bool:
@@ -165,8 +166,8 @@ NOTICE = "cramlite/notice"
 
 
 class WatchedPlace(Place):
-    """Setting that the behaviours of a tree share, whose runs are watched, and continued with a new program
-    after a change of the world; notices go to the blackboard.
+    """World, robot and belief that a tree's behaviours share, where runs are watched: after a change of the
+    world a run goes on with a new program, and its notice goes to the blackboard.
 
     There ``cramlite/notice`` is a dictionary: ``type`` (a class of the ontology), ``step``, ``thing``, ``reason``, ``measured``, ``limit``,
     ``unit``, ``decision`` and ``to_do``, what a person could do. A tree chooses a recovery by them when a run fails.

@@ -73,7 +73,8 @@ def rigid_links(rows: dict[str, Rows]) -> dict[str, str]:
 
 
 def _repaired(name: str, rows: Rows, inner: bool) -> tuple[Rows, list[Repair]]:
-    """Track without rows that are no poses, in order, with quaternions of length 1."""
+    """Drop the rows of a track that hold no valid pose, sort the others by time, and scale quaternions to
+    length 1."""
     near: NDArray[np.bool_] = np.asarray(np.all(np.abs(rows.poses) < FARTHEST, axis=1))
     length = np.linalg.norm(np.where(near[:, None], rows.poses[:, 3:], 0.0), axis=1)
     good = np.isfinite(rows.times) & near & (length > 1e-9)
@@ -139,8 +140,8 @@ def _resolve(name: str, rows: dict[str, Rows], tracks: dict[str, Track], repairs
 
 
 def _in_world(rows: Rows, tracks: dict[str, Track]) -> Track:
-    """Track of a frame in the world, once its parents are known: it moves with its own records and its
-    parent's."""
+    """Convert a frame's recorded transforms to its track in the world; the tracks of its parent frames are
+    known."""
     if not any(p in tracks for p in rows.names):
         return Track(rows.times, rows.poses)
     bounds = [0, *(np.flatnonzero(np.diff(rows.parents)) + 1).tolist(), len(rows.times)]

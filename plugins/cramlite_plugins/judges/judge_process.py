@@ -147,12 +147,12 @@ class JudgeProcess:
             return b""
 
     def play(self, program: str, setting: Setting, watch: Watch | None = None) -> Rollout:
-        """Stream a typed program to its robot; the rollout has the robot's states. A hand with a payload goes
-        on pressing."""
+        """Stream a typed program's actions to the simulated robot, and return its states as a rollout. A hand
+        that holds a payload goes on pressing it."""
         return stream(load_program(program, setting.robot), setting.robot, self, watch, setting.world.robots[0])
 
     def rest(self) -> None:
-        """Do nothing until things are at rest: the last action without its motion, over and over."""
+        """Repeat the last action without its motion for ``REST`` seconds, so that things come to rest."""
         if self.last is None:
             return
         hello, last = self.hello(), self.last

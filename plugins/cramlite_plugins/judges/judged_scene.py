@@ -30,7 +30,8 @@ def scene_setting(
     engine: Engine, folder: Path, scene: Mapping[str, Any], hello: Hello, goal: Callable[[Setting], list[str]], twins: int,
     now: World | None = None, **spec: Any,
 ) -> tuple[Path, Setting]:  # fmt: skip
-    """Write the scene and the scenario of an episode, and build its setting.
+    """Write a judge's scene as MJCF and scenario files, and return the scenario's file with its setting
+    (world, robot, belief).
 
     Args:
         folder: for ``scene.xml`` and ``scenario.yaml``.

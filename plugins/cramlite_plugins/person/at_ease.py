@@ -24,7 +24,8 @@ def forward_and_down(ahead: Floats) -> Pose:
 
 
 def at_ease(world: World, rng: np.random.Generator) -> Pose:
-    """Draw a pose of the hand above and in front of the things, turned a little [m]: 0.2 to 0.35 m above the highest that is handled."""
+    """Draw a start pose of the hand: in front of the things, 0.2 to 0.35 m above the highest movable one,
+    turned a little."""
     ahead = facing(world)
     aside = np.cross(ahead, (0.0, 0.0, 1.0))
     top = max(support(t, t.pose, (0, 0, 1)) for t in _handled(world))
@@ -34,7 +35,7 @@ def at_ease(world: World, rng: np.random.Generator) -> Pose:
 
 
 def _handled(world: World) -> list[Thing]:
-    """Things that a person can move; all, where there are none."""
+    """Things that are movable or on a joint; all things if none is."""
     return [t for t in world.things if t.movable or t.joint] or list(world.things)
 
 

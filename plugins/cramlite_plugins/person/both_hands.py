@@ -109,7 +109,8 @@ def hand_over(person: Performer, scene: Scene, hold: Pose, take: Pose) -> None:
 
 
 def _get_out_of_the_way(person: Performer, scene: Scene) -> None:
-    """Move the hand that has handed its thing over aside, away from where the thing is taken next."""
+    """Move the hand that has handed its thing over away from the hanger or container that the thing goes to
+    next."""
     assert person.other is not None
     here = np.array(person.other.aim.position)
     off = here - scene.hanger.pose.position if scene.stands else here - scene.container.pose.position

@@ -140,7 +140,8 @@ def put_down_and_take(person: Performer, scene: Scene, grasp: Pose) -> None:
 
 
 def nearest_top(person: Performer, scene: Scene) -> tuple[Thing, Feature]:
-    """Find the nearest surface to put something on, by its middle; no container's inside, nor the thing itself."""
+    """Find the fixed surface whose middle is nearest to the hand; containers and the product itself are left
+    out."""
     tops = [
         (t, f)
         for t, f in featured(scene.world, "vrps:SurfaceFeature")
@@ -151,7 +152,7 @@ def nearest_top(person: Performer, scene: Scene) -> tuple[Thing, Feature]:
 
 
 def put_down(person: Performer, scene: Scene, support: Thing, top: Feature, grasp: Pose) -> None:
-    """Put the payload upright onto a surface, the last bit perhaps dropped."""
+    """Lower the payload upright to a small random gap above a surface; it drops over the gap when let go."""
     spot = _spot(person, scene, support, top)
     body = person.pose(scene.product.name)
     goal = Pose(tuple(np.add(spot, (0, 0, half_extents(scene.product)[2]))), body.quaternion)

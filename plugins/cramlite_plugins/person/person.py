@@ -198,12 +198,12 @@ class Person:
             self._follow(self.aim, self.opening)
 
     def shake(self, share: float) -> None:
-        """Scale the tremor of both hands by a share."""
+        """Multiply the tremor of both hands by a factor."""
         for limb in (self.limb, *([self.other] if self.other else [])):
             limb.waves.size[3:] *= share
 
     def rollout(self) -> Rollout:
-        """Return everything so far as a rollout."""
+        """Return the recording up to now as a rollout."""
         return self.recorder.rollout()
 
     def between(self, low: float, high: float) -> float:

@@ -63,7 +63,8 @@ def _below(tool: Pose) -> float:
 
 
 def let_go(person: Performer, scene: Scene) -> None:
-    """Lower as far as palm and rim allow, or not quite so far; open; withdraw; wait until all is quiet."""
+    """Lower the payload to a random height up to 40 mm above the lowest at which the palm clears the rim;
+    open, withdraw, wait."""
     rim = (scene.container.pose * scene.cavity.pose).position[2]
     x, y, z = person.aim.position
     lowest = rim + _below(person.aim) + person.between(0.0, 0.04)

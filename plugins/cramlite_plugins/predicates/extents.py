@@ -24,8 +24,8 @@ def in_cavity(point: tuple[float, float, float], size: Mapping[str, float]) -> b
 
 
 def in_extent(type_: str, size: Mapping[str, float], point: Floats) -> bool:
-    """Check whether a point, in the frame of a cavity or a surface, is in the cavity or over the surface:
-    up to the area's "height" if it states one, and from its "lowest", else its face."""
+    """Check whether a point, in the feature's frame, is in a cavity, or over a surface between its lowest and
+    greatest height."""
     x, y, z = map(float, point)
     if type_ == CAVITY:
         return in_cavity((x, y, z), size)

@@ -87,7 +87,8 @@ def in_chain(scene: SymbolicWorld, entity: str) -> bool:
 
 
 def constrained_dof(scene: SymbolicWorld, thing: str, _other: str) -> float:
-    """Evaluate constrained_dof(Thing, Other): the most degrees of freedom that any part of the thing takes, by its class."""
+    """Evaluate constrained_dof(Thing, Other): the most degrees of freedom that Thing or a feature of it
+    constrains, going by their classes."""
     features = scene.world.thing(thing).features if thing in scene.types and thing == thing_of(thing) else ()
     classes = [scene.types.get(thing, ""), *(f.type for f in features)]
     said = (f for c in classes for f in scene.taxonomy.fillers(c, "cram:constrainedDof"))

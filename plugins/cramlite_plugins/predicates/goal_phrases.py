@@ -124,7 +124,8 @@ def _is_closed(_scene: SymbolicWorld, thing: str) -> GoalCondition:
 
 
 def _opened_by(scene: SymbolicWorld, thing: str, amount: str) -> GoalCondition:
-    """Goal of opening by an amount; an amount below that of an open joint is refused, as no task ends there."""
+    """Goal that a drawer or door is open by an amount; refused if the amount is too small to count as open,
+    or beyond the range."""
     joint = scene.world.thing(thing).joint
     if joint is None:
         raise UserError(f"'{thing}' has no joint to be opened by.")
@@ -158,8 +159,8 @@ def _jointed(thing: Thing) -> bool:
 
 
 def _is_hollow(scene: SymbolicWorld, _thing: str, place: str) -> bool:
-    """Whether a place is deep enough that things go into it rather than onto it, where a sentence says
-    neither."""
+    """Whether things go into a place rather than onto it, by the depth of its cavity; for goals that say
+    neither "in" nor "on"."""
     part = EntityName.parse(place).part
     deep = [f for f in scene.world.thing(thing_of(place)).features if f.type == CAVITY and part in ("", None, f.name)]
     return any(f.size.get("height", 0.0) > DEEP for f in deep)

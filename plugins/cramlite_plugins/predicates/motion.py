@@ -114,7 +114,8 @@ def gripper_moves(phase: Phase) -> Iterator[Row]:
 
 
 def moves(phase: Phase, thing: str | None) -> Iterator[Row]:
-    """Evaluate moves(Thing): anywhere during the action."""
+    """Evaluate moves(Thing): at some time in the action Thing is displaced or turned by more than a threshold
+    from its start pose."""
     for name in _candidates(phase, thing):
         motion = _motion(phase, name)
         if motion is not None and (

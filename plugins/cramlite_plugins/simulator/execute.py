@@ -204,7 +204,7 @@ class _Run:
         self.observe(0)
 
     def await_readings(self) -> None:
-        """Hold still until readings arrive again, for at most ``PATIENCE``."""
+        """Hold still while a fault withholds or freezes the readings, for at most ``PATIENCE`` [s]."""
         until = float(self.data.time) + PATIENCE
         while self.data.time < min(until, max(self.faults.lost_until, self.faults.frozen_until)):
             self.hold()

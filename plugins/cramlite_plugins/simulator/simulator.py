@@ -37,8 +37,8 @@ class MujocoSimulator:
     def put_apart(
         self, world: World, robots: Mapping[str, Robot], most: float, deep: float | None = None
     ) -> tuple[World, tuple[str, ...]]:
-        """Move loose things that overlap others to free places, at most a distance away [m]; return
-        clauses on the moves."""
+        """Move loose things that overlap others to free places, at most ``most`` away [m]; return the world
+        and a text on each move."""
         from ..simulation.model.put_apart import put_apart
 
         return put_apart(world, robots, most) if deep is None else put_apart(world, robots, most, deep)
@@ -108,7 +108,7 @@ class MujocoSimulator:
     def collision_picture(
         self, world: World, robots: Mapping[str, Robot], collision: Collision, size: tuple[int, int]
     ) -> Any:
-        """Render a state that planning refused."""
+        """Render the collision for which motion planning refused a state of the robot."""
         from ..simulation.recording.collision_pictures import collision_picture
 
         return collision_picture(world, robots, collision, size)

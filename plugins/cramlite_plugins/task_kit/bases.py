@@ -32,7 +32,7 @@ class ByHandle(TaskType):
 
     @abstractmethod
     def way(self, action: Action) -> Location:
-        """Return the location of the path along the joint."""
+        """Return the location designator of the handle's path along the joint."""
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         empty_hand(belief)

@@ -7,7 +7,7 @@ from cramlite.plugin import Unresolvable
 
 
 def near(thing: Object) -> Location:
-    """Return the location near the thing of an object designator."""
+    """Return the location designator "near" the thing that an object designator describes."""
     return Location(f"near({thing.name})", "near", thing.name)
 
 

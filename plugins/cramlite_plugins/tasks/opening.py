@@ -95,8 +95,8 @@ class Opening(ByHandle):
         return replace(super().begins_at(action), parameters=self._least(action))
 
     def _least(self, action: Action) -> dict[str, Any]:
-        """Parameters of a location: from which share of its range a thing counts as open, and whether
-        obstacles may be pushed along."""
+        """Parameters of a location designator: the share of the joint's range from which a thing counts as open,
+        and whether obstacles may be pushed along."""
         return {"least": self.parameter(action, "share") or LESS[-1], **self._drives(action)}
 
     @staticmethod
@@ -108,8 +108,8 @@ class Opening(ByHandle):
         return Location(f"opened({patient})", "opened", patient, {"share": self.parameter(action, "share"), **self._drives(action)})
 
     def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
-        """Return what the task may touch: beside the usual, the drawer and the obstacles that it pushes along
-        may touch each other."""
+        """Return what the task may touch: the drawer and the obstacles that it pushes along may also touch
+        each other."""
         allowed, patient = super().allowance(action, bindings), action.roles["Patient"]
         way = bindings.get(self.way(action).name)
         along = (patient.thing, *driven(way)) if isinstance(way, Place) else ()

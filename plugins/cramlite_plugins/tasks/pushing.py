@@ -1,5 +1,5 @@
-"""soma:Pushing: closed fingers touch a thing and move it along its support, or open fingers push a flat thing to a region of that, or out
-of the way."""
+"""soma:Pushing: closed fingers push a thing along its support; open fingers push a flat thing to a region of
+the support, or out of the way."""
 
 from __future__ import annotations
 
@@ -123,8 +123,8 @@ class Pushing(TaskType):
         )
 
     def effects(self, action: Action, belief: Belief) -> Belief:
-        """Return the belief with the pushed thing somewhere within the stroke; a thing that came along
-        with the fingers is known more exactly."""
+        """Return the belief in which a pushed thing's pose is uncertain by the stroke, or by less if it moved
+        with the fingers."""
         thing = action.roles["Patient"].entity or ""
         known = belief.poses[thing]
         before_them = action.parameters.get("where") or known.source == CAME_ALONG

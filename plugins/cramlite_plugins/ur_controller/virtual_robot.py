@@ -121,7 +121,8 @@ class VirtualRobot:
         self.arm.freedrive = False
 
     def unlock(self) -> bool:
-        """Release the protective stop, if its time has come; the arm stays where it is. Return whether it is released."""
+        """Release the protective stop, unless it began less than ``LOCKED`` seconds ago; return whether it is
+        released."""
         if self.stopped and self.time < self.stopped_at + LOCKED:
             return False
         self.stopped = ""
@@ -206,7 +207,7 @@ class VirtualRobot:
 
 
 def _as_program(text: str) -> str:
-    """Program text of a text that a client sends: a single line becomes a program of one statement."""
+    """Return a client's text as a program: a line outside of def and sec is wrapped into a program of its own."""
     if text.lstrip().startswith(("def", "sec")):
         return text
     return f"def unnamed():\n{text.strip()}\nend\n"
@@ -247,8 +248,8 @@ _FIELDS: dict[str, Callable[[VirtualRobot], Any]] = {
 
 
 def _refuse(world: World) -> None:
-    """Refuse faults that cannot happen to programs of clients, which come and go: faults of readings or
-    goals, or at a line.
+    """Refuse faults of the world that cannot be applied to a client's program: faults of readings or goals,
+    or triggered at a program line.
 
     Raises:
         UserError: the world has one.

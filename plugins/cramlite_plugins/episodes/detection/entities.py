@@ -14,7 +14,8 @@ CONSTRAINED_DOF = {"vrps:Peg": 4.0, "vrps:Hook": 4.0, "vrps:Tip": 4.0, "vrps:Sur
 
 
 def thing_entities(thing: Thing, rollout: Rollout) -> tuple[Entity, ...]:
-    """Return the entities of a thing: the thing, its features, and the parts that are named in its geoms only."""
+    """Return the entities of a thing: the thing itself, its features, and the parts that only its geometry
+    names."""
     properties = {"friction": thing.friction} | ({} if thing.mass is None else {"mass": thing.mass})
     if thing.joint is not None:
         properties |= {"joint_lower": thing.joint.lower, "joint_upper": thing.joint.upper}
@@ -66,7 +67,7 @@ def contents_entities(rollout: Rollout) -> tuple[Entity, ...]:
 
 
 def contents_of(thing: str) -> str:
-    """Return the name in episodes of the contents that a thing had at the start."""
+    """Return the name that an episode gives to the loose contents which a thing held at the start."""
     return f"contents_of_{thing}"
 
 

@@ -194,7 +194,8 @@ def _on_joint(episode: Episode, name: str) -> bool:
 
 
 def _merged(found: Sequence[Loose]) -> list[Loose]:
-    """Contents with those of the same name merged into one."""
+    """Merge the entries that give the same contents into one, with the numbers of pieces in each vessel added
+    up."""
     by_name: dict[str, Loose] = {}
     for one in found:
         other = by_name.get(one.name)
@@ -378,8 +379,8 @@ def _of_grips(grips: Sequence[InferredGrasp], grid: Grid) -> Iterator[Event]:
 
 
 def _labels(grips: Sequence[InferredGrasp], grid: Grid) -> Iterator[Event]:
-    """Shaking and pouring of held things, which no state shows, as actions; a thing that is tilted while it
-    is shaken is not poured."""
+    """Shaking and pouring as actions, found in the motion of held things; a tilt that overlaps shaking is no
+    pouring."""
     for g in grips:
         if g.lift is None:
             continue

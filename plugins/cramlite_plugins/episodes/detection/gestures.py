@@ -72,7 +72,7 @@ def tilting(poses: Floats, stood: int, start: int, end: int) -> list[Span]:
 
 
 def _joined(spans: Sequence[Span]) -> list[Span]:
-    """Spans, joined if less than POURED apart."""
+    """Join neighbouring spans that are less than POURED [s] apart."""
     found: list[Span] = []
     for start, end in spans:
         if found and (start - found[-1][1]) * STEP < POURED:

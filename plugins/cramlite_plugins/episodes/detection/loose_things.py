@@ -189,7 +189,8 @@ def _loose(vessel: str, members: list[str], inside: Mapping[str, NDArray[np.intp
 
 
 def with_contents(episode: Episode, grid: Grid, found: Iterable[Loose]) -> Episode:
-    """Return the episode in which one entity, its states and its counts replace all like things of each content."""
+    """Return the episode in which one entity for each vessel's contents, with its states and its numbers of
+    pieces, replaces the single pieces."""
     listed = tuple(found)
     gone = {m for one in listed for m in one.members}
     if not listed:

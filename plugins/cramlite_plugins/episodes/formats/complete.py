@@ -110,7 +110,8 @@ def _sound(parts: Parts) -> tuple[Event, ...]:
 
 
 def _complete(parts: Parts, events: tuple[Event, ...], tracks: dict[str, Track]) -> tuple[Entity, ...]:
-    """Frames and fillers that no map describes become entities of unknown class."""
+    """Entities of the episode: those described in maps, and one of unknown class for every other name in
+    tracks or roles."""
     entities = dict(parts.entities)
     for name in tracks:
         entities.setdefault(name, Entity(name, (), pose=tracks[name].at(-np.inf)))

@@ -172,8 +172,8 @@ def _without(absence: Dropout, episode: Episode) -> Episode:
 
 
 def _cut_short(absence: Dropout, mine: list[Event]) -> set[str]:
-    """Ids of the two states, before and after the dropout, into which it cut one state. Neither is dropped as
-    spurious, however short it is."""
+    """Ids of the two halves into which a dropout cut one state; neither is dropped as spurious, however short
+    it is."""
     pairs = ((a, b) for a, b in _pairs(mine) if a.start < absence.start and b.end > absence.end)
     return {e.id for a, b in pairs if abs(a.end - absence.start) < MOMENT for e in (a, b)}
 

@@ -56,15 +56,16 @@ class Convention(Value):
         return 4 if self.rotation in QUATERNIONS else 3
 
     def positions(self, recorded: Floats) -> Floats:
-        """Convert positions (N, 3) in the recording's unit and axes to ours [m]."""
+        """Convert positions (N, 3) from the recording's unit and axes to cramlite's: metres, z up."""
         return np.asarray(self.unit * np.asarray(recorded) @ self.axes.T)
 
     def extents(self, recorded: Sequence[float]) -> Floats:
-        """Convert extents (3,) along the recording's axes to ours [m]."""
+        """Convert extents (3,) along the recording's axes to extents along cramlite's axes [m]."""
         return np.asarray(np.abs(self.axes) @ (self.unit * np.asarray(recorded, dtype=float)))
 
     def quaternions(self, recorded: Floats) -> Floats:
-        """Convert rotations (N, 4), or (N, 3) where they are no quaternions, to our quaternions (N, 4), w first, of length 1."""
+        """Convert rotations (N, 4), or (N, 3) where they are no quaternions, to unit quaternions (N, 4) in
+        cramlite's axes, w first."""
         q = self._w_first(np.asarray(recorded, dtype=float))
         turned = q[:, 1:] @ (np.linalg.det(self.axes).round() * self.axes).T
         q = np.hstack([q[:, :1], turned])

@@ -1,4 +1,5 @@
-"""Shapes that a mapping file states: boxes, hollow boxes, cylinders and mesh files, in our axes."""
+"""Shapes that a mapping file states: boxes, hollow boxes, cylinders and mesh files, converted to cramlite's
+axes (z up)."""
 
 from __future__ import annotations
 

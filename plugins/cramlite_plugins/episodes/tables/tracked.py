@@ -34,7 +34,7 @@ SLOWEST, FASTEST = 1.0, 1e-4
 
 
 class Recorded(Value):
-    """Recording in our convention.
+    """Poses of all tracks of a recording, converted to metres, right-handed axes and z up.
 
     Args:
         convention: that it was written in.

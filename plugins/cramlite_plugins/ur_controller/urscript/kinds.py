@@ -1,4 +1,5 @@
-"""Type inference over a program's text: values of a kind where another one is needed."""
+"""Type check of a URScript program without running it: places where, for example, a string stands for a
+number."""
 
 from __future__ import annotations
 
@@ -47,7 +48,8 @@ GIVES = {
 
 
 def wrong_kinds(program: Function) -> list[Doubt]:
-    """List every place at which a value has another kind than needed, as far as the program's text shows the kind."""
+    """List every place at which a value has another type than needed, as far as the program's text shows the
+    type."""
     known = _variables(program)
     found = [d for node in nodes(program) for d in _at(node, known)]
     return sorted(set(found), key=lambda d: (d.line, d.text))
@@ -69,7 +71,8 @@ def _at(node: object, known: Kinds) -> Iterator[Doubt]:
 
 
 def _operands(node: Binary, known: Kinds) -> Iterator[Doubt]:
-    """Operands of a wrong kind: neither numbers nor, for arithmetic, lists of numbers; '+' also joins two strings."""
+    """Operands of a wrong type: neither numbers nor, for arithmetic, lists of numbers; '+' also joins two
+    strings."""
     kinds = [_kind(side, known) for side in (node.left, node.right)]
     fits = {"", "a number"} | ({"a list"} if node.operator in ("+", "-", "*", "/", "%") else set())
     if node.operator == "+" and "a string" in kinds:
@@ -81,7 +84,7 @@ def _operands(node: Binary, known: Kinds) -> Iterator[Doubt]:
 
 
 def _variables(program: Function) -> dict[str, str]:
-    """Variables whose every assignment shows the same kind; parameters show none."""
+    """Types of the variables to which only values of one type are assigned; parameters are left out."""
     seen: dict[str, set[str]] = {}
     for function in functions(program).values():
         for name, _ in function.parameters:
@@ -94,7 +97,7 @@ def _variables(program: Function) -> dict[str, str]:
 
 
 def _kind(value: Expression, known: Kinds) -> str:
-    """The kind of an expression; "" if the text does not show it."""
+    """The type of an expression, such as "a number"; "" if the text does not show it."""
     match value:
         case Number():
             return "a number"
