@@ -39,8 +39,8 @@ def write_gif(run: RunRecord, out: Path) -> None:
 
 
 class _Stoppable(io.FileIO):
-    """File whose writing stops when the work is cancelled: Pillow compares and writes all pictures in one
-    call."""
+    """File that checks for cancellation at each write, since Pillow writes all pictures of an animation in
+    one call."""
 
     def write(self, data: Any) -> int:
         checkpoint()

@@ -24,7 +24,7 @@ DIGIT = 1e-3
 
 
 def tool_way(robot: Robot, path: Sequence[Sequence[float]]) -> float:
-    """Return the largest tool motion a radian of the leading axis, on straight lines between joint
+    """Return the largest tool motion per radian of the leading axis, on straight lines between joint
     positions [m/rad].
 
     Corners that are rounded are no faster: their joint speeds are between those of both lines.

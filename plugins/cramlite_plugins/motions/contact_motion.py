@@ -83,8 +83,7 @@ def widen(motion: Motion, belief: Belief) -> tuple[Belief, str]:
 
 
 def _force_path(motion: Motion, belief: Belief, context: Context) -> Groundings:
-    """Motion along the corners of a place's path, or from one of them to another; compliant sideways, with
-    its payload."""
+    """Resolve a motion along a place's path, or between two of its corners, on which the arm gives way sideways."""
     from ..motion_planning.cartesian import line
     from ..motion_planning.reach import tcp
     from .free_motion import place_of

@@ -88,8 +88,11 @@ def _turned(one: Sequence[float], other: Sequence[float]) -> bool:
 
 
 def _pace(motion: Motion, context: Context) -> tuple[float, float]:
-    """Speed and acceleration of the leading axis that no joint's limit forbids, whichever joint leads; with a share kept from the limits of
-    speed, as an arm that is streamed to catches up in steps: at 2.17 rad/s it was seen at 2.63 rad/s."""
+    """Return a speed and acceleration of the leading axis that keep each joint within its limits, whichever
+    joint leads.
+
+    Of a speed limit only the share ``STEADY`` is used, as an arm that is streamed to catches up in steps.
+    """
     pace = context.robot.pace
     speed, acceleration = pace * value(motion, "speed_rad_s"), pace * value(motion, "acceleration_rad_s2")
     return min(speed, *(STEADY * v for v in context.robot.velocity)), min(acceleration, *context.robot.acceleration)

@@ -51,8 +51,7 @@ def _back(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundin
 
 
 def _check_hand(motion: Motion, start: Belief, after: list[AnyStep]) -> None:
-    """Check that the payload is the same again: the place of a thing that was released or taken in between
-    is unknown."""
+    """Refuse to go back after steps that may have released or taken a thing, since it may be anywhere then."""
     grips = [k for k, s in enumerate(after) if isinstance(s, SetGripper)]
     if start.held and grips:
         raise Unresolvable(f"'{motion.name}': the gripper moves while it holds '{start.held.thing}'; it cannot begin again")
@@ -112,7 +111,7 @@ def _straight(motion: Motion, context: Context, pivot: Joints, rest: list[AnySte
 
 
 def _retraced(motion: Motion, start: Belief, context: Context, lead: list[AnyStep]) -> Iterator[AnyStep]:
-    """Steps that go back along the motions at the beginning, the last one first."""
+    """Motions that retrace the steps at the beginning, which cannot fail; the last one is retraced first."""
     from ..kinematics.kinematics import forward
 
     here = start.joints

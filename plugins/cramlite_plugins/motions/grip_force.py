@@ -82,8 +82,8 @@ def load(thing: Thing) -> float:
 
 
 def grip_of(held: Held, world: World, gripper: Gripper) -> GripLoad:
-    """Return the load of the pads at a grasp of a thing, with its content; a thing on a joint hangs on
-    that."""
+    """Return the load of the pads by a held thing with its content; 0 kg for a thing on a joint, which bears
+    the weight."""
     thing = world.thing(held.thing)
     x, _, z = (held.tcp_to_thing * Pose(centre_of_mass(thing))).position
     mass = load(thing) and load(thing) + sum(load(world.thing(name)) for name in held.carries)

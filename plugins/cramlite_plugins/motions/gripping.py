@@ -73,7 +73,7 @@ def _close(motion: Motion, belief: Belief, context: Context) -> Groundings:
 
 
 def _names_of(thing: str, context: Context) -> tuple[str, ...]:
-    """The object designators that are bound to a thing, whole or part."""
+    """Names of the object designators that are bound to a thing or to a part of it."""
     return tuple(n for n, v in context.bindings.items() if isinstance(v, str) and thing_of(v) == thing)
 
 

@@ -59,8 +59,8 @@ def known(class_: str, property_: str, context: Knowing, of: str = "") -> Known 
 
 
 def classes(thing: Thing, context: Knowing) -> Iterator[str]:
-    """Yield the class of a thing, and classes that follow from its mass; a thing on a joint counts without mass, since the
-    joint carries it."""
+    """Yield a thing's class, and, unless a joint carries the thing, the ontology's classes that its mass puts
+    it in."""
     yield thing.type
     if thing.joint is not None:
         return

@@ -125,7 +125,8 @@ def _clear(
 def _linear(
     points: _Points, whole: Pose, centre: Floats, solids: Sequence[tuple[Geom, Pose]], scale: float
 ) -> tuple[Floats, Floats, Floats]:
-    """Distances, their derivatives by rotation about the centre and shift, and weights (Tukey)."""
+    """Return the distances of points to the solids' surfaces, their derivatives by rotation and shift, and
+    Tukey weights."""
     import numpy as np
 
     at, rays = whole.apply(points.at), whole.rotate(points.rays)

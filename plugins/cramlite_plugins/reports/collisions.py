@@ -41,7 +41,7 @@ class Pair(Value):
 
     @property
     def between(self) -> tuple[str, str]:
-        """Names of the two bodies, as the drawing colours them."""
+        """Names of the two bodies, in the order of the drawing's two colours."""
         drawn = _collision(self.least)
         return drawn.one, drawn.other
 

@@ -47,8 +47,11 @@ def run_in_short(done: Finished, says: str, about: Iterable[str] = ()) -> Moment
 
 
 def _worst(entries: Iterable[Entry]) -> Entry | None:
-    """Return the refusal to draw: the nearest one if it is a collision, else of its designator's collisions
-    the smallest overlap of the commonest pair of bodies."""
+    """Return the collision to draw: the nearest miss if it is one, else one of its designator's most frequent
+    pair of bodies.
+
+    Of such a pair the smallest overlap is drawn.
+    """
     known = list(entries)
     nearest = nearest_miss(known)
     if nearest is None or nearest.collision is not None:
@@ -64,8 +67,7 @@ def _seen(collision: Collision | None) -> Collision:
 
 
 def _things(done: Finished) -> tuple[str, ...]:
-    """Things named by goals and by the nearest refusal, in the order of the world; empty to show all
-    things."""
+    """Things that goals or the search's nearest miss name, in the order of the world; empty to show all things."""
     nearest = nearest_miss(done.trace.entries)
     texts = [e.text for e in done.trace.entries if e.kind == "goal"] + ([nearest.designator, nearest.reason] if nearest else [])
     named = set(re.findall(r"\w+", " ".join(texts)))

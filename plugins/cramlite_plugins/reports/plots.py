@@ -42,7 +42,8 @@ class Plot(Value):
 
 
 def plot(title: str, unit: str, times: Floats, curves: dict[str, Floats], ticks: Floats, *, zero: bool = False) -> Plot:
-    """Plot arrays (N,) over times (N,) [s]; ``ticks`` are samples at which values are told."""
+    """Make a plot of arrays (N,) over times (N,) [s]; ``ticks`` are the samples whose values are listed as
+    numbers."""
     everything = np.concatenate(list(curves.values()))
     low, high = _nice(float(everything.min()), float(everything.max()), zero)
     paths = tuple(Curve(name, _path(times, y, low, high)) for name, y in curves.items())

@@ -351,8 +351,8 @@ def _ends(rule: Rule, clause: Clause) -> list[Not]:
 
 
 def _has_ended(clause: Clause, end: Not, now: Phase, binding: dict[str, Any]) -> bool:
-    """Whether the effect that ends a precondition of a task holds already, and the precondition held at
-    the last instant at which the effect did not."""
+    """Whether a precondition was ended by an effect that holds now, and held at the last instant without that
+    effect."""
     before = [now.timeline.instant(cut) for cut in reversed(now.timeline.cuts) if cut < now.start]
     ended = [next(end.solve(then, binding), None) is not None for then in (now, *before)]
     if False not in ended or not ended[0]:

@@ -154,8 +154,8 @@ def _keeps(line: str, guard: str) -> bool:
 
 
 def _new(lines: list[str], proven: list[str]) -> list[int]:
-    """Indices of statements that the proven text does not have, or has fewer times; of equal statements
-    the first ones count as new."""
+    """Indices of statements that a text has more often than the proven text; of equal statements the first are
+    taken as the new ones."""
     more, found = Counter(lines) - Counter(proven), []
     for k, line in enumerate(lines):
         if more[line] > 0:

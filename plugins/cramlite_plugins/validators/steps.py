@@ -285,8 +285,8 @@ def _way(start: Floats, end: Floats) -> Floats:
 
 
 def _covered(start: Floats, end: Floats, planned: Floats) -> Floats:
-    """Motion of the tool from one pose to another (6,); a rotation by more than a quarter turn is counted
-    in the direction that is nearer to the planned motion."""
+    """Motion of the tool from one pose to another (6,); a rotation by more than a quarter turn
+    is given in the direction that is nearer to the planned motion."""
     way = _way(start, end)
     angle = float(np.linalg.norm(way[3:])) / LEVER
     if angle < np.pi / 2:

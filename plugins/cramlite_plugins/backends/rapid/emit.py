@@ -275,7 +275,8 @@ def _forced(step: AnyStep, out: _Writer, name: str) -> str:
 
 
 def _joint_moves(step: MoveJoints, out: _Writer) -> list[str]:
-    """MoveAbsJ with the time that the leading axis needs: speeddata says nothing of axis speeds."""
+    """Write a MoveAbsJ for each joint target with the time that its leading axis needs, as speeddata states
+    no axis speeds."""
     lines, here = [], out.at
     radii = [*(step.radii or (0.0,) * (len(step.path) - 1)), 0.0]
     for q, radius in zip(step.path, radii, strict=True):

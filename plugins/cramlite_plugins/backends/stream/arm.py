@@ -124,8 +124,8 @@ class StreamedArm(CommandedArm):
             self.under_way = between and self.motion is None
 
     def settled(self) -> bool:
-        """Return whether the tool has arrived at its last command, also after a motion in free space, whose
-        end is checked less exactly.
+        """Return whether the tool is at its last target within the usual tolerance, which motions in
+        free space may end outside of.
 
         Raises:
             ProtectiveStop: it has not, and had the time.

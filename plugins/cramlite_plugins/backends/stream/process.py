@@ -186,8 +186,7 @@ def _out_of_range(hello: Hello) -> str:
 
 
 def _surroundings(modules: Path | None) -> dict[str, str] | None:
-    """Environment variables of a process that may import the modules of a folder, after its own modules;
-    None to inherit ours."""
+    """Return environment variables with a folder appended to PYTHONPATH; None, to inherit ours, without a folder."""
     if modules is None:
         return None
     found = [os.environ.get("PYTHONPATH", ""), str(modules)]

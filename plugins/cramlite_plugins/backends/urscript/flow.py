@@ -149,7 +149,8 @@ class FlowWriter(Struct):
         self.end()
 
     def attempts(self, step: Fallback, k: int) -> None:
-        """Write branch ``k`` (from 0) and, for its failure, those after it."""
+        """Write branch ``k`` (from 0) and the branches after it, each of which runs only if the one before it
+        has failed."""
         self.steps(step.branches[k])
         if k + 1 < len(step.branches):
             self.begin("if not ok and tripped == 0:")

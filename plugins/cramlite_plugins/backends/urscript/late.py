@@ -51,8 +51,7 @@ def asking(program: Program) -> list[str]:
 
 
 def _asked(late: LatePose) -> str:
-    """Arguments of ``ask_pose``, with some noise added to the tolerances: a tolerance of 0 would never be
-    met."""
+    """Arguments of ``ask_pose``, with the tolerances widened by 1 mm and 0.01 rad, as noise would never meet 0."""
     distance, angle = late.tolerance
     return f'"{label(late.thing)}", {pose(late.pose)}, {number(distance + 0.001)}, {number(angle + 0.01)}'
 

@@ -1,1 +1,1 @@
-"""Libraries of known kinds: meshes with textures and MJCF bodies become object models."""
+"""Libraries of object models, which are made from meshes with textures and from MJCF bodies."""

@@ -1,4 +1,4 @@
-"""Usual upward directions of a kind, derived from its shape: the stable poses of its convex hull."""
+"""Usual upward directions of an object model, derived from its shape: the stable poses of its convex hull."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NAMES = {
 
 
 def upward(mesh: Any) -> tuple[tuple[Vector3, float], ...]:
-    """Return the directions of a kind's frame that point up where it stands, with their shares of random drops.
+    """Return the directions in a mesh's frame that point up in its stable poses, each with its share of random drops.
 
     Args:
         mesh: trimesh.Trimesh.

@@ -1,4 +1,4 @@
-"""A library's file: its kinds by name."""
+"""The file of a library of object models: an entry for each model, by its name."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ HEAD = "# Known kinds, written by 'cramlite library add'. type, mass, fixed and 
 
 
 class Entry(Spec):
-    """A kind in a library's file.
+    """Entry of an object model in a library's file.
 
     Args:
         thing: file of its shape; look: of its triangles and texture, beside the library's file.
@@ -38,7 +38,7 @@ class Entry(Spec):
 
 
 def read_entries(file: Path) -> Mapping[str, Entry]:
-    """Read the kinds of a library's file.
+    """Read the entries of the object models in a library's file.
 
     Raises:
         UserError: it has none, or an entry is wrong; with file and line.
@@ -54,7 +54,7 @@ def read_entries(file: Path) -> Mapping[str, Entry]:
 
 
 def write_entries(file: Path, entries: Mapping[str, Entry]) -> None:
-    """Write a library's file, its kinds in the order of their names."""
+    """Write a library's file: the entries of its object models, in the order of their names."""
     rows = {n: entries[n].model_dump(exclude_none=True) for n in sorted(entries)}
     text = yaml.safe_dump(rows, sort_keys=False, width=110, allow_unicode=True)
     file.write_text(HEAD + "".join(f"  {line}\n" for line in text.splitlines()), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""The plugin: ``cramlite library add`` makes a library, and scenarios and queries read it."""
+"""Plugin of libraries of object models: ``cramlite library add`` makes them, scenarios and queries read them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ FILE = "library.yaml"
 
 @hookimpl
 def read_models(path: Path) -> Sequence[ModelMaker] | None:
-    """Read the kinds of a library, given its folder or its file; None if it is none."""
+    """Return makers of the object models of a library, given its folder or file; None if the path is no library."""
     file = path / FILE if path.is_dir() else path
     if file.name != FILE or not file.is_file():
         return None
@@ -36,8 +36,7 @@ def read_models(path: Path) -> Sequence[ModelMaker] | None:
 
 @hookimpl
 def add_models(folder: Path, library: Path, scale: float, density: float, up: str) -> BuiltLibrary:
-    """Add the kinds of a folder to a library; kinds that the library already has from unchanged files stay
-    as they are."""
+    """Add object models made from the files of a folder to a library; models whose files are unchanged are kept."""
     from ...simulation.model.no_window import import_mujoco
 
     import_mujoco()
@@ -67,7 +66,8 @@ def add_models(folder: Path, library: Path, scale: float, density: float, up: st
 
 
 def _elsewhere(entry: Entry | None, path: Path) -> Path | None:
-    """Another existing file from which the library already has a kind of this name; None if there is none."""
+    """Return the file from which the library has a model of this name, if it exists and is not ``path``; else
+    None."""
     before = Path(str(entry.told.get("file", path))) if entry is not None else path
     return before if before.resolve() != path.resolve() and before.is_file() else None
 
@@ -75,7 +75,7 @@ def _elsewhere(entry: Entry | None, path: Path) -> Path | None:
 def _added(
     name: str, path: Path, library: Path, before: Entry | None, options: tuple[float, float, str]
 ) -> tuple[KnownKind, Entry]:
-    """A kind with its entry in the library; converted anew unless the library has it from unchanged files."""
+    """Add a file's object model to the library, which keeps one that was made from the same files and options."""
     digest = _digest(path, options)
     if before is not None and before.made_from == digest and all((library / f).is_file() for f in (before.thing, before.look)):
         return replace(json.decode(json.encode(before.told), type=KnownKind), kept=True), before
@@ -115,7 +115,7 @@ def _told(name: str, path: Path, draft: Draft, up: str) -> KnownKind:
 
 
 def _digest(path: Path, options: tuple[float, float, str]) -> str:
-    """Digest of a kind's files: those in its folder, and in the folders below if it is an MJCF file."""
+    """Digest of the files that an object model may be made from: all in its folder, and for MJCF in subfolders."""
     whole = hashlib.sha256(f"{VERSION}|{options}|{path.name}".encode())
     beside = path.parent.rglob("*") if path.suffix.lower() in (".xml", ".mjcf") else path.parent.glob("*")
     for file in sorted(p for p in beside if p.is_file()):

@@ -1,4 +1,4 @@
-"""Appearance of a kind: triangles with textures, put together to one mesh with one image, as a GLB file."""
+"""Appearance of an object model: triangles with textures, merged to one mesh with one image, as a GLB file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Kinds from mesh files: triangles, a texture where the file has one, and convex parts that collide."""
+"""Object models from mesh files: triangles, a texture where the file has one, and convex parts that collide."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ GREY = (0.62, 0.58, 0.70)
 
 
 def from_mesh(path: Path, name: str, scale: float, density: float) -> Draft:
-    """Read the kind in a mesh file, in the file's frame.
+    """Read an object model from a mesh file, in the file's frame.
 
     Args:
         scale: from the file's unit to metres.

@@ -1,4 +1,4 @@
-"""Kinds from MJCF files: the bodies of a file, at their joints' zero, as one kind."""
+"""Object models from MJCF files: all bodies of a file, with its joints at zero, become one model."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ FURNITURE, LOOSE = "soma:DesignedFurniture", "cram:Product"
 
 
 class Draft(Value, eq=False):
-    """Kind of a library, read but not yet written.
+    """Object model that was read from a file and is not yet written to a library.
 
     Args:
         thing: its shape, mass and class, at the origin, without its look.
@@ -44,7 +44,7 @@ class Draft(Value, eq=False):
 
 
 def from_mjcf(path: Path, name: str) -> Draft:
-    """Read the kind in an MJCF file; its frame is that of the first body that has a shape.
+    """Read an object model from an MJCF file; its frame is that of the first body that has a shape.
 
     Raises:
         UserError: the file cannot be used, or has no shape.
@@ -76,7 +76,8 @@ def _friction(geoms: tuple[Geom, ...]) -> float:
 
 
 def _geoms(shapes: list[Shaped], mesh: Any, name: str) -> tuple[tuple[Geom, ...], tuple[str, ...]]:
-    """Collision geoms and notes; of a file where nothing collides the convex parts of its visible geoms."""
+    """Return collision geoms and notes; where nothing of a file collides, the geoms are convex parts of its
+    visible mesh."""
     geoms = tuple(g for s in shapes for g in s.geoms)
     notes = tuple(dict.fromkeys(n for s in shapes for n in s.notes))
     if geoms:

@@ -1,4 +1,4 @@
-"""Files of a folder that are kinds: MJCF files and meshes, without those that belong to another file's kind."""
+"""Files of a folder from which object models are made: MJCF files, and meshes that are no part of another model."""
 
 from __future__ import annotations
 
@@ -19,17 +19,18 @@ GENERAL = frozenset({"textured", "texture", "mesh", "model", "visual", "object",
 
 
 class Sources(Value):
-    """Files that are kinds, sorted, with the kind's name; and how many files belong to them."""
+    """Files that make an object model each, sorted by the model's name; and the number of files that are
+    parts of them."""
 
     files: tuple[tuple[str, Path], ...]
     parts: int
 
 
 def sources(folder: Path) -> Sources:
-    """Find the kinds of a folder and all folders below.
+    """Find the files, in a folder and all folders below, that make an object model each.
 
-    An MJCF file's kind takes the meshes beside it, and the folders below that it names files of; so what lies there is
-    no kind of its own.
+    An MJCF file's model includes the meshes beside it, and the folders below that it names files of; so no file there
+    makes a model of its own.
     """
     every = sorted(p for p in folder.rglob("*") if p.is_file())
     scenes = [p for p in every if p.suffix.lower() in (".xml", ".mjcf") and root_tag(p) == "mujoco"]
@@ -52,7 +53,7 @@ def _folders(scene: Path) -> list[Path]:
 
 
 def _once(meshes: Iterable[Path]) -> list[Path]:
-    """One file of each mesh in several formats, preferably one with a texture."""
+    """Keep one file of each mesh that exists in several formats, preferably in a format that carries textures."""
     order = {k: i for i, k in enumerate(("glb", "obj", "ply", "off", "stl"))}
     best: dict[Path, Path] = {}
     for mesh in meshes:

@@ -54,7 +54,8 @@ def table_of(axes: tuple[tuple[Floats, Floats], ...], flange: Pose) -> Table:
 
 @lru_cache(maxsize=32)  # a model, its servos and the robot ask for the same table's
 def reach_of(table: Table, limits: tuple[tuple[float, float], ...]) -> float:
-    """Return the largest distance of the flange from the base's z axis within the joints' limits [m], as the file counts them."""
+    """Return the largest distance of the flange from the base's z axis [m]; ``limits`` are of the file's
+    joint angles."""
     from scipy.optimize import minimize
 
     bounds = [(low + zero, high + zero) for (low, high), zero in zip(limits, table.zeros, strict=True)]

@@ -132,8 +132,8 @@ def _text(
 
 
 def _joint(model: Any, chain: Chain, table: Table, k: int) -> str:
-    """MJCF of a joint that counts as the Denavit-Hartenberg table does: ``ref`` is its angle where the
-    file's joint is at zero."""
+    """MJCF of a joint whose angles are those of the Denavit-Hartenberg table: ``ref`` is its angle at the
+    file's zero."""
     j = int(model.body_jntadr[chain.bodies[k]])
     (low, high), zero = chain.limits[k], table.zeros[k]
     damping = float(model.dof_damping[model.jnt_dofadr[j]])

@@ -73,7 +73,7 @@ def _closing(first: Any, last: Any, a: int, b: int) -> Floats:
 
 
 def _pad(model: Any, data: Any, geom: int, inwards: Floats) -> tuple[int, ...]:
-    """Geoms of the same rigid part whose faces are level with that of one."""
+    """Geoms of the same rigid part that reach as far inwards as the given geom, so that they form one face with it."""
     part = int(model.body_weldid[model.geom_bodyid[geom]])
     own = [g for g in range(model.ngeom) if int(model.body_weldid[model.geom_bodyid[g]]) == part]
     front = _inner(model, data, (geom,), inwards)
@@ -81,7 +81,7 @@ def _pad(model: Any, data: Any, geom: int, inwards: Floats) -> tuple[int, ...]:
 
 
 def _inner(model: Any, data: Any, geoms: Sequence[int], inwards: Floats) -> float:
-    """Inward reach of the points of geoms [m]."""
+    """Return how far the points of some geoms reach along the direction ``inwards`` [m]."""
     return max(float((points(model, data, g) @ inwards).max()) for g in geoms)
 
 

@@ -113,5 +113,5 @@ def _free(others: rays.Body, shaft: Pose, half: float, radius: float) -> float:
 
 
 def _met(others: rays.Body, point: Floats, way: Floats) -> float:
-    """Distance to the next thing along a way [m]; 0 inside one."""
+    """Distance along a direction from a point to the next thing [m]; 0 if the point is inside a thing."""
     return min((max(low, 0.0) for low, high, _ in rays.spans(others, point, way) if high > 0.0), default=np.inf)

@@ -130,7 +130,8 @@ def _hollow(thing: Thing, point: Floats) -> bool:
 
 
 def _upon(thing: Thing, pose: Pose, half: float, name: str, size: dict[str, float]) -> Feature | None:
-    """The area on the face below a site, with the height of its lower end over that; None where there is none near."""
+    """Area on the surface just below a site, with the height of the site's lower end above the surface; None
+    without one."""
     above = half + UPON
     down = -np.asarray(pose.rotate((0.0, 0.0, 1.0)))
     met = [low for low, _, _ in rays.spans(rays.body(thing.geoms), np.asarray(pose.apply((0, 0, above))), down) if low >= 0]

@@ -247,7 +247,8 @@ def _resolved(path: Path, line: int, text: str, packages: Mapping[str, Path]) ->
 
 
 def _package(path: Path, where: str, name: str, packages: Mapping[str, Path]) -> Path:
-    """The folder of a package: as the scenario says, else the nearest folder above the file, or in one above, of that name."""
+    """Folder of a package: the stated one, else the nearest of its name among the file's parents and their
+    subfolders."""
     if name in packages:
         return packages[name]
     for folder in path.resolve().parents:

@@ -55,7 +55,7 @@ def samples_of(skin: Skin) -> Samples:
 
 
 def sampled(skin: Skin) -> Samples:
-    """Sample a textured surface from 26 directions, so that nothing inside of it counts."""
+    """Sample the outside of a textured surface, as it is seen from 26 directions."""
     model = visual_model((skin,))
     data: Any = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)

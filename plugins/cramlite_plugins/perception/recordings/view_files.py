@@ -46,7 +46,7 @@ class _Pose(BaseModel):
 
 
 class _Camera(BaseModel):
-    """The keys of intrinsics.json; others, which cameras write, are left alone."""
+    """Intrinsics, pose and depth unit as intrinsics.json states them; other keys, which cameras write, are ignored."""
 
     fx: float
     fy: float

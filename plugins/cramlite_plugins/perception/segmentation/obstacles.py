@@ -80,7 +80,7 @@ def _clusters(points: Floats, limits: Mapping[str, float]) -> Iterator[Floats]:
 
 
 def _let_down(points: Floats, known: Sequence[Thing], limits: Mapping[str, float]) -> Floats:
-    """Hull with its shadow on the known surface right beneath, if it comes near to one."""
+    """Extend an obstacle's points down to the surface of a fixture right beneath them, if the gap is small."""
     import numpy as np
 
     low = float(points[:, 2].min())
@@ -103,8 +103,7 @@ def _above(points: Floats, thing: Thing) -> bool:
 
 
 def _parts(points: Floats, known: Floats, limits: Mapping[str, float]) -> Iterator[Floats]:
-    """Points, split in halves along their longest side until no hull encloses known things, as the hull of
-    a frame would."""
+    """Split points in halves along their longest side until no part's convex hull encloses known things."""
     import numpy as np
 
     spans = np.ptp(points, axis=0)
