@@ -78,7 +78,8 @@ class Predicate(Value):
 
 
 class Segment(Value):
-    """Action of the timeline: a recorded one, or a gap between boundaries (``event`` is None).
+    """Action of the timeline: a recorded one, or a stretch between two boundaries that no recorded one covers
+    (``event`` is None).
 
     Args:
         start, end: [s].
@@ -138,7 +139,8 @@ class Phase:
         return found
 
     def index(self, predicate: Predicate, places: tuple[int, ...]) -> Index:
-        """Return all rows of a complete predicate, indexed by their values at some argument positions."""
+        """Return all rows of a predicate that can list them (``complete``), indexed by their values at some
+        argument positions."""
         known = self.situation if predicate.steady else self.timeline.rows if predicate.timeless else self.memo
         key = (predicate.name, places, "index")
         found: Index | None = known.get(key)

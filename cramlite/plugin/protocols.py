@@ -263,7 +263,8 @@ class Illustrator(Protocol):
 
 
 class Simulator(ProgramRunner, VirtualController, SimulatedCamera, SimulatedPerson, Illustrator, Protocol):
-    """Physics simulator: does all that its base protocols declare, with one model of the world.
+    """Physics simulator: runs programs, acts as controller, camera and person, and renders pictures, all with
+    one model of the world.
 
     It may be ``Doubting`` and ``Correcting``, too.
     """
