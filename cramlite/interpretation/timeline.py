@@ -200,8 +200,8 @@ class Timeline:
         return sorted(self.located.values())
 
     def holding(self, start: float, end: float) -> Hashable:
-        """Return a key of the states that hold in [start, end) [s], and of how many things' poses are known
-        by the end."""
+        """Return a cache key that is equal where equal states hold in [start, end) [s], and the poses of equally many
+        things are known by the end."""
         return self._states.holding(start, end), bisect_right(self._located, end)
 
     def situation(self, holds: Hashable) -> dict[Hashable, Any]:

@@ -146,8 +146,7 @@ class Remarking(Protocol):
 
 @runtime_checkable
 class StandIn(Protocol):
-    """Backend whose text no simulator here runs, so that the typed program may run on the controller model in
-    its place."""
+    """Backend whose text no simulator here runs; the typed program may run on the controller model instead."""
 
     typed_stands_in: bool
     """Whether the typed program runs in place of the text."""
