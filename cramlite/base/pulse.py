@@ -108,8 +108,10 @@ def pulse(stop: Stop, tell: Callable[[Work | None], None] = lambda _: None) -> I
 
 @contextmanager
 def working(what: str, whole: float = 0.0, ends: float | None = None) -> Iterator[None]:
-    """Make a description the current work of this thread's pulse while the block runs; the arguments are
-    the fields of ``Work``."""
+    """Set the description of this thread's current work, which its pulse reports while the block runs.
+
+    The arguments are the fields of ``Work``.
+    """
     its = _PULSE.get()
     if its is None:
         yield

@@ -103,7 +103,7 @@ def _run_all(order: Order, store: Store, say: Callable[[str], None]) -> None:
 
 
 def _round(order: Order, left: Sequence[str], say: Callable[[str], None]) -> list[str]:
-    """Hand out trials until all have ended or a worker dies; return the errors of those that could not
+    """Hand out trials until all have ended or a worker dies; return the errors of the trials that could not
     begin."""
     progress, lost = Progress(len(order.trials.names), len(left), say), list[str]()
     pool = worker_pool(min(order.workers, len(left)))

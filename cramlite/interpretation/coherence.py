@@ -342,8 +342,8 @@ def _among(fact: Fact, facts: Iterable[Fact]) -> bool:
 
 
 def _presupposed(at: Choice, claim: Claims, begins: Sayers, ends: Sayers) -> Iterator[Demand]:
-    """Yield the constraints of condition 1: where an earlier action may have begun (or ended) a relation that
-    a reading presupposes, the last such action needs a reading that does."""
+    """Yield the constraints of condition 1: if earlier actions may have begun (or ended) a relation that a reading
+    presupposes, the last of them must be read as beginning (or ending) it."""
     for facts, sayers in ((claim.needs, begins), (claim.denies, ends)):
         for fact in facts:
             before = [c for c in sayers(fact) if c[0] < at[0]]

@@ -41,8 +41,8 @@ BindingsByTask = dict[str, list[Binding]]
 
 
 class _Settled(Struct):
-    """Result for an action after the conditions on states: tasks found, and the tree's nodes still to be
-    checked with their bindings."""
+    """Result for an action once only conditions on states are checked: the tasks found, and the tree's nodes left
+    to check, with their bindings."""
 
     found: BindingsByTask = field(default_factory=dict)
     left: list[tuple[_Node, list[Values]]] = field(default_factory=list)
@@ -170,8 +170,8 @@ def _pruned(condition: Condition, timeline: Timeline) -> Condition:
 
 
 def _new_variables(clause: Clause, slots: Mapping[str, int], seen: Mapping[str, int]) -> list[str]:
-    """Return the variables that a condition binds and ``slots`` does not have: first those of ``seen``, in
-    its order, then the others by name."""
+    """Return the variables that a condition binds and that have no number in ``slots`` yet: those of ``seen``
+    in its order, then the others by name."""
     names = binds(clause.condition) - set(slots)
     return [n for n in seen if n in names] + sorted(names - set(seen))
 

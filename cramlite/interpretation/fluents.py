@@ -269,7 +269,7 @@ class Fluents(Value):
         return tuple(p for fluent in self.of.values() for p in fluent.phrases)
 
     def initial(self, scene: SymbolicWorld) -> frozenset[Fact]:
-        """Return the facts that hold at the start."""
+        """Return the facts that hold in a world before any task is done, those about the thing in the hand included."""
         asked = ((name, fluent.initial(scene)) for name, fluent in self.of.items() if fluent.initial is not None)
         found = frozenset(f for name, rows in asked for row in rows for f in self.both_ways((name, *row)))
         if not scene.in_hand:

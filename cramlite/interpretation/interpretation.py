@@ -294,7 +294,7 @@ class _Matcher(Value):
         return tuple(r for r in refused if r is not None)
 
     def _telling(self, time: float) -> bool:
-        """Check whether a state of a class that always separates actions begins or ends at a time [s]."""
+        """Check whether a state that always separates actions, by its class, begins or ends at a time [s]."""
         boundaries = self.timeline.boundaries
         return any(time in boundaries(type_) for type_ in self.timeline.taxonomy.restricted_classes(TELLS_APART))
 
@@ -355,7 +355,8 @@ class _Matcher(Value):
         return a <= b or b <= a
 
     def _whole(self, segment: Segment, segments: tuple[Segment, ...]) -> Interpreted:
-        """Return the action over a joined segment, matched anew against all rules; results are cached."""
+        """Return the action that joined segments form, matched with all rules as a single action; results are
+        cached."""
         key = (segment.start, segment.end)
         if key not in self.wholes:
             checkpoint()

@@ -78,7 +78,8 @@ class Predicate(Value):
 
 
 class Segment(Value):
-    """Action of the timeline: a recorded one, or a gap between boundaries (``event`` is None).
+    """Action of the timeline: a recorded one, or a stretch between two boundaries that no recorded one covers
+    (``event`` is None).
 
     Args:
         start, end: [s].
@@ -138,7 +139,8 @@ class Phase:
         return found
 
     def index(self, predicate: Predicate, places: tuple[int, ...]) -> Index:
-        """Return all rows of a complete predicate, indexed by their values at some argument positions."""
+        """Return all rows of a predicate that can list them (``complete``), indexed by their values at some
+        argument positions."""
         known = self.situation if predicate.steady else self.timeline.rows if predicate.timeless else self.memo
         key = (predicate.name, places, "index")
         found: Index | None = known.get(key)
@@ -198,8 +200,8 @@ class Timeline:
         return sorted(self.located.values())
 
     def holding(self, start: float, end: float) -> Hashable:
-        """Return a key of the states that hold in [start, end) [s], and of how many things' poses are known
-        by the end."""
+        """Return a cache key that is equal where equal states hold in [start, end) [s], and the poses of equally many
+        things are known by the end."""
         return self._states.holding(start, end), bisect_right(self._located, end)
 
     def situation(self, holds: Hashable) -> dict[Hashable, Any]:

@@ -112,14 +112,15 @@ class Asides:
         return not (placed or denied or obliged or (known and not copular))
 
     def _tells(self, span: Words, k: int) -> bool:
-        """Check whether the word at a position is a verb, and does not call a thing of the scene."""
+        """Check whether the word at a position is a verb, and no name of a thing in the scene."""
         return not self._known(span[k]) and self._is_verb(span, k)
 
     def _is_verb(self, span: Words, k: int) -> bool:
         return span[k] in english.AUXILIARY | english.STATIVE | english.PAST or _inflected(span[k], span, k)
 
     def _about(self, span: Words) -> bool:
-        """Check whether one of the words calls a thing of the scene, or is a pronoun that may stand for one."""
+        """Check whether one of the words names a thing of the scene, or is a pronoun that may stand for
+        one."""
         return any(self._known(w) or w in english.PRONOUNS or w in ("its", "their") for w in span)
 
     def _is_indifferent(self, span: Words) -> bool:

@@ -102,7 +102,7 @@ class FreeParser(ClauseParser):
         return Clause(spoken(said).strip(",.;:!? "), (), Noun("", members=tuple(named)), relation=ASIDE)
 
     def _known(self, noun: Noun) -> bool:
-        """Check whether the scene may have what a noun phrase calls."""
+        """Check whether the scene may have the things that a noun phrase describes."""
         if noun.members:
             return all(self._known(n) and not (n.pronoun and n.several) for n in noun.members)
         if any(not self._known(n) for link in noun.links for n in link.nouns):
@@ -155,8 +155,8 @@ class FreeParser(ClauseParser):
         yield from self._heard_state(at, k, heard)
 
     def _behind_denial(self, at: int) -> tuple[int, ...]:
-        """Return the positions after each preposition, and after each word for a state, that begins at a
-        position behind a denial."""
+        """Return the end positions of prepositions and words for states that begin at a position, which
+        follows a word such as "not"."""
         return (*self.frames.preposition_ends(self.words, at), *(e for f in self.frames.unary for e in starts(self.words, at, f.stated)))
 
     def _heard_verb(self, at: int, k: int, heard: Heard) -> Iterator[Found]:

@@ -82,7 +82,7 @@ class Labels(Value, dict=True):
         return frozenset(w for c in self.of.values() for h in (c.names | c.heads | c.kinds | c.synonyms) for w in h[-1:])
 
     def calls(self, word: str) -> bool:
-        """Check whether a word, or its singular, calls something of the scene."""
+        """Check whether a word, or its singular, is used to name something of the scene."""
         return bool({word, *normal((word,))} & self._calling)
 
     def fits(self, name: str, words: Words) -> int:

@@ -112,8 +112,8 @@ class Reading:
         return meaning is not None and self._its.true(meaning) != row.clause.denied
 
     def _overhear(self, clause: Clause) -> None:
-        """Remember the things that an aside names, for later pronouns; refuse words that should name the
-        last things again but mean others."""
+        """Remember the things that an aside names, for later pronouns; refuse an apposition ("both mugs, the
+        red and the blue one") that names other things than those before it."""
         if clause.relation == "same":
             named = {*self._its.things(clause.theme, lambda _: True, self._mentions).names}
             last = [{*map(thing_of, g)} for g in (*self._mentions.themes[-1:], *self._mentions.places[-1:])]
@@ -267,7 +267,8 @@ class Reading:
         return self._rows(clause, phrase, goals, themes.some, tuple(origins))
 
     def _from_there(self, clause: Clause, phrase: GoalPhrase, themes: Referents, places: Referents) -> Referents:
-        """Return the things to be taken from a place; with "all" only those that are there.
+        """Return the things that a clause takes from a place; "all" and plurals mean only the things that are
+        there.
 
         Refuse things that are not there, unless the sentence put them there before.
         """

@@ -48,7 +48,8 @@ class Resolver:
         self.fresh()
 
     def fresh(self) -> None:
-        """Reset what was counted for one way of reading a sentence, before the next way is tried."""
+        """Forget what was noted on one way of reading a sentence (needless relations, sizes), before the next
+        way is tried."""
         self.needless = 0
         self._sizes: dict[str, int] = {}
 
@@ -346,7 +347,8 @@ class Resolver:
         return Referents(noun.said, tuple(names))
 
     def _one(self, noun: Noun, name: str) -> bool:
-        """Check whether a plural may mean a single thing: its noun is not in the thing's name."""
+        """Check whether a noun in the plural may mean a single thing: only if the thing's name does not
+        contain the noun."""
         return bool(noun.words) and noun.words != ANYTHING and noun.words[-1] not in name.lower()
 
     def which(self, noun: Noun, names: list[str]) -> str:

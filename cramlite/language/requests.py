@@ -39,8 +39,8 @@ class RequestParser:
         self._nouns = NounParser(words, frames.prepositions, frames.states, names)
 
     def _known(self, _noun: Noun) -> bool:
-        """Check whether the scene may have what a noun phrase calls; always true in this parser, which does
-        not know the scene."""
+        """Check whether the scene may have the things that a noun phrase describes; always true in this
+        parser, which does not know the scene."""
         return True
 
     def _known_clause(self, clause: Clause) -> bool:
@@ -123,7 +123,8 @@ class RequestParser:
                 yield from ((replace(clause, state=unary.phrase), end) for end in starts(self.words, last, unary.stated))
 
     def _together(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
-        """Things beside one another: "side by side on the tray"."""
+        """Yield clauses that put things beside one another: "the tin and the can side by side on the
+        tray"."""
         for begin in starts(self.words, at, english.TOGETHER) if theme.joined == "and" else ():
             placed = [(c, end) for c, end in self._places(frame, verb, theme, begin) if c.relation == "phrase" and c.beside is None]
             alone = [(self._clause(frame, verb, theme), begin)] if frame.beside else []

@@ -154,8 +154,8 @@ class Space:
         return [n for n in names if off[n] < min(off.values()) + MARGIN]
 
     def is_at(self, name: str, side: str) -> bool:
-        """Check whether a thing is clearly on a side of all movable things, or in their middle, so that "the
-        left mug" fits an only mug."""
+        """Check whether a thing is clearly at one side, or in the middle, of all movable things; the scene's
+        only mug is "the left mug" only then."""
         if side in ("top", "bottom"):
             return True
         if side == "middle":

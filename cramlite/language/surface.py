@@ -149,7 +149,8 @@ def _digits(word: str) -> str:
 
 
 def _amount(word: str) -> bool:
-    """Whether a word is the number of an amount."""
+    """Check whether a word is a number: one that begins with a digit, or a number word of the table
+    ``TENS``."""
     return word in english.TENS or word[0].isdigit()
 
 

@@ -114,7 +114,8 @@ def _motion(examples: Sequence[Example], rules: Sequence[Rule]) -> ShownMotion |
 
 
 def _rest(examples: Sequence[Example]) -> ShownRest | None:
-    """Return the rest with which all examples end, or all but one that may be wrong."""
+    """Return the rest of the hand (it keeps still) with which all examples end, or all but one that may be
+    wrong."""
     sets = ([e.span for k, e in enumerate(examples) if k not in out] for out in left_out(len(examples)))
     return next((found for kept in sets if (found := shown_rest(kept)) is not None), None)
 

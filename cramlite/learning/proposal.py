@@ -93,7 +93,7 @@ class Proposal(Value, eq=False):
 
     @property
     def rest(self) -> ShownRest | None:
-        """Rest at the end of all examples; None unless the rule requires it."""
+        """Rest of the hand (it keeps still) at the end of all examples; None unless the rule requires it."""
         return self.motion if self.told is not None and isinstance(self.motion, ShownRest) else None
 
     @property
@@ -133,8 +133,11 @@ def propose(
 
 
 def _called(learned: Learned, names: Sequence[tuple[str, str]]) -> dict[str, str]:
-    """Return role -> class for the rule's variables in their order; the role that is moved farthest gets the
-    first name, the other one of the motion the second."""
+    """Return role -> class for the rule's variables in order; names are given to roles by how far their
+    things move, the farthest first.
+
+    Of roles that move equally far, those in the condition on the learned motion come first.
+    """
     shown = list(zip(learned.examples, learned.cast.fillers, strict=True))
     told = {s - 1 for one in learned.literals if of_motion(learned.language, one) for s in one.slots}
     order = sorted(range(learned.cast.roles), key=lambda k: (-max(_moved(e.span, f[k]) for e, f in shown), k not in told, k))

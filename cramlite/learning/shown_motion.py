@@ -231,7 +231,8 @@ def _yaw(frame: Pose) -> float:
 
 
 def _heading(shown: Sequence[Floats]) -> float | None:
-    """Mean direction of what moves [rad], where all examples agree upon one."""
+    """Mean of the mover's directions in all examples [rad]; None if one is farther than ``AIMED`` from the
+    mean."""
     angles = np.concatenate(shown)
     mean = np.arctan2(np.sin(angles).mean(), np.cos(angles).mean())
     off = np.abs((angles - mean + np.pi) % (2 * np.pi) - np.pi)

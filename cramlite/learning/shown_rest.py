@@ -17,7 +17,7 @@ ENOUGH = 0.75
 
 
 class ShownRest(Value):
-    """Rest at the end of all examples.
+    """Rest of the hand at the end of all examples: it keeps still for a time.
 
     Args:
         duration_s: the median of the examples.
@@ -29,7 +29,7 @@ class ShownRest(Value):
 
 
 def shown_rest(spans: Sequence[Span]) -> ShownRest | None:
-    """Return the rest with which all examples end; None where one does not."""
+    """Return the rest of the hand (it keeps still) with which all examples end; None where one does not."""
     times = []
     for span in spans:
         episode = span.timeline.episode

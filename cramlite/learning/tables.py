@@ -28,8 +28,8 @@ class Tables:
         self._known: dict[tuple[str, str], npt.NDArray] = {}  # type: ignore[type-arg]
 
     def valid(self, roles: int) -> Truths:
-        """Return a mask (spans, fillings) of the role fillings that name only things of the span; the rest
-        pads spans with fewer things than others."""
+        """Return a mask (spans, fillings): true where all roles are filled by things of the span, false where
+        padding of the tables fills one."""
         one = np.arange(self.size)[None, :] < np.array([len(s.things) for s in self.spans])[:, None]
         found = np.ones((len(self.spans), *(1,) * roles), dtype=np.bool_)
         for role in range(roles):

@@ -202,8 +202,8 @@ def _restriction(graph: rdflib.Graph, node: Node, prefixes: dict[str, str]) -> I
 
 
 def _aliases(graph: rdflib.Graph, prefixes: dict[str, str]) -> dict[str, str]:
-    """Return alternative label -> class; and for classes of other ontologies that are a close match of a
-    known class, last part of the name -> known class."""
+    """Return other name -> class: alternative labels, and the last parts of the names of close matches in other
+    ontologies."""
     found: dict[str, str] = {}
     for subject, label in sorted(graph.subject_objects(SKOS.altLabel), key=str):
         if isinstance(subject, rdflib.URIRef):

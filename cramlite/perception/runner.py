@@ -245,8 +245,8 @@ def _words(value: Any) -> str:
 
 
 def _not(condition: Condition, said: Annotation, how: str) -> str:
-    """Return why a condition does not hold; of an object's relations only those of the condition's kind are
-    listed."""
+    """Return why a condition on an object does not hold; for a relation such as "on", the object's relations
+    of that name are listed."""
     if condition.output != "relations":
         return f"{condition.output} is {_words(said.value)}, {how} {condition}" + _because(said)
     near = tuple(f for f in said.value if f[0] == condition.key)

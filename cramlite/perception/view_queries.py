@@ -111,8 +111,8 @@ def _borne(features: Iterable[str], taxonomy: Taxonomy, *ways: str) -> bool:
 
 
 def _views(things: tuple[Thing, ...], taxonomy: Taxonomy) -> Iterator[str]:
-    """Yield what to take one picture of each: every class of hangers, then the name of each other thing that
-    can carry things, the smallest first."""
+    """Yield the subjects of one picture each: the classes of things to hang on, then the names of things to
+    stand on or in, the smallest first."""
     hangers = [t for t in things if bears(t, taxonomy, HANGING)]
     carriers = [t for t in things if t not in hangers and bears(t, taxonomy, STANDING, INSIDE)]
     yield from dict.fromkeys(t.type for t in hangers)

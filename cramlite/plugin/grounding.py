@@ -81,7 +81,7 @@ class Refused(Value):
         checked_numbers(self.numbers)
 
     def of(self, value: str, passed: int = 0) -> Refused:
-        """Return this refusal, with its reason, as that of another alternative.
+        """Return a copy of this refusal, with the same reason, for another alternative.
 
         Args:
             value: the alternative in words.

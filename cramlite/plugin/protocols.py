@@ -146,8 +146,7 @@ class Remarking(Protocol):
 
 @runtime_checkable
 class StandIn(Protocol):
-    """Backend whose text no simulator here runs, so that the typed program may run on the controller model in
-    its place."""
+    """Backend whose text no simulator here runs; the typed program may run on the controller model instead."""
 
     typed_stands_in: bool
     """Whether the typed program runs in place of the text."""
@@ -263,7 +262,8 @@ class Illustrator(Protocol):
 
 
 class Simulator(ProgramRunner, VirtualController, SimulatedCamera, SimulatedPerson, Illustrator, Protocol):
-    """Physics simulator: does all that its base protocols declare, with one model of the world.
+    """Physics simulator: runs programs, acts as controller, camera and person, and renders pictures, all with
+    one model of the world.
 
     It may be ``Doubting`` and ``Correcting``, too.
     """

@@ -260,8 +260,8 @@ def _phrase(phrase: str, event: Event, names: SpokenNames) -> str:
 
 
 def _matters(events: Iterable[Event], spoken_of: Collection[str | None], axis: Axis) -> bool:
-    """Check whether the picture should show some states: a reading mentions one of their things, or all of
-    them if the states last all the time."""
+    """Check whether the picture shows some states: a reading must mention one of their things, and all of
+    them if the states last the whole time."""
     listed = list(events)
     about = _spoken_of(listed[0], spoken_of)
     always = all(e.start < axis.begin + ALWAYS and e.end > axis.end - ALWAYS for e in listed)

@@ -167,8 +167,8 @@ def _check_effects(task: TaskType, beliefs: Iterable[Belief]) -> None:
 
 
 def _excuse(task: TaskType, name: str) -> None:
-    """Excuse a sample action's missing key with a warning if only scenarios give it; raise an error if the
-    task declares it or it is no role."""
+    """Report a key that the sample action lacks: a warning if only scenarios give it, an error if it is a
+    declared parameter or an unknown role."""
     declared = [p.name for p in task.parameters]
     assert name not in declared, (
         f"{task.task}.effects asks for action.parameters['{name}'], which is there only where a scenario gives it; "

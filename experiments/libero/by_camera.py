@@ -62,8 +62,8 @@ class LiberoByCamera(Libero):
         return base64.b64decode(self.ask({"ask": "look"}, self.patience)["rgb"])
 
     def setting(self, engine: Engine, folder: Path, twins: int, now: World | None = None) -> tuple[Path, Setting]:
-        """Take a picture, write the scene that is believed from it with its scenario, and build the
-        setting whose goal is the task's sentence."""
+        """Take a picture, and write the scene that it shows as a scenario whose goal is the task's sentence; return
+        its file, and the ``Setting`` of the search: world, robot and backend."""
         said = self.ask({"ask": "look"}, self.patience)
         hello = self.hello()
         mount = RobotMount("robot", "libero_panda", joints=tuple(said["joints"]), opening=min(said["opening"], 0.08))
@@ -89,7 +89,7 @@ class LiberoByCamera(Libero):
 
 
 def library_folder() -> Path:
-    """Return the folder with the library of known kinds.
+    """Return the folder with the library of object models for LIBERO's kinds of things.
 
     Raises:
         UserError: it is not there; says how it is made.
@@ -102,7 +102,7 @@ def library_folder() -> Path:
 
 @lru_cache(maxsize=1)
 def kinds_of(library: Path) -> tuple[Thing, ...]:
-    """Return the things of a library's kinds, each at the origin."""
+    """Return one thing of each kind in a library of object models, placed at the origin."""
     makers = Engine().knowledge.registry.first("read_models", path=library) or ()
     return tuple(maker.make(name=maker.name, pose=Pose()) for maker in makers)
 

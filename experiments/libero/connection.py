@@ -31,7 +31,8 @@ class Libero(JudgeProcess):
         super().__init__([ENVIRONMENT.python(environment), str(SCRIPT)], "docs/how-to/libero.md", "libero_panda", 7, patience)
 
     def setting(self, engine: Engine, folder: Path, twins: int, now: World | None = None) -> tuple[Path, Setting]:
-        """Write the episode's scene and scenario, and build its setting."""
+        """Write the episode's scene and scenario; return the scenario's file, and the ``Setting`` of the
+        search: world, robot and backend."""
         return prepare(engine, self.scene(), self.hello(), folder, twins, now)
 
 

@@ -19,8 +19,8 @@ STRICT = {"bystander_motion": "1 mm"}
 def prepare(
     engine: Engine, scene: dict[str, Any], hello: Hello, folder: Path, twins: int, now: World | None = None
 ) -> tuple[Path, Setting]:
-    """Write scene and scenario of an episode, and build the setting in which the episode's goal is to be
-    achieved."""
+    """Write the scene and scenario of an episode; return the scenario's file, and the ``Setting`` of the
+    search: world, robot and backend."""
     x, y, z, *turn = scene["base"]
     if abs(turn[0]) < 0.999999:
         raise UserError(f"The robot's base is turned by the quaternion {turn}; all of LIBERO's stand straight.")

@@ -1,4 +1,4 @@
-"""Files of the kinds that LIBERO's 130 tasks are about, one folder each, for ``cramlite library add``.
+"""Model files of the kinds of things in LIBERO's 130 tasks, one folder each, for ``cramlite library add``.
 
 It runs in the judge's environment, before any episode: ``~/.local/share/cramlite/libero/bin/python kinds.py FOLDER``. A kind is written as
 the judge assembles it: names made unique, masses stated, and the files that it names copied beside it. FOLDER/z and FOLDER/y have those of
@@ -69,7 +69,7 @@ def write_kind(kind: str, fixture: bool, folder: Path) -> None:
 
 
 def main() -> None:
-    """Write the files of all kinds, and say which have no model."""
+    """Write the model files of all kinds of things, and print for which kinds the judge has no model."""
     out = Path(sys.argv[1])
     ups = {kind: up for up, some in UP.items() for kind in some}
     for kind, fixture in named_kinds().items():

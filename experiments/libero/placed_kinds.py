@@ -1,5 +1,5 @@
-"""Scene of known kinds at their poses as MJCF: each kind comes from the file that its library was made of,
-with its joints."""
+"""MJCF scene of known kinds of things at given poses; each model, with its joints, is the file from which the
+library's entry was made."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ RESTS = 0.02
 
 
 def files_of(library: Path) -> dict[str, Path]:
-    """Return the file that each kind of a library was made of."""
+    """Return for each kind of thing in a library the model file from which its entry was made."""
     data: Any = load_yaml(library / "library.yaml")
     return {name: Path(entry["told"]["file"]) for name, entry in data["models"].items()}
 
 
 def scene_of(found: Sequence[tuple[str, Pose]], files: dict[str, Path], table: float) -> tuple[str, list[float]]:
-    """Put kinds at their poses, on a table of some height [m]; movable things whose pose is below the table
-    top are left out.
+    """Place things, given by kind and pose, on a table of some height [m]; movable ones whose pose is below
+    the table top are left out.
 
     Returns:
         The scene as MJCF, and its state. Things are named after their kinds and numbered, "plate_1_main".
@@ -61,8 +61,8 @@ def scene_of(found: Sequence[tuple[str, Pose]], files: dict[str, Path], table: f
 
 
 def _kind(file: Path) -> tuple[Any, Pose]:
-    """Model of a kind without its purely visual geoms, and the frame of its first body that has a shape,
-    with joints at zero."""
+    """Model of one kind of thing without its purely visual geoms, and the frame of its first body that has a
+    shape, with joints at zero."""
     import mujoco
 
     spec = mujoco.MjSpec.from_file(str(file))
@@ -85,7 +85,7 @@ def _kind(file: Path) -> tuple[Any, Pose]:
 
 
 def _lowest(spec: Any, at: Pose) -> float:
-    """Height of the lowest corner of a kind's collision shapes, with the kind at a pose [m]."""
+    """Height of the lowest corner of a model's collision shapes, with the model at a pose [m]."""
     import mujoco
 
     model = spec.copy().compile()

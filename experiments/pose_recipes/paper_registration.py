@@ -1,4 +1,5 @@
-"""Poses by the paper's recipe, to compare with: an expert for ``--plugin``, and two single ICPs for the benchmark.
+"""Baselines for pose estimation: the paper's recipe as an expert for ``--plugin``, and two single ICPs for
+the benchmark.
 
 The paper's recipe: the principal axes of cloud and model are laid on each other in 12 ways, each is refined by
 point-to-point ICP (Besl and McKay, 1992), and the best fitness wins. tests/benchmarks/perception_pose.py compares.
@@ -47,12 +48,13 @@ def experts() -> Iterable[Expert]:
 
 
 def by_paper(inputs: Inputs) -> Mapping[str, Any]:
-    """Register the models that colour and size allow by the paper's recipe."""
+    """Estimate, by the paper's recipe, the poses of the models that an object's colour and size allow."""
     return registered(inputs, paper)
 
 
 def one_icp(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIGHT) -> list[PoseHypothesis]:
-    """Estimate a pose by one point-to-point ICP from the model's own orientation, centroid on centroid."""
+    """Estimate a pose by one point-to-point ICP that starts with the model's own orientation and with both
+    centroids equal."""
     del prior
     points = _scene(view, mask)
     if points is None:
@@ -73,7 +75,8 @@ def one_plane_icp(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIG
 
 
 def paper(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIGHT) -> list[PoseHypothesis]:
-    """Estimate a pose from principal axes and 12 point-to-point ICPs; the best fitness that the prior allows wins."""
+    """Estimate poses by 12 point-to-point ICPs from aligned principal axes; return those that the prior
+    allows, the best fitness first."""
     points = _scene(view, mask)
     if points is None:
         return []

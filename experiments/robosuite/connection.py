@@ -41,7 +41,8 @@ class Robosuite(JudgeProcess):
         return super().reset(suite, task, state)
 
     def setting(self, engine: Engine, folder: Path, twins: int, now: World | None = None) -> tuple[Path, Setting]:
-        """Write the scene and the scenario of an episode, and build its setting."""
+        """Write the scene and scenario of an episode; return the scenario's file, and the ``Setting`` of
+        the search: world, robot and backend."""
         scene = self.scene()
         robot: dict[str, Any] = {"type": self.robot.robot, "at": {"position": scene["base"], "yaw": f"{scene['yaw']} deg"}}
         return scene_setting(engine, folder, scene, self.hello(), lambda _: list(scene["goal"]), twins, now, robot=robot)

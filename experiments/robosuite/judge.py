@@ -171,8 +171,8 @@ class Judge:
         } | self.feel()  # fmt: skip
 
     def step(self, delta: list[float], opening: float, grip: float) -> dict[str, Any]:
-        """Take an action; of a hand that is commanded by position, the grip force sets how far the command
-        leads the fingers."""
+        """Take an action; for a hand that is commanded by position, ``grip`` sets how far the command may run
+        ahead of the fingers."""
         robot = self.robot
         opening = max(opening, self._opening() - grip * robot.give) if robot.give else opening
         most = self.env.robots[0].part_controllers["right"].output_max
@@ -205,7 +205,11 @@ class Judge:
         }  # fmt: skip
 
     def _opening(self) -> float:
-        """Distance between the pads [m]: of slides by their joints, of a linkage by where its pads, which are 2 mm thick, are."""
+        """Distance between the pads [m]: of fingers that slide from their joints, of a linkage from the
+        positions of its pads.
+
+        The pads of a linkage are 2 mm thick.
+        """
         sim, gripper = self.env.sim, self.env.robots[0].gripper["right"]
         if len(gripper.joints) == 2:
             return float(sum(abs(sim.data.get_joint_qpos(j)) for j in gripper.joints))

@@ -1,4 +1,5 @@
-"""Tables of an experiment: the columns that the paper published, beside ours, and the confusion matrix of the proof."""
+"""Tables of an experiment: cramlite's columns beside the published ones, and the confusion matrix of the
+proof."""
 
 from __future__ import annotations
 

@@ -117,7 +117,7 @@ def _following(
 
 
 def _read(before: Setting, watch: RunWatch) -> World:
-    """Return the world at the moment when a run stopped: that of the setting before, with the poses read
-    last and the payload in the hand."""
+    """Return the world at the moment when a run stopped: the world before the run, with the poses read last
+    and the payload in the hand."""
     assert watch.last is not None
     return world_as_read(before.world, watch.last, before.world, before.robot.gripper.opening[0])

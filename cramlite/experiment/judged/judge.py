@@ -55,8 +55,8 @@ class Judge(Protocol):
         """Begin an episode and return the name of its task."""
 
     def setting(self, engine: Engine, folder: Path, twins: int, now: World | None = None) -> tuple[Path, Setting]:
-        """Write the present episode and its goal as a scenario into a folder; return the scenario's file,
-        and its world, robot and backend as a setting.
+        """Write the present episode and its goal as a scenario into a folder; return the scenario's file, and
+        the ``Setting`` of the search: world, robot and backend.
 
         Args:
             now: the world as it was read last, of watched suites alone: what its robot holds.

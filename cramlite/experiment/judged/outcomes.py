@@ -60,8 +60,8 @@ def why(result: EpisodeResult) -> str:
 
 
 def outcome_text(result: EpisodeResult) -> str:
-    """Format how an episode ended in a few words: "true at rest" if the judge's check was, else the class
-    of the failure."""
+    """Format how an episode ended in a few words: "true at rest" if the judge's check held once all things
+    were at rest, else the class of its failure."""
     if result.apart:
         return f"{result.failure}, counted in no rate"
     return "true at rest" if result.rest() else f"failed: {result.failure}"

@@ -1,4 +1,5 @@
-"""Play of one episode: its goal is resolved in the judge's scene, and the first proven program is played once.
+"""Play of one episode: a program for its goal is searched in the judge's scene, and the first proven one is
+played once.
 
 Runs in a worker process. Nothing is searched, tried or reset in the judge's simulator.
 """
@@ -114,7 +115,7 @@ def _engine(trial: Trial) -> Engine:
 
 
 def _resolved(trial: Trial, judge: Judge, result: EpisodeResult) -> EpisodeResult:
-    """Search for a program that reaches the episode's goal, and play it once; return the result with both."""
+    """Search for a program that reaches the episode's goal, play it once, and return the episode's result."""
     engine, trace, clock = _engine(trial), Trace(), time.monotonic()
     try:
         path, setting = judge.setting(engine, trial.folder, trial.twins)

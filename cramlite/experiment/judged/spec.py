@@ -31,7 +31,8 @@ class SuiteSpec(Spec):
 
 
 class FailureSpec(Spec):
-    """Class of failures: all whose reason matches a pattern; the file's first class that matches is taken."""
+    """Class of failures: those whose reason matches a pattern; if several classes match, the one that stands
+    first in the file is taken."""
 
     kind: str
     reason: str

@@ -93,7 +93,8 @@ class World:
         return bool(self.env.env._eval_predicate(list(literal)))
 
     def holds_nearly(self, literal: Literal) -> bool:
-        """Return whether a literal of a goal holds, or misses by at most a hundredth of the joint's range."""
+        """Return whether a literal of a goal holds, or would if the joint moved by a hundredth of its
+        range."""
         if literal[0] in PLACES or self.holds(literal):
             return self.holds(literal)
         return any(self._nearly(literal, sign) for sign in (1, -1))
@@ -134,8 +135,8 @@ class World:
         return self.known_corners[thing]
 
     def footprint(self, literal: Literal) -> Any:
-        """Return the horizontal extents [m] of what a literal puts a thing in or on: of the compartment,
-        or of the support."""
+        """Return the horizontal extents [m] of the compartment or support in or on which a literal puts a
+        thing."""
         predicate, _, name = literal
         site = self.env.env.object_sites_dict.get(name)
         if predicate == "in" and site is not None:
