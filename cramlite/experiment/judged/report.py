@@ -44,7 +44,7 @@ def worth(tables: EpisodeTables) -> list[str]:
     lines += [f"- Episodes whose judge died, counted in no rate: {tables.apart}."] if tables.apart else []
     said = "not known: none was played (`--attempt-refused`)"
     if known.total:
-        said = f"{known.text} of the refusals with a program that was played"
+        said = f"{known.text} of the refused episodes whose program was played all the same"
     return [*lines, f"- A refusal was wrong: {said}."]
 
 

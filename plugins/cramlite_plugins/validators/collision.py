@@ -86,7 +86,7 @@ def bumps(candidate: Candidate) -> Iterator[Bump]:
             if limit is not None:
                 contacts.note(k, pair)
             if force > (brush if limit is None else limit):
-                why = "" if limit is None else f"limit {limit:.0f} N by the task and their weights"
+                why = "" if limit is None else f"limit {limit:.0f} N, the task's force plus the weights of both things"
                 yield Bump(force - (limit or brush), force, limit or brush, k, touch.a, touch.b, why)
 
 

@@ -221,9 +221,9 @@ def test_two_that_are_pressed_together_by_nobody_are_limited_by_the_task_and_the
 
     assert said(Collision(), pushed(25.0 + WEIGHT - 1e-6)) == []
     (reason,) = said(Collision(), pushed(25.0 + WEIGHT + 1.0))
-    assert reason == "'cup' hit 'floor' with 28 N at 4.1 s in 4.ParkingArms; limit 27 N by the task and their weights"
+    assert reason == "'cup' hit 'floor' with 28 N at 4.1 s in 4.ParkingArms; limit 27 N, the task's force plus the weights of both things"
     assert next(bumps(pushed(25.0 + WEIGHT + 1.0))) == Bump(pytest.approx(1.0), 25 + WEIGHT + 1, 25 + WEIGHT, 82, "cup", "floor",
-                                                            "limit 27 N by the task and their weights")  # fmt: skip
+                                                            "limit 27 N, the task's force plus the weights of both things")  # fmt: skip
     first = allowing("3.Placing/Releasing", Allowance(force=60.0), pushed(25.0 + WEIGHT + 1.0))
     assert len(said(Collision(), first)) == 1  # the limit is that of the task that runs, not of one that moved them before
     free = allowing("4.ParkingArms", replace(pushes, force=None), hits(range(82, 83), "cup", "floor", 1e4))
