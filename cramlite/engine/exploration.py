@@ -101,7 +101,8 @@ def closed(setting: Setting, knowledge: Knowledge) -> Iterator[Thing]:
 
 
 def _opening(container: Thing, setting: Setting, knowledge: Knowledge) -> Reveal:
-    """Return how to see inside a closed thing: into the drawer itself, or into the cupboard behind its door."""
+    """Return how to see inside a closed thing: inside a drawer that is opened, or inside the cupboard
+    behind a door."""
     assert container.joint is not None
     place = container.name if bears(container, knowledge.taxonomy, INSIDE) else container.joint.parent
     task, role = next((n, t.lays_open) for n, t in knowledge.tasks.items() if t.lays_open)

@@ -116,8 +116,8 @@ class ChoicePoint(Struct):
 
     @property
     def domain(self) -> set[str]:
-        """Names of the earlier choices that the alternatives depend on; those of a place depend on no motions
-        and no places only passed."""
+        """Names of the earlier choices that the alternatives depend on; for a place neither motions nor
+        places that the arm only passed."""
         item, made = self.item, {name for name, _ in self.state.choices}
         if isinstance(item, Object | Late):
             part_of = item.part_of if isinstance(item, Object) else None
