@@ -162,8 +162,8 @@ def is_meant(setting: Setting, scenario: Scenario, plan: Plan | None, knowledge:
 
 
 def _revealed(setting: Setting, reveal: Reveal, knowledge: Knowledge) -> Setting:
-    """Return the setting after a proven program revealed the place and a picture was taken of it; where
-    that failed, its ``look`` states the reason."""
+    """Return the setting after a proven program has revealed a place and the camera has looked; ``look``
+    states a failure."""
     from ..perception.active_perception import look_into
 
     seen, trace = setting.look, Trace()

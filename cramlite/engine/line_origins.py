@@ -148,8 +148,8 @@ def _replaced(line: _Line, old: Sequence[_Line], own: Sequence[str]) -> str | No
 
 
 def _begins(each: Sequence[str | None], lines: Sequence[_Line]) -> Origins:
-    """Return the lines at which the origin (the step's designator) changes, and the lines where it is only
-    a guess."""
+    """Return the lines at which the origin (the step's designator) changes, and those whose origin is only
+    assumed to be that of the line before."""
     found, guessed, now = dict[int, str](), list[int](), ""
     for line, origin in zip(lines, each, strict=True):
         if origin is None:

@@ -305,7 +305,8 @@ class Parallel(Step):
 
 
 class Repeat(Step):
-    """Loop that runs its steps ``count`` times, and fails when they first fail; the steps end where they begin."""
+    """Loop that runs its steps ``count`` times, and fails at their first failure; the steps end where they
+    begin."""
 
     steps: tuple[AnyStep, ...]
     count: int

@@ -1,4 +1,4 @@
-"""Groundings of a designator: generated lazily by all plugins, and merged by cost."""
+"""Groundings (concrete answers) of a designator, which all plugins generate lazily, merged by cost."""
 
 from __future__ import annotations
 
@@ -124,7 +124,8 @@ class Alternatives(Value):
                 yield from self.registry.ask(plugin, hook, item.name, partial(kind.ground, item, belief, context))
 
     def _instead(self, item: Designator) -> str:
-        """Clause on a relation that no plugin answers, with the nearest names; "" for other designators."""
+        """Format a clause on a location's unknown relation, with the nearest known names; "" for other
+        designators."""
         return f": no relation '{item.relation}'; {nearest(item.relation, self.relations)}" if isinstance(item, Location) else ""
 
     def _accepted(self, plugin: str, answers: Iterable[Any], point: ChoicePoint) -> Iterator[Alternative]:

@@ -180,8 +180,8 @@ def describe(action: Action) -> str:
 
 
 def renew_places(state: State, first: int = 0) -> State:
-    """Return the state after an action of the plan, with new numbers for places if the payload or the robot's
-    stand changed.
+    """Return the state after an action, its places renamed if the payload or the robot's stand changed, to
+    ask for them again.
 
     If it took or let go of something, or drove, the places bound so far are history: the same thing stands elsewhere,
     or is held in another way, and whoever asks for its grasp again gets a new answer.
