@@ -79,7 +79,8 @@ def libraries(wanted: Iterable[Requirement]) -> Examined:
 
 
 def extras() -> Examined:
-    """List the optional parts that are installed whole, and those that are not; none is imported, that is slow."""
+    """List the optional parts of cramlite that are installed completely, and those that are not; import
+    none of them."""
     names = [n for n in metadata.metadata(OURS).get_all("Provides-Extra") or () if n not in ("docs", "test")]
     lacking = {name: [said for r in _requirements(name) if (said := _wrong(r))] for name in names}
     there = ", ".join(name for name in names if not lacking[name]) or "none"
@@ -110,7 +111,7 @@ def memory() -> Examined:
 
 
 def graphics() -> Examined:
-    """Look for OpenGL; pictures and cameras here trace rays and need none, some extras do."""
+    """Check for the OpenGL libraries, which only the optional part open3d needs; cramlite draws by ray tracing."""
     from ctypes.util import find_library
 
     away = [f"lib{name}" for name in ("GL", "EGL") if not find_library(name)]

@@ -120,8 +120,8 @@ def drive_robot(
 
 
 def _robots_file(program: Path, kind: str, knowledge: Knowledge) -> RobotFile | None:
-    """Return the file that the robot of a program was read from, by ``world.json`` beside the program; None
-    for a robot type that a plugin declares.
+    """Return the file that a program's robot was read from, as ``world.json`` beside the program states
+    it; None for a plugin's robot type.
 
     Raises:
         UserError: no plugin declares it, and no world beside it says where it is from.

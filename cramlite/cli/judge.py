@@ -92,7 +92,7 @@ def refuse(program: Path, judged: JudgedRun) -> None:
 
 
 def purpose_of(plan: str, goals: Sequence[str], knowledge: Knowledge, place: World) -> Purpose:
-    """Find the plan or goal that a text is judged by.
+    """Return the plan or goal against which a program text is judged.
 
     Args:
         plan: as ``judge_program`` has it.
@@ -115,8 +115,7 @@ def purpose_of(plan: str, goals: Sequence[str], knowledge: Knowledge, place: Wor
 
 
 def _of_scenario(scenario: Scenario, knowledge: Knowledge, place: World) -> Purpose:
-    """Return the goal of a scenario as what a text is judged by, or the scenario's tasks if they name all
-    their things."""
+    """Return what a program text is judged by: the scenario's goal, or its tasks if they name all their things."""
     from ..engine.judging import Purpose
     from ..planning.task_goals import plan_from_tasks
 

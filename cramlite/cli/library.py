@@ -1,4 +1,4 @@
-"""``cramlite library``: a library of known kinds from meshes and MJCF files, with a table of the parts that it took."""
+"""``cramlite library``: builds a library of object models from mesh and MJCF files, and lists what it made."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ Say = Callable[[str], None]
 
 
 class Asked(Value):
-    """Question of a client: the scenario or goal to be proven.
+    """Request of a server's client for a proven program: the scenario, its seed, and a goal in place of its own.
 
     Args:
         files: that the client may name.
@@ -239,7 +239,7 @@ def _hash(run: RunDirectory, solution: Solution) -> str:
 
 
 def _require_unaltered(proven: ProvenRun) -> None:
-    """Refuse motion where the files of the run are not those of the proof, or the scenario's world is another one by now."""
+    """Refuse to run a program if the files of its run, or the scenario's world, have changed since the proof."""
     solution = proven.solution
     if not solution.verdict.passed:
         raise UserError(f"The program of '{proven.name}' was refused, so it is not run: {solution.verdict.reason}.")
@@ -263,8 +263,7 @@ def _require_unaltered(proven: ProvenRun) -> None:
 
 
 def _place(setting: Setting) -> bytes:
-    """Encode the believed world, the real world, the robot's type and the relations as bytes, to compare
-    settings."""
+    """Encode believed world, real world, robot type and relations as bytes, so that a change of them is noticed."""
     return json.encode((setting.world, setting.real, setting.robot.type, setting.relations))
 
 

@@ -138,7 +138,7 @@ def _started_from(scenario: Scenario, demonstration: Path | None, plan: Path | N
 
 
 def _ended(solution: Solution, run: RunDirectory, scenario: Scenario) -> int:
-    """The exit code of a program that was proven; raises if its first execution failed."""
+    """Return exit code 0 for a proven program; raise NoSolution if its first execution failed."""
     if not solution.succeeded:
         raise NoSolution(first_execution_failed(solution, run.path, scenario))
     return 0

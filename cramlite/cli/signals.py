@@ -17,7 +17,7 @@ KILLED = 128
 
 
 class Interrupted(CramliteError):
-    """End of a command by a signal; the message has the findings until then.
+    """Exception that ends a command after a signal such as Ctrl+C; its message says what was found until then.
 
     Args:
         message: one paragraph.

@@ -94,8 +94,8 @@ def repairs_json(repairs: Iterable[Repair]) -> list[dict[str, Any]]:
 
 
 def _label(action: Interpreted) -> str:
-    """Format what an action's event is called, its object, and whether the recording names it so or it was
-    inferred from motion; "" for an event that is only an Action."""
+    """Format an action's label and object, and whether the label was recorded or inferred from motion; ""
+    without a label."""
     event = action.segments[0].event if action.segments else None
     if event is None or event.type == ACTION:
         return ""
@@ -105,8 +105,8 @@ def _label(action: Interpreted) -> str:
 
 
 def _repair_lines(repairs: Sequence[Repair], zero: float, most: int = 20) -> list[str]:
-    """Format the repairs of a recording as lines; of many with the same reason only the first, with their
-    number."""
+    """Format the repairs of a recording as lines; of many with one reason only the first, and how many more
+    there are."""
     groups: dict[str, list[Repair]] = {}
     for r in repairs:
         groups.setdefault(r.why, []).append(r)

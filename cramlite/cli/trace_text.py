@@ -98,8 +98,8 @@ class _Tree(Value):
 
 
 def _ends(entries: Sequence[Entry]) -> dict[int, int]:
-    """Map each choice to the number of the first entry after its subtree, which includes proofs and runs in
-    twins of programs with the choice.
+    """Map each choice of a search trace to the number of the first entry after all that followed from the
+    choice.
 
     The search goes depth first, so a subtree ends where something is asked, tried or said that hangs no deeper than the choice
     itself. Of goals, whose steps hang under nothing, nothing is known.

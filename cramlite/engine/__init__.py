@@ -1,1 +1,1 @@
-"""The engine: a goal in a setting becomes proven programs."""
+"""The engine, which turns a goal for a given world and robot into proven programs."""

@@ -102,8 +102,8 @@ class CandidateSequence(Value, eq=False):
 
     @property
     def doubted(self) -> list[tuple[int, Match]]:
-        """Demonstrated actions, each with the task it was read as, for those tasks to which validators
-        objected in every program of this task sequence."""
+        """Demonstrated actions with the tasks they were read as, where validators objected to the task in
+        every program of this sequence."""
         said = self.sequence
         return [(said.actions[k - 1], said.matches[k - 1]) for k in sorted(self.effort.objected or ())] if said else []
 
@@ -129,8 +129,8 @@ class CandidateSequence(Value, eq=False):
 def doubted_last(
     plans: Iterable[tuple[Plan, TaskSequence | None]], tried: Sequence[CandidateSequence], trace: Trace
 ) -> Iterator[tuple[Plan, TaskSequence | None]]:
-    """Order task sequences: last those that read a demonstrated action as a task to which validators objected
-    in every program of an earlier sequence.
+    """Order task sequences: those last that read a demonstrated action as a task which failed validation in
+    all programs of an earlier sequence.
 
     Args:
         tried: is asked before each.

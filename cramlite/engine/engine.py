@@ -47,7 +47,8 @@ FARTHEST_WAY = 50.0
 
 
 class Engine:
-    """Engine with plugins of its own; two engines share nothing.
+    """Engine that turns goals into proven programs; each engine has its own plugins, shared with no other
+    engine.
 
     Args:
         files: plugin modules to load by path.
@@ -320,7 +321,8 @@ class Engine:
         return self.suited(goal) if isinstance(goal, Scenario) else self
 
     def _setting(self, reading: Reading, setting: Setting | None, seed: int) -> Setting:
-        """Return the setting in which a goal is resolved, titled with the goal in words."""
+        """Return the setting (world, robot, backend and initial belief) for a goal, with the goal in words
+        added to it."""
         from ..scenario.asked_text import asked_text
         from ..scenario.scenario import Scenario
 

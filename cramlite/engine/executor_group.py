@@ -53,7 +53,8 @@ def in_order(submit: Callable[[World, int], Future[T]], places: Iterator[tuple[W
 
 
 class ExecutorGroup:
-    """Group of executing processes, started when they are first needed, and kept until nobody has the group any more.
+    """Group of executing processes, which start when they are first needed, and end when nobody uses the
+    group any more.
 
     Several lists of runs may be under way at once; each has the runs that are its own.
 

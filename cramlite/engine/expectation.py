@@ -165,7 +165,8 @@ def _held(proof: Rollout, sample: int) -> str:
 
 
 class RunWatch:
-    """Watcher of a run by the expectation of its proof; see ``cramlite.model.readings.Watch``.
+    """Watcher that reports where a run's readings deviate from those of its proof; see
+    ``cramlite.model.readings.Watch``.
 
     Args:
         expected: of the program.
@@ -238,7 +239,8 @@ class RunWatch:
         return self._said(Deviation.READINGS_FROZEN, readings, said, "", still, SAME, "s")
 
     def _deviations(self, now: Readings) -> Iterator[Notice]:
-        """Differences from the expectation, the most important first."""
+        """Generate notices of how the present readings deviate from those of the proof, the most important
+        first."""
         if now.goal is not None and now.goal != self.asked:
             kind = Deviation.GOAL_CHANGED if now.goal else Deviation.CANCELLED
             yield self._said(kind, now, " and ".join(now.goal) or "the task was cancelled")
@@ -269,8 +271,8 @@ class RunWatch:
         yield self._said(kind, now, said, thing if kind is not Deviation.GRIPPER else "", off, self.limits.width, "m")
 
     def _held_then(self, rows: list[int], now: Readings) -> str:
-        """Return the payload in the proof's sample that is nearest in time since the line began; "" without
-        one."""
+        """Return the thing that was held in the proof at about the same time after the line's start; "" if
+        none was."""
         own, times = self.expected.own(now.line), self.expected.times
         since = now.time - self._since if now.line == self._line else 0.0
         then = times[own[0]] + since if own else now.time

@@ -101,7 +101,8 @@ def closed(setting: Setting, knowledge: Knowledge) -> Iterator[Thing]:
 
 
 def _opening(container: Thing, setting: Setting, knowledge: Knowledge) -> Reveal:
-    """Return how to see inside a closed thing: into the drawer itself, or into the cupboard behind its door."""
+    """Return how to see inside a closed thing: inside a drawer that is opened, or inside the cupboard
+    behind a door."""
     assert container.joint is not None
     place = container.name if bears(container, knowledge.taxonomy, INSIDE) else container.joint.parent
     task, role = next((n, t.lays_open) for n, t in knowledge.tasks.items() if t.lays_open)
@@ -161,8 +162,8 @@ def is_meant(setting: Setting, scenario: Scenario, plan: Plan | None, knowledge:
 
 
 def _revealed(setting: Setting, reveal: Reveal, knowledge: Knowledge) -> Setting:
-    """Return the setting after a proven program revealed the place and a picture was taken of it; where
-    that failed, its ``look`` states the reason."""
+    """Return the setting after a proven program has revealed a place and the camera has looked; ``look``
+    states a failure."""
     from ..perception.active_perception import look_into
 
     seen, trace = setting.look, Trace()

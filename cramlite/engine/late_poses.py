@@ -1,4 +1,4 @@
-"""Parametric programs: the pose of a thing is asked for when the program runs, and motions to it follow.
+"""Parametric programs, which ask for a thing's pose when they run, and adapt their motions to that pose.
 
 A thing is late from the first task that is about it until it is held and the next free motion begins: what the arm does in
 between is meant relative to the thing, and moves along with it. Free motions are not bent: the arm goes to where it was

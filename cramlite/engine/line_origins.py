@@ -67,7 +67,8 @@ def origins_of(text: str, original: Code) -> Origins:
 
 
 def origins_by_labels(text: str, tasks: Collection[str]) -> Origins:
-    """Find the origins of a text without a proven original: from names in its comments or messages."""
+    """Find the origins (designators of steps) of a text's lines by the names in them, with no proven text
+    to compare."""
     if is_program_text(text):
         return _of_steps(text)
     lines = text.splitlines()
@@ -76,7 +77,7 @@ def origins_by_labels(text: str, tasks: Collection[str]) -> Origins:
 
 
 def named(line: str, known: Collection[str]) -> str:
-    """Find the origin that a line names; "" without a known one."""
+    """Return the known designator that a line of text names; "" if it names none."""
     words = re.findall(r"\d+\.\w+(?:/\w+)*", line)
     return next((w for w in words if w in known), "") or next((task_of(w) for w in words if task_of(w) in known), "")
 
@@ -147,8 +148,8 @@ def _replaced(line: _Line, old: Sequence[_Line], own: Sequence[str]) -> str | No
 
 
 def _begins(each: Sequence[str | None], lines: Sequence[_Line]) -> Origins:
-    """Return the lines at which another origin begins, and the lines whose origin is a guess: that of the
-    line before."""
+    """Return the lines at which the origin (the step's designator) changes, and those whose origin is only
+    assumed to be that of the line before."""
     found, guessed, now = dict[int, str](), list[int](), ""
     for line, origin in zip(lines, each, strict=True):
         if origin is None:

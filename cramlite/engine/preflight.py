@@ -221,7 +221,7 @@ def checks(flight: Flight, own: Mapping[str, float]) -> Iterator[Check]:
 
 
 def _reached(flight: Flight, peaks: RunPeaks) -> list[Reached]:
-    """Values that a run of the program reached, as its proof judges them."""
+    """Return the values that a run of the program reached, each with the limit that a proof applies."""
     program, robot = flight.program, flight.robot
     force = program.force_limit if program is not None else robot.force_limit
     source = program.force_limit_source if program is not None else f"of robot '{robot.type}'"

@@ -1,4 +1,4 @@
-"""Estimate of how long a program runs, from its typed steps: for progress alone, nothing is decided by it."""
+"""Estimate of how long a typed program runs, used only to show progress."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ TARE = 0.2
 
 
 def about(program: Program, robot: Robot) -> float:
-    """Return the estimated duration of a program [s]: of branches the first, of guarded motions the whole way,
-    corners not rounded."""
+    """Return the estimated duration of a program [s], with the first of several branches, guarded motions
+    at full length, and sharp corners."""
     return _Clock(program, robot).whole(program.steps)
 
 

@@ -268,8 +268,8 @@ def conflict_of(verdict: Verdict, state: State) -> Conflict:
 
 
 def _led_past(verdict: Verdict, state: State) -> frozenset[str]:
-    """Return the places past which the arm was only led, except in tasks where an objection names things that
-    were in the way."""
+    """Return the places that the arm only passed, except in tasks for which an objection names things in
+    the way."""
     if not any(f.things for f in verdict.objections):
         return frozenset()
     met = {task_of(f.origin) for f in verdict.objections if f.blocking}

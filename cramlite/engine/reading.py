@@ -33,7 +33,7 @@ class Reading(Value, dict=True, eq=False):
 
     @cached_property
     def episode(self) -> Episode | None:
-        """Demonstrated episode; None where the goal is no demonstration.
+        """Recorded demonstration of the goal; None if the goal has no demonstration.
 
         Raises:
             UserError: it cannot be read.
@@ -42,7 +42,7 @@ class Reading(Value, dict=True, eq=False):
 
     @cached_property
     def interpretation(self) -> Interpretation | None:
-        """Interpretation of the demonstration; None where the goal is none.
+        """Interpretation of the goal's demonstration; None if the goal has no demonstration.
 
         Raises:
             UserError: it cannot be read, or has no events.

@@ -63,7 +63,7 @@ def record_episode(
 
 
 def _shown(scenario: Scenario, tasks: Sequence[Entry], knowledge: Knowledge, world: World) -> list[Shown]:
-    """Return the person's performances of tasks, one after the other."""
+    """Return what the simulated person performs, in order: one script, or a script for each task."""
     recipe, scripts = scenario.spec.record, knowledge.record_scripts
     if not tasks and recipe is not None and recipe.script is not None:
         if recipe.script not in scripts:

@@ -1,4 +1,4 @@
-"""Making of searches in a setting, and of the context that plugins are given there."""
+"""Construction of searches for a given world and robot, and of the context that plugins get in a search."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def search_in(
     setting: Setting, knowledge: Knowledge, budget: Budget, trace: Trace, progress: Progress = lambda _: None,
     answers: Answers | None = None, effort: Effort | None = None,
 ) -> Search:  # fmt: skip
-    """Make a search in a setting, ready to begin."""
+    """Construct a search for programs in a setting (world, robot, backend and initial belief)."""
     return Search(
         knowledge.registry, knowledge.tasks, knowledge.task_owners, _context(setting, knowledge, budget), trace, budget, progress,
         answers or Answers(), effort or Effort(),
@@ -40,7 +40,8 @@ def are_there(plan: Plan, setting: Setting, knowledge: Knowledge, trace: Trace) 
 
 
 def _context(setting: Setting, knowledge: Knowledge, budget: Budget) -> Context:
-    """Context of plugins: all that they may know of the setting."""
+    """Return the context that plugins get in a search: robot, taxonomy, seed, number of samples, camera and
+    limits."""
     took = setting.look.camera if setting.look else None
     return Context(
         setting.robot, setting.world.robots[0], {}, knowledge.taxonomy, seed=setting.seed, samples=budget.samples,

@@ -147,7 +147,7 @@ def _check_objects(scenario: Scenario, knowledge: Knowledge) -> None:
 
 
 def _check_advisory(scenario: Scenario, knowledge: Knowledge) -> None:
-    """Check that the scenario's advisory validators exist, and that each declares that it may advise.
+    """Check that the scenario's advisory validators exist, and that each of them declares ``may_advise``.
 
     Raises:
         UserError: one is not, or does not; with file and line.

@@ -75,7 +75,7 @@ class ErrorSource(Value):
 
 
 def rubbing(thing: Thing, size: float, draw: Drawing) -> Thing:
-    """Return a thing with its real friction."""
+    """Return a thing with its friction multiplied by a random factor."""
     rub = draw.share("friction", f"{thing.name}: friction", size)
     geoms = tuple(g if g.friction is None else replace(g, friction=g.friction * rub) for g in thing.geoms)
     filling = thing.filling and replace(thing.filling, friction=thing.filling.friction * rub)
@@ -83,13 +83,13 @@ def rubbing(thing: Thing, size: float, draw: Drawing) -> Thing:
 
 
 def rubbing_pads(twin: World, size: float, draw: Drawing, around: Around) -> World:
-    """Return a twin whose pads have their real friction."""
+    """Return a twin with the friction of the gripper's pads multiplied by a random factor."""
     pads = around.world.physics.pad_friction * draw.share("friction", "pads: friction", size)
     return replace(twin, physics=replace(twin.physics, pad_friction=pads))
 
 
 def weighing(thing: Thing, size: float, draw: Drawing) -> Thing:
-    """Return a thing with its real mass."""
+    """Return a thing with its mass multiplied by a random factor."""
     if thing.mass is None:
         return thing
     heavy = draw.share("mass", f"{thing.name}: mass", size)
@@ -133,7 +133,7 @@ def with_latency(twin: World, size: tuple[float, float], draw: Drawing, around: 
 
 
 def with_grip(twin: World, size: float, draw: Drawing, around: Around) -> World:
-    """Return a twin whose gripper has its real force."""
+    """Return a twin with the gripper's force multiplied by a random factor."""
     return _disturbed(twin, gripper_force=draw.share("gripper force", "grip force", size))
 
 

@@ -1,4 +1,4 @@
-"""Known kinds of a library: the files that became kinds, and those that could not."""
+"""Object models of a library, described for people, and the files that could not become object models."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class KnownKind(Value):
 
 
 class BuiltLibrary(Value):
-    """Library that was made, or to which kinds were added.
+    """Library of object models that was made or extended, with the files that were refused.
 
     Args:
         kinds: those of the folders that were added.

@@ -1,4 +1,4 @@
-"""Limits of robots for runs: ``preflight`` shows them, and proofs refuse runs beyond them."""
+"""Limits of a robot that every run must keep: ``preflight`` shows them, and proofs refuse runs that exceed them."""
 
 from __future__ import annotations
 

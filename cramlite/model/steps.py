@@ -305,15 +305,16 @@ class Parallel(Step):
 
 
 class Repeat(Step):
-    """Loop: steps ``count`` times over; they end where they begin. The first failure ends it, as a failure."""
+    """Loop that runs its steps ``count`` times, and fails at their first failure; the steps end where they
+    begin."""
 
     steps: tuple[AnyStep, ...]
     count: int
 
 
 class Monitor(Step):
-    """Monitored steps: they are stopped, and this fails with the measured value, when a watched quantity
-    exceeds its limit.
+    """Steps that are stopped when a watched quantity exceeds its limit; the control step then fails with
+    the measured value.
 
     Args:
         force: magnitude of the TCP force that may not be exceeded [N]; None is not watched, as below.

@@ -155,7 +155,7 @@ class Joint(Value):
     meets: bool = False
 
     def moved(self, thing: Pose, by: float) -> Pose:
-        """Return the pose of the thing when the joint has moved on by ``by`` [m, rad] from where the thing is at ``thing``."""
+        """Return the pose of a thing, now at the pose ``thing``, after its joint has moved by ``by`` [m, rad]."""
         step = Pose((0.0, 0.0, by)) if self.kind == "slide" else Pose.from_rotvec((0, 0, 0), (0, 0, by))
         return thing * self.pose * step * self.pose.inverse()
 
@@ -231,7 +231,7 @@ class Thing(Value):
         return not self.movable or self.joint is not None
 
     def moved_to(self, pose: Pose) -> Thing:
-        """Return the thing at another pose, its joint, if it has one, at the value that it has there."""
+        """Return the thing at another pose, and, if it is on a joint, with the joint value of that pose."""
         if self.joint is None:
             return replace(self, pose=pose)
         value = self.joint.value + self.joint.between(self.pose, pose)

@@ -1,4 +1,4 @@
-"""Groundings of a designator: generated lazily by all plugins, and merged by cost."""
+"""Groundings (concrete answers) of a designator, which all plugins generate lazily, merged by cost."""
 
 from __future__ import annotations
 
@@ -112,7 +112,8 @@ class Alternatives(Value):
             yield owner, self.registry.guarded(owner, "decompose", item.name, self._own(item, state))
 
     def _plugins(self, item: Designator, belief: Belief, context: Context) -> Iterator[tuple[str, Iterable[Any] | Unresolvable]]:
-        """Yield the answers of the plugins' hook, and those of the location kind that declares the relation."""
+        """Yield the answers of plugins to a designator: by the designator's hook, and, for a location, by
+        its relation's plugin."""
         hook = HOOKS[type(item)]
         yield from self.registry.alternatives(hook, item, belief=belief, context=context)
         if isinstance(item, Location) and item.relation in self.relations:
@@ -123,13 +124,16 @@ class Alternatives(Value):
                 yield from self.registry.ask(plugin, hook, item.name, partial(kind.ground, item, belief, context))
 
     def _instead(self, item: Designator) -> str:
-        """Clause on a relation that no plugin answers, with the nearest names; "" for other designators."""
+        """Format a clause on a location's unknown relation, with the nearest known names; "" for other
+        designators."""
         return f": no relation '{item.relation}'; {nearest(item.relation, self.relations)}" if isinstance(item, Location) else ""
 
     def _accepted(self, plugin: str, answers: Iterable[Any], point: ChoicePoint) -> Iterator[Alternative]:
-        """Yield the valid answers of one plugin, and add to the point's conflict set what its refusals
-        depend on: choices that a refusal names, else all that the question depends on
-        (``ChoicePoint.domain``)."""
+        """Yield the valid answers of one plugin, and record which earlier choices its refusals depend on.
+
+        These join the point's conflict set: choices that a refusal names, else all that the question depends on
+        (``ChoicePoint.domain``).
+        """
         made = {name for name, _ in point.state.choices}
         earlier = point.domain if isinstance(point.item, Motion) else made
         try:

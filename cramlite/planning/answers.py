@@ -135,8 +135,8 @@ class Question(Struct):
 
     @property
     def refused_anywhere(self) -> bool:
-        """Whether the question is for a place at a thing, and all answers are refusals that blame things
-        in the way; these hold for any arm position."""
+        """Whether all answers about a place at a thing are refusals because of things in the way, for any
+        arm position."""
         return isinstance(self.item, Location) and bool(self.item.of) and all(k.ended and self._about_things(k) for k in self.kept.values())
 
     def _about_things(self, kept: Kept) -> bool:

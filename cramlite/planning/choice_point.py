@@ -116,8 +116,8 @@ class ChoicePoint(Struct):
 
     @property
     def domain(self) -> set[str]:
-        """Names of the earlier choices that the alternatives depend on; those of a place depend on no motions
-        and no places only passed."""
+        """Names of the earlier choices that the alternatives depend on; a place does not depend on motions
+        or on places that the arm only passed."""
         item, made = self.item, {name for name, _ in self.state.choices}
         if isinstance(item, Object | Late):
             part_of = item.part_of if isinstance(item, Object) else None
@@ -170,8 +170,8 @@ class ChoicePoint(Struct):
 
     @property
     def unfit(self) -> set[Unfit]:
-        """Thing that was asked for by name and refused, whatever else was chosen and whatever state the world
-        is in; empty for none."""
+        """Name of the thing that was asked for and refused, as a set, if no other choice and no state is to
+        blame; else an empty set."""
         named = self.item.entity if isinstance(self.item, Object) else None
         depends = any(isinstance(c, str) or (isinstance(c, AsItIs) and ANY in c.things) for c in self.conflict)
         return {Unfit(named)} if named and not depends else set()

@@ -1,5 +1,4 @@
-"""Text for a person on a search that found nothing: its end, the nearest miss, the answer for each goal, and
-remedies."""
+"""Text for a person on a failed search: how it ended, its nearest miss, what became of each goal, and remedies."""
 
 from __future__ import annotations
 

@@ -116,7 +116,7 @@ def constraint_facts(goal: GoalFacts, schema: ActionSchema, task: TaskType) -> f
 
 def taken_places(goal: GoalFacts, schema: ActionSchema, things: Mapping[str, Thing], aside: Iterable[str]) -> Iterator[Table]:
     """Generate tables that keep a task from putting things aside onto a loose thing on which the goal wants
-    another thing: both do not fit."""
+    another thing, as there is no room for both."""
     loose = {n for n, t in things.items() if t.movable}
     for fact in sorted(f for f in schema.change.adds - schema.change.needs if len(f) > 2):
         wanted = {f for f in goal.needs if f[0] == fact[0]}

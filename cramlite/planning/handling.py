@@ -105,8 +105,8 @@ class Track(Value):
         return f"'{self.thing}' " + (f"after {', '.join(map(task_text, self.past))}" if self.past else "as it was")
 
     def stages(self) -> list[Stage]:
-        """List the stages of a thing on its track: how many of the track's tasks were done, and whether the
-        next one ("taken"), another one ("other") or none ("") took the thing since."""
+        """List the possible stages of a thing on its track: how many tasks were done, and whether
+        the track's next task, another one or none has grasped it since."""
         return [(k, how) for k in range(len(self.past) + 1) for how in ("", "taken", "other")]
 
     def after(self, stage: Stage | None, how: Handling, task: Done | None) -> Stage | None:

@@ -119,8 +119,8 @@ def _with(pattern: Fact, entity: str) -> Fact:
 
 
 class Change(Value):
-    """Preconditions and effects of a task as facts, and the things that it moves; the fields mean what those
-    of ``Operator`` mean.
+    """Preconditions and effects of a task as facts, and the things that it moves; see ``Operator`` for the
+    fields.
 
     Args:
         needs, without, adds, removes, never, moves: as ``Operator`` has them.
@@ -238,8 +238,11 @@ class Grounder:
     def _facts(
         self, clauses: Iterable[tuple[str, Condition]], phase: str, binding: Mapping[str, str]
     ) -> tuple[frozenset[Fact], frozenset[Pattern]]:
-        """Return the facts that must hold in a phase, and the patterns that must not, from the conditions
-        that tasks can change. An effect on a thing that the rule leaves open is left out."""
+        """Return the facts that must hold in a phase of a task, and the patterns of facts that must not,
+        without static conditions.
+
+        An effect on a thing that the rule leaves open is left out.
+        """
         yes: set[Fact] = set()
         no: set[Pattern] = set()
         for condition in (c for p, c in clauses if p == phase and not is_static(c)):

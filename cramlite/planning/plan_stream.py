@@ -61,7 +61,8 @@ def task_plans(
 def _stream(
     given: _Given, added: bool, progress: Callable[[str], None], most: int, trace: Trace | None
 ) -> Iterator[TaskPlan]:
-    """Generate further task sequences for a goal, with the tasks of added plugins or without."""
+    """Generate further task sequences for a goal, with or without tasks of plugins that are neither shipped
+    nor preferred."""
     known, level, missed = len(given.unexplained), 0, 0
     while len(given.unexplained) < known + most and missed < WRONG:
         checkpoint()
@@ -141,8 +142,8 @@ def _answer(text: PddlText, problem: PlanningProblem, scope: Scope, progress: Ca
 
 
 def _better(given: _Given, problem: PlanningProblem, scope: Scope, found: FoundPlan, progress: Callable[[str], None]) -> FoundPlan:
-    """Return the planner's plan, or a shorter one with tasks of added plugins that has no needless effects
-    beyond those of the planner's plan.
+    """Return the planner's plan, or a shorter one with tasks of plugins neither shipped nor preferred and
+    no more needless effects.
 
     Where plans are not the shortest, their lengths say nothing; and after a plan that failed, the known tasks' others come first.
     """

@@ -57,7 +57,8 @@ class Later(Value):
 
 
 class Refutation(Value):
-    """Refutation of a task sequence: all its groundings failed, as far as budget and caps let them be tried.
+    """Refutation of a task sequence: all its groundings failed, as far as the budget and limits on
+    alternatives let them be tried.
 
     Args:
         tasks: in which something was refused, counted from 1, in order.

@@ -153,7 +153,7 @@ def _state_led_on(state: State, motion: Motion, after: State, anew: bool) -> Sta
 
 
 def _state_used_at(state: State, motion: Motion, after: State) -> State:
-    """Return the state after a motion; its place counts as used unless the motion only led the arm there."""
+    """Return the state after a motion; mark its place as used, unless the motion only moved the arm there."""
     place = motion.to.name if motion.to is not None else state.here
     leads = all(isinstance(s, MoveJoints | MoveLinear) for s in after.bindings[motion.name]) and _at_rest(state, after)
     return replace(after, here=place, used=state.used if leads else state.used | {place})
@@ -180,8 +180,8 @@ def describe(action: Action) -> str:
 
 
 def renew_places(state: State, first: int = 0) -> State:
-    """Return the state after an action of the plan, with new numbers for places if the payload or the robot's
-    stand changed.
+    """Return the state after an action, its places renamed if the payload or the robot's stand changed, to
+    ask for them again.
 
     If it took or let go of something, or drove, the places bound so far are history: the same thing stands elsewhere,
     or is held in another way, and whoever asks for its grasp again gets a new answer.

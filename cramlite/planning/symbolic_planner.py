@@ -162,8 +162,8 @@ def _driver() -> Path:
 
 
 def _wait(process: subprocess.Popen[bytes], began: float) -> int | None:
-    """Wait for the planner and return its exit code; ``TOO_LARGE`` for a translator whose memory stays used
-    up, None if the time limit ended it."""
+    """Wait for the planner and return its exit code; ``TOO_LARGE`` if the translator used up its memory,
+    None after the time limit."""
     full, looked = 0, began
     try:
         while (now := time.monotonic()) - began < LONGEST:

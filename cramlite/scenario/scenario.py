@@ -284,8 +284,8 @@ class Scenario(Value):
         return replace(self, spec=self.spec.model_copy(update=update))
 
     def stage(self, number: int, key: Literal["do", "else"]) -> Scenario | None:
-        """Return this scenario with the tasks of a stage under ``then`` in place of its own; None if the
-        stage has no tasks under the key."""
+        """Return this scenario with the tasks of a stage of ``then`` as its own; None if the stage's
+        ``key`` lists no tasks."""
         stage = self.spec.then[number]
         tasks = stage.do if key == "do" else stage.otherwise
         update = {**dict.fromkeys((*STARTS, "reading", "plan")), "tasks": tasks, "then": ()}
