@@ -48,7 +48,7 @@ class Hands(Value):
 
     @property
     def approach(self) -> Floats:
-        """Unit vectors (n, 3) out of the hands."""
+        """Unit vectors (n, 3) along which the hands approach: the TCPs' z axes, out of the palms."""
         return self.turns[:, :, 2]
 
     @property
@@ -62,7 +62,7 @@ class Hands(Value):
         return Hands(self.positions + by, self.turns)
 
     def of(self, rows: NDArray[np.bool_] | NDArray[np.intp]) -> Hands:
-        """Return the hands of the given rows."""
+        """Return a selection of the hands, by a mask or by indices."""
         return Hands(self.positions[rows], self.turns[rows])
 
 

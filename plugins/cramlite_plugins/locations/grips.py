@@ -121,8 +121,7 @@ def _ranked(
 
 
 def varied(grips: Iterable[tuple[float, Grip, T]]) -> list[tuple[float, T]]:
-    """Return the items sorted by the cost of their grips, where each repetition of a similar grip adds
-    ``AGAIN`` to its cost."""
+    """Return items sorted by the cost of their grips, to which each similar grip before adds ``AGAIN``."""
     seen: dict[tuple[float, ...], int] = {}
     keyed = []
     for k, (cost, grip, what) in enumerate(sorted(grips, key=lambda x: (round(x[0], 4), x[1].name))):

@@ -150,8 +150,10 @@ def _driving(led: Grounding, thing: Thing, now: Pose, belief: Belief, context: C
 
 
 def _shares(location: Location, joint: Joint, hand: Pose, held: bool, there: float) -> tuple[float, ...]:
-    """Shares of a thing's joint range to which a hand at a pose in the thing's frame moves it, best first; a
-    pushed thing goes on to its stop."""
+    """Joint values to which a hand may move a drawer or a door, as shares of the joint's range, best first.
+
+    ``hand`` is its pose in the thing's frame. A thing that is pushed shut goes on from there to its stop.
+    """
     said = asked(location, JointWay)
     if said.share:
         return (said.share,)
@@ -169,8 +171,10 @@ def _shares(location: Location, joint: Joint, hand: Pose, held: bool, there: flo
 
 
 def ajar(joint: Joint, hand: Pose) -> float:
-    """Return the share of a joint's range to which a hand at a pose in the thing's frame pushes it; the rest
-    of the way is a guarded motion."""
+    """Return the share of a joint's range down to which a hand pushes a thing shut on a planned path.
+
+    The rest of the way is a guarded motion. ``hand`` is a pose in the thing's frame.
+    """
     reach = lever(joint, hand) * (joint.upper - joint.lower) if joint.kind == "hinge" else 0.0
     return min(AJAR, LEFT / reach) if reach > 0.0 else AJAR
 

@@ -37,7 +37,7 @@ class Lazy(Value):
     function: str
 
     def __call__(self, location: Location, belief: Belief, context: Context) -> Groundings:
-        """Ground a location."""
+        """Import the function, and ground a location with it."""
         found: Groundings = getattr(importlib.import_module(f".{self.module}", __package__), self.function)(location, belief, context)
         return found
 

@@ -32,8 +32,7 @@ Spots = Callable[[Location, Belief, Context], Iterator[Grounding | Refused]]
 
 
 def laid_down(location: Location, belief: Belief, context: Context, spots: Spots) -> Iterator[Grounding | Refused]:
-    """Yield the placements of a hanging payload that lies on its support at the end, each with the path on
-    which it turns.
+    """Yield placements that lay down a payload which hangs from the fingers, each with the path on which it turns.
 
     Args:
         spots: placements of what is held fast.

@@ -18,7 +18,10 @@ EMPTY = 5.0  # cost of what has no contents where contents matter: after every t
 
 @hookimpl
 def resolve_object(designator: Object | Late, belief: Belief, context: Context) -> Answers:
-    """Resolve an object designator among the believed things; a late one is resolved now, in the present belief."""
+    """Resolve an object designator among the believed things.
+
+    A late designator is resolved by its query, in the present belief.
+    """
     return _candidates(designator.query if isinstance(designator, Late) else designator, belief, context)
 
 

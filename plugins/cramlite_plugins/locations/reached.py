@@ -1,5 +1,5 @@
-"""Candidates of any generator of places, of which those are refused where the arm has no free joint position
-at a leg.
+"""Reachability filter of candidate places: it refuses those for which the arm has no collision-free joint
+position at a TCP pose on the way.
 
 As ``ComputeIK`` of MoveIt Task Constructor wraps a generator of poses. A generator yields candidates, best
 first, and names no inverse kinematics and no planning scene.
@@ -85,7 +85,7 @@ class Candidate(Value):
 
 
 class Arm:
-    """Arm in a belief: its joint positions at legs of candidates, and the planning scenes for these legs."""
+    """Reachability checks of an arm in a belief: free joint positions at TCP poses, with planning scenes that are kept."""
 
     def __init__(self, belief: Belief, context: Context) -> None:
         self.belief, self.context = belief, context

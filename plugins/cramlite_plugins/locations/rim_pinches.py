@@ -153,9 +153,9 @@ def _centred(rim: Rim, at: Pose, pose: Pose, tips: float) -> tuple[Rim, Pose]:
 
 
 def _swing(rim: Rim, pose: Pose, at: Pose) -> Swing:
-    """Swing of a plate in the hand, from how it lies until its rim is flat between the pads, the outer end to the palm.
+    """Swing of a plate in the hand that lifts it, from how it lies until its rim is flat between the pads.
 
-    That end comes as far up the pads as the rim's lower edge was.
+    The outer end of the rim then points to the palm, and comes as far up the pads as the rim's lower edge was.
     """
     end, hand = rim.middle + rim.half * rim.up, at.inverse()
     up, lies = hand.rotate(rim.up), hand * pose

@@ -59,8 +59,8 @@ def _met(closing: Thing, put: str, after: Belief, context: Context, clearance: f
 
 
 def _on_its_way(joint: Joint, at: Pose, value: float, end: float) -> Iterator[tuple[float, Pose]]:
-    """Openings of a thing from a joint value down to an end, above the joint's lower limit [m, rad], each
-    with its pose in the world.
+    """Openings of a thing whose joint closes from a value to an end, above the joint's lower limit [m, rad],
+    each with its pose in the world.
 
     The end comes first, since most contacts are there.
     """

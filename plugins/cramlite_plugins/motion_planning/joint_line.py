@@ -44,7 +44,7 @@ class JointLine:
         return q
 
     def parts(self) -> list[Part]:
-        """Divide the line into equal parts: start and end of each as fractions of the line, and None."""
+        """Divide the line into equal parts (start, end, None), with start and end as fractions of the line."""
         count = math.ceil(float(np.abs(self.way).sum()) / CHUNK + 1e-9)
         return [(k / count, (k + 1) / count, None) for k in range(count)]
 
@@ -86,8 +86,9 @@ def _spread(count: int) -> Floats:
 
 
 def rates(line: JointLine, half: float, movers: Movers, data: Any, bounds: Floats, first: int) -> Rates:
-    """Compute upper bounds on how far each joint moves any point of each geom over a whole line, valid within
-    ``half`` of the state in ``data``.
+    """Compute upper bounds on how far each joint moves any point of each geom over a whole line.
+
+    They hold along the part of the line that is within the share ``half`` of it from the state in ``data``.
 
     The lever is the distance of the geom's centre p from the axis u through a, |p - a|^2 - ((p - a) u)^2 under
     a root, and its bounding radius. It grows by no more than the way G that the geom itself moves:

@@ -136,8 +136,7 @@ def _around(
 
 
 def start_blocked(scene: Space, start: Joints) -> Refused | None:
-    """Return why no motion can begin at a joint position; None if it is free, contacts that are there already
-    aside."""
+    """Return why no motion can begin at a joint position, such as a limit or a deep collision; None if one can."""
     eased = scene.relaxed([start])
     reason = eased.why(start)
     if not reason:

@@ -240,8 +240,7 @@ class PlanningScene(Value):
         return next((n for n in still if world.thing(n).movable or world.thing(n).joint is not None), "")
 
     def relaxed(self, anchors: Sequence[Position], start: Position | None = None) -> PlanningScene:
-        """Return the same scene, in which joint positions near one of the given ones (``anchors``) need no
-        more clearance than that one has itself.
+        """Return the same scene, which near given joint positions (``anchors``) demands only the clearance that they have.
 
         Args:
             start: anchor in which contacts may be as deep as those of things that lean on one another.
@@ -321,8 +320,10 @@ class PlanningScene(Value):
         return tuple(float(v) for v in q), near
 
     def _judge(self, line: JointLine, part: Part) -> list[Part] | None:
-        """Check the middle of a part of a line: None if it is blocked, else the smaller parts that must
-        still be checked: the distances there clear the line to both sides, too."""
+        """Check the middle of a part of a line: return the smaller parts that must still be checked, None if it is blocked.
+
+        The distances at the middle clear a part of the line to both sides, too.
+        """
         low, high, known = part
         middle, half = (low + high) / 2, (high - low) / 2
         q = line.at(middle)

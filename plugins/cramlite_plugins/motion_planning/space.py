@@ -36,7 +36,8 @@ class Space(FreeBlends, Protocol):
         """Return the limits (lower, upper) of each joint [rad]."""
 
     def line_probed(self, a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> bool:
-        """Check places on a straight joint-space line from a free position, and its end: quick, and not sure."""
+        """Check the end and some places of a straight joint-space line from a free position: quick, but not
+        every part is checked."""
 
     def free(self, q: Sequence[float] | Floats) -> bool:
         """Check whether the arm is inside its limits and keeps its clearance at a joint position [rad]."""
@@ -55,8 +56,7 @@ class Space(FreeBlends, Protocol):
         """Return the deepest collision at a joint position; None where there is none, or where it is beyond a limit."""
 
     def relaxed(self, anchors: Sequence[Sequence[float]]) -> Space:
-        """Return the same scene, in which joint positions near one of the given ones (``anchors``) need no
-        more clearance than that one has itself."""
+        """Return the same scene, which near given joint positions (``anchors``) demands only the clearance that they have."""
 
 
 class Probed(Value):

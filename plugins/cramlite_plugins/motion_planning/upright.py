@@ -67,7 +67,7 @@ class Load(Value):
 
 
 class UprightScene(Value):
-    """Planner's space in which a load stays upright, and the arm away from singularities if it must.
+    """Planner's space of joint positions that keep a load upright, and off singularities if the robot has to keep off them.
 
     Args:
         scene: in which collisions are looked for.
@@ -205,7 +205,8 @@ def _rounded_off(
 
 
 def _chords(space: UprightScene, line: Sequence[Joints]) -> list[Joints] | None:
-    """Points of a line that straight lines in joint space lead through, halved where one does not do; None if it takes too many."""
+    """Reduce joint positions along a line to few, joined by straight joint-space lines that are free; None if
+    it takes too many."""
     if space.line_free(line[0], line[-1]):
         return [line[-1]]
     middle = len(line) // 2

@@ -14,7 +14,8 @@ ROUNDING = 1e-12  # parallel axes have no product: nothing is apart along that [
 
 
 def overlaps(shape: Body, centres: Floats, turns: Floats, half: Floats) -> NDArray[np.bool_]:
-    """Check which boxes reach into which geoms by more than ``SKIN``; of hulls and round geoms, into the box around them.
+    """Check which boxes reach into which geoms by more than ``SKIN``; hulls and round geoms are replaced by
+    boxes around them.
 
     Args:
         centres: of the boxes (n, 3) [m].

@@ -60,7 +60,7 @@ def _placed(geoms: tuple[Geom, ...], turned: Pose) -> tuple[Geom, ...]:
 
 
 def heights(geoms: tuple[Geom, ...], turned: Pose, xs: Floats, ys: Floats) -> Floats:
-    """Return the height of the highest point of geoms over each cell of a grid; slits of a cell are closed.
+    """Return the height of the highest point of geoms over each cell of a grid; slits of one or two cells are filled.
 
     Args:
         turned: pose of the geoms' thing in a frame whose z is up.

@@ -81,14 +81,17 @@ def where(rollout: Rollout, thing: str) -> dict[str, Floats]:
 
 
 def lain_on(thing: Thing) -> Feature | None:
-    """Return the face that a thing's filling lies on at the start; None of a vessel, and where none looks up."""
+    """Return the upward face on which the filling of a thing without a cavity lies at the start.
+
+    None if it has no such face, or has a cavity.
+    """
     if thing.feature("cram:Cavity") is not None:
         return None
     return next((f for f in thing.features if f.type == "vrps:SurfaceFeature" and f.pose.rotation[2, 2] > LEVEL), None)
 
 
 def on_its_surface(rollout: Rollout, thing: str) -> Floats:
-    """Count the grains of a thing without a cavity that still lie on it, sample by sample (N,); none of a vessel."""
+    """Count the grains that still lie on a thing's upper face, sample by sample (N,); 0 for a thing with a cavity."""
     grains, its = rollout.grains[thing], rollout.world.thing(thing)
     surface = lain_on(its)
     if surface is None or its.filling is None:

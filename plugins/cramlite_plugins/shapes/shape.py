@@ -141,8 +141,10 @@ def _unless_all_hole(geoms: tuple[Geom, ...]) -> tuple[Geom, ...]:
 
 
 def _part(corners: Floats, found: Sequence[Any]) -> str:
-    """Name of the hole whose rim a part is, or ""; hands keep off rims, and touching one counts as
-    touching the hole."""
+    """Name of the hole whose rim a part of a mesh belongs to; "" for other parts.
+
+    Hands keep off rims, and contacts with a rim go by the name of the hole.
+    """
     from .convex import RIM, SECTORS
 
     for opening in found:

@@ -185,7 +185,7 @@ def footprint(thing: Thing, pose: Pose, low: float = -math.inf, high: float = ma
 
 
 def filled(outline: Area) -> Area:
-    """Fill the holes of an outline: from above there are gaps between the boxes of a bowl, and nothing else fits in there."""
+    """Fill the holes of an outline, such as gaps between the boxes of a bowl, into which nothing else would fit."""
     return shapely.union_all([shapely.Polygon(part.exterior) for part in getattr(outline, "geoms", (outline,))])
 
 
@@ -201,8 +201,10 @@ def _footprint(geoms: tuple[Geom, ...], pose: Pose, low: float, high: float) -> 
 
 @lru_cache(maxsize=512)
 def _turns_alike(geoms: Itself[tuple[Geom, ...]]) -> bool:
-    """Whether an outline can be turned about the vertical instead of being computed anew: exact for flat
-    faces, while polygons stand for circles."""
+    """Whether a thing's outline can be computed once and turned about the vertical: only if all its geoms have flat faces.
+
+    The outline of a round geom is a polygon in place of its curves, for which this is not exact.
+    """
     return all(g.shape in FLAT_FACED for g in geoms.it)
 
 
@@ -230,7 +232,7 @@ def _leaning_footprint(geoms: Itself[tuple[Geom, ...]], up: Vector3, low: float,
 
 
 def _turned(area: Area, pose: Pose, up: Vector3) -> Area:
-    """Area computed for a leaning thing at the origin, turned and moved to the thing's pose."""
+    """Turn and move an area, computed for a leaning thing at the origin, to the thing's pose."""
     turn = pose.rotation @ _leaning(up).rotation.T
     return shapely.transform(area, lambda points: points @ turn[:2, :2].T + np.asarray(pose.position[:2]))
 

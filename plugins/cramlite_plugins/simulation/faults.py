@@ -59,7 +59,7 @@ class FaultsToCome:
         self.keep_away()
 
     def keep_away(self) -> None:
-        """Keep absent things far below the scene."""
+        """Keep things that a fault has removed, or has yet to add, far below the scene."""
         for name in self.away:
             x, y, _ = self.compiled.world.thing(name).pose.position
             self.compiled.place(self.data, name, Pose((x, y, AWAY)))

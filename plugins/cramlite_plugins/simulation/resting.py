@@ -111,8 +111,10 @@ def _same(one: Pose, other: Pose) -> bool:
 def _dropped(
     thing: Itself[Thing], start: Pose, below: Itself[Thing], at: Pose, friction: float = FRICTION, there: bool = False
 ) -> Pose | None:
-    """Rest pose of a thing that is released just above its first contact, or at ``start`` if ``there``; None
-    if it falls off."""
+    """Rest pose of a thing that is released just above its first contact; None if it falls off.
+
+    If ``there``, it is released at ``start`` instead.
+    """
     compiled = _alone(thing, below, at, friction)
     data = compiled.data()
     if there:

@@ -342,8 +342,10 @@ def _leaning(end: Pose | None, query: Query) -> str:
 
 
 def at_rest(placement: Placement, query: Query) -> Placement:
-    """Return the placement of a dropped payload with its simulated rest pose, if it has one; unchanged
-    without room or out of reach."""
+    """Return the placement of a dropped payload, completed by its simulated rest pose if it has one.
+
+    Unchanged if there is no room for it, or the arm does not reach the pose of its release.
+    """
     if room(placement, query) or not inverse(query.context.robot, placement.pose, seed=query.belief.joints):
         return placement  # checks say so
     return replace(placement, lies=next(rests(query.thing, placement.thing, query.around, query.at, OFF_PATH, there=True)))

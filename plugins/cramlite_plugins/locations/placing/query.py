@@ -86,7 +86,7 @@ class Query(Value, dict=True):
 
     @property
     def context(self) -> Context:
-        """Return the context of the search."""
+        """Return the context of the query: robot, bindings, later tasks, seed and limits."""
         return self.arm.context
 
     @property

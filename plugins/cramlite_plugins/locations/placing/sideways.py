@@ -65,8 +65,8 @@ class Floor(Value):
     out: Floats
 
     def spots(self, few: int = 1) -> list[tuple[Floats, str]]:
-        """Return points (3,) on the floor from the middle outwards, each with its description; of the steps
-        outwards only every ``few``-th."""
+        """Return points (3,) on the floor from its middle outwards, with descriptions; ``few`` = 2 leaves out
+        every second step."""
         low, high = np.reshape(self.surface.area.bounds, (2, 2))
         way = self.surface.pose.inverse().rotate(self.out)[:2]
         across, half = np.array([-way[1], way[0]]), (high - low) / 2
@@ -135,8 +135,8 @@ def _floors(asked: Sequence[Query], now: Pose, tall: float, low: list[float]) ->
 def _levels(
     thing: Thing, now: Pose, whole: Thing, at: Pose, region: str, belief: Belief, within: bool
 ) -> Iterator[tuple[Surface, float]]:
-    """Floors under a roof, each with the height of the room over it [m]: surfaces of a thing, or what carries
-    a payload in the thing's cavity."""
+    """Floors under a roof, each with the height of the room over it [m]: upper faces of a thing, or what the
+    payload would rest on in its cavity."""
     if not within:
         yield from roofed(whole, at, region)
         return
@@ -188,8 +188,7 @@ def _level(query: Query, floor: Floor, now: Pose, kind: str) -> Iterator[Placeme
 
 
 def _of_each_step(rows: NDArray[np.intp], few: int) -> list[list[int]]:
-    """For each step outwards from a floor's middle the pairs (spot, turn) to look at: the first ``MANY``, or
-    one if ``few`` is above 1.
+    """Limit the pairs (spot, turn) to try at each distance from a floor's middle: to ``MANY``, or to one if ``few`` > 1.
 
     To simulate how a payload comes to rest at one spot takes some ten runs.
     """
@@ -273,8 +272,9 @@ def _free(
 def comes_in(
     thing: Thing, belief: Belief, context: Context, hands: Hands, openings: Floats, free: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
-    """Check with which free grasps (n) a thing, as it stands now, fits under the overhang of the place where
-    a later task puts it; all grasps if no task does.
+    """Check with which grasps (n) a thing, as it stands now, fits under the overhang of the place where a later task puts it.
+
+    All grasps, if no later task puts it under one; else only grasps that ``free`` marks are tried.
 
     Later tasks are looked at only where there is a roof, so that what follows elsewhere holds whatever they are.
     A table's board near the floor is not meant by the table, off which a thing is picked up.

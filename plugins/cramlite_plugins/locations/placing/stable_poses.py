@@ -110,7 +110,7 @@ def stable_poses(queries: list[Query], now: Pose) -> Iterator[Rest | Refused]:
 def _simulated(
     query: Query, found: Iterator[Pose], now: Pose, heights: Sequence[tuple[float, float]], none: str
 ) -> Iterator[Rest | Refused]:
-    """Stable poses by simulation, or the refusal without any."""
+    """Yield the stable poses that a simulation found; a refusal if it found none."""
     pose = None
     for pose in found:
         x, y, z = (1000 * v for v in pose.position)
@@ -166,8 +166,10 @@ def _turns(query: Query, now: Pose, offset: Offset, few: tuple[float, ...]) -> t
 
 
 def _settled(query: Query, now: Pose, yaw: float) -> Query:
-    """Copy of a query whose target is the part of an uneven support that will carry the payload turned by
-    ``yaw``; unchanged without one."""
+    """Copy of a query whose target is the part of an uneven support that will carry the payload turned by ``yaw``.
+
+    The query itself if its support is level, or if no part of it carries the payload.
+    """
     if query.under is None:
         return query
     there = stood(query, now, (0.0, 0.0), yaw)
@@ -301,8 +303,10 @@ def _floor(query: Query, lying: Pose) -> float | None:
 
 
 def carried_at(thing: Thing, turned: Pose, point: Vector3, belief: Belief) -> float | None:
-    """Return the height of the support of a thing, turned as at a pose, with its middle over or under a point
-    of the base frame [m]; None for none."""
+    """Return the height at which a thing would be supported with its middle over or under a point of the base frame [m].
+
+    The thing is turned as in ``turned``; None if nothing is below it.
+    """
     points = corners(thing, turned)
     middle = np.asarray(point) - (points.min(axis=0) + points.max(axis=0)) / 2
     there = Pose(tuple((np.asarray(turned.position) + middle).tolist()), turned.quaternion)

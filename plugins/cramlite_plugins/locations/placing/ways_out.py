@@ -97,7 +97,7 @@ def _may_be_there(placement: Placement, query: Query) -> bool:
 
 
 def _at_best(asked: list[Query], now: Pose) -> Iterator[Refused]:
-    """Refusal of each target by the first objection to its best position, for targets without a free position."""
+    """Refusals of targets that have no free position: for each target the first objection to its best position."""
     for query in asked:
         offset = next(positions_on(replace(query, where=Where(), obstacles=()), now), (0.0, 0.0))
         _, found = next(_from_above(standing_at(query, now, offset)))
@@ -119,7 +119,10 @@ def prepared(bare: list[Query]) -> list[Query]:
 
 
 def beside_content(query: Query) -> Query:
-    """Return the query of an opening beside its content and overhang; close to the content where there is no room apart."""
+    """Return the query of an opening with its contents and overhang as obstacles.
+
+    A smaller clearance is kept from them if there is no room for the payload otherwise.
+    """
     apart = replace(query, obstacles=(*lying_in(query), *query.covers))
     close = replace(query, obstacles=(*lying_in(query, sure=True), *query.covers), clearance=CLOSE)
     now = put_down(query)

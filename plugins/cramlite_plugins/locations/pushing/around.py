@@ -125,7 +125,7 @@ def _traced(start: Point, end: Side, came: dict[Side, Side | None], blame: dict[
 
 
 def ways_around(start: Point, left: Left, alone: Met, hand: Met) -> Iterator[tuple[int, list[Point]]] | Refused:
-    """Find ways around obstacles, each with the number of steps of room that a thing has to its sides.
+    """Find ways of a pushed thing around obstacles, each with the free room to its sides, in steps of the lattice.
 
     How far it lags behind, and where it is in a corner, depends on whether it sticks to the fingers: one with a hollow of 40 mm was seen
     15 mm off its way.
@@ -173,7 +173,10 @@ def _shortened(start: Point, corners: list[Point], met: Met) -> list[Point]:
 
 
 def met_alone(belief: Belief, context: Context, entity: str) -> Met:
-    """Return the obstacles of a thing and its content, whatever moves it; without a support there is no way at all."""
+    """Return a function that refuses spots where a thing and its content meet obstacles or fall off their support.
+
+    What moves the thing is left out.
+    """
     thing, pose = belief.thing(entity), belief.pose(entity)
     others = [(t, belief.pose(t.name)) for t in belief.world.things if t.name in belief.poses and t.name != entity]
     owner = resting_height(thing, pose, others)[1]

@@ -188,7 +188,8 @@ def _against(
     thing: Thing, handle: Feature, pose: Pose, spot: tuple[float, float], turns: tuple[float, float], gripper: Gripper, swings: bool,
     inner: bool = False,
 ) -> tuple[Pose, bool]:
-    """The TCP of closed fingers ``ALMOST`` before a front, and whether they still meet it there if they are ``OFF`` to any side.
+    """TCP of closed fingers at a gap of ``ALMOST`` [m] before a front, and whether fingers that are ``OFF``
+    [m] to any side would still meet it.
 
     Args:
         spot: how far from its handle, to a side and up, as shares of the way to the edge of the thing.
@@ -232,7 +233,7 @@ def _clear_of(thing: Thing, pose: Pose, hand: Pose, out: Floats, gripper: Grippe
 
 
 def upon(thing: Thing, handle: Feature, pose: Pose, turns: tuple[float, float], gripper: Gripper) -> Pose:
-    """The TCP of closed fingers whose lowest edge is ``ALMOST`` over the middle of a bar."""
+    """TCP of closed fingers over a handle's bar, their lowest edge at a gap of ``ALMOST`` [m] above its middle."""
     up, middle = np.array([0.0, 0.0, 1.0]), np.asarray((pose * handle.pose).position)
     hand = _turned(pose.rotate(handle.pose.rotate(up)), up, turns)
     met = spans(body(thing.geoms), np.asarray(handle.pose.position), pose.inverse().rotate(up))

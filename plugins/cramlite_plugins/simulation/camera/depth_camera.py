@@ -66,7 +66,9 @@ def render(
 
 
 def look(world: World, robots: Mapping[str, Robot], camera: Camera, *, seed: int) -> View:
-    """Render a camera's view of a world at its start; a camera on a flange looks from the joints that it names.
+    """Render a camera's view of a world at its start.
+
+    For a camera on a flange the arm is at the joint positions that the camera states.
 
     Raises:
         UserError: the joints are not the robot's.

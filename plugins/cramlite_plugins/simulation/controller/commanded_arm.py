@@ -116,7 +116,8 @@ class CommandedArm(ABC):
 
     def move_process(self, goals: list[Pose], radii: list[float], speed: float, acceleration: float) -> Motion:
         """Start several movep that blend into one another; ``radii`` [m] are those of all goals but the last.
-        A movep to the pose that the tool has by then is left out.
+
+        A goal at which the tool is already when its turn comes is left out.
 
         Raises:
             ValueError: the tool turns on the spot, a radius takes more than half of a line, or the way turns straight back.
@@ -147,7 +148,7 @@ class CommandedArm(ABC):
         return self.nominal if self.force_mode else self.kinematics.forward(self.q)
 
     def follow(self, motion: Motion) -> Motion:
-        """Start any other motion, from where the arm is now."""
+        """Start a given motion of any other kind, from where the arm is now."""
         return self._begin(motion)
 
     def stop(self, deceleration: float) -> Motion | None:

@@ -114,11 +114,14 @@ class Controller(CommandedArm):
         self._forget()
 
     def let_sleep(self) -> None:
-        """Let things of the world that rest sleep from now on."""
+        """Allow resting things to sleep from now on: MuJoCo leaves them out until something touches them."""
         self.sleep = Sleep(self.model, self.period)
 
     def disturb(self, off: Disturbance) -> None:
-        """Add errors that the controller does not know of: of joints, sensor and gripper. Those of links are the model's."""
+        """Add errors of joints, sensor and gripper that the controller does not know of.
+
+        Errors of the links are in the MuJoCo model instead.
+        """
         self.sensor.disturb(off)
         self.gripper.strength = off.gripper_force
         if off.latency or off.backlash or any(off.joint_zeros):
@@ -289,7 +292,7 @@ class Controller(CommandedArm):
         self._forget()
 
     def _payload(self) -> Floats:
-        """Servo offset (n,) [rad] that carries the payload which the program states, beside the gripper."""
+        """Servo offset (n,) [rad] that holds the weight of the payload which the program states, less the gripper's own."""
         mass = self.sensor.mass - self.arm.gripper.mass
         if abs(mass) < 1e-3:
             return self.nothing

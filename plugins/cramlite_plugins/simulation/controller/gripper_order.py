@@ -61,8 +61,11 @@ class GripperOrder:
 
     @property
     def _stopped(self) -> bool:
-        """Whether fingers that stand still have been stopped for certain, and do not only hesitate: they had begun to close, press with all
-        that they are ordered to, and are not nearly closed. Fingers that open press on nothing, and creep to the end of their way."""
+        """Whether fingers that stand still have certainly been stopped by a thing, and do not only hesitate.
+
+        They had begun to close, press with all that they are ordered to, and are not nearly closed. Fingers
+        that open press on nothing, and creep to the end of their way.
+        """
         return self.moved and self.goal < self.opening and self.command == self.goal and self.opening > CREEP * self.closed
 
     @property

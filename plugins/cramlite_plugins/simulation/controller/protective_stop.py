@@ -30,7 +30,7 @@ class ProtectiveStop(Exception):
 
 
 class SafetyWatch:
-    """A monitor that stops an arm: at once for joint limits, after a time for the configuration's.
+    """A monitor that stops an arm: at once beyond joint limits, after a time beyond limits of the safety configuration.
 
     Args:
         arm: whose joint limits hold.

@@ -225,7 +225,7 @@ def _carry(spec: Any, thing: Thing, carried: Carried) -> Any:
 
 
 def _solid(index: int, geom: Geom, planning: bool) -> list[tuple[str, Geom]]:
-    """Geoms that a MuJoCo model has for one geom of a world, each with a key: usually that geom alone.
+    """Geoms of a MuJoCo model, each with a key, that stand for one geom of a world: usually that geom alone.
 
     In a planning model it has no contact parameters of its own, and a capsule becomes a cylinder with two
     spheres.

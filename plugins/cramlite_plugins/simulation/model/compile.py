@@ -101,7 +101,10 @@ class Compiled(Value):
                 data.qpos[address : address + 7] = (*centre, 1.0, 0.0, 0.0, 0.0)
 
     def place(self, data: Data, thing: str, pose: Pose) -> None:
-        """Put a movable thing at a pose in the world, at rest; one on a joint as near as that lets it. Others stay."""
+        """Put a movable thing at a pose in the world, at rest.
+
+        A thing on a joint is put as near to the pose as the joint lets it. Other things stay.
+        """
         index, own = self.things[thing], self.world.thing(thing)
         if index.joint is not None and own.joint is not None:
             data.qpos[index.joint] = own.joint.value + own.joint.between(own.pose, pose)

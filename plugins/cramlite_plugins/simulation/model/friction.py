@@ -1,4 +1,4 @@
-"""Friction between geoms: a coefficient of both, where MuJoCo would take that of one.
+"""Friction of contact pairs from the coefficients of both geoms; MuJoCo itself takes only one geom's.
 
 MuJoCo takes the larger coefficient of two geoms, or that of the one with the higher priority, which a finger pad has: a thing
 without friction would be held like any other. So every pair of geoms that can meet, and whose own coefficients differ, becomes

@@ -30,7 +30,7 @@ FARTHEST = math.radians(170)
 
 
 class WristTooFar(UserError):
-    """Pose that a wrist cannot turn to: the demonstration is refused."""
+    """Raised when a demonstration needs a hand pose that the wrist cannot turn to."""
 
 
 class HandIndex(EffectorIndex):

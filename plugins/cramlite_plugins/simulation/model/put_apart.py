@@ -96,8 +96,7 @@ def _in_tool(holds: InHand, world: World, poses: Mapping[str, Pose]) -> Pose:
 def _free(
     compiled: Compiled, data: Data, world: World, ways_out: list[tuple[str, str]], lengths: Iterable[float], touching: float = 0.0
 ) -> Iterator[tuple[str, str, Pose]]:
-    """Free poses of things shifted off their perceived poses in each direction, by some distances; each with
-    what the thing was inside."""
+    """Yield (thing, other, pose): free poses of things shifted from where they were perceived inside another."""
     for length in lengths:
         checkpoint()
         for (name, other), way in itertools.product(ways_out, WAYS):
@@ -119,7 +118,7 @@ def _steps(most: float) -> Iterator[float]:
 def _in_hand(
     compiled: Compiled, data: Data, world: World, ways_out: list[tuple[str, str]], depth: float, most: float, deep: float
 ) -> Iterator[_Rest]:
-    """Worlds in which a payload is so much elsewhere in the hand that it touches what it was inside, and then farther off."""
+    """Worlds in which a held payload is shifted in the hand until it just touches what it was inside, then farther."""
     touching = depth - deep / 2
     for name, _, pose in _free(compiled, data, world, ways_out, (touching, *_steps(most)), deep):
         away = _distance(pose, world.thing(name).pose)
@@ -140,8 +139,10 @@ def _rests(
 
 
 def _at_rest(start: World, read: World, pair: tuple[str, str], deep: float) -> dict[str, Pose]:
-    """Poses of the things that differ from the perceived ones once everything is at rest, with payloads
-    fixed; empty if the pair overlaps again."""
+    """Poses, once all is at rest with payloads fixed, of a pair's first thing and of others that have moved.
+
+    Empty if the pair overlaps again.
+    """
     held = {m.holds.thing for m in start.robots if m.holds}
     things = tuple(replace(t, mass=None) if t.name in held else t for t in start.things)
     compiled = compile_world(replace(start, robots=(), things=things), {})

@@ -27,8 +27,10 @@ class ContactWork:
         self._seen[np.asarray(data.contact.geom, dtype=np.int32).tobytes()] += 1
 
     def points(self) -> dict[str, float]:
-        """Return the mean number of contact points of each moving thing and robot per sample; of points
-        between two moving ones each gets half. Grains count as their vessel."""
+        """Return the mean number of contact points of each moving thing and robot per sample.
+
+        Of points between two moving ones each gets half; points of grains go to their vessel.
+        """
         owners, moves = self._compiled.owners, self._moves
         found = {o.name: 0.0 for o, one in zip(owners, moves, strict=True) if one}
         samples = max(1, self._seen.total())

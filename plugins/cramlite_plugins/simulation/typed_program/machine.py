@@ -153,7 +153,7 @@ class ProgramMachine:
             raise Halted
 
     def remember(self) -> None:
-        """Do nothing: typed programs have no functions that read past cycles."""
+        """Do nothing: typed programs cannot read measurements of earlier control cycles."""
 
     def close(self) -> None:
         """End the program."""
