@@ -161,7 +161,7 @@ def read_fault(written: Mapping[str, Any], where: str) -> Fault:
     except ValidationError as error:
         said = "; ".join(f"{'.'.join(map(str, e['loc']))}: {e['msg']}".removeprefix(": ") for e in error.errors()[:2])
         raise UserError(
-            f"{where}: this is no fault: {said.replace('Value error, ', '')}. It has one of {', '.join(_KINDS)}."
+            f"{where}: this cannot be read as a fault: {said.replace('Value error, ', '')}. A fault has exactly one of {', '.join(_KINDS)}."
         ) from None
 
 

@@ -100,8 +100,10 @@ def is_client(text: str) -> bool:
 
 
 def _lacks(text: str, knowledge: Knowledge) -> Iterator[tuple[int, str]]:
-    """Yield the lines of URScript that cannot run on the controller model; none for a text that is not
-    URScript, whose test must fail."""
+    """Yield the lines of URScript that cannot run on the controller model, each with the reason.
+
+    A text that is not URScript yields none; its test fails when it is run.
+    """
     with contextlib.suppress(UserError):
         yield from ((line, said) for line, said in knowledge.simulator.inspect(text) if said.startswith("cannot run here"))
 

@@ -102,11 +102,11 @@ def test_of_many_things_that_are_wrong_two_are_told() -> None:
         read_fault({"killed": False, "after": -1, "force": -1}, "faults.yaml")
     said = str(wrong.value)
     assert (
-        said.startswith("faults.yaml: this is no fault: killed: ")
+        said.startswith("faults.yaml: this cannot be read as a fault: killed: ")
         and "after: " in said
         and "force: " not in said
     )
-    with pytest.raises(UserError, match=r"this is no fault: it has none of .* It has one of missing, moved"):
+    with pytest.raises(UserError, match=r"this cannot be read as a fault: it has none of .* A fault has exactly one of missing, moved"):
         read_fault({}, "faults.yaml")
 
 

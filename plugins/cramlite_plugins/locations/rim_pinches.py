@@ -124,7 +124,10 @@ def _slab(geom: Geom, pose: Pose) -> tuple[Floats, float, Floats] | None:
 
 
 def _pinch(rim: Rim, lean: float, side: float, pose: Pose, gripper: Gripper) -> RimPinch:
-    """The pinch of a hand that leans outwards, one way round or the other; the tips of the fingers end at the slope's middle."""
+    """Return the pinch across a sloping rim by a hand that leans away from the thing's middle.
+
+    ``side`` turns the hand by half a turn. The fingertips reach to the middle of the slope.
+    """
     out = _level(rim.up)
     down = np.array([0.0, 0.0, -1.0])
     approach = math.cos(lean) * down - math.sin(lean) * out

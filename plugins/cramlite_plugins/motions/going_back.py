@@ -111,7 +111,7 @@ def _straight(motion: Motion, context: Context, pivot: Joints, rest: list[AnySte
 
 
 def _retraced(motion: Motion, start: Belief, context: Context, lead: list[AnyStep]) -> Iterator[AnyStep]:
-    """Motions that retrace the steps at the beginning, which cannot fail; the last one is retraced first."""
+    """Yield motions that undo the first steps of a structure, those that cannot fail, in reverse order."""
     from ..kinematics.kinematics import forward
 
     here = start.joints

@@ -98,7 +98,7 @@ class Motion(Samples):
 
     @cached_property
     def _angles(self) -> dict[float, float]:
-        """Largest angle [rad], for each window between neighbouring cuts, by its start."""
+        """Return the largest turn of the frame [rad] within each window between two neighbouring cuts, keyed by the window's start."""
         rows, first, begins = self.spans
         cosines = np.abs(np.einsum("ij,ij->i", self.poses[rows, 3:], self.poses[first, 3:]))
         least = np.minimum.reduceat(cosines, begins) if len(begins) else cosines

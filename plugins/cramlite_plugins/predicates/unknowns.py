@@ -47,7 +47,7 @@ def no_effector(phase: Phase, _name: str | None) -> str | None:
 
 
 def no_class(phase: Phase, name: str | None, _class: str | None) -> str | None:
-    """Return "what ... is" for an entity of which no class is known."""
+    """Return the clause "what NAME is" for a list of unknowns if no class of an entity is known, else None."""
     unknown = name in phase.timeline.entities and not phase.timeline.types(name or "")
     return f"what '{name}' is" if unknown else None
 

@@ -89,8 +89,10 @@ class _Run:
         return ExplainedGrip(grip, "", grip.first, left)
 
     def _declared_move(self, grip: Grip) -> bool:
-        """Whether tasks that may move the thing without holding it run during a whole grip: open fingers
-        push with both pads."""
+        """Check whether all tasks during a grip may move the thing without holding it.
+
+        Then both pads of open fingers pushed it, and no grasp began.
+        """
         allowed = self.candidate.allowances
         tasks = set(self.tasks[grip.first : grip.last + 1])
         return all(t in allowed and grip.thing in allowed[t].moves for t in tasks) and not self._taken_in(tasks, grip.thing)

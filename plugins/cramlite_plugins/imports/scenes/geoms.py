@@ -55,7 +55,7 @@ def collides(model: Any, geom: int) -> bool:
 
 
 def shaped(model: Any, data: Any, geom: int, frame: Pose) -> Shaped:
-    """Convert a geom of a model.
+    """Convert a geom of a MuJoCo model to a geom of a thing.
 
     Args:
         frame: of its group, in the world.
