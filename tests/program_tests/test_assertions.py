@@ -153,7 +153,7 @@ def test_twins_err_and_most_must_hold(picked: ProgramRun) -> None:
 def test_bad_faults_and_programs_are_named(tmp_path: Path) -> None:
     for fault, said in (
         ({"missing": "blok"}, "did you mean 'block'"),
-        ({"mising": "block"}, "has one of missing, moved"),
+        ({"mising": "block"}, "exactly one of missing, moved"),
         ({"moved": "block"}, "'moved' goes with 'by'"),
         ({"missing": "block", "payload": "1 kg"}, "exactly one"),
         ({"payload": True}, "is a number in kg"),
