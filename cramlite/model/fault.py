@@ -45,12 +45,14 @@ class Trigger(Value):
         force: that the program feels, at least [N]; 0 for any.
         near: thing whose origin the tool centre point comes as near to as ``within``; "" for none.
         within: see ``near`` [m].
+        carried_over: whether the fault is left over from an earlier program; a later one need not have the line.
     """
 
     line: str = ""
     force: float = 0.0
     near: str = ""
     within: float = 0.0
+    carried_over: bool = False
 
     def __str__(self) -> str:
         """Return the conditions of the trigger as a clause; "" if the fault begins at once."""

@@ -198,7 +198,8 @@ def left_over(faults: Iterable[Fault], happened: Iterable[str], seconds: float) 
     done, found = set(happened), []
     for fault in faults:
         if str(fault) not in done:
-            found.append(fault if fault.trigger else replace(fault, after=max(0.0, fault.after - seconds)))
+            trigger = replace(fault.trigger, carried_over=True) if fault.trigger else None
+            found.append(replace(fault, trigger=trigger, after=fault.after if trigger else max(0.0, fault.after - seconds)))
         elif fault.kind in LASTING:
             found.append(replace(fault, trigger=None, after=0.0))
     return tuple(found)

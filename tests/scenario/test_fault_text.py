@@ -178,7 +178,8 @@ def test_what_a_fault_adds_is_not_believed_before() -> None:
 def test_what_has_not_happened_is_still_to_come(after: float, left: float) -> None:
     timed = Fault(FaultKind.STOP, after=after)
     line = Fault(FaultKind.KILLED, after=after, trigger=Trigger("lift"))
-    assert left_over([timed, line], [], 3.0) == (replace(timed, after=left), line)
+    later = replace(line, trigger=Trigger("lift", carried_over=True))
+    assert left_over([timed, line], [], 3.0) == (replace(timed, after=left), later)
 
 
 @pytest.mark.parametrize("kind", FaultKind)

@@ -9,7 +9,7 @@ from functools import cached_property
 import mujoco
 import numpy as np
 
-from cramlite.model import Fault, FaultKind, Message, Pose, Thing, is_program_text
+from cramlite.model import Fault, FaultKind, Message, Pose, Thing, Trigger, is_program_text
 from cramlite.plugin import UserError
 
 from .controller.controller import Controller
@@ -55,7 +55,7 @@ class FaultsToCome:
         self.happened: list[Message] = []
         self.frozen_until = self.lost_until = -math.inf
         self.goal: tuple[str, ...] | None = None
-        self.lines = {f.trigger.line: _lines_with(f.trigger.line, text) for f in self.waiting if f.trigger and f.trigger.line}
+        self.lines = {t.line: _lines_of(t, text) for f in self.waiting if (t := f.trigger) and t.line}
         self.keep_away()
 
     def keep_away(self) -> None:
@@ -144,8 +144,14 @@ def _lines_with(wanted: str, text: str) -> Collection[int]:
         if wanted in row or (not comment and wanted in heading and _depth(row) == _depth(heading)):
             found.add(number)
         heading = heading if row.strip() else ""
-    if not found:
-        raise UserError(f"A fault happens at '{wanted}', and no line of the program has that text; name a task, such as 'PickingUp'.")
+    return found
+
+
+def _lines_of(trigger: Trigger, text: str) -> Collection[int]:
+    """Numbers of the lines of a program at which a trigger's line is reached; none of a later program that lacks it."""
+    found = _lines_with(trigger.line, text)
+    if not found and not trigger.carried_over:
+        raise UserError(f"A fault happens at '{trigger.line}', and no line of the program has that text; name a task, such as 'PickingUp'.")
     return found
 
 

@@ -12,7 +12,7 @@ from cramlite import UserError
 from cramlite.model import Fault, FaultKind, Rollout, Trigger, World
 from cramlite.plugin.catalogue import Knowledge
 from cramlite.plugin.registry import Registry
-from cramlite.scenario.faults import faulty, foreseen, read_fault_text
+from cramlite.scenario.faults import faulty, foreseen, left_over, read_fault_text
 from cramlite.scenario.worlds import read_world
 from cramlite_plugins.simulation.faults import _lines_with
 
@@ -102,6 +102,9 @@ def test_a_tool_and_a_sensor_are_off_from_the_start_or_not_at_all(place: World, 
 def test_a_line_that_is_not_there_is_no_trigger(knowledge: Knowledge, place: World, tmp_path: Path) -> None:
     with pytest.raises(UserError, match="no line of the program has that text"):
         run(knowledge, place, "killed: true, line: Grasping")
+    world = faulty(place, left_over([read_fault_text("killed: true, line: Grasping")], [], 1.0))
+    later = knowledge.simulator.execute(PROGRAM, world, knowledge.robots_of(world), mount="arm", seed=0)
+    assert later.outcome == "finished" and not later.faults, "a program after the first one need not have the line"
 
 
 def test_a_trigger_is_reached_at_any_line_of_the_block_below_a_comment() -> None:
