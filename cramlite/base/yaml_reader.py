@@ -90,8 +90,10 @@ def _check(text: str) -> None:
 
 
 def _mark(event: Any) -> Any:
-    """Return the start mark of a parser event, untyped, because libyaml's and PyYAML's marks have different
-    types."""
+    """Return the position in the YAML text at which a parser event starts.
+
+    Its type is not declared, because libyaml's and PyYAML's marks have different types.
+    """
     return event.start_mark
 
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def calibrate(arguments: argparse.Namespace) -> int:
-    """Calibrate a camera from a folder of pictures, or write the board for them.
+    """Calibrate a camera by pictures of a printed board or of known fixtures, or write the board to be printed.
 
     Raises:
         UserError: OpenCV is not installed, or what is read cannot tell where the camera is.

@@ -1,4 +1,4 @@
-"""``cramlite compare``: a real arm's RTDE log beside the run that was proven."""
+"""``cramlite compare``: compares a real arm's RTDE log with the simulated run in which its program was proven."""
 
 from __future__ import annotations
 

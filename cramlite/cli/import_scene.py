@@ -78,8 +78,7 @@ def _report(path: Path, scene: ImportedScene, classes: dict[str, Proposal]) -> l
 def _scenario(
     arguments: argparse.Namespace, packages: dict[str, Path], robot: str, classes: dict[str, Proposal], jointed: str
 ) -> str:
-    """Text of a scenario with comments on what is left to do, such as to correct the joint of the thing
-    ``jointed``."""
+    """Write a scenario for an imported scene, with comments on what a person still has to correct."""
     folder = arguments.out.resolve().parent
     name = re.sub(r"\W", "_", arguments.out.stem, flags=re.ASCII)
     name = name if name[:1].isalpha() else f"scene_{name}"

@@ -1,4 +1,4 @@
-"""``cramlite learn``: a task is learned from demonstrations, and written as a package."""
+"""``cramlite learn``: learns a task from demonstrations, and writes it as a folder with a task plugin."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ def said_in(path: Path, said: Said | None) -> Scenario:
 
 
 def understood_text(scenario: Scenario, setting: Setting, knowledge: Knowledge) -> Iterator[str]:
-    """Generate the meaning of the sentences of a scenario's goal, a line for each goal.
+    """Yield one line for each English sentence in a scenario's goal: how the sentence was understood.
 
     Raises:
         NotUnderstood: a sentence is ambiguous, false of the scene, or in words that are not known.

@@ -200,7 +200,11 @@ class Service:
         return asked
 
     def _run(self, id_: Any, params: dict[str, Any]) -> Any:
-        """Run the latest program of a search in simulation, watched, and go on where the world changes; each notice is told at once."""
+        """Run the latest program of a search in simulation; where the world changes, prove the rest from
+        there and run it, too.
+
+        Each notice is sent to the client at once.
+        """
         from msgspec import to_builtins
 
         from ..engine.going_on import GoingOn
@@ -334,7 +338,10 @@ def _watch(out: int, hang_up: Callable[[], None]) -> None:
 
 
 def _close_quietly(out: IO[str]) -> None:
-    """Close standard output; Python would complain at its end about a reader that is gone."""
+    """Close standard output without an error if the process that read it is gone.
+
+    Python would complain about that when it ends.
+    """
     import os
 
     try:

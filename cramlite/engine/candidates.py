@@ -116,8 +116,8 @@ class CandidateSequence(Value, eq=False):
         return counted | {"objected": sorted(effort.objected or ())}
 
     def resume(self, spent: Mapping[str, Any] | None) -> bool:
-        """Restore the search work of an interrupted run if it tried at least as many alternatives as this
-        search would; return whether it did."""
+        """Restore the search work of an interrupted run; return False if that run tried fewer alternatives
+        than this one."""
         if spent is None or spent["breadth"] < self.effort.breadth:
             return False
         self.effort.expanded, self.effort.proofs = spent["expanded"], spent["proofs"]
@@ -202,8 +202,7 @@ def _attempts(
 def _judged(
     candidate: Candidate, search: Search, setting: Setting, knowledge: Knowledge, group: ExecutorGroup
 ) -> tuple[Candidate, Verdict]:
-    """Complete program with its verdict, for which it runs in the believed world, and if it passes there in
-    twins.
+    """Prove a program: run it in the believed world and, if it passes there, in twins; return it with its verdict.
 
     The time of each goes to the trace.
     """
@@ -242,8 +241,10 @@ def _trace_twins(trace: Trace, verdict: Verdict) -> None:
 
 
 def _candidate(plan: Plan, state: State, setting: Setting, knowledge: Knowledge) -> Candidate:
-    """Assemble the program of a fully grounded state, and call the plugins' hook ``on_step`` for each of its
-    steps."""
+    """Assemble a program from a search state in which all designators are grounded.
+
+    The plugins' hook ``on_step`` is called for each of its steps.
+    """
     candidate = assemble(plan, state, setting, knowledge)
     candidate = parametric(candidate, setting.late)
     for step in candidate.program.steps:

@@ -215,8 +215,9 @@ class Engine:
         stop: Stop = lambda: False,
         **unknown: Never,
     ) -> Iterator[Solution]:
-        """Generate programs for a goal that were proven in the belief and its twins (``Setting.doubts``),
-        lazily. ``execute`` tells how one fares in the real world.
+        """Generate programs for a goal that were proven in the believed world and in its twins, lazily.
+
+        ``execute`` tells how one of them fares in the real world.
 
         They are the attempts that passed, of all ``candidates``: that gives those that were refused, too.
 
@@ -338,8 +339,10 @@ class Engine:
     def plans(
         self, goal: AnyGoal | Reading, setting: Setting, trace: Trace, progress: Progress = lambda _: None, **unknown: Never
     ) -> Iterator[tuple[Plan, TaskSequence | None]]:
-        """Generate the plans of a goal, best first; each plan of a demonstration with the task sequence that
-        the demonstration was read as."""
+        """Generate the plans of a goal, best first.
+
+        A plan from a demonstration comes with the task sequence as which the demonstration was read.
+        """
         from ..planning.task_goals import Goal, plan_from_tasks
         from ..planning.task_sequences import plans_for_goal, plans_from_interpretation
         from ..scenario.scenario import Scenario
@@ -360,8 +363,10 @@ class Engine:
 
 
 def _too_wide(episode: Episode) -> str:
-    """Explain why an episode has no events, or that its lengths may not be in metres, since something moved
-    farther than people do; "" if neither."""
+    """Return a hint at why an episode has no events: the recorded reason, or lengths that seem not to be metres.
+
+    "" if there is none.
+    """
     if said := [r.why for r in episode.repairs if r.what == NOT_INFERRED]:
         return f" No events were inferred: {said[-1]}."
     ways = ((float((t.poses[:, :3].max(axis=0) - t.poses[:, :3].min(axis=0)).max()), n) for n, t in episode.tracks.items() if len(t.times))

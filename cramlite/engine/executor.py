@@ -163,7 +163,7 @@ def _serve(asked: BinaryIO, answers: BinaryIO) -> None:
 
 
 def _loaded(plugins: PluginChoice) -> Knowledge | Exception:
-    """Load the plugins and the simulator's libraries; return the plugins' knowledge, or the error."""
+    """Load the plugins and the simulator's libraries; return what the plugins declare, or the error."""
     from ..model.world import World
     from ..plugin.catalogue import Knowledge
 

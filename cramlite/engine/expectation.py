@@ -1,4 +1,5 @@
-"""Expectation of a run: the readings of its proof, line by line, and how far a run may differ."""
+"""Expected sensor readings of a run, line by line, from the run that proved its program; and how far they
+may differ."""
 
 from __future__ import annotations
 
@@ -46,7 +47,7 @@ MOVING = 0.02
 
 
 class Noise(Value):
-    """Noise of readings: standard deviations.
+    """Noise of sensor readings, as standard deviations.
 
     Args:
         position: of things [m].
@@ -206,8 +207,7 @@ class RunWatch:
         return self.notice
 
     def rest(self, readings: Readings) -> None:
-        """Keep the readings of the arm at rest after a run as the run's last ones, with sensor noise
-        added."""
+        """Keep the sensor readings of the arm at rest after a run as the run's last ones, with noise added."""
         self.last = self._noisy(readings) if readings.poses is not None else readings
 
     def _noisy(self, readings: Readings) -> Readings:

@@ -1,5 +1,5 @@
-"""Continuation of an execution when the world changes, for ``cramlite execute --replan`` with poses from
-readings.
+"""Continuation of an execution after the world has changed, for ``cramlite execute --replan`` with sensors
+that report poses.
 
 A program runs while a watcher compares what is read with what its proof showed. Where that deviates the arm brakes, belief takes what
 was read, with what is in the hand, and the rest is resolved from there and proven. Nothing moves that was not proven from what is
@@ -228,7 +228,7 @@ class GoingOn:
         return watch, Round(attempt, simulator.execute(text, attempt.world, robots, mount=mount, seed=self.seed, watch=watch))
 
     def _noticed(self, watch: RunWatch, done: Round) -> Notice | None:
-        """Return the notice of why a stretch ended; None where it reached the goal."""
+        """Return the notice that says why a run did not reach the goal; None if it reached it."""
         outcome, ran = done.rollout.outcome, [k for k, line in enumerate(done.rollout.lines) if line > 0]
         at = float(done.rollout.times[min(ran[-1] + 1, len(done.rollout.times) - 1) if ran else -1])
         if outcome == "noticed":
@@ -339,7 +339,7 @@ class GoingOn:
         yield from (replace(plan, actions=tuple(_renamed(a) for a in rest)) for rest in (*rests, actions[at + 1 :]) if rest)
 
     def _parts(self, action: Action) -> tuple[Action, ...]:
-        """Return the tasks that a task consists of, by its type's first decomposition for an empty hand."""
+        """Return the tasks into which a task is decomposed first when the hand is empty."""
         mount, *others = self.setting.world.robots
         empty = replace(self.setting, world=replace(self.setting.world, robots=(replace(mount, holds=None), *others)))
         task = self.engine.knowledge.tasks.get(action.task)
@@ -369,7 +369,7 @@ class GoingOn:
 
 
 def _renamed(item: Action) -> Action:
-    """Return an action that is a part of a task, renamed as a task of its own."""
+    """Return a part of a task under a name of its own, "3.Placing" for "3.PickAndPlace/Placing"."""
     return replace(item, name=freed_name(item.name))
 
 

@@ -27,8 +27,7 @@ UNMOVED = SetGripper | SetPayload | Wait | ZeroSensor
 
 
 def parametric(candidate: Candidate, late: Mapping[str, Tolerance]) -> Candidate:
-    """Make a candidate's program parametric: its motions follow the late things, whose poses it asks for at
-    run time.
+    """Make a program ask at run time for the poses of things that are known only then (late things), and follow them.
 
     Args:
         late: thing -> how far from the planned pose the program must still work [m, rad].

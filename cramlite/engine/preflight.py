@@ -205,7 +205,7 @@ def _written(program: Program, flight: Flight, knowledge: Knowledge) -> Code:
 
 
 def checks(flight: Flight, own: Mapping[str, float]) -> Iterator[Check]:
-    """Yield the program's value for each limit.
+    """Yield a check for each limit: the value that the program reaches, and the limit.
 
     Args:
         own: limits of the user, by a name of ``OWN``; in place of the robot's and the program's.

@@ -38,8 +38,10 @@ TARE = 0.2
 
 
 def about(program: Program, robot: Robot) -> float:
-    """Return the estimated duration of a program [s], with the first of several branches, guarded motions
-    at full length, and sharp corners."""
+    """Estimate the duration of a program [s].
+
+    Of several branches the first counts, guarded motions have their full length, and the arm stops at each corner.
+    """
     return _Clock(program, robot).whole(program.steps)
 
 

@@ -118,7 +118,7 @@ def _prove(
 
 
 def _code(answer: object) -> Code:
-    """Return a backend's answer, checked to be ``Code``.
+    """Check that a backend returned ``Code`` (a program text with the origins of its lines), and return it.
 
     Raises:
         WrongAnswer: it is not; names what it is.
@@ -241,7 +241,7 @@ def _findings(answer: object) -> list[Finding]:
 
 
 def conflict_of(verdict: Verdict, state: State) -> Conflict:
-    """Return the choices that a failed proof depends on.
+    """Return the choices of a search that may have made a proof fail.
 
     They are objects, places and decompositions up to the task that failed.
 
@@ -268,8 +268,10 @@ def conflict_of(verdict: Verdict, state: State) -> Conflict:
 
 
 def _led_past(verdict: Verdict, state: State) -> frozenset[str]:
-    """Return the places that the arm only passed, except in tasks for which an objection names things in
-    the way."""
+    """Return the places that the arm only passed through, if the objections of a verdict are about things.
+
+    Places of tasks are left out in which an objection names things that stand in the way.
+    """
     if not any(f.things for f in verdict.objections):
         return frozenset()
     met = {task_of(f.origin) for f in verdict.objections if f.blocking}
