@@ -119,7 +119,7 @@ def _shown(scenario: Scenario, setting: Setting, engine: Engine) -> Plan:
     if found is None:
         miss = nearest_miss(trace.entries)
         raise UserError(
-            f"{place}: the scenario has no things for the demonstration, {plans[0]}: "
+            f"{place}: the scenario has no things for the demonstration, read as {plans[0]}: "
             f"{f'{miss.designator}: {miss.reason}' if miss else 'no thing fits'}."
         )
     return found

@@ -105,7 +105,7 @@ def drive_robot(
     vacant(out)
     text = read_text(program)
     if not is_program_text(text):
-        raise UserError(f"{program}: a robot process is sent the motions of a typed program; write one with 'resolve --backend stream'.")
+        raise UserError(f"{program}: --on runs typed programs (JSON) only; write one with 'resolve --backend stream'.")
     with naming(program):
         kind = read_program(text).program.robot_type
         file = _robots_file(program, kind, knowledge)

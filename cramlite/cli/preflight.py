@@ -263,7 +263,7 @@ def _places(flight: Flight) -> list[str]:
 def _late_tolerance(late: LatePose) -> str:
     metres, radians = late.tolerance
     asks = "as planned; the program asks for the pose when it runs"
-    return f"{asks}, and stops if that is more than {1000 * metres:.0f} mm or {math.degrees(radians):.0f} deg from the planned one"
+    return f"{asks}, and stops if it is more than {1000 * metres:.0f} mm or {math.degrees(radians):.0f} deg from the planned pose"
 
 
 def _left_out() -> list[str]:

@@ -132,7 +132,7 @@ class Service:
         id_ = params.get("id")
         if not _is_id(id_) or id_ is None or id_ not in self._open | set(self._found):
             waiting = ", ".join(repr(i) for i in [*self._open, *self._found]) or "none"
-            said = f"'id' is that of a request whose search goes on, not {id_!r}; there are: {waiting}"
+            said = f"'id' must be that of a request whose search goes on, not {id_!r}; there are: {waiting}"
             raise Refused(WRONG_PARAMS, said, asked)
         self._cancelled.add(id_)
         return {"cancelled": id_}

@@ -376,8 +376,8 @@ def _renamed(item: Action) -> Action:
 def _stopped(number: int, notice: Notice | None, decision: str) -> str:
     """Reason why an execution ends, for people."""
     if notice is None:
-        return f"Round {number} came to its end. The arm stands still: {decision}"
-    return f"Round {number} was stopped by {notice}. The arm stands still: {decision}. To do: {TO_DO[notice.kind]}."
+        return f"The program of round {number} came to its end. The arm stands still: {decision}"
+    return f"The program of round {number} was stopped by {notice}. The arm stands still: {decision}. To do: {TO_DO[notice.kind]}."
 
 
 def _declared(done: Round) -> bool:

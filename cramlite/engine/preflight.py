@@ -136,7 +136,7 @@ def flight_of_run(run: Path, knowledge: Knowledge) -> Flight:
     robot = pick("robot", knowledge.robots_of(intent.kept.world), intent.program.robot_type)
     if not (run / "rollout.npz").is_file():
         raise UserError(
-            f"'{run}' has no recorded run, since the text of its robot cannot be run here; so nothing was measured that could be "
+            f"'{run}' has no recorded run, since programs in its language cannot be run here; so nothing was measured that could be "
             "shown. Give 'program.json', the typed program, with --world."
         )
     _require_unaltered(run, intent)

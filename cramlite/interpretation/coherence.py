@@ -174,8 +174,7 @@ def candidates(
 
 
 def _undecided(matches: Sequence[Match], claimed: Sequence[Claims]) -> list[Claims]:
-    """Return the claims of each reading of an action, in which alternative unknown fillers are replaced by
-    "_".
+    """Return the claims of each reading of an action, with "_" for a role's filler where several are possible.
 
     Of several unknown fillers of a role only one can be right, so a claim about one of them is left open.
     """
@@ -284,8 +283,8 @@ def _claims_of(rules: Mapping[str, Rule], match: Match) -> Claims:
 
 
 def explains_ends(claim: Claims, readings: Iterable[Claims]) -> bool:
-    """Check condition 4 of coherence: a reading that does something explains the end of every relation
-    whose end another reading of the action explains."""
+    """Check condition 4 of coherence: a reading that is not passive ends every relation that another
+    reading of the action ends."""
     return claim.passive or all(_among(f, claim.ends) for c in readings for f in c.ends)
 
 

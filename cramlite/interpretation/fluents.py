@@ -209,7 +209,9 @@ class GoalPhrase(Value):
 
 
 class Fluent(Value):
-    """Declaration of how tasks change a relation; "same arguments" means: the same things, or parts of them.
+    """Declaration of a relation that tasks change, such as which relations begin and end together with it.
+
+    Below, "the same arguments" means the same things, or parts of them.
 
     Args:
         symmetric: it holds both ways round.
@@ -368,7 +370,8 @@ class Fluents(Value):
         return any(self._excluded(a, b) for a, b in pairs) or any(j is not None and j(scene, a, b) for j, a, b in contraries)
 
     def _parted(self, ended: Iterable[Fact], left: Iterable[Fact]) -> set[Fact]:
-        """Return the facts about whole things that held only because of a part for which they have ended."""
+        """Return the relations of whole things that end because each held only for a part, and has ended
+        for that part."""
         gone = {_of_wholes(f) for f in ended if self[f[0]].of_wholes}
         names = {f[0] for f in gone}
         return gone - {_of_wholes(f) for f in left if f[0] in names and f not in gone} if gone else gone

@@ -253,8 +253,11 @@ class _Matcher(Value):
         )
 
     def named(self, segment: Segment, label: str, known: set[str]) -> Iterator[Match]:
-        """Yield those readings of an action as the task that the recording names which no condition
-        refutes, though some conditions cannot be judged."""
+        """Yield readings of an action as the task that the recording names, though some of their conditions
+        cannot be judged.
+
+        None of their conditions is false.
+        """
         for task, rule in self.rules.items():
             if task not in known and segment.event is not None and self.timeline.taxonomy.is_a(task, label):
                 yield from possible_matches(rule, self.timeline.phases(segment, self.padding), _fillers(rule, segment.event))
@@ -294,7 +297,7 @@ class _Matcher(Value):
         return tuple(r for r in refused if r is not None)
 
     def _telling(self, time: float) -> bool:
-        """Check whether a state that always separates actions, by its class, begins or ends at a time [s]."""
+        """Check whether a state of a class that always separates two actions begins or ends at a time [s]."""
         boundaries = self.timeline.boundaries
         return any(time in boundaries(type_) for type_ in self.timeline.taxonomy.restricted_classes(TELLS_APART))
 
@@ -365,8 +368,10 @@ class _Matcher(Value):
 
 
 def _fillers(rule: Rule, event: Event) -> Iterator[Binding]:
-    """Yield the role fillers that a labelled action may have: those that the label gives by role names,
-    else its object as the filler of the first role; then, as the last candidate, no fillers."""
+    """Yield possible fillers of a rule's roles for an action that has a label: those that the label names, then none.
+
+    A label without role names gives its object to the first role.
+    """
     said: Binding = {role: event.roles[role] for role in rule.roles if role in event.roles}
     if not said and rule.roles and "object" in event.roles:
         said = {next(iter(rule.roles)): event.roles["object"]}

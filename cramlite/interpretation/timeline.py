@@ -113,7 +113,7 @@ class Phase:
         self.situation: dict[Hashable, Any] = timeline.situation(self.holds)
 
     def states(self, type_: str) -> tuple[Event, ...]:
-        """Return the states of a class that hold at the instant, or span the whole interval."""
+        """Return the states of a class that hold throughout this phase, which is an instant or an interval."""
         active = self.timeline.active(type_, self.start)
         return tuple([e for e in active if e.end >= self.end]) if self.end > self.start else active
 

@@ -288,7 +288,7 @@ class Resolver:
         best = max(size.values())
         found = [n for n in names if size[n] >= best - 0.05 * abs(best)]
         if len(found) == 1 and self._sizes.setdefault(found[0], noun.size) == -noun.size:
-            raise Refusal(FALSE, f"'{noun.said}' is the same {found[0]} that was told by its size before")
+            raise Refusal(FALSE, f"'{noun.said}' means {found[0]}, which the sentence called by the opposite size before")
         if len(found) == len(names) > 1 and not noun.several:
             raise Refusal(FALSE, f"'{noun.said}': {listed(names, 'and')} are of one size, within 5 %")
         return found

@@ -1,4 +1,5 @@
-"""Results of an experiment: a value for each attempt, candidate and demonstration, written as JSON and read back."""
+"""Results of an experiment: one record for each demonstration, candidate and execution, written as JSON
+and read back."""
 
 from __future__ import annotations
 

@@ -63,7 +63,7 @@ class Demonstrations(Value):
         return "-".join([self.set_name, *(["short"] if self.short else []), *([f"without_{self.without}"] if self.without else [])])
 
     def key(self) -> dict[str, Any]:
-        """Return the key of the results: their files, seeds and code.
+        """Return the key that identifies the results: set of demonstrations, options, and hashes of files and code.
 
         Keys are equal on every machine that would give the same results.
 

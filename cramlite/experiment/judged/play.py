@@ -77,7 +77,7 @@ def died(episode: Episode, budget: int, reason: str) -> EpisodeResult:
 
 
 def play(trial: Trial) -> EpisodeResult:
-    """Play an episode.
+    """Return the result of an episode: a program is searched and proven, and run once in the judge's simulator.
 
     Raises:
         UserError: it could not begin: the judge is not installed, refuses it, or does not answer as it must.

@@ -83,8 +83,9 @@ class Difference(Value):
 
 
 class Watched(Value):
-    """Success rates of the suites in which the world is watched during a run: the judge's check is true at
-    rest and within the budget.
+    """Success rates of the suites in which the robot watches the world while a program runs.
+
+    An episode succeeds if the judge's check is true at rest and within the budget.
 
     One is with simulated time stopped during the search, the other with the search's CPU time passing.
     """
@@ -175,7 +176,7 @@ def row(results: Episodes, suite: str = "", task: int | None = None) -> EpisodeR
 
 
 def _seconds(results: Episodes) -> dict[str, Spread]:
-    """Return the spread of each kind of duration, by name."""
+    """Return, by the name of each measured duration, how it is spread over the episodes."""
     named: dict[str, list[float]] = {}
     for r in results:
         for name, value in r.seconds.items():

@@ -52,8 +52,9 @@ class Episodes(Value):
         return tuple(e.name for e in self.episodes)
 
     def key(self) -> dict[str, Any]:
-        """Return the key of the results: files, code, number of twins, and whether refused programs are
-        played.
+        """Return the key that identifies the results: hashes of files and code, and the options that change results.
+
+        These are the number of twins, and whether refused programs are run, too.
 
         The chosen episodes and the number of workers are no part of it.
         """

@@ -52,7 +52,7 @@ FACTS = "problem.json"
 
 
 def draw(seed: int, folder: Path) -> dict[str, Any]:
-    """Draw the problem of a seed into a folder, and return its record."""
+    """Generate the random problem of a seed, write it into a folder, and return its record."""
     told: Counter[str] = Counter()
     for attempt in count():
         told["states drawn"] += 1
@@ -66,8 +66,7 @@ def draw(seed: int, folder: Path) -> dict[str, Any]:
 
 
 def vary(problem: Problem, rng: Any) -> tuple[Problem, dict[str, Any]]:
-    """Draw a problem from another one: which things there are, where they stand, and where its fixtures
-    stand."""
+    """Vary a problem at random: which things there are, where they stand, and where its fixtures stand."""
     swap, replace = rng.random() < CHANCE, rng.random() < CHANCE
     made = replaced(problem, rng, library()) if replace else problem
     made = swapped(made, rng) if swap else made
@@ -188,8 +187,8 @@ def told_of(facts: list[dict[str, Any]]) -> str:
 
 
 def main() -> None:
-    """Draw the problems of those seeds that have no files yet, and print the statistics of all problems in
-    the folder."""
+    """Generate the random problems of those seeds that have no files yet; print statistics of all problems
+    in the folder."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("seeds", help="such as 0:10, which ends with 9")
     parser.add_argument("--out", type=Path, default=Path("problems"), help="folder for them (default problems)")
