@@ -112,8 +112,8 @@ def in_order(goal: Sequence[Literal], owner: Mapping[str, str]) -> list[Literal]
 
 
 def signature(goal: Iterable[Literal], kind: Callable[[str], str]) -> frozenset[Literal]:
-    """Return a goal with each thing and region named by its kind, so that goals of different scenes can be
-    compared.
+    """Return a goal with the name of each thing and region replaced by its kind, to compare goals of
+    different scenes.
 
     Args:
         kind: of a thing or region: its name without the number of the instance.

@@ -101,8 +101,10 @@ def _planned(scenario: Scenario, setting: Setting, knowledge: Knowledge) -> Plan
 
 
 def _shown(scenario: Scenario, setting: Setting, engine: Engine) -> Plan:
-    """Return the likeliest reading of the demonstration for which the scenario has all things; things that a
-    camera is still to find count as present."""
+    """Return the plan of the likeliest reading of the demonstration that the scenario has all things for.
+
+    Things that a camera is still to find count as there.
+    """
     from ..engine.search_in_setting import are_there
     from ..planning.budget import budget_of
     from ..planning.diagnosis import nearest_miss

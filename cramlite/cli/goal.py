@@ -35,7 +35,7 @@ def _goal(arguments: argparse.Namespace) -> int:
 
 
 def _show(scenario: Scenario, engine: Engine, arguments: argparse.Namespace) -> int:
-    """Print plans, with why each task is there."""
+    """Print the plans that achieve a scenario's goal, with the reason for each of their tasks."""
     from ..planning.goal_parts import PART, goal_answers
     from ..planning.task_sequences import plans_for_goal
     from ..planning.trace import Trace

@@ -98,7 +98,8 @@ def _scenario(
 
 
 def _start(goal: list[str]) -> list[str]:
-    """Start of the scenario: the stated goal, else a list of tasks to fill in."""
+    """Return the YAML lines that state the goal of a new scenario or, without a goal, an empty list of
+    tasks to fill in."""
     if goal:
         return ["goal:", *(f"  - {_quoted(sentence)}" for sentence in goal)]
     return ["# What is to be done, such as {task: TASK, Patient: THING}; see 'cramlite tasks'.", "tasks: []"]

@@ -178,7 +178,7 @@ class Tools:
         return await self._work(ctx, partial(self._resolved, scenario, seed, asked))
 
     async def explain(self, run: str, designator: str = "") -> Answer:
-        """Say how the program of a run was decided on: all designators, or one, e.g. object_1."""
+        """Explain how the program of a run was decided on: every designator, or only a given one, e.g. object_1."""
         from ..planning.trace import read_trace
         from .trace_text import trace_text
 

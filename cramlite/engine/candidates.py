@@ -70,7 +70,8 @@ class CandidateSequence(Value, eq=False):
     group: ExecutorGroup | None = None
 
     def attempts(self, group: ExecutorGroup | None = None) -> Iterator[Solution]:
-        """Generate complete programs with their verdicts, lazily; refused ones are among them.
+        """Generate the complete programs of this task sequence, lazily: proven and refused ones, each with
+        its verdict.
 
         Args:
             group: runs them in twins; None for the engine's own processes.
@@ -109,8 +110,10 @@ class CandidateSequence(Value, eq=False):
 
     @property
     def spent(self) -> dict[str, Any]:
-        """Search work spent on this task sequence so far (counts, limits and tasks objected to), which
-        ``resume`` can restore."""
+        """Search work spent on this task sequence so far, from which ``resume`` can go on.
+
+        It has counts, limits, and the tasks to which validators objected.
+        """
         effort = self.effort
         counted = {"breadth": effort.breadth, "expanded": effort.expanded, "proofs": effort.proofs, "capped": int(effort.capped)}
         return counted | {"objected": sorted(effort.objected or ())}
@@ -129,8 +132,9 @@ class CandidateSequence(Value, eq=False):
 def doubted_last(
     plans: Iterable[tuple[Plan, TaskSequence | None]], tried: Sequence[CandidateSequence], trace: Trace
 ) -> Iterator[tuple[Plan, TaskSequence | None]]:
-    """Order task sequences: those last that read a demonstrated action as a task which failed validation in
-    all programs of an earlier sequence.
+    """Yield task sequences, but those last that contain a reading which failed validation in an earlier sequence.
+
+    That is a demonstrated action read as a task to which validators objected in all programs of that sequence.
 
     Args:
         tried: is asked before each.
@@ -152,7 +156,7 @@ def doubted_last(
 def attempts(
     search: Search, plan: Plan, setting: Setting, knowledge: Knowledge, group: ExecutorGroup
 ) -> Iterator[tuple[Candidate, Verdict]]:
-    """Generate complete programs for a plan with their verdicts, lazily; refused ones are among them.
+    """Generate the complete programs of a plan, lazily: proven and refused ones, each with its verdict.
 
     Args:
         group: runs them in twins; a stop or an error ends its processes.

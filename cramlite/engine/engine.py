@@ -379,7 +379,10 @@ def _too_wide(episode: Episode) -> str:
 
 
 def _refuse(unknown: Mapping[str, object]) -> None:
-    """Raise TypeError for an unknown argument; for 'world' it says that 'setting' is the argument to give."""
+    """Raise TypeError for an argument that the method does not have.
+
+    For 'world' the message names 'setting' as the argument to give.
+    """
     for name in unknown:
         instead = "; the setting is given as setting=engine.setting(scenario)" if name == "world" else ""
         raise TypeError(f"there is no argument '{name}'{instead}")
@@ -394,7 +397,8 @@ def _budget(goal: object) -> Budget:
 def _to_try(
     plans: Iterable[tuple[Plan, TaskSequence | None]], most: int, trace: Trace
 ) -> Iterator[tuple[int, Plan, TaskSequence | None]]:
-    """Task sequences within the budget, numbered from 1; the trace says why others are left out."""
+    """Number the plans from 1 and yield them until the budget of task sequences is spent; the trace
+    records the latter."""
     for number, (plan, sequence) in enumerate(plans, 1):
         if number > most:
             trace.spent("sequences", most, f"{most} task sequences were tried, the rest left out")

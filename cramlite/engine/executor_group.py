@@ -113,7 +113,7 @@ class ExecutorGroup:
 
     @contextmanager
     def _idle_ones(self, count: int) -> Iterator[list[Executor]]:
-        """Take at most ``count`` idle processes, which get no run within this block."""
+        """Reserve at most ``count`` idle processes within this block, so that they get no run."""
         idle: list[Executor] = []
         with suppress(Empty):
             while len(idle) < count:

@@ -166,8 +166,9 @@ def _held(proof: Rollout, sample: int) -> str:
 
 
 class RunWatch:
-    """Watcher that reports where a run's readings deviate from those of its proof; see
-    ``cramlite.model.readings.Watch``.
+    """Watcher that reports where the sensor readings of a run deviate from those of the run that proved its program.
+
+    See ``cramlite.model.readings.Watch``.
 
     Args:
         expected: of the program.

@@ -191,8 +191,10 @@ def _shut(setting: Setting, container: str, why: str) -> Setting:
 
 
 def _proven(setting: Setting, reveal: Reveal, knowledge: Knowledge, trace: Trace) -> Iterator[tuple[State, Candidate]]:
-    """Generate ways to reveal a place and to bring the camera to a view of it, each proven in the belief,
-    where an unseen place counts as filled."""
+    """Generate proven ways to uncover a hidden place and to bring the camera to a view of it.
+
+    In the proof the unseen place counts as filled by a body.
+    """
     from ..perception.unseen import unknown_body
 
     if reveal.points is not None:

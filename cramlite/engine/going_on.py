@@ -85,7 +85,7 @@ TO_DO: Mapping[Deviation, str] = {
 
 
 class Stretch(Value):
-    """Executed stretch between two decisions: a run, the notice that ended it, and the decision.
+    """Part of an execution with replanning: one run, the notice that ended it, and what was decided then.
 
     Args:
         round: the run, with its program and ``rollout``.
@@ -155,7 +155,7 @@ class GoingOn:
             self._leave(last, real=before.real is not None)
 
     def _leave(self, last: Stretch, *, real: bool) -> None:
-        """Set the setting's world and robot to where the last run ended."""
+        """Update the believed world and the robot to how the last run left them."""
         rollout, world = last.round.rollout, self.setting.world
         left = world_after_run(rollout, world)
         stays = {t.name for t in left.things if _apart(world.thing(t.name).pose.position, t.pose.position) <= STILL}
@@ -270,8 +270,10 @@ class GoingOn:
         return self._next(done, watch, notice)
 
     def _next(self, done: Round, watch: RunWatch, notice: Notice) -> tuple[Attempt | None, str]:
-        """Return the next program, proven in the world of the last readings, and why it was chosen; None, and
-        why there is none."""
+        """Return the next program and why it was chosen, or None and why there is none.
+
+        It is proven in the world of the last sensor readings.
+        """
         assert watch.last is not None
         if watch.last.poses is None:
             return None, "there are no readings; when they are back, execute again with --replan"

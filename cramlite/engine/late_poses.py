@@ -51,8 +51,10 @@ def parametric(candidate: Candidate, late: Mapping[str, Tolerance]) -> Candidate
 
 
 def _following(program: Program, robot: Robot, thing: str, about: set[str]) -> Program:
-    """Make steps relative to the pose of a thing that is asked for at run time: those from the first task
-    about the thing to the first free motion that carries it."""
+    """Make those steps relative to a thing's pose that depend on it, for a thing whose pose is asked for at run time.
+
+    These are the steps from the first task about the thing to the first free motion that carries it.
+    """
     steps: list[AnyStep] = []
     firsts = {s.first: s for s in program.sections}
     sections: list[Section] = []

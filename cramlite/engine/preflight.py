@@ -171,7 +171,7 @@ def flight_of_text(text: str, world: World, knowledge: Knowledge, seed: int) -> 
 
 
 def dry_run(flight: Flight, share: float, world: World, knowledge: Knowledge, seed: int) -> Flight:
-    """Write a program anew at a share of its speed, run that text and judge it by the program's intent.
+    """Write a program's text for a share of its speed, run it, and judge the run by what the program is for.
 
     Args:
         share: above 0 and up to 1.
@@ -252,7 +252,8 @@ def strongest_grip(program: Program) -> float:
 
 
 def covered(draws: Iterable[Draw]) -> dict[str, list[tuple[float, float, str]]]:
-    """Return, of each source of error, the largest that was drawn, the largest that could have been, and the unit."""
+    """Return for each source of error the largest error drawn in the twins, the largest possible one, and
+    the unit."""
     found: dict[tuple[str, str, float], float] = {}
     for draw in draws:
         key = draw.source, draw.unit, round(draw.size, 6)

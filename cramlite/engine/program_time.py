@@ -46,8 +46,7 @@ def about(program: Program, robot: Robot) -> float:
 
 
 class _Clock:
-    """Estimator of the time that steps take one after the other, with the joint position that the arm has
-    reached."""
+    """Estimator of the time that successive steps take, which keeps track of the arm's joint position."""
 
     def __init__(self, program: Program, robot: Robot) -> None:
         self._tcp, self._robot, self._at = program.tcp, robot, program.start

@@ -36,7 +36,7 @@ from .setting import Setting
 
 
 def assemble(plan: Plan, end: State, setting: Setting, knowledge: Knowledge) -> Candidate:
-    """Assemble the typed program of a fully grounded state of a plan in a setting."""
+    """Assemble the typed program from a plan's search state in which every designator is grounded."""
     belief, robot = setting.belief(), setting.robot
     used = sorted({thing_of(v) for v in end.bindings.values() if isinstance(v, str)})
     snapshots = tuple(
@@ -166,7 +166,7 @@ def _at_the_edges(candidate: Candidate, text: Code, knowledge: Knowledge, seed: 
 
 
 def text_that_runs(candidate: Candidate, backend: Backend) -> Code | None:
-    """Return the runnable code of a candidate: its own text, the typed program in its place, or None."""
+    """Return the text of a candidate that the simulator can run: its own, else the typed program; None if neither."""
     if backend.executable or candidate.code is None:
         return candidate.code
     return typed_code(candidate.program) if _stands_in(backend) else None

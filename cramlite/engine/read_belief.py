@@ -85,7 +85,8 @@ def _possible(thing: Thing, read: Pose) -> Pose:
 
 
 def _is_read(thing: Thing) -> bool:
-    """Check whether a thing without a reading counts as gone; furniture and things on joints do not."""
+    """Check whether a thing is gone from the world if sensors do not report it: one that moves freely, not
+    on a joint."""
     return thing.movable and thing.joint is None
 
 

@@ -235,8 +235,8 @@ def _untold(
 
 
 def generic(matches: Sequence[Match], said_: Sequence[Claims], rules: Mapping[str, Rule], taxonomy: Taxonomy) -> frozenset[int]:
-    """Return the numbers of the readings by shipped rules that give way to a more specific reading by a
-    user's own rule.
+    """Return the numbers of those readings by shipped rules that a more specific reading by a user's own rule
+    replaces.
 
     A reading by a rule that does not come with cramlite is more specific than one by a rule that does if it explains all the
     changes that the other explains, and its task is a kind of the other's, or its rule says of what class a thing must be of

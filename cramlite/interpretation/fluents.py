@@ -36,7 +36,7 @@ def matches(fact: Fact, pattern: Pattern) -> bool:
 
 
 def matching(facts: frozenset[Fact], patterns: Iterable[Pattern]) -> set[Fact]:
-    """Return the facts that match one of some patterns; those of other predicates are not compared."""
+    """Return the facts that match at least one of some patterns."""
     found, some = set[Fact](), dict[str | None, list[Pattern]]()
     for p in patterns:
         if None in p:
@@ -307,8 +307,8 @@ class Fluents(Value):
         return found | (self.both_ways((fact[0], *things)) if fluent.of_wholes and _distinct(things) else set())
 
     def after(self, facts: frozenset[Fact], adds: frozenset[Fact], removes: Iterable[Pattern]) -> frozenset[Fact]:
-        """Return the successor state: the facts after some are added and those matching some patterns
-        removed, with all consequences."""
+        """Return the facts after a task that adds some and removes those that match patterns, with all
+        that follows from it."""
         patterns = tuple(removes)
         ended = matching(facts, patterns) - adds
         excluded = {(p, *_of_wholes(new)[1:]) for new in adds for p in self[new[0]].excludes}
@@ -378,7 +378,7 @@ class Fluents(Value):
 
 
 def _as_wholes(facts: frozenset[Fact], wholes: set[Fact]) -> set[Fact]:
-    """Return those facts that are in ``wholes`` once each part in them is replaced by the whole thing."""
+    """Return the facts that become one of ``wholes`` when each part in them is replaced by the whole thing."""
     return {f for p in {w[0] for w in wholes} for f in by_predicate(facts).get(p, ()) if _of_wholes(f) in wholes}
 
 

@@ -269,8 +269,10 @@ class _Matcher(Value):
         return bool(episode.tracks) and episode.effector is not None and episode.effector not in episode.tracks
 
     def unseen(self, segment: Segment) -> Iterator[Match]:
-        """Yield those readings of an action in which one condition cannot be judged, because the effector
-        was not tracked, and all others hold."""
+        """Yield readings of an action for which one condition cannot be judged, since the effector was not tracked.
+
+        All other conditions hold.
+        """
         for rule in self.rules.values():
             found = possible_matches(rule, self.timeline.phases(segment, self.padding), [{}])
             yield from (m for m in found if m.roles and len(m.unknown) == 1)
@@ -348,8 +350,10 @@ class _Matcher(Value):
         return replace(joined, evidence=evidence)
 
     def _refine(self, before: Interpreted, after: Interpreted) -> bool:
-        """Check whether two neighbours may be joined: both without label, no separating state between them,
-        and the tasks of one among those of the other."""
+        """Check whether two neighbouring actions may be joined, because each task of one is also a task of the other.
+
+        Both must be without label, and no state that separates actions may begin or end between them.
+        """
         if before.end != after.start or self._telling(after.start):
             return False
         if any(s.event is not None for s in (*before.segments, *after.segments)):

@@ -155,8 +155,8 @@ class FreeParser(ClauseParser):
         yield from self._heard_state(at, k, heard)
 
     def _behind_denial(self, at: int) -> tuple[int, ...]:
-        """Return the end positions of prepositions and words for states that begin at a position, which
-        follows a word such as "not"."""
+        """Return the end positions of prepositions and states (such as "open") that begin at a position
+        after "not"."""
         return (*self.frames.preposition_ends(self.words, at), *(e for f in self.frames.unary for e in starts(self.words, at, f.stated)))
 
     def _heard_verb(self, at: int, k: int, heard: Heard) -> Iterator[Found]:

@@ -29,7 +29,7 @@ class Execution(Value):
 
 
 class Program(Value):
-    """Complete program for a candidate, and how it was judged.
+    """Program of a candidate, whether its proof accepted it, and how its executions ended.
 
     Args:
         accepted: whether the proof let it pass.

@@ -21,7 +21,7 @@ from .trial import run_demonstration
 
 
 class Demonstrations(Value):
-    """Demonstrations of an experiment that a run was asked for.
+    """Request to run demonstrations of an experiment, as trials.
 
     Args:
         path: of the experiment's file.

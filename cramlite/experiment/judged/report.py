@@ -65,8 +65,10 @@ def difference(found: Difference) -> str:
 
 
 def watched(found: Watched) -> str:
-    """Return a sentence with the success rates of suites in which the world is watched during a run: with
-    simulated time stopped during the search, and with it passing."""
+    """Return a sentence with the success rates of suites in which the robot watches the world while a program runs.
+
+    One rate is with simulated time stopped during the search, the other with the search's CPU time passing.
+    """
     return (
         f"Success rates at rest of suites in which the robot watches the world: {found.still.text} if simulated time stops during the "
         f"search; {found.passing.text} if the search's CPU time passes."

@@ -88,7 +88,7 @@ class EpisodeResult(Value, kw_only=True):
 
     @property
     def apart(self) -> bool:
-        """Whether the episode counts in no rate, because the judge's process died while the robot moved."""
+        """Whether the episode is left out of all rates, because the judge's process died while the robot moved."""
         return self.attempt is not None and self.attempt.outcome == JUDGE_DIED
 
     def first(self, *, unlimited: bool = False) -> bool:

@@ -162,7 +162,7 @@ def rate(episodes: Iterable[EpisodeResult], hit: Callable[[EpisodeResult], bool]
 
 
 def row(results: Episodes, suite: str = "", task: int | None = None) -> EpisodeRow:
-    """Return the row of the tables that counts some episodes."""
+    """Return a row of the tables: rates and counts over the given episodes."""
     steps = [r.attempt.first for r in results if r.attempt is not None and r.attempt.first is not None]
     budgets = {r.budget for r in results}
     return EpisodeRow(

@@ -23,7 +23,7 @@ from .tables import tables
 
 
 class Episodes(Value):
-    """Episodes of a judged experiment that a run was asked for.
+    """Request to run episodes of a judged experiment, as trials.
 
     Args:
         episodes: none for the tables of what the run directory holds.
@@ -48,7 +48,7 @@ class Episodes(Value):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the episodes, in the order in which they are played."""
+        """Names of the episodes, in the order in which they are run."""
         return tuple(e.name for e in self.episodes)
 
     def key(self) -> dict[str, Any]:

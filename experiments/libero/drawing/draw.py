@@ -114,8 +114,11 @@ def _goal(world: World, rng: Any, parts: int, told: Counter[str]) -> tuple[Liter
 
 
 def targets(world: World) -> dict[str, tuple[str, str]]:
-    """Return region -> ("on" or "in", sort of region) for all regions that things can be put on or in,
-    without those that fixtures stand in."""
+    """Return each region that things can be put on or in -> ("on" or "in", whether it is on the table or part
+    of a thing).
+
+    Regions in which fixtures stand are left out.
+    """
     problem = world.problem
     stands = {row[2] for row in problem["initial_state"] if len(row) == 3 and row[1] not in world.things}
     known = (name for name in problem["regions"] if name in world.env.env.object_sites_dict and name not in stands)
