@@ -64,8 +64,7 @@ def read(text: str) -> Any:
 
 
 def _check(text: str) -> None:
-    """Check depth and size of a YAML text from its parser events; an alias counts as much as the node that it
-    repeats."""
+    """Check the depth and size of a YAML text from its parser events; an alias counts with all that it repeats."""
     open_: list[_Part] = [_Part("")]
     done: dict[str, _Part] = {}
     events: Iterator[Any] = iter(yaml.parse(text, Reader))

@@ -180,6 +180,6 @@ def _check(arguments: argparse.Namespace) -> int:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``check`` with its arguments."""
+    """Add the command ``check``, with its arguments, to the command line."""
     check = add("check", _check)
     check.add_argument("file", help="a scenario's file or name, a rule file, or a program's text")

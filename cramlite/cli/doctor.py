@@ -235,7 +235,7 @@ def _show(examined: list[Examined]) -> None:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``doctor`` with its arguments."""
+    """Add the command ``doctor``, with its arguments, to the command line."""
     doctor = add("doctor", _doctor)
     doctor.add_argument(
         "--json", action="store_true", help="print as JSON: what, state and found of each line"

@@ -247,7 +247,7 @@ def _controller(arguments: argparse.Namespace) -> int:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``execute``, ``controller`` with their arguments."""
+    """Add the commands ``execute`` and ``controller``, with their arguments, to the command line."""
     execute = add("execute", _execute)
     execute.add_argument("program", type=Path, help="the text, such as program.script of a run directory")
     execute.add_argument(

@@ -94,7 +94,7 @@ def _problem(scenario: Scenario, engine: Engine, seed: int) -> PlanningProblem:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``goal`` with its arguments."""
+    """Add the command ``goal``, with its arguments, to the command line."""
     goal = add("goal", _goal)
     goal.add_argument("scenario", help="a scenario file with a goal, or the name of a shipped one")
     goal.add_argument(

@@ -123,7 +123,7 @@ def _quoted(text: str) -> str:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``import`` with its arguments."""
+    """Add the command ``import``, with its arguments, to the command line."""
     command = add("import", import_scene)
     command.add_argument("scene", type=Path, help="an MJCF or URDF file")
     command.add_argument("--out", type=Path, metavar="FILE", help="write a scenario there; else only say what is understood")

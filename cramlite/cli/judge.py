@@ -229,7 +229,7 @@ def add_purpose(command: argparse.ArgumentParser) -> None:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``judge`` with its arguments."""
+    """Add the command ``judge``, with its arguments, to the command line."""
     judge = add("judge", _judge)
     judge.add_argument("program", type=Path, help="the text, URScript or a typed program as JSON")
     judge.add_argument(

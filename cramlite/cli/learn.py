@@ -17,7 +17,7 @@ MOST = 10
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``learn`` with its arguments."""
+    """Add the command ``learn``, with its arguments, to the command line."""
     learn = add("learn", _learn)
     learn.add_argument("episodes", nargs="+", type=Path, metavar="EPISODE", help="demonstrations of the task, 1 to 10")
     learn.add_argument("--task", required=True, metavar="NAME", help="name of the task, in small letters, e.g. stirring")

@@ -18,7 +18,7 @@ DENSITY = 500.0
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``library`` with its arguments."""
+    """Add the command ``library``, with its arguments, to the command line."""
     library = add("library", _library)
     library.add_argument("action", choices=["add"], help="add the kinds of a folder to a library")
     library.add_argument("folders", nargs="+", type=Path, metavar="FOLDER", help="with OBJ, GLB, PLY, STL or MJCF files, also below")

@@ -301,7 +301,7 @@ def _preflight(arguments: argparse.Namespace) -> int:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``preflight`` with its arguments."""
+    """Add the command ``preflight``, with its arguments, to the command line."""
     command = add("preflight", _preflight)
     command.add_argument("program", type=Path, help="a run directory, or a text, of which less is known")
     command.add_argument(

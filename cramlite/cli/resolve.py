@@ -1,4 +1,4 @@
-"""``cramlite resolve``: from a scenario to a run directory."""
+"""``cramlite resolve``: searches for a proven program for a scenario, and writes it into a run directory."""
 
 from __future__ import annotations
 
@@ -305,7 +305,7 @@ def _resolve(arguments: argparse.Namespace) -> int:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``resolve`` with its arguments."""
+    """Add the command ``resolve``, with its arguments, to the command line."""
     resolve = add("resolve", _resolve)
     resolve.add_argument("scenario", help="a scenario file, or the name of a shipped one")
     resolve.add_argument("--out", type=Path, help="run directory; default runs/SCENARIO-SEED")

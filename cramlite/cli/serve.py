@@ -57,7 +57,8 @@ class Refused(Exception):
 
 
 class OpenSearch(Value):
-    """Search of a ``resolve`` request, which a ``next`` request continues to the following program."""
+    """Search that a ``resolve`` request began, and that a ``next`` request continues until the next proven
+    program."""
 
     solutions: Iterator[Solution]
     engine: Engine
@@ -175,7 +176,7 @@ class Service:
         return interpret_answer(self.engine, Path(_text(params, "episode")))
 
     def _resolve(self, id_: Any, params: dict[str, Any]) -> Any:
-        """The first proven program; ``next`` with this request's id gives the following ones."""
+        """Return the first proven program of a search; ``next`` with this request's id gives the following ones."""
 
         def progress(text: str) -> None:
             self._say({"id": id_, "progress": text})
@@ -327,7 +328,10 @@ def serve(engine: Engine) -> int:
 
 
 def _watch(out: int, hang_up: Callable[[], None]) -> None:
-    """Call ``hang_up`` when the reader of a pipe is gone; a write to the pipe would show that late, or never."""
+    """Wait until the process that reads a pipe is gone, then call ``hang_up``.
+
+    A write to the pipe would show that late, or never.
+    """
     import select
 
     if hasattr(select, "poll"):
@@ -356,5 +360,5 @@ def _serve(arguments: argparse.Namespace) -> int:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``serve`` with its arguments."""
+    """Add the command ``serve``, with its arguments, to the command line."""
     add("serve", _serve)
