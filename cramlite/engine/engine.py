@@ -195,8 +195,10 @@ class Engine:
         reading = self.read(goal)
         scenario, engine = reading.goal, self._for(reading.goal)
         if not isinstance(scenario, Scenario):
-            kind = type(scenario).__name__
-            raise UserError(f"A setting (world, robot, backend, belief) is that of a scenario, not of {kind}: pass read_scenario(path).")
+            raise UserError(
+                f"A setting (world, robot, backend, belief) is that of a scenario, not of {type(scenario).__name__}: pass "
+                "read_scenario(path)."
+            )
         budget_of(scenario)  # what is wrong with it is said before any work
 
         def likeliest(before: Setting) -> Plan | None:
@@ -332,8 +334,9 @@ class Engine:
         if isinstance(goal, Scenario):
             return replace(setting or self.setting(reading, seed=seed), title=goal.spec.title, asked=asked_text(goal.spec))
         if isinstance(goal, str | Path):
-            how = 'or Goal(("block on shelf",)) with setting=engine.setting(scenario)'
-            raise UserError(f"'{goal}' is text: pass read_scenario(path), {how}.")
+            raise UserError(
+                f"'{goal}' is text: pass read_scenario(path), or Goal((\"block on shelf\",)) with setting=engine.setting(scenario)."
+            )
         if setting is None:
             raise UserError("A goal that is not a scenario needs a setting: pass setting=engine.setting(scenario).")
         return replace(setting, title="", asked=_asked(goal))

@@ -39,8 +39,9 @@ def _sentence(literal: Sequence[str], scene: Mapping[str, Any], things: Mapping[
             return f"{what} {predicate} {where}"
         case ("open" | "close" | "turnon" | "turnoff"), [what]:
             return f"{_jointed(what.partition('/')[0], names[0], things)} {JOINTS[predicate]}"
-    worded = ", ".join(["in", "on", *JOINTS])
-    raise UserError(f"The problem's goal ({' '.join(literal)}) has no words here; predicates that have words are {worded}.")
+    raise UserError(
+        f"The problem's goal ({' '.join(literal)}) has no words here; predicates that have words are {', '.join(['in', 'on', *JOINTS])}."
+    )
 
 
 def _jointed(what: str, name: str, things: Mapping[str, Thing]) -> str:
