@@ -131,7 +131,7 @@ def _of_scenario(scenario: Scenario, knowledge: Knowledge, place: World) -> Purp
     open_ones = [o.name for a in plan.actions for o in a.roles.values() if not o.entity]
     if open_ones or any(a.task not in knowledge.tasks for a in plan.actions):
         what = f"which thing '{open_ones[0]}' is" if open_ones else "what its rules decide"
-        why = f"the scenario leaves open {what} until it is resolved"
+        why = f"the scenario leaves open {what}, which is only found when it is resolved"
         raise UserError(f"{scenario.where('tasks')}: {why}; give the run directory of 'cramlite resolve'.")
     return Purpose(plan=plan, actions=plan.actions, limits=limits)
 
