@@ -400,8 +400,7 @@ def _budget(goal: object) -> Budget:
 def _to_try(
     plans: Iterable[tuple[Plan, TaskSequence | None]], most: int, trace: Trace
 ) -> Iterator[tuple[int, Plan, TaskSequence | None]]:
-    """Number the plans from 1 and yield them until the budget of task sequences is spent; the trace
-    records the latter."""
+    """Yield plans, numbered from 1, until the budget of task sequences is spent, which the trace then records."""
     for number, (plan, sequence) in enumerate(plans, 1):
         if number > most:
             trace.spent("sequences", most, f"{most} task sequences were tried, the rest left out")
