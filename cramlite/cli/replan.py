@@ -44,7 +44,8 @@ def execute_and_replan(
     json_output: bool = False,
     verbose: bool = False,
 ) -> int:
-    """Run a program of a run directory; after a stop, resolve the rest from readings or pictures, and continue.
+    """Run a program of a run directory; after each stop, observe the world, resolve the rest of the plan, and
+    continue.
 
     Args:
         scenario: that the program was made from; with ``poses: camera`` its camera looks where a program stops by itself, else poses are
@@ -100,8 +101,10 @@ def execute_and_replan(
 
 
 def _stretches(going_on: GoingOn, first: Attempt, rounds: int, moments: list[Moment]) -> Iterator[Round]:
-    """Yield the rounds (one run each) of an execution with replanning, and keep its time line so far in
-    ``moments``."""
+    """Yield the rounds (one run each) of an execution with replanning.
+
+    ``moments`` holds the time line so far.
+    """
     from ..engine.time_line import time_line
 
     done: list[Stretch] = []

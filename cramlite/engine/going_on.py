@@ -1,5 +1,5 @@
-"""Continuation of an execution when the world changes, for ``cramlite execute --replan`` with poses from
-readings.
+"""Continuation of an execution after the world has changed, for ``cramlite execute --replan`` with sensors
+that report poses.
 
 A program runs while a watcher compares what is read with what its proof showed. Where that deviates the arm brakes, belief takes what
 was read, with what is in the hand, and the rest is resolved from there and proven. Nothing moves that was not proven from what is
@@ -85,7 +85,7 @@ TO_DO: Mapping[Deviation, str] = {
 
 
 class Stretch(Value):
-    """Executed stretch between two decisions: a run, the notice that ended it, and the decision.
+    """Part of an execution with replanning: one run, the notice that ended it, and what was decided then.
 
     Args:
         round: the run, with its program and ``rollout``.
@@ -155,7 +155,7 @@ class GoingOn:
             self._leave(last, real=before.real is not None)
 
     def _leave(self, last: Stretch, *, real: bool) -> None:
-        """Set the setting's world and robot to where the last run ended."""
+        """Update the believed world and the robot to how the last run left them."""
         rollout, world = last.round.rollout, self.setting.world
         left = world_after_run(rollout, world)
         stays = {t.name for t in left.things if _apart(world.thing(t.name).pose.position, t.pose.position) <= STILL}
@@ -228,7 +228,7 @@ class GoingOn:
         return watch, Round(attempt, simulator.execute(text, attempt.world, robots, mount=mount, seed=self.seed, watch=watch))
 
     def _noticed(self, watch: RunWatch, done: Round) -> Notice | None:
-        """Return the notice of why a stretch ended; None where it reached the goal."""
+        """Return the notice that says why a run did not reach the goal; None if it reached it."""
         outcome, ran = done.rollout.outcome, [k for k, line in enumerate(done.rollout.lines) if line > 0]
         at = float(done.rollout.times[min(ran[-1] + 1, len(done.rollout.times) - 1) if ran else -1])
         if outcome == "noticed":
@@ -270,8 +270,10 @@ class GoingOn:
         return self._next(done, watch, notice)
 
     def _next(self, done: Round, watch: RunWatch, notice: Notice) -> tuple[Attempt | None, str]:
-        """Return the next program, proven in the world of the last readings, and why it was chosen; None, and
-        why there is none."""
+        """Return the next program and why it was chosen, or None and why there is none.
+
+        It is proven in the world of the last sensor readings.
+        """
         assert watch.last is not None
         if watch.last.poses is None:
             return None, "there are no readings; when they are back, execute again with --replan"
@@ -339,7 +341,7 @@ class GoingOn:
         yield from (replace(plan, actions=tuple(_renamed(a) for a in rest)) for rest in (*rests, actions[at + 1 :]) if rest)
 
     def _parts(self, action: Action) -> tuple[Action, ...]:
-        """Return the tasks that a task consists of, by its type's first decomposition for an empty hand."""
+        """Return the tasks into which a task is decomposed first when the hand is empty."""
         mount, *others = self.setting.world.robots
         empty = replace(self.setting, world=replace(self.setting.world, robots=(replace(mount, holds=None), *others)))
         task = self.engine.knowledge.tasks.get(action.task)
@@ -369,15 +371,15 @@ class GoingOn:
 
 
 def _renamed(item: Action) -> Action:
-    """Return an action that is a part of a task, renamed as a task of its own."""
+    """Return a part of a task under a name of its own, "3.Placing" for "3.PickAndPlace/Placing"."""
     return replace(item, name=freed_name(item.name))
 
 
 def _stopped(number: int, notice: Notice | None, decision: str) -> str:
     """Reason why an execution ends, for people."""
     if notice is None:
-        return f"Round {number} came to its end. The arm stands still: {decision}"
-    return f"Round {number} was stopped by {notice}. The arm stands still: {decision}. To do: {TO_DO[notice.kind]}."
+        return f"The program of round {number} came to its end. The arm stands still: {decision}"
+    return f"The program of round {number} was stopped by {notice}. The arm stands still: {decision}. To do: {TO_DO[notice.kind]}."
 
 
 def _declared(done: Round) -> bool:

@@ -107,8 +107,7 @@ def _judged(text: str, candidate: Candidate, remarks: tuple[str, ...], purpose: 
 
 
 def _laid_out(text: str) -> tuple[str, tuple[str, ...]]:
-    """Return the text with each step on a line of its own, and a remark if it had to be written anew for
-    that."""
+    """Rewrite a program text so that each step has a line of its own; return it, with a remark if that changed it."""
     if not is_program_text(text) or (anew := laid_out(text)) == text:
         return text, ()
     old, new = (read_program(t) for t in (text, anew))
@@ -122,8 +121,10 @@ def _laid_out(text: str) -> tuple[str, tuple[str, ...]]:
 
 
 def _candidate(text: str, world: World, purpose: Purpose, knowledge: Knowledge) -> tuple[Candidate, tuple[str, ...]]:
-    """Return the text as a candidate of the plan that it is judged by, or of an empty plan, with remarks on
-    lines whose task is a guess."""
+    """Return a program text as a candidate for the plan or goal that it is judged by.
+
+    With it come remarks on lines whose task is a guess.
+    """
     intent = purpose.intent
     scene = symbolic_world(world, knowledge.taxonomy)
     plan = intent.kept.plan if intent else purpose.plan or Plan("goal", (), ())
