@@ -255,7 +255,7 @@ class Waves:
 
 
 def slerp(a: Pose, b: Pose, u: float) -> Pose:
-    """Interpolate orientations: a share ``u`` of the shortest turn from ``a`` to ``b``; no position."""
+    """Return the orientation that is a share ``u`` of the shortest turn from ``a`` to ``b``; the position is zero."""
     turn = Pose((0, 0, 0), a.quaternion).inverse() * Pose((0, 0, 0), b.quaternion)
     return Pose((0, 0, 0), a.quaternion) * Pose.from_rotvec((0, 0, 0), np.multiply(turn.rotvec, u).tolist())
 

@@ -183,8 +183,7 @@ def _swings(times: Floats, values: Floats) -> int:
 
 
 def _turns(values: list[float]) -> list[int]:
-    """Indices at which a signal reverses: its extremes after which it goes back by ``SWUNG``, with the
-    first and the last."""
+    """Indices of the extremes of a signal after which it goes back by ``SWUNG`` or more, and of its last extreme."""
     found: list[int] = []
     way = low = high = 0
     for k, value in enumerate(values):

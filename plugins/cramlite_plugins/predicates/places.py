@@ -217,7 +217,10 @@ def in_region_by(phase: Phase, name: str | None, region: str | None, margin: flo
 
 
 def near(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
-    """Evaluate near(Thing, Place): by the distance of Thing's origin from Place's box; a place of unknown size is taken as UNSIZED wide."""
+    """Evaluate near(Thing, Place): the distance of Thing's origin from Place's box is less than ``NEAR``.
+
+    For a place of unknown size, whose origin stands for the box, the limit is larger by ``UNSIZED``.
+    """
     for other in [place] if place is not None else things(phase):
         for one in [name] if name is not None else things(phase):
             gap = distance_to_box(phase, other, one, phase.end)
@@ -235,8 +238,11 @@ def distance_seen_from_above(phase: Phase, name: str | None, other: str | None) 
 
 
 def recedes(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
-    """Evaluate recedes(Thing, Place): Thing moves by ELSEWHERE, and its origin comes no nearer to the box
-    of Place, nor, seen from above, to the middle of Place."""
+    """Evaluate recedes(Thing, Place): Thing moves, by ``ELSEWHERE`` or more, and comes no nearer to Place.
+
+    Neither its origin's distance from Place's box nor, seen from above, that from Place's middle shrinks by
+    more than ``APPROACHED``.
+    """
     for one in [name] if name is not None else things(phase):
         poses = [pose_of(phase, one, t) for t in (phase.start, phase.end)]
         if None in poses or math.dist(*(p.position for p in poses if p is not None)) < ELSEWHERE:

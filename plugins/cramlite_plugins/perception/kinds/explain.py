@@ -1,5 +1,4 @@
-"""Experts for kinds with a printed texture: a picture is explained by known models, and each object says
-which model explains it and at which pose."""
+"""Experts for things with a printed texture: they find which known models, at which poses, explain a picture."""
 
 from __future__ import annotations
 

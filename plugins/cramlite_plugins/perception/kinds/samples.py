@@ -106,7 +106,7 @@ def _thinned(points: Floats, normals: Floats) -> Any:
 
 
 def _smeared(points: Floats, normals: Floats, colours: Floats) -> Floats:
-    """Colours averaged over the area of one pixel."""
+    """Colours (N, 3) of surface points, each averaged with its neighbours over the area of one pixel."""
     from scipy.spatial import cKDTree
 
     sides = np.concatenate([points, SMEARED * normals], axis=1)

@@ -29,7 +29,7 @@ def plausible(inputs: Inputs) -> Mapping[str, Any]:
 
 
 def best_fit(inputs: Inputs) -> Mapping[str, Any]:
-    """Select the best-fitting hypothesis, whatever is physically possible."""
+    """Select the best-fitting hypothesis, without a check of physical plausibility."""
     return _values_of_best(inputs["hypotheses"], {m.name: m for m in inputs["models"]})
 
 

@@ -68,7 +68,7 @@ def _fits(inputs: Inputs, tried: Sequence[Judged], method: Method, prior: Any) -
 
 
 class _Key(Value, eq=False):
-    """Cache key of a model: keys of equal text are equal."""
+    """Cache key of a model, compared by its text only."""
 
     text: str
     thing: Thing
