@@ -159,7 +159,7 @@ def _guarded(
             await handler(ports, reader, writer)
         except (OSError, EOFError, ValueError, LookupError, struct.error, asyncio.LimitOverrunError) as error:
             if not isinstance(error, asyncio.IncompleteReadError | ConnectionError):
-                ports.robot.log(f"a client was sent away: {type(error).__name__}: {str(error)[:100]}")
+                ports.robot.log(f"a client was disconnected after an error: {type(error).__name__}: {str(error)[:100]}")
         finally:
             ports.connections -= 1
             ports.writers.discard(writer)

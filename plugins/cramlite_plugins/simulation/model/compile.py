@@ -193,7 +193,7 @@ def _stated(world: World) -> frozenset[str]:
 
 
 def _rests(hand: bool | Pose | tuple[Pose, ...]) -> tuple[Pose, ...]:
-    """Rest orientations of the free-floating hands that are asked for."""
+    """Rest orientations of the free-floating hands, as the argument ``hand`` of a compilation asks for them."""
     if isinstance(hand, Pose):
         return (hand,)
     return hand if isinstance(hand, tuple) else (REST,) if hand else ()

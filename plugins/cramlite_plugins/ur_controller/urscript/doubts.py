@@ -233,7 +233,7 @@ def _dead(program: Function) -> Iterator[Doubt]:
 def _after_the_end(body: Body) -> Iterator[Doubt]:
     for statement, following in itertools.pairwise(body):
         if _ends(statement) and not isinstance(following, Function):
-            yield Doubt(following.line, f"this statement is never reached: line {statement.line} never ends, or leads elsewhere")
+            yield Doubt(following.line, f"this statement is never reached: line {statement.line} never ends, or leaves this block")
 
 
 def _ends(statement: Statement) -> bool:
@@ -252,8 +252,11 @@ def _ends(statement: Statement) -> bool:
 
 
 def _inside(body: Iterable[object], *, loops: bool) -> Iterator[object]:
-    """Statements of a body and of its conditional branches, and all statements of inner loops, or (without
-    ``loops``) only their returns, since a ``break`` there ends the inner loop."""
+    """Statements of a body, of its conditional branches, and of loops inside of it.
+
+    Without ``loops``, only the returns of inner loops are among them, since a ``break`` there ends the inner
+    loop.
+    """
     waiting = list(body)
     while waiting:
         node = waiting.pop()
