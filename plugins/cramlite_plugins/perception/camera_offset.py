@@ -27,7 +27,8 @@ BLOCK = 40
 
 
 class _Points(Value, eq=False):
-    """Points near fixtures (N, 3), rays to them, standard deviations [m], and the blocks of the image that they are in."""
+    """Measured points near fixtures (N, 3), rays to them, standard deviations [m], and the block of the image
+    of each."""
 
     at: Floats
     rays: Floats

@@ -49,7 +49,9 @@ def known_looks(inputs: Inputs) -> Mapping[str, Any]:
 
 
 def category(inputs: Inputs) -> Mapping[str, Any]:
-    """Classify an object by Bayes' rule over the known models and "unknown", with equal priors; a fixture keeps its class.
+    """Classify an object by Bayes' rule over the known models and "unknown", with equal priors.
+
+    An object that was associated with a fixture gets the fixture's class.
 
     p(model | chroma, extents) ~ N(chroma; model's) N(what is too large; 0) N(what is missing; 0): an extent that looks
     larger than the model speaks against it, a smaller one hardly: something may hide the rest.

@@ -235,7 +235,7 @@ def way(aim: Pose, path: Sequence[Pose], speed: float, *, curved: bool = False) 
 
 
 def _fractions(seconds: float) -> Floats:
-    """Shares of a minimum-jerk movement, one for each control period."""
+    """Shares of the way that a minimum-jerk movement has gone, one for each control period."""
     u = np.arange(1, max(round(seconds * CONTROL), 1) + 1) / max(round(seconds * CONTROL), 1)
     return np.asarray(u**3 * (10 - 15 * u + 6 * u * u))
 

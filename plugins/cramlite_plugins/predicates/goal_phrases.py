@@ -77,7 +77,7 @@ def _quantity(amount: str, kind: str) -> float:
 
 
 def _off(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
-    """Goal that a thing is on a place no more; it may still be in the hand."""
+    """Goal that a thing is no longer on a place; it may still be in the hand."""
     if place != thing_of(place):
         raise UserError(f"'off' needs a whole thing, not a part: '{thing_of(place)}'.")
     return GoalCondition(without=frozenset(_on(scene, thing, place).needs))

@@ -37,7 +37,7 @@ def carried_along(belief: Belief, name: str) -> dict[str, Estimate]:
 
 
 def pushed_along(belief: Belief, place: Place) -> Belief:
-    """Return a belief in which the thing for a place has been pushed straight there, and its contents with it.
+    """Return a belief in which a thing has been pushed straight to its new place, and its contents with it.
 
     It moved by the ``pushed_m`` of the place.
     """
@@ -58,7 +58,7 @@ def gone_along(belief: Belief, name: str, way: Floats, sigma: float = 0.0, sourc
 
 
 def driven_before(belief: Belief, place: Place, way: Floats) -> Belief:
-    """Return a belief in which the things pushed ahead on the way to a place have moved along.
+    """Return a belief in which the things that another one pushes ahead on the way to its place have moved along.
 
     ``way`` is the unit vector (3,) of this motion in the base frame.
     """

@@ -87,7 +87,7 @@ def parts(vertices: Floats, faces: Any, bores: Sequence[Bore] = ()) -> list[Floa
 
 
 def solid(vertices: Floats, faces: Any) -> Any:
-    """Convert a mesh to a Manifold.
+    """Convert a closed mesh to a Manifold of the library manifold3d.
 
     Raises:
         ValueError: it is not closed, with manifold3d's reason.

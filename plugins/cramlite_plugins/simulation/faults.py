@@ -148,7 +148,7 @@ def _lines_with(wanted: str, text: str) -> Collection[int]:
 
 
 def _lines_of(trigger: Trigger, text: str) -> Collection[int]:
-    """Numbers of the program's lines at which the trigger of a fault is reached.
+    """Line numbers of the program at which the trigger of a fault is reached.
 
     There may be none if the fault is left over from an earlier program.
     """

@@ -36,7 +36,7 @@ def set_analog_outputdomain(port: Any, domain: Any) -> None:
 
 
 def set_input_actions_to_default() -> None:
-    """Remove the actions of all inputs; nothing is wired to the inputs."""
+    """Remove the actions that were assigned to inputs; nothing is wired to the inputs."""
 
 
 def set_tool_voltage(voltage: Any) -> None:

@@ -147,7 +147,7 @@ def _publish(ports: Ports, count: int) -> None:
 def _guarded(
     ports: Ports, handler: Callable[[Ports, Reader, Writer], Awaitable[None]]
 ) -> Callable[[Reader, Writer], Awaitable[None]]:
-    """Wrap the handler of a connection: one that breaks, or sends garbage, ends alone."""
+    """Wrap the handler of a connection, so that an error, or garbage from the client, ends this connection only."""
 
     async def handle(reader: Reader, writer: Writer) -> None:
         if ports.connections >= CLIENTS or not ports.robot.reachable:

@@ -124,8 +124,7 @@ class _Run:
         return any(o.thing == thing for a in acting for o in a.roles.values())
 
     def _near(self, thing: str, sample: int, *, taken: bool) -> Handover | None:
-        """Return the plan's taking or letting go of a thing whose code runs at about a sample; None without
-        one."""
+        """Return the step of the plan that takes, or lets go of, a thing at about a sample; None without one."""
         now = self.times[sample]
         before, after = (LATE, EARLY) if taken else (EARLY, LATE)
         near = {o for t, o in zip(self.times, self.came_from, strict=True) if now - before <= t <= now + after}

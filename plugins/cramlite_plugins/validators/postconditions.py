@@ -355,7 +355,7 @@ def _ends(rule: Rule, clause: Clause) -> list[Not]:
 
 
 def _has_ended(clause: Clause, end: Not, now: Phase, binding: dict[str, Any]) -> bool:
-    """Whether a precondition held until an effect of the task began, which still holds."""
+    """Whether a precondition held until an effect of its task, which holds now, ended it."""
     before = [now.timeline.instant(cut) for cut in reversed(now.timeline.cuts) if cut < now.start]
     ended = [next(end.solve(then, binding), None) is not None for then in (now, *before)]
     if False not in ended or not ended[0]:

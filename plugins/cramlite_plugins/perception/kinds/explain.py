@@ -107,7 +107,7 @@ def _fit(reading: Reading, likely: float, others: Sequence[Reading], limits: Map
 
 
 def kind(inputs: Inputs) -> Mapping[str, Any]:
-    """Say which model explains an object, and at which poses; a fixture keeps its class.
+    """Return the class of an object, the models that may explain it, and the poses at which they do.
 
     Raises:
         Unresolvable: it was segmented without known models.

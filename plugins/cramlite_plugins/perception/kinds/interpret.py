@@ -61,7 +61,7 @@ class Part(Value, eq=False):
 
     @property
     def score(self) -> float:
-        """Return the score of the best explanation; 0 without one."""
+        """Return the score of the best explanation of the part; 0 without one."""
         return self.readings[0].score if self.readings else 0.0
 
 
@@ -95,8 +95,10 @@ def interpreted(scene: Scene) -> list[Part]:
 
 
 def rarity(mask: Mask, limits: Mapping[str, float]) -> float:
-    """Return a factor on limits of scores: 1 for a small part, and the less the more pixels a part has, as
-    a wrong model seldom explains many pixels by chance."""
+    """Return the factor by which limits of scores are lowered for a large part of the picture; 1 for a small part.
+
+    A wrong model seldom explains many pixels by chance.
+    """
     return float(min(1.0, (limits["small"] / max(1, int(mask.sum()))) ** limits["rarer"]))
 
 
@@ -156,7 +158,7 @@ def _whole_or_split(scene: Scene, mask: Mask) -> Part:
 
 
 def _ways(scene: Scene, mask: Mask, among: Sequence[Mask]) -> Iterator[list[Reading]]:
-    """Yield explanations of a cluster as several things: one for each of its pieces, then cut into two and three."""
+    """Yield explanations of a cluster as several things: of its pieces, then of two and of three parts of it."""
     if len(among) > 1:
         yield [r for p in among[: int(scene.limits["pieces"])] for r in read(scene, p, ranked(scene, p)).readings]
     yield from (list(_partial(scene, mask, number)) for number in (2, 3))
@@ -340,7 +342,8 @@ def _quick(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> Re
 
 
 def _full(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> list[Reading]:
-    """Explanations of a part by a model after full registration, each at the pose at which its texture agrees best."""
+    """Explanations of a part of the picture by a model, fully registered, each at the pose at which its
+    texture agrees best."""
     starts, seen, model, view = _coarse(scene, mask, appearance, prior), _seen(scene, mask), appearance.surface, scene.picture.view
     if starts is None or seen is None:
         return []
@@ -354,7 +357,7 @@ def _full(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> lis
 
 
 def _by_print(scene: Scene, mask: Mask, appearance: Appearance, seen: tuple[Floats32, Outline], found: PoseHypothesis) -> Reading:
-    """Explanation of a part by a model at a registered pose, turned so that its printed texture agrees best.
+    """Explanation of a part of the picture by a model at a registered pose, turned so that its texture agrees best.
 
     The turned pose is registered once more.
     """

@@ -80,7 +80,7 @@ def covered(view: View, mask: Mask, front: Mask) -> float:
 
 
 def middles(where: Floats, mask: Mask, number: int, least: float) -> list[Mask]:
-    """Return the parts of a cluster that k-means (Lloyd, 1982) finds in the horizontal plane.
+    """Split a cluster of points into parts by k-means (Lloyd, 1982) in the horizontal plane.
 
     Two parts are also sought one above the other. Parts with fewer than ``least`` pixels are left out.
     """

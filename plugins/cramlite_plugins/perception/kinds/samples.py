@@ -43,7 +43,7 @@ class Samples(Value, eq=False):
 
 
 def samples_of(skin: Skin) -> Samples:
-    """Return the samples of a textured surface; made once, and kept by the surface's content."""
+    """Return the samples of a textured surface, from a file if those of an equal surface were kept."""
     kept = _folder() / f"{_digest(skin)}.npz"
     try:
         found = read_arrays(kept, MOST_BYTES)

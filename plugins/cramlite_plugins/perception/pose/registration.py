@@ -34,7 +34,7 @@ Method = Callable[..., Sequence[Any]]
 
 
 def hypotheses(inputs: Inputs) -> Mapping[str, Any]:
-    """Register the models that colour and size allow, by the method of ``pose``."""
+    """Register the models that colour and size allow, by the batched ICP of the package ``pose``."""
     from .estimate import estimate
 
     return registered(inputs, estimate)

@@ -30,7 +30,7 @@ def render(
     stamp: float = 0.0,
     skins: Skins | None = None,
 ) -> tuple[View, InstanceIds]:
-    """Render a camera's view of a state: colour, depth and the body that each pixel sees; needs kinematics.
+    """Render a camera's view of a state whose kinematics are computed: colour, depth, and the body at each pixel.
 
     Args:
         camera: the optical frame in the world: x right, y down, z forward.

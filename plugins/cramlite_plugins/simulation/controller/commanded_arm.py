@@ -155,7 +155,7 @@ class CommandedArm(ABC):
         return self._begin(motion)
 
     def stop(self, deceleration: float) -> Motion | None:
-        """Stop the running motion on its own path, with a deceleration in its unit."""
+        """Stop the running motion on its own path, with a deceleration in m/s2 or rad/s2, whichever the motion uses."""
         if self.motion is None or isinstance(self.motion, StoppingMotion):
             return self.motion
         return self._begin(stopping_motion(self.motion, self.time, deceleration))

@@ -63,7 +63,7 @@ class Applied(NamedTuple):
 
 
 class Controller(CommandedArm):
-    """The arm side of the controller.
+    """Controller of an arm in a MuJoCo state: it moves arm and gripper, measures forces, and stops on violated limits.
 
     Args:
         model, data: MuJoCo's; settled, with the arm at rest.

@@ -113,7 +113,7 @@ class Compiled(Value):
             data.qvel[index.dof : index.dof + 6] = 0.0
 
     def pose(self, data: Data, thing: str) -> Pose:
-        """Return the pose of a thing in the world; needs kinematics."""
+        """Return the pose of a thing in the world, in a state whose kinematics are computed."""
         body = self.things[thing].body
         return Pose(tuple(data.xpos[body]), tuple(data.xquat[body]))
 

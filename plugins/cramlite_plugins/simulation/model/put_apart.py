@@ -139,7 +139,7 @@ def _rests(
 
 
 def _at_rest(start: World, read: World, pair: tuple[str, str], deep: float) -> dict[str, Pose]:
-    """Poses of a pair's first thing, and of other loose things that have moved, once all is at rest.
+    """Poses of the first of two overlapping things, and of other loose things that have moved, once all is at rest.
 
     Payloads are fixed meanwhile.
 
