@@ -1,4 +1,4 @@
-"""Contacts: each is permitted by the running task, or is an objection with its force."""
+"""Contacts of a run: one that no task permits, or that is too hard, becomes an objection with its force."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def more_room(worst: Bump) -> Remedy:
 
 
 def bumps(candidate: Candidate) -> Iterator[Bump]:
-    """Touches that are objections, one for each sample."""
+    """Yield the contacts, at each sample, that are too hard, or that no task permits and that do more than brush."""
     rollout, brush = candidate.rollout, candidate.limits.brush
     assert rollout is not None
     contacts = _Contacts(candidate, rollout)
