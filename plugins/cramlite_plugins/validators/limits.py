@@ -69,7 +69,7 @@ class Singularities(Value):
         first = int(np.argmax(nearer)) if nearer.any() else leaving
         worst = first + int(np.argmin(values[first:]))
         least, at = float(values[worst]), int(samples[worst])
-        reason = f"smallest singular value {least:.3f} at {rollout.times[at]:.1f} s, at least {robot.conditioning} must be kept"
+        reason = f"smallest singular value {least:.3f} at {rollout.times[at]:.1f} s, {robot.conditioning} is kept"
         yield Finding(self.name, least >= kept, reason, least, robot.conditioning, origin=task_at(candidate, at))
 
 
