@@ -78,7 +78,7 @@ def _imports(proposal: Proposal, classes: bool) -> tuple[str, str]:
 
 
 def thing_name(role: str) -> str:
-    """Return the name of a role's filler in the package's scenario."""
+    """Return a name for the thing that fills a role in the scenario of a learned task, such as "some_patient"."""
     return f"some_{role.lower()}"
 
 

@@ -21,7 +21,7 @@ so."""
 
 
 class Step(Value, order=True):
-    """Step of a job: a task with its fillers.
+    """Step of a job: a task with the things that fill its roles.
 
     Args:
         task: its class.
@@ -75,7 +75,7 @@ class Procedure(Value):
 
     @property
     def order(self) -> frozenset[tuple[Step, Step]]:
-        """Pairs of steps of which the first always came first."""
+        """Pairs of steps of which the first one was done before the second one in every demonstration."""
         return frozenset(self.before)
 
     def repeated(self) -> dict[tuple[str, tuple[tuple[str, str], ...]], tuple[int, int]]:

@@ -49,14 +49,17 @@ class Cast(Value, eq=False):
 
     @property
     def told(self) -> int:
-        """Number of changes that a rule should explain: all recorded ones, one of each set of measured
-        ones, and one for each moved thing."""
+        """Number of changes that a rule should explain.
+
+        They are all recorded ones, one of each set of measured ones, and one for each moved thing.
+        """
         return len(self.changes) + len(self.measured) + self.movers
 
 
 def casts(tables: Tables, roles: int) -> list[Cast]:
-    """Return the casts with the most conditions in common, for a number of roles; empty if an example has too
-    few things.
+    """Return the best assignments of things to a number of roles, for all examples together.
+
+    Those with the most conditions in common come first; there are none if an example has too few things.
 
     Args:
         tables: of the examples.
@@ -85,8 +88,7 @@ def _who_changes(tables: Tables) -> list[int]:
 
 
 def _with_hand(language: Language, literal: Literal) -> bool:
-    """Check whether a condition requires a recorded state between the agent and a role throughout the
-    task."""
+    """Check whether a condition says that a recorded state of agent and role lasts throughout the task."""
     return literal.phase == "run" and HAND in literal.slots and not literal.denied and recorded(language, literal)
 
 
@@ -106,8 +108,7 @@ def _weight(language: Language, literal: Literal) -> float:
 
 
 def recorded(language: Language, literal: Literal) -> bool:
-    """Check whether a condition is about recorded states rather than measurements: its predicate declares how
-    tasks change it."""
+    """Check whether a condition is about a recorded state, which tasks change, and not about a measurement."""
     predicate = language.predicates[literal.predicate]
     return predicate.steady and (predicate.fluent.initial is not None or predicate.fluent.in_hand)
 
@@ -148,8 +149,7 @@ def _changes(language: Language, common: Sequence[Literal]) -> Iterator[Literal]
 
 
 def _whole(language: Language, literal: Literal) -> bool:
-    """Check whether a condition names everything that it is about, except the contents of a vessel, which
-    have no name."""
+    """Check whether a condition leaves no argument open ("_"), except the contents of a vessel, which have no name."""
     contents = language.predicates[literal.predicate].fluent.of_contents
     return ANY not in (literal.slots[:-1] if contents else literal.slots)
 
@@ -166,8 +166,9 @@ def own_changes(tables: Tables, span: int) -> tuple[Literal, ...]:
 
 
 def _measured(language: Language, common: Sequence[Literal], roles: int) -> tuple[tuple[Literal, ...], ...]:
-    """Return sets of measured changes that all examples have in common; a rule should explain one change
-    of each set.
+    """Return sets of measured changes that all examples have in common.
+
+    A rule should explain one change of each set.
 
     There is a set for each role that moves, else a single set of all changes.
     """
@@ -178,7 +179,8 @@ def _measured(language: Language, common: Sequence[Literal], roles: int) -> tupl
 
 
 def follows(language: Language, literal: Literal, other: Literal) -> bool:
-    """Check whether one change follows from another by the declarations of the other's predicate."""
+    """Check whether one change follows from another, as the predicate of the other declares (``implies``,
+    ``undoes``)."""
     fluent = language.predicates[other.predicate].fluent
     if set(literal.slots) != set(other.slots) or literal.kind != other.kind:
         return False

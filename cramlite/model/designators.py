@@ -132,7 +132,7 @@ class Place(Value):
     rounds: int = 1
 
     def __post_init__(self) -> None:
-        """Set ``grip`` from the key "width_m" of ``values``, if a plugin stated the opening there."""
+        """Set ``grip`` to the finger opening in ``values["width_m"]``, if a plugin stated it there."""
         if self.grip is None and "width_m" in self.values:
             force_setattr(self, "grip", GripFacts(self.values["width_m"]))
 

@@ -53,7 +53,9 @@ def _task(action: Action) -> str:
 
 
 def _call(action: Action) -> str:
-    """Format a task with its fillers: things by name, else the wanted class, else a class that the name
-    suggests."""
+    """Format a task with the things that fill its roles, such as "Grasping(coffee)".
+
+    A thing that is not known by name is shown by the wanted class, else by a class that its name suggests.
+    """
     fillers = ", ".join(o.entity or next(iter((*o.types, *o.like)), o.name) for o in action.roles.values())
     return f"{_task(action)}({fillers})" if fillers else _task(action)

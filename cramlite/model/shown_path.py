@@ -36,8 +36,11 @@ class Anchor(Value):
     scaled: bool = False
 
     def frame(self, parts: Iterable[Part]) -> tuple[Pose, float] | None:
-        """Return this frame's pose in the thing's frame, and the length [m] of one unit of a path's x and
-        y: 1, or half the part's width where ``scaled``; None if the thing has no such part."""
+        """Return the pose of this frame in the thing's frame, and the length of a unit of x and y [m]; None
+        without such a part.
+
+        The unit is 1 m, or half the part's width where ``scaled``.
+        """
         if not self.part:
             return Pose(), 1.0
         for class_, pose, size in parts:
