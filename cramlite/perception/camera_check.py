@@ -20,8 +20,8 @@ OFFSET = "camera_offset"
 def camera_offset(
     view: View, fixtures: tuple[Thing, ...], knowledge: Knowledge, robot: Depth | None = None
 ) -> tuple[CameraOffset | None, str]:
-    """Return the error of a camera's believed pose, or None if fixtures do not show it; and the reason as a
-    clause.
+    """Return the error of a camera's believed pose as measured on fixtures, and the reason; None if it is
+    unknown, and why.
 
     Args:
         fixtures: things whose poses are known.

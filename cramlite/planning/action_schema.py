@@ -49,8 +49,8 @@ class Table(Value):
 
 
 class Universal(Value):
-    """Condition ``every given -> then`` of a rule: the fact ``given`` may relate any other entity (``OTHER``)
-    only if ``then`` holds of that entity.
+    """Condition ``every given -> then`` of a rule: of every entity (``OTHER``) with the fact ``given``,
+    ``then`` must hold.
 
     Args:
         given: the fact, one entity of it ``OTHER``.

@@ -112,8 +112,10 @@ class Alternatives(Value):
             yield owner, self.registry.guarded(owner, "decompose", item.name, self._own(item, state))
 
     def _plugins(self, item: Designator, belief: Belief, context: Context) -> Iterator[tuple[str, Iterable[Any] | Unresolvable]]:
-        """Yield the answers of plugins to a designator: by the designator's hook, and, for a location, by
-        its relation's plugin."""
+        """Yield the answers of plugins to a designator, from the hook for its type.
+
+        For a location, the function of its relation answers, too.
+        """
         hook = HOOKS[type(item)]
         yield from self.registry.alternatives(hook, item, belief=belief, context=context)
         if isinstance(item, Location) and item.relation in self.relations:
@@ -161,7 +163,7 @@ class Alternatives(Value):
             point.conflict |= ((made & said) if said else earlier) | as_they_are(impossible.blocking)
 
     def _own(self, action: Action, state: State) -> Iterator[Grounding]:
-        """The task type's own decompositions."""
+        """Generate the decompositions of an action that its own task type offers."""
         grounded = ground_roles(action, state.bindings)
         found = self.tasks[action.task].decompose(grounded, state.belief)
         if isinstance(found, Decomposition):

@@ -50,16 +50,19 @@ class Blocking(Value):
         return all(any(same.issuperset(tracks) for tracks in any_of) for any_of in self.sets)
 
     def left_shut(self) -> Blocking:
-        """Return the blocking so that opening a closed thing does not end it: without the sets of things in
-        the way that name one.
+        """Return a blocking that stays in force when a closed thing, such as a drawer, is opened.
+
+        It is without the sets of things in the way that name such a thing.
 
         A drawer or door takes the least room when it is closed.
         """
         return replace(self, sets=tuple(any_of for any_of in self.sets if all(tracks[0].thing not in self.shut for tracks in any_of)))
 
     def while_others_stay(self) -> Blocking:
-        """Return the blocking so that only moving things other than the task's own ends it; unchanged if it
-        names no others."""
+        """Return a blocking that ends only when things other than those of the blocked task are moved.
+
+        It is unchanged if it names no others.
+        """
         own = {thing_of(e) for _, e in self.task[1]}
         others = tuple(any_of for any_of in self.sets if own.isdisjoint(tracks[0].thing for tracks in any_of))
         return replace(self, sets=others) if others else self

@@ -1,4 +1,4 @@
-"""Folding of compounds of the plan language into control steps of the program.
+"""Conversion of control structures that are decided at run time (compounds) into control steps of the program.
 
 A compound that is decided at run time lies between marks (``cramlite.model.control_flow``): where a branch begins a frame remembers the
 steps and the belief, and at the end what came since becomes one control step. What a branch needs beyond that, a way back

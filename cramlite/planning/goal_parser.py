@@ -45,7 +45,7 @@ class ParsedGoal(Value):
 
 
 def parse_goal(text: str, grounder: Grounder, where: str = "") -> ParsedGoal:
-    """Parse a goal by the forms that predicates declare, about things that there are.
+    """Parse a goal in words, such as "tin on counter", in a form that a predicate declares, about things of the world.
 
     Args:
         where: before each message, such as "scenario.yaml:3: ".
