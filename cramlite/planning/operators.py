@@ -79,7 +79,7 @@ class Operator(Value):
         return f"{self.doing.split(':')[-1]}({', '.join(f'{r}={e}' for r, e in self.roles.items() if e != EFFECTOR)})"
 
     def barred_by(self, fact: Fact, facts: frozenset[Fact]) -> bool:
-        """Check whether a fact, added to facts that hold, would violate a precondition."""
+        """Check whether a fact would violate a precondition if it were added to ``facts``, which hold."""
         if any(matches(fact, p) for p in self.without):
             return True
         about = [pair for pair in self.never if fact[0] in (pair[0][0], pair[1][0])]
@@ -108,8 +108,8 @@ class Operator(Value):
 
 
 def _others(fact: Fact, pattern: Fact) -> list[str]:
-    """Return the entity that ``OTHER`` stands for if the fact matches the pattern, in a list; else an empty
-    list."""
+    """Return the entity at the place of ``OTHER`` in a fact, in a list; the list is empty if the fact fits no
+    pattern."""
     bare = tuple(None if p == OTHER else p for p in pattern)
     return [e for e, p in zip(fact, pattern, strict=True) if p == OTHER] if matches(fact, bare) else []
 
@@ -183,7 +183,8 @@ class Grounder:
         return {n: self.contents if n in inside else self._candidates(n, asked, task) for n in names}
 
     def _candidates(self, name: str, asked: Iterable[Atom], task: TaskType) -> list[str]:
-        """Entities that may fill a variable, by conditions on classes and the role of the task type."""
+        """Entities that may fill a variable: they meet the conditions on it alone, and have the features that
+        its role needs."""
         role = task.role(name)
         if role is not None and role.effector:
             return [EFFECTOR]
@@ -320,8 +321,10 @@ def _static(atom: Atom, binding: Mapping[str, str], scene: SymbolicWorld) -> boo
 
 
 def _parts(condition: Condition) -> Iterator[Condition]:
-    """Yield the conditions that must all hold; of alternatives ("or") only the first, since rules name joints
-    first and lids later."""
+    """Yield the conditions that must all hold; of alternatives ("or") only the first is taken.
+
+    Rules write the alternative about a joint first, and the one about a lid later.
+    """
     match condition:
         case And(parts):
             for part in parts:

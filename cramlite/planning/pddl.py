@@ -246,8 +246,10 @@ class _Writer:
 
 
 def _attainable(schemas: Sequence[ActionSchema], facts: Iterable[Fact]) -> list[ActionSchema]:
-    """Return the action schemas without those that need a relation which neither holds at the start nor is
-    made by any; planners ground the rest faster."""
+    """Return the action schemas that may become applicable: what they need holds at the start, or a schema adds it.
+
+    Planners ground a problem faster without the others.
+    """
     known = {f[0] for f in (*facts, *(f for s in schemas for f in s.change.adds))}
     kept = [s for s in schemas if known.issuperset(f[0] for f in s.change.needs)]
     return kept if len(kept) == len(schemas) else _attainable(kept, facts)

@@ -181,7 +181,7 @@ class PlanningProblem(Value, eq=False):
         return frozenset(n for n in (self._in_the_way | on_loose) & things.keys() if things[n].movable)
 
     def _allowed(self, schema: ActionSchema, table: Table, scope: Scope) -> Table:
-        """Return a table of fillers without movable things as places, except where the goal asks for them.
+        """Return a table of fillers without movable things as places to put something, unless the goal asks for them.
 
         A thing that the task merely acts on, such as the drawer that it opens, is no place.
         """
@@ -246,7 +246,7 @@ class PlanningProblem(Value, eq=False):
         return tuple(kept)
 
     def shut_first(self, steps: tuple[Operator, ...]) -> tuple[Operator, ...]:
-        """Return a plan with its closing tasks before its opening tasks, as far as it stays a plan.
+        """Return a plan that closes drawers and doors before it opens others, as far as it stays a plan.
 
         What is open takes room: before a cabinet the handle of an open drawer keeps the hand from closing the one below.
         """
@@ -310,8 +310,8 @@ class PlanningProblem(Value, eq=False):
         return frozenset(t.thing for t in blocking.tracks if own & joints and t.thing in joints - own - wide)
 
     def blockings(self, steps: Sequence[Operator], found: Refutation) -> tuple[Blocking, ...]:
-        """Return the new blockings that the failure of a task sequence proves: of the refused task, and of
-        its part if that alone was refused.
+        """Return the new blockings that the failure of a task sequence proves: the refused task fails while
+        things stay as they are.
 
         Of a task that was refused in one part of it alone, such as putting down, that part, too: it would be refused as a task of its own.
         """
@@ -320,8 +320,8 @@ class PlanningProblem(Value, eq=False):
         return tuple(b for b in (new, part and new and replace(new, task=part)) if b is not None and b not in self.blocked)
 
     def _part(self, found: Refutation) -> Done | None:
-        """Return the task, or part of a task, that was refused, with fillers for all its roles, as plans
-        write their steps; None if plans have no such task."""
+        """Return the refused task, or the refused part of a task, with fillers for all its roles; None if no
+        plan can contain it."""
         task, fillers = found.part or WHOLE
         rule = next((r for r in self.knowledge.goal_rules if r.task == task), None)
         roles = {} if rule is None else {r: dict(fillers).get(r, EFFECTOR) for r in rule.roles}
@@ -349,7 +349,7 @@ def planning_problem(goal: Goal, scene: SymbolicWorld, knowledge: Knowledge) -> 
 
 
 def problem_of(goal: Goal, grounder: Grounder, knowledge: Knowledge, where: str = "") -> PlanningProblem:
-    """Return the planning problem of a goal in a grounded world; errors begin with ``where``."""
+    """Return the planning problem of a goal among the things of a world; error messages begin with ``where``."""
     wanted = parse_goals(goal.says, grounder, where)
     return PlanningProblem(goal.says, grounder.initial() | wanted.given, wanted, grounder, knowledge)
 

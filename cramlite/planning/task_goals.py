@@ -35,8 +35,8 @@ class Goal(Value):
 
     @classmethod
     def said(cls, sentence: str, view: str = "") -> Goal:
-        """Return a goal from a sentence such as "put both cups onto the tray"; ``Engine.resolve`` finds its
-        meaning in the setting.
+        """Return a goal from a sentence such as "put both cups onto the tray", which ``Engine.resolve``
+        interprets later.
 
         Args:
             view: from where left and right are told: "robot", "camera" or "x, y"; by default that of a fixed camera, else the robot's.
@@ -128,7 +128,7 @@ def _call(
 
 
 def _own_roles(task: TaskType, given: Mapping[str, str]) -> dict[str, str]:
-    """Return the fillers by the task's own role names, aliases of which scenarios may use."""
+    """Return the fillers of a task by the names of its roles, which replace the aliases that a scenario may use."""
     meant = {alias: role.name for role in task.roles for alias in role.aliases}
     found: dict[str, str] = {}
     for name, filler in given.items():

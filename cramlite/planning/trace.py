@@ -128,8 +128,7 @@ class Trace(Struct):
         self.add(0, "budget", text, "capped", "engine", reason, kind="budget", numbers={budget: limit})
 
     def widened(self, plan: str, breadth: int) -> None:
-        """Append an entry for a wider round of the present task sequence, with the alternatives that earlier
-        rounds left out.
+        """Append an entry that the present task sequence is tried again, with more alternatives of each designator.
 
         Args:
             breadth: how many times as many alternatives of each designator are tried as in the first round.
@@ -154,8 +153,7 @@ class Trace(Struct):
 
     @property
     def refutation(self) -> Refutation | None:
-        """Refutation of the task sequence that is being tried, or was tried last; None if it was not tried to
-        its end."""
+        """Refutation (why all failed) of the present or last task sequence; None if it was not tried to its end."""
         own = (e.refutation for e in reversed(self.entries) if e.candidate == self.candidate)
         return next((r for r in own if r is not None), None)
 

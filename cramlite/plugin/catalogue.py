@@ -277,7 +277,7 @@ class Knowledge:
 
 
 def pick(kind: str, table: Mapping[str, Any], name: str, where: str = "") -> Any:
-    """Return the entry of a table with a given name, such as a backend.
+    """Look up a name in a table, such as that of all backends.
 
     Raises:
         UserError: there is none; the nearest valid names are listed.
