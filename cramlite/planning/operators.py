@@ -108,8 +108,7 @@ class Operator(Value):
 
 
 def _others(fact: Fact, pattern: Fact) -> list[str]:
-    """Return the entity at the place of ``OTHER`` in a fact, in a list; the list is empty if the fact fits no
-    pattern."""
+    """Return the entity at the place of ``OTHER`` in a fact that fits a pattern, as a list; empty if it does not fit."""
     bare = tuple(None if p == OTHER else p for p in pattern)
     return [e for e, p in zip(fact, pattern, strict=True) if p == OTHER] if matches(fact, bare) else []
 

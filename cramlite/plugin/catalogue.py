@@ -217,7 +217,7 @@ class Knowledge:
 
     @cached_property
     def episodes(self) -> EpisodeHooks:
-        """Reading, repair, detection and writing of episodes by plugins."""
+        """Access to what plugins do with episodes: read, repair and write them, and detect events in runs."""
         from .episode_hooks import EpisodeHooks
 
         return EpisodeHooks(self.registry)

@@ -14,8 +14,8 @@ SHOWN = "what the demonstration shows"
 
 
 def asked_text(spec: ScenarioSpec) -> str:
-    """Return a scenario's request as a clause: its goal, its tasks with their things, or that a demonstration
-    shows it."""
+    """Return what a scenario asks for as a clause: its goal, its tasks with their things, or what a
+    demonstration shows."""
     if spec.goal is not None:
         return "; ".join(spec.goal)
     if spec.demonstration is not None:
