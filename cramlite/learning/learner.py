@@ -198,7 +198,7 @@ def _groups(shown: Tables, literals: Sequence[Literal], cast: Cast) -> list[Grou
 
 def _happens(language: Language, literal: Literal) -> bool:
     """Check whether a condition is about an event: a beginning, an end, something during the action, or an
-    actor at rest."""
+    agent that rests."""
     still = language.predicates[literal.predicate].phases == {"run"} and not literal.roles and ANY not in literal.slots
     return literal.kind in ("begins", "ends") or (literal.phase == "run" and (still or not literal.denied))
 
@@ -213,7 +213,7 @@ def _tells(language: Language, one: Literal, change: Literal) -> bool:
 
 
 def _classes(taxonomy: Taxonomy, shown: Tables, cast: Cast) -> Iterator[Literal]:
-    """Yield conditions on classes that all fillers of a role, or parts of the fillers, have in common."""
+    """Yield conditions on the class of the thing in a role, or of a part of it, that hold in all examples."""
     for predicate in shown.language.predicates.values():
         for role in range(cast.roles if predicate.classes else 0):
             shared: set[str] | None = None

@@ -87,7 +87,7 @@ class Procedure(Value):
 
 
 def numbered(steps: Sequence[Step]) -> tuple[Step, ...]:
-    """Number the occurrences of equal steps."""
+    """Number equal steps in the order in which they occur."""
     seen: Counter[tuple[str, tuple[tuple[str, str], ...]]] = Counter()
     found = []
     for step in steps:

@@ -21,8 +21,7 @@ TRIED = 2
 
 
 class Cast(Value, eq=False):
-    """Cast: the fillers of the roles in each example, with the conditions on fillers that hold in all
-    examples.
+    """Assignment of things to roles in each example, with the conditions on these things that hold in all examples.
 
     Args:
         fillers: for each example the things in the roles.

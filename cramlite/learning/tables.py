@@ -28,8 +28,10 @@ class Tables:
         self._known: dict[tuple[str, str], npt.NDArray] = {}  # type: ignore[type-arg]
 
     def valid(self, roles: int) -> Truths:
-        """Return a mask (spans, fillings): true where all roles are filled by things of the span, false where
-        padding of the tables fills one."""
+        """Return which role assignments use only things of their span, as a mask (spans, fillings).
+
+        Others contain the padding of the tables.
+        """
         one = np.arange(self.size)[None, :] < np.array([len(s.things) for s in self.spans])[:, None]
         found = np.ones((len(self.spans), *(1,) * roles), dtype=np.bool_)
         for role in range(roles):

@@ -92,8 +92,7 @@ def _when(candidate: Candidate, place: int, count: int, whole: tuple[float, floa
 
 
 def _fillers(proposal: Proposal, world: World, taxonomy: Taxonomy) -> Iterator[tuple[str, str]]:
-    """Yield each role with a thing of the world: one with the filler's name in an example, else one of its
-    class."""
+    """Yield each role with a thing of the world: one named as in an example, else one of the class shown there."""
     taken: set[str] = set()
     for k, role in enumerate(proposal.roles):
         names = [f[k] for f in proposal.fillers]

@@ -43,7 +43,8 @@ class Compound(Action):
 
     @property
     def decided_at_run_time(self) -> bool:
-        """Whether the structure becomes a control step of the program, instead of being decided while planning."""
+        """Whether this control structure becomes a control step of the program, instead of being decided
+        while planning."""
         return self.kind not in ("sequence", "choose")
 
 

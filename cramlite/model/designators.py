@@ -144,7 +144,7 @@ class Place(Value):
 
 
 class Stand(Value):
-    """Grounded location of the robot itself.
+    """Grounded location for a mobile robot: where its platform stands.
 
     Args:
         pose: of its platform, in the world: level, on the floor.

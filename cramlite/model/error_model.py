@@ -35,7 +35,8 @@ M = TypeVar("M", bound="ErrorModel")
 
 
 class PoseError(Value):
-    """Error of a pose: in position [m], uniform in a ball of this radius; in angle [rad], uniform in plus or minus."""
+    """Error of a pose: the position [m] is off uniformly within a ball, the angle [rad] uniformly up to plus
+    or minus this."""
 
     position: float = 0.0
     angle: float = 0.0

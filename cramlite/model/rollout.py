@@ -173,7 +173,7 @@ class Rollout(Value, dict=True):
 
 
 def world_after_run(rollout: Rollout, world: World) -> World:
-    """Return the world as a run in ``world`` left it, with the present poses of things and robot.
+    """Return a world as it is at the end of a run: its things and robot at their last poses.
 
     Loose fillings are as at the start.
     """

@@ -77,7 +77,7 @@ class Verdict(Value):
 
     @property
     def objections(self) -> tuple[Finding, ...]:
-        """Findings that did not pass: those that stopped the run first, then in the order of validators."""
+        """Findings that did not pass, in the order of the validators; those that stopped the run come first."""
         return tuple(sorted((f for f in self.findings if not f.passed), key=lambda f: not f.stopped))
 
     @property

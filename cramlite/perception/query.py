@@ -78,7 +78,7 @@ class ObjectQuery(Value):
         return " ".join(map(str, self.conditions)) or "everything"
 
     def value(self, key: str) -> str | float | None:
-        """Return the value that the query demands of a key; None where it demands none."""
+        """Return the value that a query demands under a key, such as "colour"; None if it demands none."""
         return next((c.value for c in self.conditions if c.key == key), None)
 
     @property

@@ -28,7 +28,8 @@ Streams = Iterable[tuple[str, Iterable[Any] | Unresolvable]]
 
 
 class Read(Mapping[str, Any]):
-    """Bindings (what earlier choices gave to names) for a plugin, which record what the plugin reads of them.
+    """Bindings (names of earlier choices, with the alternatives chosen) for a plugin; they record what it
+    reads of them.
 
     Args:
         now: the bindings.
@@ -60,7 +61,7 @@ class Read(Mapping[str, Any]):
 
 
 class ReadAhead(Sequence[Designator]):
-    """Agenda (designators that are still open) for a plugin, which records whether the plugin reads it."""
+    """Agenda (designators that are still open) for a plugin; it records whether the plugin reads it."""
 
     def __init__(self, now: Sequence[Designator]) -> None:
         self.now, self.read = now, False

@@ -129,7 +129,7 @@ class ChoicePoint(Struct):
         return made - (self.state.passed - {item.to.name if isinstance(item, Motion) and item.to else ""})
 
     def blamed(self, answer: Grounding | Refused) -> set[str]:
-        """Return the choices of ``domain`` that an answer depends on."""
+        """Return the earlier choices (those in ``domain``) on which an answer depends."""
         if isinstance(answer, Refused) and answer.blocking is not None:
             return self.about(answer.blocking) | self.asked_by
         if isinstance(answer, Grounding) and answer.anew:
@@ -138,7 +138,7 @@ class ChoicePoint(Struct):
         return self.domain
 
     def about(self, things: Collection[str | Collection[str]]) -> set[str]:
-        """Return the choices of ``domain`` that determined where certain things are.
+        """Return the earlier choices (those in ``domain``) that determined where certain things are.
 
         These are the given things, the designator's own thing, and the payload.
         """
@@ -223,6 +223,6 @@ def _is_about(name: str, things: Collection[str], bindings: Mapping[str, Any], a
 
 
 def key_of(value: Any) -> str:
-    """Return the key of an alternative that has none of its own: its text, hashed if it is long."""
+    """Make a key for an alternative that states none: its text, hashed if it is long."""
     text = str(value)
     return text if len(text) <= 60 else hashlib.blake2b(text.encode(), digest_size=6).hexdigest()

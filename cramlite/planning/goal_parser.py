@@ -134,8 +134,10 @@ def _places(phrase: GoalPhrase) -> list[str]:
 
 
 def _pattern(phrase: GoalPhrase) -> str:
-    """Return the regular expression of a goal's form, with a group for each of its things; a form with a
-    place has two more, for a side and the thing on whose side the place is."""
+    """Return the regular expression of a goal's form, with a group for each of its things.
+
+    A form with a place has two more groups, for a side and the thing on whose side the place is.
+    """
     words_of = {AMOUNT: NUMBER, PLACE: r"(\w+(?:/\w+)?)"}
     first, *words = (words_of.get(w, r"(\w+)") if w.isupper() else re.escape(w) for w in phrase.form.split())
     verbs = f"(?:(?:{'|'.join(map(re.escape, phrase.verbs))}) )?" if phrase.verbs else ""

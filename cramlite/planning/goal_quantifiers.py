@@ -83,7 +83,7 @@ def _any_match(patterns: Iterable[tuple[str | None, ...]], facts: frozenset[Fact
 
 
 def _of_class(name: str, goal: str, grounder: Grounder) -> list[str]:
-    """Things of a class, which is written with its prefix or without."""
+    """Names of the things of a class; its name may be given with its prefix or without."""
     scene = grounder.scene
     class_ = scene.taxonomy.resolve(name)
     if class_ is None:

@@ -303,7 +303,7 @@ def is_static(condition: Condition) -> bool:
 
 
 def decided(condition: Condition, binding: Mapping[str, str], scene: SymbolicWorld) -> bool:
-    """Evaluate a static condition."""
+    """Evaluate a static condition: one whose truth no task changes."""
     match condition:
         case Not(Atom() as inner):
             return not _static(inner, binding, scene)

@@ -187,8 +187,10 @@ class _Writer:
         return self._all(ending.free, [ending.fact, *ending.when], effect, ending.tables)
 
     def _all(self, free: Sequence[str], facts: Sequence[Fact], said: str, tables: Iterable[Table] = ()) -> str:
-        """Return a formula as one that holds for all values of its free variables; the facts in which a
-        variable occurs give its type."""
+        """Wrap a PDDL formula so that it holds for all values of its free variables.
+
+        The facts in which a variable occurs give its type.
+        """
         typed = [f"{v} - {_widest(kinds_of_free(v, facts, tables, self.kinds))}" for v in free]
         return f"(forall ({' '.join(typed)}) {said})" if typed else said
 

@@ -113,8 +113,7 @@ class PlanningProblem(Value, eq=False):
             yield Scope(every)
 
     def within(self, scope: Scope) -> PlanningProblem:
-        """Return the problem in which only the changes that a scope allows can end a blocking (a refused
-        task)."""
+        """Return the planning problem in which a blocked task becomes possible only by changes that a scope allows."""
         blocked = tuple(b.left_shut() for b in self.blocked) if scope.left_shut else self.blocked
         return replace(self, blocked=tuple(b.while_others_stay() for b in blocked) if scope.others_moved else blocked)
 
@@ -203,7 +202,7 @@ class PlanningProblem(Value, eq=False):
         return replace(self, says=(says,), wanted=wanted)
 
     def operator(self, step: PlanStep) -> Operator | None:
-        """Return the operator of a plan step in the whole world; None if the step is not possible there."""
+        """Return the operator for a step of a plan; None if the step is impossible with the things of the world."""
         task = self.knowledge.tasks[step.schema.task]
         fixed = {v: t for v, t in step.schema.terms.items() if t == EFFECTOR}
         found = self.grounder.operator(step.schema.rule, task, {**fixed, **step.binding})

@@ -224,7 +224,7 @@ class Search(Struct, dict=True):
         return {"task": self._planned - left, "depth": depth}
 
     def _part(self, item: Designator, state: State, tried: int) -> Part | None:
-        """Return the subtask, with its fillers, of a task of the plan in which a refusal came up.
+        """Return the subtask, with its fillers, that was refused inside a task of the plan.
 
         It is ``WHOLE`` if that task itself was refused, and None if decompositions of it were tried.
         """

@@ -200,7 +200,7 @@ def renew_places(state: State, first: int = 0) -> State:
 
 
 def renewed(item: Item, state: State) -> Item:
-    """Return a place, or a motion to one, with the new name of the place since the payload changed or the
+    """Return a place, or a motion to one, under the name that places got when the payload changed or the
     robot drove."""
     if isinstance(item, Location):
         return _renewed(item, state)

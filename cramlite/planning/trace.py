@@ -114,7 +114,7 @@ class Trace(Struct):
         return number
 
     def answered_before(self, number: int) -> None:
-        """Mark the entry of a question whose answers were known, so that no plugin was asked."""
+        """Note in the trace that the answers to a question were known already, so that no plugin was asked."""
         self.entries[number - 1] = replace(self.entries[number - 1], reason=KNOWN)
 
     def spent(self, budget: str, limit: int, reason: str) -> None:

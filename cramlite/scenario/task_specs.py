@@ -188,7 +188,7 @@ def _rule(rule: str, value: Any) -> dict[str, Any]:
 
 
 def _listed(path: Path, value: Any) -> list[tuple[Path, Any]]:
-    """Return a branch of a rule as a list of tasks, each with its path in the data."""
+    """Return the tasks in a branch of a control structure, each with the keys that lead to it in the file's data."""
     return [((*path, k), v) for k, v in enumerate(value)] if isinstance(value, list | tuple) else [(path, value)]
 
 
