@@ -233,7 +233,7 @@ def _undecided(learned: Learned, evidence: Sequence[Evidence], names: Sequence[s
             found.append(f"whether '{said}' belongs to the task: show an example in which it does not hold")
     for k, name in enumerate(names[1:]):
         if len({f[k] for f in learned.cast.fillers}) == 1:
-            found.append(f"whether {name} may be anything but '{learned.cast.fillers[0][k]}': show an example with another thing")
+            found.append(f"whether the thing in the role {name} must be '{learned.cast.fillers[0][k]}': show an example with another thing")
     return tuple(found)
 
 

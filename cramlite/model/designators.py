@@ -224,7 +224,7 @@ class Late(Value):
         return self.query.name
 
     def __str__(self) -> str:
-        return f"late {self.query} within {self.tolerance[0] * 1000:.0f} mm"
+        return f"{self.query}, measured at run time within {self.tolerance[0] * 1000:.0f} mm"
 
 
 Designator = Action | Object | Location | Motion | Late

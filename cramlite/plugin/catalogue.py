@@ -125,8 +125,8 @@ class Knowledge:
             for maker in self._library(path):
                 if maker.name in found:
                     raise UserError(
-                        f"The library '{path}' has a kind '{maker.name}', and there is a model of that name already; "
-                        "rename the kind in the library's file."
+                        f"The library '{path}' has an object model '{maker.name}', and there is one of that name already; "
+                        "rename the one in the library's file."
                     )
                 found[maker.name] = maker
         return found

@@ -297,7 +297,7 @@ def _unrelated(stations: Sequence[Station], mount: str, intrinsics: Intrinsics, 
             "hand)."
         )
     return (
-        f"Pictures and poses do not belong together: corners are {found.error:.1f} pixels from where they should be (right ones: below 1). "
+        f"Pictures and poses do not belong together: corners are {found.error:.1f} pixels from where they should be (below 1 if they do). "
         "Check that each picture has its own pose, that poses are the flange's in the base frame and no tool's, joints in degrees or "
         "radians as said, and the robot's type."
     )
