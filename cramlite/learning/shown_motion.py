@@ -57,8 +57,7 @@ class ShownMotion(Value, eq=False):
     bent: bool
 
     def apart_from(self, refused: Sequence[Span]) -> ShownMotion:
-        """Return the motion with a least number of repetitions that spans without the task do not reach, if
-        there is one.
+        """Return the motion with more repetitions required than spans without the task have, if the examples have more.
 
         The number is half way between theirs and the examples'.
         """

@@ -123,7 +123,7 @@ class Code(Value):
 
     def origin_of(self, line: int) -> str:
         """Return the origin (name of a step) of the code in a line: that of the nearest line at or above it
-        that has one.
+        with an origin.
 
         It is "" above the first of these.
         """

@@ -102,7 +102,7 @@ def _denied(schema: ActionSchema, fluents: Fluents) -> Iterator[Ending]:
 
 
 def _following(ending: Ending, fluents: Fluents) -> Iterator[Ending]:
-    """Generate the endings that follow from one ending: further facts that end together with its fact.
+    """Generate the endings that follow from one ending (a fact that a task ends): further facts that end with it.
 
     They are the fact with swapped arguments if it is symmetric, facts that it undoes, the same about wholes
     of parts, and facts that imply it.

@@ -284,7 +284,7 @@ def _right_size(problem: _Problem, found: Calibration) -> None:
 
 
 def _unrelated(stations: Sequence[Station], mount: str, intrinsics: Intrinsics, found: Calibration) -> str:
-    """Return advice if the pictures do not fit the robot's poses: a wrong ``mount``, or poses of other pictures.
+    """Return advice for pictures that do not fit the robot's poses: another ``mount``, or what to check.
 
     The mount is wrong if the pictures fit much better with the other one.
     """
