@@ -107,7 +107,7 @@ def example(marked: Marked, rules: Sequence[Rule], taxonomy: Taxonomy) -> Exampl
 
 
 def holds(rule: Rule, span: Span) -> bool:
-    """Check whether a rule holds in a span for some fillers of its roles."""
+    """Check whether a rule holds in a span of an episode for some assignment of things to its roles."""
     return bool(solutions(rule, span))
 
 

@@ -274,7 +274,7 @@ def _begun(changes: Sequence[Literal]) -> str:
 
 
 def covers(learned: Learned, span: Span, literals: Sequence[Literal] | None = None) -> tuple[tuple[str, ...], ...]:
-    """Return the role fillers for which a rule holds in a span.
+    """Return the assignments of things to roles for which a rule holds in a span of an episode.
 
     Args:
         literals: instead of the rule's own.

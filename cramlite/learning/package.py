@@ -99,7 +99,7 @@ def _before(proposal: Proposal) -> Iterator[str]:
 
 
 def _things(proposal: Proposal) -> Iterator[str]:
-    """Yield lines of a scenario with a thing for each role: a block where a demonstration moved the filler,
+    """Yield lines of a scenario with a thing for each role: a block if a demonstration moved such a thing,
     else a table."""
     span = proposal.learned.examples[0].span
     for k, role in enumerate(proposal.roles):

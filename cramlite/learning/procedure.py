@@ -79,8 +79,8 @@ class Procedure(Value):
         return frozenset(self.before)
 
     def repeated(self) -> dict[tuple[str, tuple[tuple[str, str], ...]], tuple[int, int]]:
-        """Return the steps that were done more than once: (task, fillers) -> least and greatest number of
-        times."""
+        """Return the steps that were done more than once: (task, things in its roles) -> least and greatest
+        number of times."""
         most = Counter((s.task, s.fillers) for s in self.steps)
         least = Counter((s.task, s.fillers) for s in self.steps if s not in self.optional)
         return {key: (least[key], times) for key, times in most.items() if times > 1}

@@ -256,7 +256,7 @@ def _procedure(learned: Learned, roles: Mapping[str, str]) -> Procedure | None:
 
 
 def steps_of(one: Example, fillers: Sequence[str], roles: Mapping[str, str]) -> tuple[Step, ...]:
-    """Return the known tasks that explain an example, in order, with fillers named by the proposal's roles.
+    """Return the known tasks that explain an example, in order; things are named by the roles of the proposal.
 
     Args:
         fillers: of the roles in the example.

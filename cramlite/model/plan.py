@@ -35,8 +35,7 @@ class Plan(Value):
 
     @property
     def with_things(self) -> str:
-        """Tasks in order, each with the fillers of its roles: "Grasping(coffee) -> Placing(coffee,
-        shelf)"."""
+        """Tasks in order, each with the things in its roles: "Grasping(coffee) -> Placing(coffee, shelf)"."""
         return " -> ".join(_title(a, _call) for a in self.actions)
 
 

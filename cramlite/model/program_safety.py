@@ -45,7 +45,7 @@ Felt = MoveUntilContact | ForceMove | SpiralSearch | ForceInsert | ForceExtract 
 
 
 class Violation(Value):
-    """Violation of a safety rule: the rule, the step's origin ("" for the program), and a clause with numbers."""
+    """Violation of a safety rule: the rule, the step's origin ("" for the program), and an explanation with numbers."""
 
     rule: str
     origin: str

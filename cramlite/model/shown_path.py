@@ -88,7 +88,7 @@ class ShownPath(Value):
 
 
 def foot(geoms: Sequence[Geom], size: Vector3 | None = None) -> Vector3:
-    """Return the middle of the lower face of a thing's box, in its own frame.
+    """Return the middle of the lower face of a thing's box, in the thing's frame.
 
     Args:
         size: of the box around the thing's origin, where nobody knows its shape.

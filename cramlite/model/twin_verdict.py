@@ -49,7 +49,7 @@ class TwinRun(Value):
 
     @property
     def text(self) -> str:
-        """Outcome of the run in one clause: "succeeded", or why it failed, with its largest draws."""
+        """Outcome of the run in words: "succeeded", or why it failed, with its largest random errors."""
         if self.succeeded:
             return "succeeded"
         alone = f"; broken by {' or '.join(self.causes)} alone" if self.causes else "; no source of error breaks it alone" * self.looked_for

@@ -107,5 +107,5 @@ class Verdict(Value):
 
     @property
     def not_judged(self) -> str:
-        """Clause that names the validators that were left out; "" if none was."""
+        """Words that name the validators that were left out; "" if none was."""
         return f"not judged, since blocked: {', '.join(self.left_out)}" if self.left_out else ""

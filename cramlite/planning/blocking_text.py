@@ -54,8 +54,8 @@ class BlockingText:
             yield f"(not {self.atom(_name(schema.doing), [t for t in terms if t != EFFECTOR])})"
 
     def derived(self) -> Iterator[str]:
-        """Generate the derived predicates: a thing is unchanged; any of several things is unchanged; a task
-        is blocked with its fillers.
+        """Generate the derived predicates: a thing is unchanged; any of several things is; a task with
+        certain things is blocked.
 
         Each "or" has a predicate of its own: planners write conditions out as alternatives of "and", of which there would be many.
         """
@@ -112,8 +112,10 @@ class BlockingText:
                 yield f"(when (and {case}{before}) (and {' '.join([*ends, *begins])}))"
 
     def _fillers(self, schema: ActionSchema, task: Done) -> str:
-        """Return the PDDL condition that an action has the fillers of a task that was done; "" if the problem
-        lacks one of these entities."""
+        """Return the PDDL condition that an action has the same things in its roles as a task that was done.
+
+        It is "" if the problem lacks one of them.
+        """
         if not self.entities.issuperset(e for _, e in task[1]):
             return ""
         roles = ((schema.terms[r].rpartition(BETWEEN)[2], e) for r, e in task[1] if e != EFFECTOR)

@@ -105,7 +105,7 @@ def _control(compound: Compound, parts: tuple[tuple[AnyStep, ...], ...]) -> Cont
 
 
 def _differ(one: Belief, other: Belief) -> str:
-    """Return the first difference of two beliefs that later tasks would notice, as a clause; "" for none."""
+    """Return the first difference of two beliefs that later tasks would notice, in words; "" if there is none."""
     apart = max((abs(a - b) for a, b in zip(one.joints, other.joints, strict=True)), default=0.0)
     held = [b.held.thing if b.held else "nothing" for b in (one, other)]
     if held[0] != held[1]:

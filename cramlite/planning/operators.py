@@ -44,7 +44,7 @@ def doing(task: str, elsewhere: bool) -> str:
 
 
 class Operator(Value):
-    """Ground planning operator: a task with fillers, its preconditions and its effects.
+    """Ground planning operator: a task with things in its roles, its preconditions and its effects.
 
     Args:
         task: class.
@@ -195,7 +195,8 @@ class Grounder:
         return [e for e in found if e != EFFECTOR and all(self.scene.has(e, f) for f in features)]
 
     def operator(self, rule: Rule, task: TaskType, binding: Mapping[str, str]) -> Operator | None:
-        """Return the operator for one choice of fillers; None where a condition on classes does not hold, or nothing changes."""
+        """Return the operator for one assignment of things to roles; None if a class does not fit, or nothing
+        changes."""
         clauses = conditions_of(rule)
         held = held_in(clauses, binding)
         if len(set(binding.values())) < len(binding) or not all(self.can_be_held(name) for name in held):
@@ -216,8 +217,9 @@ class Grounder:
         return name in self.things and self.things[name].movable
 
     def change(self, rule: Rule, task: TaskType, binding: Mapping[str, str], ends: bool = False) -> Change | None:
-        """Return preconditions and effects of a task with the given fillers, which may be parameters; class
-        conditions are not checked.
+        """Return preconditions and effects of a task with given things, or parameters, in its roles.
+
+        Conditions on classes are not checked.
 
         Args:
             ends: whether it ends something beside what it denies by itself.

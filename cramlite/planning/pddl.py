@@ -68,7 +68,7 @@ class PlanStep(Value):
 
     @property
     def key(self) -> tuple[str, ...]:
-        """Class of the step's task and its fillers, in the order of the schema's parameters."""
+        """Class of the step's task and the things in its roles, in the order of the schema's parameters."""
         return (self.schema.task, *(self.binding[v] for v in self.schema.parameters))
 
 

@@ -19,7 +19,7 @@ from ..plugin.task_type import TaskType
 
 
 class TaskCall(Value):
-    """Task with fillers for its roles: one step of an interpreted sequence or of a scenario."""
+    """Task with things in its roles: one step of an interpreted sequence or of a scenario."""
 
     task: TaskType
     roles: Mapping[str, str]

@@ -147,7 +147,7 @@ class PlanningProblem(Value, eq=False):
         )  # fmt: skip
 
     def _here(self, schema: ActionSchema, scope: Scope) -> Iterator[ActionSchema]:
-        """Generate an action schema with only the fillers that a scope allows, and with the goal's
+        """Generate an action schema that takes only the things that a scope allows, with the goal's
         constraints as effects.
 
         With obstacles also a schema without these effects: two things that change places need a third place.
@@ -180,7 +180,8 @@ class PlanningProblem(Value, eq=False):
         return frozenset(n for n in (self._in_the_way | on_loose) & things.keys() if things[n].movable)
 
     def _allowed(self, schema: ActionSchema, table: Table, scope: Scope) -> Table:
-        """Return a table of fillers without movable things as places to put something, unless the goal asks for them.
+        """Return a table of things for roles, without movable things as places to put something, unless the
+        goal asks for them.
 
         A thing that the task merely acts on, such as the drawer that it opens, is no place.
         """
@@ -319,7 +320,7 @@ class PlanningProblem(Value, eq=False):
         return tuple(b for b in (new, part and new and replace(new, task=part)) if b is not None and b not in self.blocked)
 
     def _part(self, found: Refutation) -> Done | None:
-        """Return the refused task, or the refused part of a task, with fillers for all its roles; None if no
+        """Return the refused task, or the refused part of a task, with the things in its roles; None if no
         plan can contain it."""
         task, fillers = found.part or WHOLE
         rule = next((r for r in self.knowledge.goal_rules if r.task == task), None)
@@ -366,7 +367,7 @@ def why_unreachable(problem: PlanningProblem) -> str:
 
 
 def _may_make(schema: ActionSchema, added: Fact, fact: Fact) -> bool:
-    """Check whether an effect of an action schema is a given fact for some fillers of its parameters."""
+    """Check whether an effect of an action schema is a given fact for some things in place of its parameters."""
     tables = {t.terms: t.rows for t in schema.tables if len(t.terms) == 1 and not t.denied}
     return added[0] == fact[0] and all(
         t == e or (t.startswith("?") and (e,) in tables.get((t,), {(e,)})) for t, e in zip(added[1:], fact[1:], strict=True)
@@ -409,7 +410,7 @@ def _moved_unheld(schema: ActionSchema, fluents: Fluents) -> frozenset[str]:
 
 
 def _may_push(schema: ActionSchema, things: frozenset[str], fluents: Fluents) -> bool:
-    """Check whether an action schema pushes one of the given things for some fillers of its parameters."""
+    """Check whether an action schema pushes one of the given things for some things in place of its parameters."""
     pushed = _moved_unheld(schema, fluents)
     tables = [t.rows for t in schema.tables if not t.denied and len(t.terms) == 1 and t.terms[0] in pushed]
     return bool(pushed) and any(all((thing,) in rows for rows in tables) for thing in things)

@@ -224,7 +224,7 @@ class Search(Struct, dict=True):
         return {"task": self._planned - left, "depth": depth}
 
     def _part(self, item: Designator, state: State, tried: int) -> Part | None:
-        """Return the subtask, with its fillers, that was refused inside a task of the plan.
+        """Return the subtask that was refused inside a task of the plan, with the things in its roles.
 
         It is ``WHOLE`` if that task itself was refused, and None if decompositions of it were tried.
         """

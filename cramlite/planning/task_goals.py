@@ -128,7 +128,8 @@ def _call(
 
 
 def _own_roles(task: TaskType, given: Mapping[str, str]) -> dict[str, str]:
-    """Return the fillers of a task by the names of its roles, which replace the aliases that a scenario may use."""
+    """Return which thing fills each role of a task, with the roles' names in place of aliases that a scenario
+    may use."""
     meant = {alias: role.name for role in task.roles for alias in role.aliases}
     found: dict[str, str] = {}
     for name, filler in given.items():
@@ -140,7 +141,7 @@ def _own_roles(task: TaskType, given: Mapping[str, str]) -> dict[str, str]:
 
 
 def _check_call(call: TaskCall) -> None:
-    """Check that the roles of a task call exist, and that all required ones have fillers."""
+    """Check that the roles of a task call exist, and that all required ones are filled."""
     names = {r.name for r in call.task.roles}
     for role in call.roles:
         if role not in names:

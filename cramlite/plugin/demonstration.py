@@ -159,7 +159,7 @@ class RecordScript(Value):
 
 
 class Shown(Value):
-    """Part of a demonstration: a script of the simulated person, with its fillers.
+    """Part of a demonstration: a script of the simulated person, with the things and parameters of its task.
 
     Args:
         script: of the person.

@@ -47,7 +47,7 @@ def taken(rollout: Rollout, ends: float) -> dict[str, Any]:
 
 
 def compare(old: Mapping[str, Any], new: Mapping[str, Any], allowed: Tolerances) -> Sequence[str]:
-    """Return the differences between two snapshots that are too large, as clauses with numbers."""
+    """Return the differences between two snapshots that are too large, in words with numbers."""
     return list(_differences(old, new, allowed))
 
 

@@ -91,8 +91,7 @@ class Finished(Value):
 
     @property
     def outcome(self) -> str:
-        """Result as a clause: that of the search and, if the program was executed, that of the first
-        execution."""
+        """Result in words: that of the search and, if the program was executed, that of the first execution."""
         if self.shown is None or not self.proven:
             return "nothing proven"
         said = "program proven, with advice" if self.shown.advice else "program proven"

@@ -14,7 +14,7 @@ SHOWN = "what the demonstration shows"
 
 
 def asked_text(spec: ScenarioSpec) -> str:
-    """Return what a scenario asks for as a clause: its goal, its tasks with their things, or what a
+    """Return what a scenario asks for, in words: its goal, its tasks with their things, or what a
     demonstration shows."""
     if spec.goal is not None:
         return "; ".join(spec.goal)
