@@ -59,7 +59,7 @@ class Learned(Value, eq=False):
 
 
 def language_of(predicates: Sequence[Predicate], taxonomy: Taxonomy, spans: Sequence[Span], motion: Predicate | None = None) -> Language:
-    """Return the language of conditions for rules about some spans.
+    """Return the predicates, and the number of classes, that conditions of rules about some spans may use.
 
     Args:
         motion: the predicate of the motion that the examples show.

@@ -133,7 +133,7 @@ def _cast(
 
 
 def _distinct(things: int, roles: int) -> Truths:
-    """Return a mask of the role fillings in which no thing fills two roles."""
+    """Return a mask of the role assignments in which no thing has two roles."""
     found = np.array([len(set(k)) == roles for k in np.ndindex(*(things,) * roles)], dtype=np.bool_)
     return found.reshape(1, -1)
 

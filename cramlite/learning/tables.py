@@ -39,7 +39,8 @@ class Tables:
         return found.reshape(len(self.spans), -1)
 
     def truths(self, literals: Sequence[Literal], roles: int) -> Truths:
-        """Return a mask (conditions, spans, fillings) of where conditions hold."""
+        """Return for each condition the spans and role assignments in which it holds, as a mask (conditions,
+        spans, assignments)."""
         shape = (len(self.spans), *(self.size,) * roles)
         found = np.empty((len(literals), *shape), dtype=np.bool_)
         for k, literal in enumerate(literals):

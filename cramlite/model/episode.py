@@ -77,7 +77,8 @@ class Track(Value):
     poses: Floats
 
     def at(self, time: float) -> Pose:
-        """Return the last pose recorded at or before ``time`` [s], in the world frame; the first one before that.
+        """Return the last pose recorded at or before ``time`` [s], in the world frame; for an earlier time
+        the first one.
 
         Recorders that write on change only make holding right, and interpolating wrong.
         """

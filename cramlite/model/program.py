@@ -131,5 +131,5 @@ class Code(Value):
         return self.origins[max(before)] if before else ""
 
     def task_of(self, line: int) -> str:
-        """Return the task whose code a line is in; "" before the first."""
+        """Return the task whose code a line of the text is in; "" above the first task."""
         return task_of(self.origin_of(line))

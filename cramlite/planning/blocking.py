@@ -38,7 +38,7 @@ class Blocking(Value):
 
     @property
     def tracks(self) -> tuple[Track, ...]:
-        """Tracks of all things that the blocking depends on, each once."""
+        """Tracks (tasks done to a thing so far) of all things that the blocking depends on, each once."""
         return tuple(dict.fromkeys(t for any_of in self.sets for tracks in any_of for t in tracks))
 
     def bars(self, before: Sequence[Operator], step: Operator) -> bool:

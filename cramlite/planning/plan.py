@@ -98,8 +98,10 @@ def _in_order(objects: Iterable[Object]) -> tuple[Object, ...]:
 
 
 def _action(call: Call, objects: Mapping[str, Object], numbers: Iterator[int], whole: str = "") -> Action:
-    """Return the designator of a task or rule call, numbered in order; calls inside a fallback are named as
-    its parts."""
+    """Return the designator of a task call or of a control structure, numbered in order.
+
+    Calls inside a fallback are named as its parts.
+    """
     if isinstance(call, TaskCall):
         roles = {r: objects[f] for r, f in call.roles.items() if f in objects}
         name = part_name(whole, f"{next(numbers)}.{call.task.task.split(':')[-1]}")

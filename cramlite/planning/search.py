@@ -251,8 +251,10 @@ class Search(Struct, dict=True):
 
 
 def _needed_by(item: Designator, state: State) -> dict[str, int]:
-    """Return the numbers of the first and the last task in which an object plays a role; such objects are
-    chosen before all tasks."""
+    """Return the numbers of the first and the last task in which an object plays a role.
+
+    Such objects are chosen before all tasks.
+    """
     actions = [i for i in state.agenda if isinstance(i, Action)]
     tasks = [k for k, action in enumerate(actions, 1) if item.name in {o.name for o in action.roles.values()}]
     return {"first_task": tasks[0], "last_task": tasks[-1]} if tasks else {}

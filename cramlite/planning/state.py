@@ -153,7 +153,10 @@ def _state_led_on(state: State, motion: Motion, after: State, anew: bool) -> Sta
 
 
 def _state_used_at(state: State, motion: Motion, after: State) -> State:
-    """Return the state after a motion; mark its place as used, unless the motion only moved the arm there."""
+    """Return the state after a motion, and mark its place as used.
+
+    It is not marked if the motion only moved the arm there.
+    """
     place = motion.to.name if motion.to is not None else state.here
     leads = all(isinstance(s, MoveJoints | MoveLinear) for s in after.bindings[motion.name]) and _at_rest(state, after)
     return replace(after, here=place, used=state.used if leads else state.used | {place})

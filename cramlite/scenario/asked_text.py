@@ -24,8 +24,7 @@ def asked_text(spec: ScenarioSpec) -> str:
 
 
 def tasks_text(entries: Sequence[TaskSpec | RuleSpec]) -> str:
-    """Return tasks in their order, such as "Grasping tin, then Placing tin box"; a rule of the plan language
-    by its name."""
+    """Return tasks in their order, such as "Grasping tin, then Placing tin box"; a control structure by its name."""
     return ", then ".join(map(_entry_text, entries))
 
 
