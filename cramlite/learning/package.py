@@ -83,8 +83,9 @@ def thing_name(role: str) -> str:
 
 
 def _before(proposal: Proposal) -> Iterator[str]:
-    """Yield lines of a scenario with the known tasks that come before the learned one in all examples, such
-    as those that bring its payload into the hand.
+    """Yield lines of a scenario with the known tasks that come before the learned one in all examples.
+
+    These bring its payload into the hand, for example.
 
     Things that fill no role of the learned task are replaced by the floor, on which all things of that
     scenario stand.

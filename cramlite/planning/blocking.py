@@ -77,8 +77,10 @@ def blocking_of(
     found: Refutation, steps: Sequence[Operator], facts: Sequence[frozenset[Fact]], loose: frozenset[str],
     same_room: frozenset[str] = frozenset(),
 ) -> Blocking | None:  # fmt: skip
-    """Return the blocking that a refuted task sequence proves: its last refused task fails as long as all
-    that its failure depends on is unchanged.
+    """Return the blocking that a refuted task sequence proves: its last refused task fails while certain
+    things stay as they are.
+
+    They are all that the failure depends on.
 
     Args:
         facts: before each step, those that rules ask about.
@@ -102,8 +104,10 @@ def blocking_of(
 
 
 def _tracks(thing: str, before: Sequence[Operator], facts: frozenset[Fact], loose: frozenset[str]) -> tuple[Track, ...]:
-    """Return the track of a thing (the tasks done to it so far), then those of the loose things that facts
-    relate to it, directly or through others."""
+    """Return the track (the tasks done so far) of a thing, then those of the loose things that facts relate to it.
+
+    The relation may lead through further things.
+    """
     pairs = [frozenset(map(thing_of, f[1:])) & loose for f in facts]
     known = {thing}
     while more := {n for names in pairs if names & known for n in names} - known:

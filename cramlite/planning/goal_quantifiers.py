@@ -1,5 +1,7 @@
-"""Goals about classes of things, and alternatives: "each Cup on tray", "2 of Cup on tray", "tin on tray or tin in basket", as goals
-about things."""
+"""Goals about classes of things, and alternatives, as goals about things.
+
+Such goals are "each Cup on tray", "2 of Cup on tray", or "tin on tray or tin in basket".
+"""
 
 from __future__ import annotations
 
@@ -47,8 +49,10 @@ def _meanings(goal: str, grounder: Grounder, facts: frozenset[Fact]) -> Iterator
 
 
 def _of_things(goal: str, grounder: Grounder, facts: frozenset[Fact]) -> Iterator[Says]:
-    """Generate the goals for each choice of things that a quantifier allows; "not each" becomes "any" of the
-    denied goals, and the reverse (De Morgan)."""
+    """Generate the goals for each choice of things that a quantifier such as "any" or "2 of" allows.
+
+    "not each" becomes "any" of the denied goals, and the reverse (De Morgan).
+    """
     found = FORM.fullmatch(goal)
     if found is None:
         yield (goal,)

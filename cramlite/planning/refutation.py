@@ -49,8 +49,8 @@ class Capped(Value):
 
 
 class Later(Value):
-    """Part of a conflict set: another alternative of this choice may avoid the failure, but alternatives of
-    all other blamed choices are tried first."""
+    """Part of a conflict set: another alternative of this choice may avoid the failure, but those of other
+    choices are tried first."""
 
     choice: str
 

@@ -92,9 +92,11 @@ class Trace(Struct):
 
     @property
     def seconds(self) -> dict[str, float]:
-        """CPU time of the search so far by stage [s]: "planning" (task sequences and plugins' answers), "proof"
-        (nominal runs of complete programs, and their validators) and "twins". No written file has them, since
-        runs would differ."""
+        """CPU time of the search so far by stage [s]: "planning", "proof" and "twins".
+
+        Planning is task sequences and plugins' answers, proof is nominal runs of complete programs and their
+        validators. No written file has these times, since runs would differ.
+        """
         return {"planning": 0.0, "proof": 0.0, "twins": 0.0, **self.watch.read()}
 
     def add(
