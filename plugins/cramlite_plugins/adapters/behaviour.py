@@ -166,8 +166,9 @@ NOTICE = "cramlite/notice"
 
 
 class WatchedPlace(Place):
-    """World, robot and belief that a tree's behaviours share, where runs are watched: after a change of the
-    world a run goes on with a new program, and its notice goes to the blackboard.
+    """World, robot and belief that the behaviours of a tree share; a run that deviates is continued with a new program.
+
+    The notice of each deviation goes to the blackboard.
 
     There ``cramlite/notice`` is a dictionary: ``type`` (a class of the ontology), ``step``, ``thing``, ``reason``, ``measured``, ``limit``,
     ``unit``, ``decision`` and ``to_do``, what a person could do. A tree chooses a recovery by them when a run fails.

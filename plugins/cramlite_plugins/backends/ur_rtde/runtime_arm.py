@@ -59,7 +59,7 @@ def log(text: str) -> None:
 
 
 def gone(reason: str) -> None:
-    """End the program at once where the robot is gone: the end of ur_rtde would wait for it, or abort this process."""
+    """End the process at once when the robot no longer answers; ur_rtde's own shutdown would hang or crash."""
     out, silent = os.dup(1), os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):  # threads of ur_rtde print until the process ends, also in the middle of a line
         os.dup2(silent, stream)
@@ -210,7 +210,8 @@ class Arm:
         return heard and self.receive.isConnected() and self.control.isConnected()
 
     def listen(self) -> None:
-        """End this program where the robot is gone while a command waits for it, which ur_rtde does without end."""
+        """Watch the connection, and end the program when the robot is silent for too long; calls of ur_rtde
+        would wait forever."""
         last, heard = self.time(), time.monotonic()
         while not self.ended.wait(0.1):
             now = self.time()
@@ -225,8 +226,7 @@ class Arm:
         self.taken()
 
     def taken(self) -> None:
-        """Wait until the controller has taken a command of force mode, which ur_rtde does not do: the next
-        command would replace it.
+        """Wait until the controller has carried out a force-mode command; a command sent before that would replace it.
 
         The clock that this program sees is late when the program was kept waiting by its machine: only after it has
         slept do some cycles on that clock mean as many since the command.

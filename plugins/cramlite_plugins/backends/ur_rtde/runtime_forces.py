@@ -75,8 +75,8 @@ def watched(arm: Arm, step: str, limit: float, timeout: float, late: str, ended:
 
 
 def along_path(arm: Arm, waypoints: Sequence[Vector], speed: float) -> Callable[[], bool]:
-    """Return a function that sends the tool to one waypoint after the other, one at each call, and is True
-    at the last one."""
+    """Return a function that sends the tool to the next waypoint at each call, and returns True once the last
+    one is reached."""
     left = [list(w) for w in waypoints]
 
     def arrived() -> bool:

@@ -78,7 +78,7 @@ def emit(program: Program, robot: Robot) -> Code:
 
 
 def _body(out: _Writer, program: Program) -> None:
-    """Lines of the program's own function, from its start to its end."""
+    """Write the statements of the program's main function: its preparation, its steps with titles, and its end."""
     out.add(*_start(program, out.robot), *urscript_late.asking(program), "")
     sections = {s.first: s for s in program.sections}
     for i, step in enumerate(program.steps):

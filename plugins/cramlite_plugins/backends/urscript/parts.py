@@ -202,7 +202,8 @@ def header(program: Program, robot: Robot) -> list[str]:
 
 
 def _controller(robot: Robot) -> str:
-    """Needed controller and PolyScope version, and where its force readings come from."""
+    """Return the precondition on the controller: its PolyScope version, and where the arm's force readings
+    come from."""
     controller, version = controller_of(robot)
     known = f"{'CB3, ' if controller == CB3 else ''}PolyScope {version} or later"
     if robot.sensor == "flange":

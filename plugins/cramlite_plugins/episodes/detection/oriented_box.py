@@ -84,7 +84,7 @@ def over(a: OrientedBox, b: OrientedBox) -> bool:
 
 
 def is_inside_outline(inner: OrientedBox, outer: OrientedBox, slack: float) -> bool:
-    """Check whether one box is inside the outline of another, seen from above; it may stand out by the slack [m]."""
+    """Check whether one box is inside the outline of another, seen from above, with a tolerance [m]."""
     return all(
         float((outer.corners @ n).min()) - slack <= float((inner.corners @ n).min())
         and float((inner.corners @ n).max()) <= float((outer.corners @ n).max()) + slack

@@ -49,8 +49,10 @@ def _one_clock(parts: Parts, tracks: dict[str, Track]) -> None:
 
 
 def _from_motion(episode: Episode) -> Episode:
-    """Episode with events inferred from motion in place of its actions, none of which takes or
-    releases a thing; if no event is found, the actions stay."""
+    """Replace the actions of an episode, which take and release nothing, by events inferred from motion.
+
+    If no event is found, the actions stay.
+    """
     repairs = episode.repairs
     if episode.events:
         named = ", ".join(sorted({e.type for e in episode.events}))
@@ -76,8 +78,10 @@ def _is_hand(name: str) -> bool:
 
 
 def _with_links(episode: Episode, parts: Parts) -> Episode:
-    """Episode in which links that never move in their parent become parts of it, without tracks; a track of a
-    single pose is dropped, since the entity has that pose."""
+    """Make each link that never moves in its parent link a part of that link.
+
+    A track of a single pose is dropped, since the entity has that pose.
+    """
     links = {n: p for n, p in rigid_links(parts.rows).items() if n in episode.tracks and p in episode.tracks}
     tracks = {n: t for n, t in episode.tracks.items() if len(t.times) > 1}
     entities = []

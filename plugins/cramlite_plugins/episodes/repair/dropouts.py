@@ -86,8 +86,10 @@ def _wholes(event: Event, episode: Episode) -> set[str]:
 def _losses(
     mine: list[Event], thing: str, episode: Episode, longest: float
 ) -> Iterator[tuple[float, float, str | None]]:
-    """Intervals (start, end, hand) of up to ``longest`` in which a hand's grasp or contact of the thing
-    pauses, or (with hand None) in which all of the thing's states pause."""
+    """Yield (start, end, hand) of each pause, up to ``longest``, of a hand's grasp or contact of a thing.
+
+    With hand None, all states of the thing pause.
+    """
     seen = set()
     hands = {h for e in mine for h in _hands(e, episode)} - {thing}
     groups: list[tuple[str | None, list[Event]]] = [
@@ -172,15 +174,13 @@ def _without(absence: Dropout, episode: Episode) -> Episode:
 
 
 def _cut_short(absence: Dropout, mine: list[Event]) -> set[str]:
-    """Ids of the two halves into which a dropout cut one state; neither is dropped as spurious, however short
-    it is."""
+    """Ids of the states that are halves of one state which a dropout cut in two; they are kept, however short."""
     pairs = ((a, b) for a, b in _pairs(mine) if a.start < absence.start and b.end > absence.end)
     return {e.id for a, b in pairs if abs(a.end - absence.start) < MOMENT for e in (a, b)}
 
 
 def _stays(absence: Dropout, event: Event, mended: Episode) -> float:
-    """Time [s] up to which a thing stayed where it was in a state that the dropout ended, according to its
-    corrected poses."""
+    """Time [s] until which a thing's corrected poses show that a state went on which the dropout ended."""
     partner = next((w for w in _wholes(event, mended) if w != absence.thing), absence.thing)
     times = [t for t in mended.tracks[absence.thing].times.tolist() if absence.start <= t < absence.end]
     until = event.end

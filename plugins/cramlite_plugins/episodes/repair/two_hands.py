@@ -85,7 +85,8 @@ def handovers(episode: Episode) -> Iterator[Handover]:
 
 
 def _chain(found: Sequence[Handover]) -> list[Handover]:
-    """Handovers that follow one thing from hand to hand, in time order: the hand that took it last gives it next."""
+    """Return the handovers that pass one thing on: each is given by the hand that took the thing in the
+    handover before."""
     chain: list[Handover] = []
     for one in sorted(found, key=lambda h: h.time):
         if not chain or one.given.roles["gripper"] == chain[-1].taken.roles["gripper"]:
