@@ -120,7 +120,10 @@ def _repair(name: str, done: str, why: str, rows: Rows, which: NDArray[np.bool_]
 
 
 def _resolve(name: str, rows: dict[str, Rows], tracks: dict[str, Track], repairs: list[Repair]) -> None:
-    """Fill in the tracks of a frame and of its ancestors; iterative, so that no chain is too long."""
+    """Compute the tracks in the world of a frame and of the frames above it in the transform tree.
+
+    Iterative, so that no chain of frames is too long.
+    """
     stack = [name]
     while stack:
         top = stack[-1]
@@ -152,7 +155,7 @@ def _in_world(rows: Rows, tracks: dict[str, Track]) -> Track:
 
 
 def _piece(rows: Rows, start: int, end: int, total: int, tracks: dict[str, Track]) -> Track:
-    """Track in the world of the rows from start to end, which have one parent."""
+    """Convert the rows from ``start`` to ``end``, which are poses in one parent frame, to a track in the world."""
     times, poses = rows.times[start:end], rows.poses[start:end]
     parent = tracks.get(rows.names[rows.parents[start]])
     if parent is None or not len(parent.times):

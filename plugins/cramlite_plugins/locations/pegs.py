@@ -1,4 +1,5 @@
-"""Paths of a held thing's hole off a peg, or onto it: lift to the middle, along the axis, over the bent tip."""
+"""Paths of a held thing's hole off a peg or onto it: along the peg's axis, with the hole centred on it, and
+over the bent tip."""
 
 from __future__ import annotations
 
@@ -119,8 +120,10 @@ def insert(location: Location, belief: Belief, context: Context) -> Iterator[Gro
 
 
 def _held_so(location: Location, belief: Belief, context: Context) -> tuple[str, ...]:
-    """Return the choices that decide whether the arm reaches a peg with the payload, obstacles aside: the peg
-    and the grasps, or all earlier places if the grasp is unknown."""
+    """Return the choices that decide whether the arm reaches a peg with the payload: the peg and the grasps.
+
+    If the grasp is unknown, all earlier places decide it.
+    """
     grasps = taken_at(belief, context)
     return (*grasps, location.of or "") if grasps else causes(location, context)
 

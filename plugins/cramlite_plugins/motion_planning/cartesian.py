@@ -224,7 +224,7 @@ def _least(robot: Robot) -> float:
 
 
 def _singular(robot: Robot, q: Joints) -> str:
-    return f"near a singularity (smallest singular value {conditioning(robot, q):.4f}, {_least(robot)} is kept)"
+    return f"near a singularity (smallest singular value {conditioning(robot, q):.4f}, limit {_least(robot)})"
 
 
 def _stopped(scene: PlanningScene, points: Sequence[Joints]) -> tuple[int, Refused] | None:

@@ -234,7 +234,7 @@ def _blind(motion: Motion, robot: str) -> Unresolvable:
     remedy = Remedy(
         "sensor",
         f"robot '{robot}' has no force-torque sensor, which {task} needs: if it has one, say where ('sensor: flange' beside the robot's "
-        "'file'), else take a robot with one, or tasks that feel nothing",
+        "'file'), else take a robot with one, or tasks that need none",
     )
     because = tuple(n for n in enclosing_names(motion.name) if n != motion.name)
     reason = f"robot '{robot}' has no force-torque sensor, which '{motion.name}' needs"

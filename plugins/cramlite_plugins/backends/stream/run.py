@@ -124,7 +124,7 @@ def _refuse(program: Program, hello: Hello, name: str) -> None:
         if hello.wrench is None and (isinstance(step, FEELING) or (isinstance(step, Monitor) and step.force is not None)):
             raise UserError(
                 f"Step '{label}' ends by the force that it feels, and the {name} tells none. Answer with 'wrench', "
-                "or let the scenario's tasks do without contact."
+                "or take tasks that need no force sensor."
             )
 
 

@@ -183,7 +183,8 @@ class Mapping(Spec):
         return {**self.hands, **{n: t for n, t in self.things.items() if n not in still}}
 
     def conventional(self, unit: str | None = None, rotation: str | None = None) -> Convention:
-        """Return the convention: from the file, the mapping, or the usual one, in this order.
+        """Return the units and axes of the recording: as its own file states them, else the mapping, else as
+        usual for its format.
 
         Args:
             unit, rotation: that the file states in its header.
@@ -252,7 +253,7 @@ def read_mapping(path: Path) -> Mapping | None:
 
 
 def _fields(error: ValidationError) -> list[str]:
-    """Keys that are allowed at the place of the first invalid key."""
+    """Return the keys that a mapping file allows at the place of its first invalid key."""
     place = error.errors()[0]["loc"][:-1]
     specs: dict[str, type[Spec]] = {
         "time": TimeSpec, "columns": ColumnsSpec, "gripper": GripperSpec, "shape": ShapeSpec, "at": PlaceSpec, "opens": OpensSpec,

@@ -98,8 +98,11 @@ def _joint(model: Any, joint: int) -> str:
 
 
 def _parts(source: Source, frame: Pose) -> list[look.Part]:
-    """Triangles of the geoms to be shown: the purely visual ones, with colliding ones of their groups
-    unless all colliding geoms are in these groups; all opaque geoms if none is purely visual."""
+    """Return the triangles of the geoms that show a model: the purely visual ones, or all opaque ones if none
+    is purely visual.
+
+    Colliding geoms in the groups of visual ones are shown, too, unless all colliding geoms are in these groups.
+    """
     model = source.model
     seen = [g for g in range(model.ngeom) if model.geom_bodyid[g] and _opacity(model, g) > 0]
     shown = [g for g in seen if not collides(model, g)]

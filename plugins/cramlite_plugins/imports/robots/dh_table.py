@@ -54,8 +54,10 @@ def table_of(axes: tuple[tuple[Floats, Floats], ...], flange: Pose) -> Table:
 
 @lru_cache(maxsize=32)  # a model, its servos and the robot ask for the same table's
 def reach_of(table: Table, limits: tuple[tuple[float, float], ...]) -> float:
-    """Return the largest distance of the flange from the base's z axis [m]; ``limits`` are of the file's
-    joint angles."""
+    """Return the largest distance of the flange from the base's z axis within the joint limits [m].
+
+    ``limits`` count joint angles as the file does.
+    """
     from scipy.optimize import minimize
 
     bounds = [(low + zero, high + zero) for (low, high), zero in zip(limits, table.zeros, strict=True)]
@@ -120,8 +122,10 @@ def _row(before: Floats, after: Floats) -> tuple[float, float, float, float]:
 
 
 def _round(length: float) -> float:
-    """The length, or 0 if only rounding makes it differ from 0: an analytic solver checks whether axes
-    meet."""
+    """Return a length without rounding errors: 0 if it is nearly 0.
+
+    The analytic solver checks whether axes meet exactly.
+    """
     return 0.0 if abs(length) < 1e-9 else length
 
 

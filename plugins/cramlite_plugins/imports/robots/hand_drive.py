@@ -1,4 +1,5 @@
-"""The drives of a hand: those of its file where they hold a position, else servos of ours."""
+"""Drives of a hand from a file: the file's own actuators if they hold a position, else position servos made
+by cramlite."""
 
 from __future__ import annotations
 

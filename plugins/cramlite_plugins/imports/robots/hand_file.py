@@ -89,7 +89,7 @@ def _owners(hand: Driven, pads: Pads) -> tuple[str, str]:
 
 
 def _name_pads(spec: Any, pads: Pads) -> list[Any]:
-    """The geoms of the pads, which are named as those of every gripper."""
+    """Name the geoms of the pads as in every gripper of cramlite ("left_pad1" ...), and return them."""
     geoms, found = {int(g.id): g for g in spec.geoms}, []
     for side, ids in (("left", pads.left), ("right", pads.right)):
         for k, g in enumerate(ids, 1):

@@ -133,7 +133,7 @@ def _apart(source: Any, group: Group) -> bool:
 
 
 def _meet(model: Any, a: int, b: int) -> bool:
-    """Whether the bits of two geoms let them collide."""
+    """Whether MuJoCo lets two geoms collide, by their contype and conaffinity bits."""
     return bool(model.geom_contype[a] & model.geom_conaffinity[b] | model.geom_contype[b] & model.geom_conaffinity[a])
 
 

@@ -132,8 +132,10 @@ def _turns_in_place(thing: Thing) -> bool:
 
 
 def _surfaced(thing: Thing) -> tuple[Thing, str]:
-    """Thing with its cavity and large level faces as features, and their description; a movable thing
-    without either gets its largest face, such as a bottle's cap."""
+    """Add a thing's cavity and its large level faces to its features; return also a description of them.
+
+    A movable thing without either gets its largest level face, such as a bottle's cap.
+    """
     from ...shapes.cavities import cavity
     from ...shapes.surfaces import surfaces
 
@@ -163,8 +165,8 @@ def _floors(hollow: Feature | None) -> list[Feature]:
 
 
 def _largest(area: Any) -> dict[str, float]:
-    """Sides of the largest rectangle about the origin that an area covers, in the proportions of the
-    area's bounding box."""
+    """Return the sides of the largest rectangle that an area covers, among the area's bounding box scaled
+    down about the origin."""
     import shapely
 
     x, y, x1, y1 = area.bounds

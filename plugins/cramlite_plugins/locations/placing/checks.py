@@ -122,7 +122,8 @@ def inside(placement: Placement, query: Query) -> str | Refused:
 
 
 def _play(outline: Any, query: Query) -> tuple[float, float]:
-    """Distances that an outline could be shifted by, along x and along y, between walls and content [m]."""
+    """Return how far an outline could be shifted along x and along y between the walls and the obstacles
+    beside it [m]."""
     ends = np.reshape(query.target.area.bounds, (2, 2))
     low, high = np.reshape(outline.bounds, (2, 2))
     found = ends[1] - ends[0] - (high - low)
@@ -307,7 +308,7 @@ def opened(placement: Placement, query: Query) -> float | Refused:
 
 
 def lowered(placement: Placement, query: Query) -> Pose:
-    """Return the TCP at the release: a payload that is put onto something is lowered before."""
+    """Return the TCP pose at the release; before it, a payload that is put onto something is lowered to its support."""
     return placement.pose if query.depth else shift(placement.pose, (0.0, 0.0, -placement.height))
 
 
