@@ -78,7 +78,7 @@ def line(motion: Motion, belief: Belief, context: Context, targets: list[Pose]) 
 
 
 def _refused(said: str, motion: Motion, belief: Belief, context: Context, no: Refused) -> Unresolvable:
-    """Refusal of a straight line, which depends only on those choices that can be to blame.
+    """Refusal of a straight line that blames only those earlier choices that can have caused it.
 
     If hand or payload meets an obstacle, the arm's way to the line is not to blame; if a door or a drawer
     meets one, nor is the place of the hand on it.

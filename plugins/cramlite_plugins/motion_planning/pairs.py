@@ -61,7 +61,8 @@ def movers(compiled: Compiled, index: RobotIndex) -> Movers:
 
 
 def _round_about(compiled: Compiled, joints: Sequence[int]) -> Floats:
-    """Table (geoms, joints) with 1 for a round geom about the hinge's own axis, with the arm as in the model."""
+    """Return a table (geoms, joints) with 1 where a geom is round about the axis of a hinge, so that the
+    hinge does not move it."""
     model, data = compiled.model, compiled.data()
     mujoco.mj_kinematics(model, data)
     u, a = data.xaxis[joints], data.xanchor[joints]

@@ -228,8 +228,10 @@ def _zero(motion: Motion, belief: Belief, context: Context) -> Groundings:
 
 
 def _blind(motion: Motion, robot: str) -> Unresolvable:
-    """Refusal of a motion that needs a force sensor, by a robot without one: no other grasp, place or path
-    helps, only another way to do the tasks that ask for the motion."""
+    """Refusal of a motion that needs a force sensor, for a robot without one.
+
+    No other grasp, place or path helps, only another way to do the tasks that ask for the motion.
+    """
     task = task_of(motion.name)
     remedy = Remedy(
         "sensor",

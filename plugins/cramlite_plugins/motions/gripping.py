@@ -93,7 +93,10 @@ def _open(motion: Motion, belief: Belief, context: Context) -> Groundings:
 
 
 def _is_open(belief: Belief, gripper: Gripper) -> bool:
-    """Whether the predicate ``gripper_open`` holds: a task that opens fingers would then find its work done."""
+    """Whether the fingers are open enough for the predicate ``gripper_open``.
+
+    A task that opens them has nothing left to do then.
+    """
     from ..predicates.motion import OPENED
 
     low, high = gripper.opening

@@ -104,7 +104,7 @@ def _inertia(shape: Shape, mass: float) -> Inertia:
 
 
 def _bottom(shape: Shape) -> Iterable[Feature]:
-    """Standing face of a mesh, if its lowest points form one."""
+    """Yield the face that a mesh stands on as a feature, if its lowest points form a face."""
     corners = np.concatenate([g.pose.apply(np.asarray(g.corners)) for g in shape.geoms])
     lowest = corners[:, 2].min()
     face = corners[corners[:, 2] < lowest + STANDS]

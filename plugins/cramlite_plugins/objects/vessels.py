@@ -19,7 +19,7 @@ def can(
     name: str, pose: Pose, radius: Length = 0.033, height: Length = 0.115, mass: Mass = 0.35, friction: float = 0.6,
     rgba: Colour = (0.70, 0.30, 0.30, 1.0),
 ) -> Thing:  # fmt: skip
-    """Make a full cylinder."""
+    """Make a can: a solid cylinder."""
     body = Geom("cylinder", (radius, height / 2), rgba=rgba)
     return Thing(name, "cram:Product", pose, (body,), (_bottom(radius, height),), mass, friction)
 

@@ -59,8 +59,9 @@ def let_go(placement: Placement, query: Query) -> Belief:
 
 
 def room_to_leave(placement: Placement, query: Query) -> str | Refused:
-    """Check that the open hand has room for the end of a way back from the place. Contacts are allowed; the
-    later search of that way keeps a distance.
+    """Check that the open hand has room at the end of some way back from the place.
+
+    Contacts are allowed here; the search of that way, later, keeps a distance.
 
     What a later task closes over a thing is left out: the hand pushes the thing farther in first, and leaves
     from there. So is what swings in the hand. Later tasks are looked at only where no way is free, so that

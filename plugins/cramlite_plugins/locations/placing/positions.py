@@ -1,4 +1,4 @@
-"""Positions on a surface or in an opening: where the payload has room, and of these which come first."""
+"""Positions at which a payload has room on a surface or in an opening, in the order in which to try them."""
 
 from __future__ import annotations
 
@@ -175,9 +175,11 @@ def beside(area: Any, axis: Offset, least: float) -> Any:
 
 def positions(area: Any, anchor: Offset) -> Iterator[Offset]:
     """Generate positions in an area without end: the one nearest to an anchor, the middles of its parts, then
-    a Halton sequence (J. H. Halton, On the efficiency of certain quasi-random sequences, Numerische
-    Mathematik 2, 1960), which leaves ever smaller gaps and comes nowhere twice; in rounds of doubling size,
-    each from the anchor outwards.
+    ever denser ones.
+
+    The last are a Halton sequence (J. H. Halton, On the efficiency of certain quasi-random sequences,
+    Numerische Mathematik 2, 1960), which comes nowhere twice. They come in batches of doubling size, each
+    from the anchor outwards.
     """
     if area.is_empty:
         return

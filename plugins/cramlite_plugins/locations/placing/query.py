@@ -214,7 +214,8 @@ class Placement(Value):
 
     @property
     def way(self) -> list[tuple[Pose, float]]:
-        """Return TCP poses on the way that need room, each with its distance out of the place [m]."""
+        """Return TCP poses on the way to the placement that must be checked for room, each with its distance
+        from the placement [m]."""
         if not self.led:
             return [(self.before, 0.0), (self.pose, 0.0)]
         out = np.subtract(self.before.position, self.begins.position)

@@ -193,7 +193,7 @@ def stood(query: Query, now: Pose, offset: Offset, yaw: float) -> Pose:
 
 
 def about_vertical(pose: Pose, angle: float) -> Pose:
-    """Return the attitude of a pose, turned about the vertical [rad]."""
+    """Return the orientation of a pose, turned about the vertical by an angle [rad], as a pose at the origin."""
     return Pose((0, 0, 0), (Pose.from_rotvec((0, 0, 0), (0, 0, angle)) * Pose((0, 0, 0), pose.quaternion)).quaternion)
 
 
@@ -272,8 +272,10 @@ def with_middle(level: list[Query]) -> list[Query]:
 
 
 def toppled(query: Query, upright: Pose, out: Floats, lean: float) -> Iterator[tuple[Pose, Pose, str]]:
-    """Generate releases of a payload that leans out of an opening by an angle [deg], each with the pose after
-    it topples over its lowest edge, its origin in the region.
+    """Generate poses in which to release a payload that leans out of an opening by an angle [deg], with the
+    pose to which it falls.
+
+    It topples over its lowest edge, and its origin is then in the region.
 
     Those farthest in come first.
 

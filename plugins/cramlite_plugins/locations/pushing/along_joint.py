@@ -51,8 +51,10 @@ def behind_door(location: Location, belief: Belief, context: Context) -> Iterato
 def _pushing(
     thing: Thing, joint: Joint, spots: Iterator[tuple[Pose, str]], belief: Belief, context: Context, least: float | None
 ) -> Iterator[Grounding | Refused]:
-    """Groundings of hands that push a thing along its arc until it is all but shut, or open by the share
-    ``least``; refusals of hands that are not free or cannot follow the arc."""
+    """Ground hand poses that push a thing along its arc until it is all but shut, or open by the share ``least``.
+
+    A hand pose is refused if it is not free of collision, or if the arm cannot follow the arc with it.
+    """
     shut, pose = context.robot.gripper.opening[0], belief.pose(thing.name)
     stand_offs = (BEHIND, NEARER) if least is None else (INSIDE,)
     late = list[Grounding]()
