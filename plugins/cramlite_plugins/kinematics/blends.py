@@ -177,7 +177,7 @@ def _least(
 
 
 def _speed(a: Floats, b: Floats, length: float) -> float:
-    """Return the speed at a blend's end of the joint that moves farthest on the line there [rad/s]."""
+    """Return the speed [rad/s] of the joint that moves farthest, where a line meets a blend."""
     return 2 * leading(a, b) / length if length > 0 else 0.0
 
 

@@ -59,8 +59,7 @@ def _met(closing: Thing, put: str, after: Belief, context: Context, clearance: f
 
 
 def _on_its_way(joint: Joint, at: Pose, value: float, end: float) -> Iterator[tuple[float, Pose]]:
-    """Return the openings at which to check a thing that closes, above its joint's lower limit [m, rad], each
-    with its pose.
+    """Yield positions at which to check a closing thing: how far it is open [m, rad], and its pose in the world.
 
     The end comes first, since most contacts are there.
     """

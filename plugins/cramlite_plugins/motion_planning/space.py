@@ -77,7 +77,7 @@ class Probed(Value):
 def refusal(
     reason: str, *, blocking: InTheWay = (), collision: Collision | None = None, remedy: Remedy | None = None, **numbers: float
 ) -> Refused:
-    """Make a refusal whose alternative is named later (see ``Refused.of``).
+    """Make a refusal without the name of the alternative that it refuses; the name is added later (see ``Refused.of``).
 
     Args:
         reason: a clause with numbers.

@@ -106,7 +106,7 @@ class _Writer(Struct):
             case Fallback() | SetPayload():
                 self.add(*(self.attempts(step) if isinstance(step, Fallback) else self.payload(step)), origin=step.origin)
             case Monitor() | Parallel():
-                why = f"RAPID has no {type(step).__name__} here: the one task that moves the arm can do nothing beside"
+                why = f"RAPID has no {type(step).__name__} here: the one task that moves the arm can do nothing else meanwhile"
                 raise unsupported_step(step, "RAPID", why)
             case _:
                 self.add(*leaf(step, self), origin=step.origin)

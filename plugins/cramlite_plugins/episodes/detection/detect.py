@@ -144,8 +144,7 @@ def _contents(rollout: Rollout) -> list[Event]:
 
 
 def _snapped(states: tuple[Event, ...], times: Floats) -> list[Event]:
-    """States whose starts and ends are moved to the one before, or to the recording's start, if they come
-    within SNAP after it.
+    """Move starts and ends of states to the one before, or to the recording's start, if they come within SNAP after it.
 
     Both are one instant; the gap would otherwise become an action of a few samples.
     """

@@ -22,7 +22,7 @@ STOOD = 0.5
 
 
 def carried(rollout: Rollout, pairs: dict[tuple[str, str], Pair]) -> dict[tuple[str, str], Flags]:
-    """Return whether a body carries a thing, at each sample, for each such pair.
+    """Return, for each pair of a body and a thing, whether the body carries the thing at each sample.
 
     The body may be a part of a thing; the thing that is carried is a whole one.
 

@@ -180,7 +180,8 @@ def _cut_short(absence: Dropout, mine: list[Event]) -> set[str]:
 
 
 def _stays(absence: Dropout, event: Event, mended: Episode) -> float:
-    """Time [s] until which a thing's corrected poses show that a state went on which the dropout ended."""
+    """Return the time [s] until which a state that a dropout ended really lasted, according to the thing's
+    corrected poses."""
     partner = next((w for w in _wholes(event, mended) if w != absence.thing), absence.thing)
     times = [t for t in mended.tracks[absence.thing].times.tolist() if absence.start <= t < absence.end]
     until = event.end

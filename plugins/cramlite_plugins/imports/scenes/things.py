@@ -165,8 +165,7 @@ def _floors(hollow: Feature | None) -> list[Feature]:
 
 
 def _largest(area: Any) -> dict[str, float]:
-    """Return the sides of the largest rectangle that an area covers, among the area's bounding box scaled
-    down about the origin."""
+    """Scale an area's bounding box down about the origin until it fits into the area, and return its sides [m]."""
     import shapely
 
     x, y, x1, y1 = area.bounds

@@ -159,8 +159,8 @@ def place_at(placement: Placement, query: Query) -> Place:
 
 
 def _no_room(refused: list[Refused], query: Query, there: Iterable[str]) -> Unresolvable:
-    """Refusal if every placement fails a check of shapes alone: the first failure of each check, and the
-    choices behind them."""
+    """Refusal if every placement fails a check of shapes, without the arm: first failure of each check, and
+    what it depends on."""
     named = {thing for name in (*SIDES, "near") if (thing := getattr(query.where, name))}
     named |= {*there, *(name for no in refused for name in no.blocking or () if isinstance(name, str))}
     bindings = query.context.bindings
