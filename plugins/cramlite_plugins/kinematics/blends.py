@@ -60,7 +60,7 @@ class Straight(Value):
         return place
 
     def rate(self, time: float) -> float:
-        """Return the speed of the leading axis at a time since the start of the line [rad/s]."""
+        """Return the speed of the leading (farthest moving) joint at a time since the start of the line [rad/s]."""
         rest = self.length - time
         return min(self.top, self.first + self.acceleration * time, self.last + self.acceleration * rest)
 

@@ -79,7 +79,7 @@ def _swept(robot: Robot, start: Joints, refine: Refine) -> Iterator[Joints]:
 
 
 def _reached(robot: Robot, flange: Pose) -> Iterator[Joints]:
-    """Joint positions near the pose, each reached from one of the starts."""
+    """Yield joint positions that bring the flange near a pose, each found from one of several starts."""
     import mink
 
     configuration, task, limits, starts = _solver(robot, threading.get_ident())

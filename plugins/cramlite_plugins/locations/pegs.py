@@ -50,7 +50,7 @@ class Peg(Value):
 
     @property
     def along(self) -> float:
-        """Return the distance of the hole from the root, along the axis [m]."""
+        """Return the distance of the hole from the peg's root, along the peg's axis [m]."""
         return float((self.hole - self.root) @ self.axis)
 
     @property

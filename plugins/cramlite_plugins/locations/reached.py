@@ -52,7 +52,7 @@ class Leg(Value):
     where: Stage | None = None
 
     def refused(self, no: Refused) -> Refused:
-        """Return a refusal that begins with the stage of this leg, such as "at the grasp"."""
+        """Return a refusal whose reason begins with the stage of this motion, such as "at the grasp"."""
         return replace(no, reason=f"{self.said}: {no.reason}" if self.said else no.reason, where=self.where or no.where)
 
 

@@ -247,7 +247,8 @@ def _nearer(pose: Pose, by: float) -> Pose:
 
 
 def _arc(a: Pose, b: Pose) -> list[Pose]:
-    """Corners between two poses with even angle about, and distance from, the base's z axis."""
+    """Return poses between two poses, evenly spaced in their angle about the base's z axis and their distance
+    from it."""
     angles = [math.atan2(p.position[1], p.position[0]) for p in (a, b)]
     radii = [math.hypot(p.position[0], p.position[1]) for p in (a, b)]
     turn = math.remainder(angles[1] - angles[0], math.tau)

@@ -152,7 +152,8 @@ def _let_go(motion: Motion, belief: Belief, context: Context, opening: float) ->
 
 
 def fallen(belief: Belief, pose: Pose, onto: str = "") -> Pose:
-    """Return the payload's pose in the world after a straight fall onto its support there; as it is if there is none.
+    """Return the payload's pose in the world after a straight fall onto what is below it; its present pose if
+    nothing is.
 
     Args:
         onto: the only thing that counts as a support; "" for all.

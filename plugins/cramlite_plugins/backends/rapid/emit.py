@@ -72,7 +72,7 @@ class _Writer(Struct):
             origin = ""
 
     def declare(self, kind: str, prefix: str, origin: str, value: str) -> str:
-        """The name of a constant; the same value under the same name is declared once."""
+        """Declare a constant and return its name; equal values with the same origin share one constant."""
         base = name = prefix + identifier(origin)[: LONGEST - len(prefix) - 3]
         text, k = f"CONST {kind} {{}} := {value};", 1
         while self.data.get(name, text.format(name)) != text.format(name):

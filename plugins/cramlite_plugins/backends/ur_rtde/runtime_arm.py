@@ -205,7 +205,7 @@ class Arm:
             raise Aborted(f"the robot did not carry out {what}: protective stop, lost connection, or its script has ended")
 
     def there(self) -> bool:
-        """Whether the robot answers: a command to one that is gone would be waited for without end."""
+        """Whether the robot still answers; if not, ur_rtde would wait for a command without end."""
         heard = time.monotonic() - self.seen[1] <= SILENT
         return heard and self.receive.isConnected() and self.control.isConnected()
 
@@ -239,7 +239,7 @@ class Arm:
             time.sleep(CYCLE)
 
     def close(self) -> None:
-        """End the control script on the robot; it stops what moves."""
+        """End ur_rtde's control script on the robot, which also stops the arm, and disconnect."""
         self.ended.set()
         self.control.stopScript()
         self.control.disconnect()

@@ -23,7 +23,7 @@ def axis(frame: Vector) -> list[float]:
 
 
 def turned(frame: Vector, way: Vector) -> list[float]:
-    """A vector of a frame, in the base frame (Rodrigues)."""
+    """Rotate a vector from the axes of a frame to those of the base frame (Rodrigues)."""
     angle = math.hypot(*frame[3:])
     if angle < 1e-9:
         return list(way)

@@ -168,7 +168,7 @@ class FlowWriter(Struct):
         self.end()
 
     def monitor(self, step: Monitor) -> None:
-        """Write the watched steps, with a thread that watches."""
+        """Write a monitor: its steps, and a thread that checks its limits while they run."""
         number_ = self.next()
         name = f"monitor_{number_}"
         self.define += _monitor(step, number_, self.gripper)

@@ -50,7 +50,7 @@ class Loose(Value):
 
 
 def contents_named(vessel: str) -> str:
-    """Return the entity name of the first contents of a vessel."""
+    """Return the entity name of the contents that are in a vessel at the start."""
     return f"contents({vessel})"
 
 

@@ -174,7 +174,7 @@ def _flange(source: Source, data: Any, last: int, named: str) -> tuple[Pose, str
 
 
 def _behind(model: Any, body: int, last: int) -> bool:
-    """Whether a body is the last one, or fixed to it."""
+    """Whether a body is the last one of the arm, or fixed to it."""
     while body != last and body > 0 and not model.body_jntnum[body]:
         body = int(model.body_parentid[body])
     return body == last

@@ -113,7 +113,8 @@ def _frame(origin: Floats, x: Floats, z: Floats) -> Floats:
 
 
 def _row(before: Floats, after: Floats) -> tuple[float, float, float, float]:
-    """(a, d, alpha, theta) between two frames that keep to the convention."""
+    """Return the Denavit-Hartenberg parameters (a, d, alpha, theta) from one frame to the next, both placed
+    by that convention."""
     moved = np.linalg.inv(before) @ after
     theta = math.atan2(moved[1, 0], moved[0, 0])
     alpha = math.atan2(moved[2, 1], moved[2, 2])

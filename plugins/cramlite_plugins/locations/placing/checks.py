@@ -99,8 +99,8 @@ def clear(placement: Placement, query: Query) -> str | Refused:
 
 
 def inside(placement: Placement, query: Query) -> str | Refused:
-    """Check that all of the payload is over the container's opening, and apart from its walls as far as there
-    is room."""
+    """Check that all of the payload is over the container's opening, and keeps a gap from its walls where
+    there is room for one."""
     outline = footprint(query.thing, query.target.pose.inverse() * placement.thing)
     (low, left, high, right), (x, y, x1, y1) = outline.bounds, query.target.area.bounds
     gap = min(OFF_WALLS, *(max(0.0, room) / 4 for room in _play(outline, query)))  # with half of the room to choose from

@@ -151,7 +151,7 @@ class Query(Value, dict=True):
         return Leg(pose, touching, opening, 0.0, hand=not self.settles)
 
     def hand(self, thing: Pose) -> Pose:
-        """Return the TCP with the payload at a pose."""
+        """Return the TCP pose at which the held payload is at a given pose."""
         return thing * self.held.tcp_to_thing.inverse()
 
     def standing_there(self) -> tuple[str, ...]:

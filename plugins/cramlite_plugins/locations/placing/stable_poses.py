@@ -178,7 +178,7 @@ def _settled(query: Query, now: Pose, yaw: float) -> Query:
 
 
 def stood(query: Query, now: Pose, offset: Offset, yaw: float) -> Pose:
-    """Return a payload on its target, its middle over a position.
+    """Return the pose of a payload that stands on its target with its middle over a position.
 
     It is turned by an angle [deg] from facing the robot as it does now, or from facing what it shall face.
     """
@@ -235,7 +235,7 @@ def as_asked(now: Pose, where: Where) -> Pose:
 
 
 def check_turn(query: Query, asked: Pose) -> None:
-    """Check that a payload can be brought to the attitude of a pose, with the present grasp.
+    """Check that a payload can be turned to the orientation of a pose, with the present grasp.
 
     Raises:
         Unresolvable: what is in it would be spilled, or the hand would come under it; then another grasp may
@@ -253,7 +253,7 @@ def check_turn(query: Query, asked: Pose) -> None:
 
 
 def with_middle(level: list[Query]) -> list[Query]:
-    """Return the queries to try, one for each surface; on a support with a rim its middle comes first.
+    """Return the placement queries to try, one for each surface; on a support with a rim its middle comes first.
 
     Of a movable support with a rim, such as a plate: the middle of its largest surface, then that surface if
     it has room elsewhere.

@@ -107,7 +107,7 @@ def _at_best(asked: list[Query], now: Pose) -> Iterator[Refused]:
 
 
 def prepared(bare: list[Query]) -> list[Query]:
-    """Return the queries of a payload that comes from above, with their obstacles.
+    """Return the placement queries of a payload that comes from above, with their obstacles.
 
     An opening has two queries: one for positions beside its contents and its overhang, one for positions
     anywhere.

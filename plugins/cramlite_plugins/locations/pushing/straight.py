@@ -155,7 +155,8 @@ def _aside(thing: Thing, pose: Pose, location: Location, belief: Belief, context
 
 
 def _directions(pose: Pose, belief: Belief, context: Context) -> list[Point]:
-    """Level unit vectors all around, those first that lead away from things of later tasks."""
+    """Return horizontal unit vectors in all directions; those that lead away from the things of later tasks
+    come first."""
     named = (entity for task in context.later for entity in task.entities.values())
     about = [belief.pose(n).position[:2] for n in dict.fromkeys(map(thing_of, named)) if n in belief.poses]
     off = np.asarray(pose.position[:2]) - np.mean(about, axis=0) if about else np.array([1.0, 0.0])
