@@ -86,7 +86,7 @@ def _geoms(shapes: list[Shaped], mesh: Any, name: str) -> tuple[tuple[Geom, ...]
 
     closed = files.closed(mesh, f"mesh of '{name}'")
     found = shape.from_mesh(closed.mesh, closed.notes)
-    return found.geoms, (*notes, f"nothing of the file collides: {found.notes[-1]} of what is seen")
+    return found.geoms, (*notes, f"no shape of the file collides, so its visible mesh does: {found.notes[-1]}")
 
 
 def _joint(model: Any, joint: int) -> str:

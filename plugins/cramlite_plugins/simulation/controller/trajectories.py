@@ -82,7 +82,7 @@ class BlendedMotion(Value):
         return section.at(since)
 
     def rate(self, time: float) -> float:
-        """Return the speed of the leading (farthest moving) joint at a time since the start of the line [rad/s]."""
+        """Return the speed of the leading axis at a time since the start [rad/s]."""
         section, since = self._now(time)
         return max(section.rate(since), 0.0)
 
