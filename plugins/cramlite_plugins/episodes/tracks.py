@@ -103,8 +103,8 @@ def _repaired(name: str, rows: Rows, inner: bool) -> tuple[Rows, list[Repair]]:
 
 
 def _alone_near_identity(rows: Rows) -> NDArray[np.bool_]:
-    """Whether each pose is a spurious one of a recorder that has just started or is noisy: nearly identity,
-    and long before or after any other."""
+    """Whether each pose is spurious, as from a recorder that has just started: nearly the identity, and long
+    before or after others."""
     near = (np.linalg.norm(rows.poses[:, :3], axis=1) < NEARLY) & (np.abs(rows.poses[:, 3]) > 1 - NEARLY)
     gaps = np.abs(np.diff(np.concatenate([[-np.inf], rows.times, [np.inf]])))
     return np.asarray(near & (np.minimum(gaps[:-1], gaps[1:]) > ALONE))

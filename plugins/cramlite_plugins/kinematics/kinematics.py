@@ -255,7 +255,8 @@ def held_posture(robot: Robot, target: Pose) -> Joints | None:
 
 
 def _led(robot: Robot, target: Pose, posture: Joints) -> Joints | None:
-    """Joint positions at the end of the straight way of the tool from a posture to a pose, by steps of least norm."""
+    """Lead the tool from a posture straight to a pose, in steps of least norm, and return the joint positions
+    at the end."""
     start = forward(robot, posture)
     q: Joints | None = posture
     shift, turn = np.subtract(target.position, start.position), np.asarray((start.inverse() * target).rotvec)

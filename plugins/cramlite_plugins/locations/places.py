@@ -1,4 +1,4 @@
-"""Hand poses without grasp search: home, straight back, straight up, along a surface."""
+"""Hand poses that need no search for grasps: home, straight back, straight up, along a surface."""
 
 from __future__ import annotations
 

@@ -228,8 +228,8 @@ def _singular(robot: Robot, q: Joints) -> str:
 
 
 def _stopped(scene: PlanningScene, points: Sequence[Joints]) -> tuple[int, Refused] | None:
-    """Number of points up to a collision, and the refusal with the collision and the things that must be
-    moved; None without a collision."""
+    """Return how many points come before a collision, with the refusal and the things that must be moved;
+    None without one."""
     eased = scene.relaxed([points[-1]], start=points[0])
     for k, (a, b) in enumerate(pairwise(points)):
         checkpoint()

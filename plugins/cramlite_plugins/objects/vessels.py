@@ -126,7 +126,8 @@ def jug(
 
 
 def _shell(radius: float, height: float, wall: float, rgba: Colour) -> tuple[Geom, ...]:
-    """A floor, and boxes around it that overlap at their edges so that there is no gap."""
+    """Return the geoms of a round vessel: a floor, and boxes as its wall, which overlap at their edges
+    without a gap."""
     floor = Geom("cylinder", (radius - wall / 2, wall / 2), Pose((0, 0, (wall - height) / 2)), rgba=rgba)
     middle = radius - wall / 2
     half = (wall / 2, (middle + wall / 2) * math.tan(math.pi / SIDES), height / 2)

@@ -45,7 +45,7 @@ ORI, LONGEST = 60.0, 30  # reorientation speed [deg/s]; letters of an identifier
 
 
 class _Writer(Struct):
-    """RAPID text under construction.
+    """Writer of a RAPID module: the declarations and lines that were written so far.
 
     Args:
         zero: where ABB's axes are zero, in the angles of typed programs [rad].

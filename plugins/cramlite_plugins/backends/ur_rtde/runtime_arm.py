@@ -317,8 +317,10 @@ class Arm:
     # Gripper, payload, tare, time
 
     def grip(self, step: str, position: int, *, speed: int, force: int, expect: str, timeout: float) -> None:
-        """Move the fingers to a position, with speed and force, all 0 .. 255. OBJ is trusted only after
-        PRE has echoed the command."""
+        """Move the gripper's fingers to a position, with a speed and a force, all 0 .. 255.
+
+        The register OBJ is trusted only after the register PRE has echoed the command.
+        """
         self.at()
         hand = self.gripper
         for name, value in (("SPE", speed), ("FOR", force), ("POS", position)):
@@ -337,7 +339,7 @@ class Arm:
         self.done(self.control.setPayload(mass, list(center)), "setPayload")
 
     def zero(self, settle: float = 0.3) -> None:
-        """Tare the force sensor, after the arm and the sensor's filter have settled [s]."""
+        """Tare the force sensor after a time in which the arm and the sensor's filter settle [s]."""
         self.stand_still(settle)
         if self.can_zero:
             self.done(self.control.zeroFtSensor(), "zeroFtSensor")

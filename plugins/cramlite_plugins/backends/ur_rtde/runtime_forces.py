@@ -39,7 +39,7 @@ def way_along(arm: Arm, start: Vector, direction: Vector) -> float:
 
 
 class ForceMode:
-    """Force mode that is on inside a ``with``, and a motion in it that is stopped at the end."""
+    """Context manager in which force mode is on; a motion that is started inside it is stopped at its end."""
 
     def __init__(self, arm: Arm, frame: Vector, selection: Sequence[int], wrench: Vector, limits: Vector) -> None:
         self.arm = arm
@@ -138,7 +138,8 @@ def spiral_search(
     arm: Arm, step: str, *, frame: Vector, force: float, pitch: float, radius: float, speed: float, advance: float,
     force_limit: float, timeout: float,
 ) -> None:  # fmt: skip
-    """Press along z of a frame and move across it on a spiral until the tool gives way, or a rim holds it."""
+    """Press along z of a frame and move across it on a spiral, until the tool sinks in or is held by the rim
+    of a hole."""
     arm.at()
     direction, start = axis(frame), arm.tcp()
     arrived = along_path(arm, spiral(list(arm.receive.getTargetTCPPose()), frame, pitch, radius), speed)

@@ -33,7 +33,7 @@ START_TOLERANCE = 0.01  # how far each joint may be from the start posture [rad]
 
 
 class _Writer(Struct, dict=True):
-    """URScript text under construction."""
+    """Writer of a URScript program: the lines that were written so far, with the steps that they come from."""
 
     robot: Robot
     lines: list[str] = field(default_factory=list)  # without the indentation of the program's function

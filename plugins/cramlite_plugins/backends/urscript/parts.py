@@ -210,7 +210,7 @@ def _controller(robot: Robot) -> str:
         return known
     known += "; no sensor in the flange" if controller == CB3 else ""
     if robot.sensor is None:
-        return f"{known}; forces are what the controller itself works out"
+        return f"{known}; forces are estimated by the controller itself"
     return (
         f"{known}{':' if controller == CB3 else ';'} the {robot.sensor} between flange and gripper must be the"
         " controller's force source (enable_external_ft_sensor, by its URCap), with readings at the flange"

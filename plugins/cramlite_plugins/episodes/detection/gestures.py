@@ -1,5 +1,5 @@
-"""Gestures with a held thing that no state shows: swinging to and fro, and tilting, found in the thing's
-sampled poses."""
+"""Swinging and tilting of a held thing, found in the thing's sampled poses, as no contact or support state
+shows them."""
 
 from __future__ import annotations
 

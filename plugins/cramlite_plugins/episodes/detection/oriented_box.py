@@ -93,7 +93,8 @@ def is_inside_outline(inner: OrientedBox, outer: OrientedBox, slack: float) -> b
 
 
 def _separation(a: OrientedBox, b: OrientedBox, directions: Iterable[Floats]) -> float:
-    """Widest space between the projections of two boxes onto directions [m]; negative if they overlap in all of them."""
+    """Return the widest gap between two boxes along one of several directions [m]; negative if they overlap
+    along all."""
     found = []
     for n in directions:
         p, q = a.corners @ n, b.corners @ n

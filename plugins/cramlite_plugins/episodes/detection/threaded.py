@@ -78,7 +78,7 @@ def _out_of(poses: Floats, point: Floats) -> Floats:
 
 
 def _unit(poses: Floats) -> Floats:
-    """The quaternions of frames (N, 7), of length 1."""
+    """Return the quaternions of poses (N, 7), scaled to length 1."""
     found: Floats = poses[:, 3:] / np.linalg.norm(poses[:, 3:], axis=1, keepdims=True)
     return found
 

@@ -21,7 +21,7 @@ LATER = 10.0
 
 
 def episode_of(parts: Parts) -> Episode:
-    """Assemble an episode: impossible events are dropped and unknown entities added, each with its repair."""
+    """Assemble an episode; impossible events are dropped and unknown entities added, and each is noted as a repair."""
     tracks, repairs = world_tracks(parts.rows)
     parts.repairs += repairs
     _one_clock(parts, tracks)
@@ -134,8 +134,7 @@ def _complete(parts: Parts, events: tuple[Event, ...], tracks: dict[str, Track])
 
 
 def _acyclic(entities: dict[str, Entity], parts: Parts) -> tuple[Entity, ...]:
-    """Entities, where one that is described as a part of itself, directly or through others, becomes a
-    separate thing."""
+    """Make entities that are described as parts of themselves, directly or through others, separate things."""
     for name in list(entities):
         seen, at = {name}, entities[name].part_of
         while at is not None and at not in seen:

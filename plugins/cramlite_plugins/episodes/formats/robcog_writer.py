@@ -85,7 +85,7 @@ def _kind(kind: str, name: str) -> str:
 
 
 def _individual(name: str, types: tuple[str, ...], *properties: str) -> Iterator[str]:
-    """A named individual; types as CURIEs of the document, or IRIs."""
+    """Write an OWL individual as XML lines; its types are CURIEs of the document, or IRIs."""
     yield f'<owl:NamedIndividual rdf:about="&log;{_fragment(name)}">'
     for type_ in types:
         prefix, _, local = type_.partition(":")

@@ -119,8 +119,11 @@ def _pauses(group: list[Event]) -> Iterator[tuple[float, float]]:
 
 
 def _absence(episode: Episode, thing: str, hand: str | None, start: float, end: float) -> Dropout | None:
-    """Tracking dropout in an interval if the thing has the same pose in the hand, or in the world, before and
-    after it; None if the thing may really have been let go."""
+    """Return the tracking dropout in an interval, if the thing's pose in the hand or in the world is the same
+    before and after it.
+
+    The result is None if the thing may really have been let go.
+    """
     before, after = start - MARGIN, end + MARGIN
     if hand is not None:
         at = [(episode.pose_at(hand, t), episode.pose_at(thing, t)) for t in (before, after)]
@@ -236,7 +239,8 @@ def _recorded(track: Track, start: float, end: float) -> tuple[tuple[float, ...]
 
 
 def _carried(absence: Dropout, episode: Episode) -> Track | None:
-    """The thing's track with poses as if it had never been gone; None if it needs no change."""
+    """Return a thing's track with expected poses for the time of a dropout; None if the recorded ones agree
+    with them."""
     track = episode.tracks[absence.thing]
     within = (track.times >= absence.start) & (track.times < absence.end)
     if absence.hand is None:

@@ -231,7 +231,7 @@ class Mapping(Spec):
 
 
 def _agreed(key: str, said: str | None, stated: str | None) -> str | None:
-    """Value of a convention's key from the mapping, or else from the recording's header; both must agree."""
+    """Return the value of a key from the mapping, or else from the recording's header; refuse two that differ."""
     if said is not None and stated is not None and said != stated:
         raise UserError(f"'{key}: {said}' contradicts the recording's own header, which says {stated}; leave '{key}' out.")
     return said or stated

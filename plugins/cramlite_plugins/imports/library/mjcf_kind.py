@@ -138,7 +138,10 @@ def _part(source: Source, geom: int, frame: Pose) -> look.Part:
 
 
 def _places(model: Any, mesh: int, material: int) -> Floats:
-    """Texture coordinates (F, 3, 2) of a mesh's corners; MuJoCo counts rows downwards."""
+    """Return the texture coordinates (F, 3, 2) of a mesh's corners.
+
+    MuJoCo counts the rows of an image downwards.
+    """
     start, count = int(model.mesh_faceadr[mesh]), int(model.mesh_facenum[mesh])
     first = int(model.mesh_texcoordadr[mesh])
     coordinates = np.asarray(model.mesh_texcoord[first : first + int(model.mesh_texcoordnum[mesh])], float)

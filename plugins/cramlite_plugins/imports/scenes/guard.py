@@ -1,4 +1,4 @@
-"""Guard before MuJoCo reads a scene file: the files that it would open, and the memory that it would allocate.
+"""Check of a scene file before MuJoCo reads it: the files that it would open, and the memory that it would allocate.
 
 MuJoCo itself opens any path, devices included, repeats elements as often as a file says, and crashes on a model that is attached to
 itself (MuJoCo 4.0).
@@ -35,7 +35,8 @@ Weight = tuple[int, int]
 
 
 class _Named(Struct):
-    """File name that a file contains, its line, and whether the named file must be a part of a model."""
+    """Name of a file that a scene file contains, with its line, and whether the named file must be a part of
+    a model."""
 
     path: Path
     line: int

@@ -147,7 +147,7 @@ def _between(model: Any, geoms: Any, group: Group) -> bool:
 
 
 def _physics(model: Any) -> tuple[dict[str, float | int | str], list[str]]:
-    """Options that differ from MuJoCo's defaults, and notes on those that are not kept."""
+    """Return a scene's physics options that differ from MuJoCo's defaults, and notes on those that are not kept."""
     found: dict[str, float | int | str] = {k: getattr(model.opt, k) for k, usual in KEPT.items() if getattr(model.opt, k) != usual}
     notes: list[str] = []
     if int(model.opt.cone) == 1:

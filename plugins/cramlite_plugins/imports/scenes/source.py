@@ -106,7 +106,7 @@ def _warnings() -> Iterator[list[str]]:
 
 
 def _drop_textures(spec: Any) -> None:
-    """Leave out pictures on surfaces, which take longer to read than all else; colours of materials stay."""
+    """Leave out the textures of a scene, which take longer to read than all else; the colours of materials stay."""
     for material in spec.materials:
         material.textures = [""] * len(material.textures)
     for texture in list(spec.textures):

@@ -1,4 +1,5 @@
-"""Groups of bodies as things: shape, mass, joint, and the features that names, sites and geometry show."""
+"""Conversion of a scene's groups of bodies to things: shape, mass, joint, and features from names, sites and
+geometry."""
 
 from __future__ import annotations
 

@@ -246,8 +246,10 @@ def room(placement: Placement, query: Query) -> str | Refused:
 
 
 def _met(placement: Placement, query: Query, hand: bool) -> Refused | None:
-    """Refusal by what a payload meets on its way, with or without the hand; a pose out of reach is left to
-    another check."""
+    """Return the refusal if the payload meets something on its way, with or without the hand.
+
+    A pose out of reach is left to another check.
+    """
     for pose, far in placement.way:
         short = not placement.led and reach_shortfall(query.context.robot, pose)
         no: Refused | None = None if short else query.scene.met(query.belief.base() * pose, hand)

@@ -89,7 +89,7 @@ def _blocked(placement: Placement, query: Query) -> Refused | None:
 
 
 def _remedy(no: Refused, query: Query) -> Remedy | None:
-    """Remedy where the hand meets the support or the container."""
+    """Return the advice if the hand would meet the support or the container."""
     if no.collision is None or thing_of(query.entity) not in {thing_of(name) for name in no.collision.pair}:
         return None
     into, more = query.belief.thing(query.entity), max(1.0, 1000 * no.collision.depth)

@@ -267,7 +267,7 @@ def corner(area: Any, left: Any, sides: tuple[float, float], near: Offset) -> Of
 
 
 def _corners(area: Any, sides: tuple[float, float]) -> list[Offset]:
-    """Extreme positions of a rectangle's middle with its corners in a convex area."""
+    """Return the extreme positions of a rectangle's middle at which all of its corners are in a convex area."""
     x, y = sides[0] / 2, sides[1] / 2
     moved = [shapely.affinity.translate(area, a * x, b * y) for a in (-1, 1) for b in (-1, 1)]
     points = shapely.get_coordinates(shapely.intersection_all(moved)).round(4).tolist()

@@ -188,8 +188,10 @@ def _stopped(no: Refused, location: Location, entity: str, way: str = "on") -> R
 
 
 def _around(location: Location, belief: Belief, context: Context, entity: str) -> Iterator[Grounding | Refused]:
-    """Ways around obstacles that the arm can follow; where it can follow none, obstacles of a shorter way are
-    to blame, too."""
+    """Yield ways around obstacles that the arm can follow; if it can follow none, a refusal.
+
+    The refusal blames obstacles of a shorter way, too.
+    """
     pose, thing = belief.pose(entity), belief.thing(entity)
     left = _left(*_region(thing, pose, asked(location, PushedThing).region, belief))
     hand, (x, y, _) = met_with_hand(belief, context, entity, tcp(belief, context)), pose.position
