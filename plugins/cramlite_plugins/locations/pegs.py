@@ -177,7 +177,7 @@ def _hole_now(belief: Belief, context: Context) -> Pose:
 
 
 def _hand(belief: Belief, hole: Pose) -> Pose:
-    """The TCP for which the held thing's hole is at a pose."""
+    """Return the TCP pose at which the held thing's hole is at a pose."""
     assert belief.held is not None
     feature = belief.world.thing(belief.held.thing).feature("vrps:Hole")
     assert feature is not None

@@ -43,7 +43,7 @@ def _model(
 
 
 def arm_movers(compiled: Compiled, mount: str) -> Movers:
-    """Return the table of the joints of a mount's robot that move each geom."""
+    """Return the tables (geoms, joints) that tell which joints of the robot on a mount move which geoms."""
     return _movers(Itself(compiled), mount)
 
 

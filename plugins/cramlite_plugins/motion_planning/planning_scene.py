@@ -99,7 +99,7 @@ class PlanningScene(Value):
 
     @property
     def moved(self) -> Floats:
-        """Return (geoms, joints) 1 where the joint moves the geom, else 0."""
+        """Return a table (geoms, joints): 1 where the joint moves the geom, else 0."""
         return self.movers.moved
 
     @property

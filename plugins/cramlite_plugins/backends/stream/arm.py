@@ -78,7 +78,8 @@ class StreamedArm(CommandedArm):
         return self.kinematics.forward(self.actual_joints())
 
     def wrench(self) -> Floats:
-        """Return the wrench (6,) that the process feels, less that of the last tare, base axes, at the TCP [N, Nm]; 0 if none."""
+        """Return the wrench (6,) that the process measures at the TCP, less its value at the tare, base axes
+        [N, Nm]; 0 if none."""
         return np.zeros(6) if self.state.wrench is None else np.array(self.state.wrench) - self.tare
 
     def force_vector(self) -> Floats:

@@ -137,8 +137,11 @@ def leaning(query: Query, now: Pose) -> Iterator[Pose]:
 
 
 def _starts(query: Query, now: Pose) -> Iterator[Pose]:
-    """Poses of the payload tilted over its narrow side, at positions across the target's opening; those nearest
-    to the middle of the opening first."""
+    """Yield poses of the payload tilted in the direction of its smaller width, at positions across the
+    target's opening.
+
+    Those nearest to the middle of the opening come first.
+    """
     for upright, lean, sign in product(along_walls(query, now), LEANS, (1.0, -1.0)):
         low, high = extent(query, upright)
         narrow = int(np.argmin((high - low)[:2]))

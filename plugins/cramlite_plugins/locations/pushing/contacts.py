@@ -239,7 +239,8 @@ def _clear_of(thing: Thing, pose: Pose, hand: Pose, out: Floats, gripper: Grippe
 
 
 def upon(thing: Thing, handle: Feature, pose: Pose, turns: tuple[float, float], gripper: Gripper) -> Pose:
-    """TCP of closed fingers over a handle's bar, their lowest edge at a gap of ``ALMOST`` [m] above its middle."""
+    """Return the TCP pose of closed fingers over a handle's bar, their lowest edge at a gap of ``ALMOST`` [m]
+    above its middle."""
     up, middle = np.array([0.0, 0.0, 1.0]), np.asarray((pose * handle.pose).position)
     hand = _turned(pose.rotate(handle.pose.rotate(up)), up, turns)
     met = spans(body(thing.geoms), np.asarray(handle.pose.position), pose.inverse().rotate(up))
