@@ -18,10 +18,10 @@ RENAMED = {"--wants": "--attributes"}
 
 
 class Add(Protocol):
-    """Callable that declares a command: its name, and the function that runs it."""
+    """Protocol of the function with which a module declares a command: its name, and the function that runs it."""
 
     def __call__(self, name: str, run: Command, *, asks_plugins: bool = True) -> argparse.ArgumentParser:
-        """Return the parser of the declared command, to which its own arguments are added.
+        """Declare a command and return its argument parser, to which the caller adds the command's own options.
 
         With ``asks_plugins`` the command loads plugins by itself.
         """

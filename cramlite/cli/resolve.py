@@ -1,4 +1,4 @@
-"""``cramlite resolve``: from a scenario to a run directory."""
+"""``cramlite resolve``: searches for a proven program for a scenario, and writes it into a run directory."""
 
 from __future__ import annotations
 
@@ -130,8 +130,8 @@ def _interrupted_behind(
 
 
 def _started_from(scenario: Scenario, demonstration: Path | None, plan: Path | None, meant: str | None) -> Scenario:
-    """Return the scenario with the demonstration, plan or reading that the command line states in place of
-    its own start."""
+    """Return the scenario with the demonstration, plan or reading from the command line instead of those
+    in its file."""
     scenario = scenario.demonstrated_by(demonstration) if demonstration else scenario
     scenario = scenario.planned_by(plan) if plan else scenario
     return scenario.read_as(meant) if meant else scenario
@@ -277,8 +277,7 @@ def _finish(run: RunDirectory, solution: Solution, engine: Engine, say: Progress
 
 
 def _earlier_trace(run: RunDirectory) -> Trace:
-    """Return the beginning of an interrupted run's trace, which is about its refused candidates only, so
-    that these are not tried again."""
+    """Return that part of an interrupted run's trace that is about refused candidates, which are not tried again."""
     if not run.refused:
         return Trace()
     entries = read_trace(run.path / "trace.json").entries
@@ -306,7 +305,7 @@ def _resolve(arguments: argparse.Namespace) -> int:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``resolve`` with its arguments."""
+    """Add the command ``resolve``, with its arguments, to the command line."""
     resolve = add("resolve", _resolve)
     resolve.add_argument("scenario", help="a scenario file, or the name of a shipped one")
     resolve.add_argument("--out", type=Path, help="run directory; default runs/SCENARIO-SEED")

@@ -17,7 +17,7 @@ KILLED = 128
 
 
 class Interrupted(CramliteError):
-    """Exception that ends a command after a signal such as Ctrl+C; its message says what was found until then.
+    """Exception that ends a command after a signal such as Ctrl+C; its message says what was found before.
 
     Args:
         message: one paragraph.

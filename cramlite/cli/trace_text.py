@@ -64,11 +64,16 @@ class _Tree(Value):
         return back and (bool(self.kept) or self.rivals[entry.number] > 1)
 
     def indent(self, entry: Entry) -> int:
-        """Return the indentation of a trace entry: its depth, and one step more unless it is a question."""
+        """Return the indentation of a trace entry: its depth, and 1 more unless it opens the grounding of
+        a designator."""
         return self.depth(entry) + (entry.outcome != "asked" and entry.parent > 0)
 
     def depth(self, entry: Entry) -> int:
-        """Depth in the tree of the question that an entry belongs to, without recursion: a search may be a thousand questions long."""
+        """Return the depth of a trace entry in the printed tree: 2 more below each dropped alternative that
+        had rivals.
+
+        Without recursion, since a search may be a thousand questions long.
+        """
         chain = []
         while entry.number not in self.depths and entry.parent:
             chain.append(entry)

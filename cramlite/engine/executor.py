@@ -83,8 +83,10 @@ class Executor(Struct):
         return rollout, seconds
 
     def interrupt(self) -> None:
-        """Interrupt the present run, so that it is answered with an error, and keep the process; on systems
-        without such signals the run goes on to its end."""
+        """Interrupt the run in the executing process, which then answers with an error, and keep the process.
+
+        On systems without such a signal the run goes on to its end.
+        """
         if self._process is not None and ENDS_RUN is not None:
             self._process.send_signal(ENDS_RUN)
 
@@ -163,7 +165,7 @@ def _serve(asked: BinaryIO, answers: BinaryIO) -> None:
 
 
 def _loaded(plugins: PluginChoice) -> Knowledge | Exception:
-    """Load the plugins and the simulator's libraries; return the plugins' knowledge, or the error."""
+    """Load the plugins and the simulator's libraries; return what the plugins declare, or the error."""
     from ..model.world import World
     from ..plugin.catalogue import Knowledge
 

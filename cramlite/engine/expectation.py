@@ -1,4 +1,5 @@
-"""Expectation of a run: the readings of its proof, line by line, and how far a run may differ."""
+"""Expected sensor readings of a run, line by line, from the run that proved its program; and how far they
+may differ."""
 
 from __future__ import annotations
 
@@ -46,7 +47,7 @@ MOVING = 0.02
 
 
 class Noise(Value):
-    """Noise of readings: standard deviations.
+    """Noise of sensor readings, as standard deviations.
 
     Args:
         position: of things [m].
@@ -165,8 +166,9 @@ def _held(proof: Rollout, sample: int) -> str:
 
 
 class RunWatch:
-    """Watcher that reports where a run's readings deviate from those of its proof; see
-    ``cramlite.model.readings.Watch``.
+    """Watcher that reports where the sensor readings of a run deviate from those of the run that proved its program.
+
+    See ``cramlite.model.readings.Watch``.
 
     Args:
         expected: of the program.
@@ -206,8 +208,7 @@ class RunWatch:
         return self.notice
 
     def rest(self, readings: Readings) -> None:
-        """Keep the readings of the arm at rest after a run as the run's last ones, with sensor noise
-        added."""
+        """Keep the sensor readings of the arm at rest after a run as the run's last ones, with noise added."""
         self.last = self._noisy(readings) if readings.poses is not None else readings
 
     @property

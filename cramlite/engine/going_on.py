@@ -1,5 +1,5 @@
-"""Continuation of an execution when the world changes, for ``cramlite execute --replan`` with poses from
-readings.
+"""Continuation of an execution after the world has changed, for ``cramlite execute --replan`` with sensors
+that report poses.
 
 A program runs while a watcher compares what is read with what its proof showed. Where that deviates the arm brakes, belief takes what
 was read, with what is in the hand, and the rest is resolved from there and proven. Nothing moves that was not proven from what is
@@ -22,7 +22,7 @@ from ..model.fault import FaultKind
 from ..model.readings import Deviation, Notice
 from ..model.rollout import world_after_run
 from ..model.steps import MoveJoints
-from ..planning.budget import budget_of
+from ..planning.budget import Budget, budget_of
 from ..planning.failure import brief_failure_text, failure_text
 from ..planning.planning_problem import planning_problem
 from ..planning.task_goals import Goal
@@ -40,7 +40,6 @@ from .search_in_setting import search_in
 from .setting import with_load
 
 if TYPE_CHECKING:
-    from ..model.plan import Plan
     from ..model.rollout import Rollout
     from ..model.world import World
     from ..plugin.protocols import Candidate
@@ -86,8 +85,12 @@ TO_DO: Mapping[Deviation, str] = {
 """Advice to a person where nothing more can be proven."""
 
 
+AT_ONCE = {"expansions": 50, "proofs": 2, "sequences": 3}
+"""Budget of a search where the arm was stopped: searches that found a program there took at most 32 expansions of a task sequence."""
+
+
 class Stretch(Value):
-    """Executed stretch between two decisions: a run, the notice that ended it, and the decision.
+    """Part of an execution with replanning: one run, the notice that ended it, and what was decided then.
 
     Args:
         round: the run, with its program and ``rollout``.
@@ -156,7 +159,7 @@ class GoingOn:
             self._leave(last, real=before.real is not None)
 
     def _leave(self, last: Stretch, *, real: bool) -> None:
-        """Set the setting's world and robot to where the last run ended."""
+        """Update the believed world and the robot to how the last run left them."""
         rollout, world = last.round.rollout, self.setting.world
         left = world_after_run(rollout, world)
         stays = {t.name for t in left.things if _apart(world.thing(t.name).pose.position, t.pose.position) <= STILL}
@@ -229,7 +232,7 @@ class GoingOn:
         return watch, Round(attempt, simulator.execute(text, attempt.world, robots, mount=mount, seed=self.seed, watch=watch))
 
     def _noticed(self, watch: RunWatch, done: Round) -> Notice | None:
-        """Return the notice of why a stretch ended; None where it reached the goal."""
+        """Return the notice that says why a run did not reach the goal; None if it reached it."""
         outcome, ran = done.rollout.outcome, [k for k, line in enumerate(done.rollout.lines) if line > 0]
         at = float(done.rollout.times[min(ran[-1] + 1, len(done.rollout.times) - 1) if ran else -1])
         if outcome == "noticed":
@@ -271,8 +274,10 @@ class GoingOn:
         return self._next(done, watch, notice)
 
     def _next(self, done: Round, watch: RunWatch, notice: Notice) -> tuple[Attempt | None, str]:
-        """Return the next program, proven in the world of the last readings, and why it was chosen; None, and
-        why there is none."""
+        """Return the next program and why it was chosen, or None and why there is none.
+
+        It is proven in the world of the last sensor readings.
+        """
         assert watch.last is not None
         if watch.last.poses is None:
             return None, "there are no readings; when they are back, execute again with --replan"
@@ -288,11 +293,15 @@ class GoingOn:
         rest = self._same_program(done, world) if watch.nothing_moved and notice.kind is not Deviation.GOAL_CHANGED else None
         if rest is not None:
             return rest, f"goes on with the rest of the same program{hand}: all things are where its proof had them"
-        for candidate in self._candidates(done):
-            return _attempt(candidate, world), f"goes on from here{hand}: {candidate.plan}"
-        back = self._back(done, world) if done.step != BACK else None
+        whole, stopped = budget_of(self.scenario), done.step != BACK
+        candidate = next(self._candidates(done, _at_once(whole) if stopped else whole), None)
+        back = self._back(done, world) if candidate is None and stopped else None
         if back is not None:
             return back, f"the arm goes back the way it came{hand}: no program was proven from here"
+        if candidate is None and stopped:
+            candidate = next(self._candidates(done, whole), None)
+        if candidate is not None:
+            return _attempt(candidate, world), f"goes on from here{hand}: {candidate.plan}"
         return None, f"no program was proven from here{hand}. {self._failure(self.trace, self.engine.registry.faults)}"
 
     def _believe(self, done: Round, watch: RunWatch) -> None:
@@ -322,9 +331,9 @@ class GoingOn:
         self.trace.add(0, "rest", said, "proven" if verdict.passed else "failed", "engine", verdict.reason, kind="proof")
         return _attempt(ran, world) if verdict.passed and ran.code is not None else None
 
-    def _candidates(self, done: Round) -> Iterator[Candidate]:
+    def _candidates(self, done: Round, budget: Budget) -> Iterator[Candidate]:
         """Generate programs for the rest of the plan that were proven in the belief, best first."""
-        setting, engine, budget = self.setting, self.engine, budget_of(self.scenario)
+        setting, engine = self.setting, self.engine
         if self.goal is not None:
             try:
                 found = engine.resolve(Goal(self.goal), setting=setting, seed=self.seed, budget=budget, trace=self.trace)
@@ -355,6 +364,11 @@ class GoingOn:
         return Attempt(done.attempt.plan, program, code, world) if proof.outcome == "finished" and still else None
 
 
+def _at_once(whole: Budget) -> Budget:
+    """Return the budget of a first search after a stop: the arm had better go back than wait for a longer one."""
+    return replace(whole, **{name: min(most, getattr(whole, name)) for name, most in AT_ONCE.items()})
+
+
 def _attempt(candidate: Candidate, world: World) -> Attempt:
     """Return a proven program to be run in a world."""
     assert candidate.code is not None
@@ -364,8 +378,8 @@ def _attempt(candidate: Candidate, world: World) -> Attempt:
 def _stopped(number: int, notice: Notice | None, decision: str) -> str:
     """Reason why an execution ends, for people."""
     if notice is None:
-        return f"Round {number} came to its end. The arm stands still: {decision}"
-    return f"Round {number} was stopped by {notice}. The arm stands still: {decision}. To do: {TO_DO[notice.kind]}."
+        return f"The program of round {number} came to its end. The arm stands still: {decision}"
+    return f"The program of round {number} was stopped by {notice}. The arm stands still: {decision}. To do: {TO_DO[notice.kind]}."
 
 
 def _declared(done: Round) -> bool:

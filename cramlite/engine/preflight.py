@@ -136,7 +136,7 @@ def flight_of_run(run: Path, knowledge: Knowledge) -> Flight:
     robot = pick("robot", knowledge.robots_of(intent.kept.world), intent.program.robot_type)
     if not (run / "rollout.npz").is_file():
         raise UserError(
-            f"'{run}' has no recorded run, since the text of its robot cannot be run here; so nothing was measured that could be "
+            f"'{run}' has no recorded run, since programs in its language cannot be run here; so nothing was measured that could be "
             "shown. Give 'program.json', the typed program, with --world."
         )
     _require_unaltered(run, intent)
@@ -171,7 +171,7 @@ def flight_of_text(text: str, world: World, knowledge: Knowledge, seed: int) -> 
 
 
 def dry_run(flight: Flight, share: float, world: World, knowledge: Knowledge, seed: int) -> Flight:
-    """Write a program anew at a share of its speed, run that text and judge it by the program's intent.
+    """Write a program's text for a share of its speed, run it, and judge the run by what the program is for.
 
     Args:
         share: above 0 and up to 1.
@@ -205,7 +205,7 @@ def _written(program: Program, flight: Flight, knowledge: Knowledge) -> Code:
 
 
 def checks(flight: Flight, own: Mapping[str, float]) -> Iterator[Check]:
-    """Yield the program's value for each limit.
+    """Yield a check for each limit: the value that the program reaches, and the limit.
 
     Args:
         own: limits of the user, by a name of ``OWN``; in place of the robot's and the program's.
@@ -252,7 +252,8 @@ def strongest_grip(program: Program) -> float:
 
 
 def covered(draws: Iterable[Draw]) -> dict[str, list[tuple[float, float, str]]]:
-    """Return, of each source of error, the largest that was drawn, the largest that could have been, and the unit."""
+    """Return for each source of error the largest error drawn in the twins, the largest possible one, and
+    the unit."""
     found: dict[tuple[str, str, float], float] = {}
     for draw in draws:
         key = draw.source, draw.unit, round(draw.size, 6)

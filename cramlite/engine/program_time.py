@@ -38,14 +38,15 @@ TARE = 0.2
 
 
 def about(program: Program, robot: Robot) -> float:
-    """Return the estimated duration of a program [s], with the first of several branches, guarded motions
-    at full length, and sharp corners."""
+    """Estimate the duration of a program [s].
+
+    Of several branches the first counts, guarded motions have their full length, and the arm stops at each corner.
+    """
     return _Clock(program, robot).whole(program.steps)
 
 
 class _Clock:
-    """Estimator of the time that steps take one after the other, with the joint position that the arm has
-    reached."""
+    """Estimator of the time that successive steps take, which keeps track of the arm's joint position."""
 
     def __init__(self, program: Program, robot: Robot) -> None:
         self._tcp, self._robot, self._at = program.tcp, robot, program.start

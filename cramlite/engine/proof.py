@@ -36,7 +36,7 @@ from .setting import Setting
 
 
 def assemble(plan: Plan, end: State, setting: Setting, knowledge: Knowledge) -> Candidate:
-    """Assemble the typed program of a fully grounded state of a plan in a setting."""
+    """Assemble the typed program from a plan's search state in which every designator is grounded."""
     belief, robot = setting.belief(), setting.robot
     used = sorted({thing_of(v) for v in end.bindings.values() if isinstance(v, str)})
     snapshots = tuple(
@@ -118,7 +118,7 @@ def _prove(
 
 
 def _code(answer: object) -> Code:
-    """Return a backend's answer, checked to be ``Code``.
+    """Check that a backend returned ``Code`` (a program text with the origins of its lines), and return it.
 
     Raises:
         WrongAnswer: it is not; names what it is.
@@ -166,7 +166,7 @@ def _at_the_edges(candidate: Candidate, text: Code, knowledge: Knowledge, seed: 
 
 
 def text_that_runs(candidate: Candidate, backend: Backend) -> Code | None:
-    """Return the runnable code of a candidate: its own text, the typed program in its place, or None."""
+    """Return the text of a candidate that the simulator can run: its own, else the typed program; None if neither."""
     if backend.executable or candidate.code is None:
         return candidate.code
     return typed_code(candidate.program) if _stands_in(backend) else None
@@ -241,7 +241,7 @@ def _findings(answer: object) -> list[Finding]:
 
 
 def conflict_of(verdict: Verdict, state: State) -> Conflict:
-    """Return the choices that a failed proof depends on.
+    """Return the choices of a search that may have made a proof fail.
 
     They are objects, places and decompositions up to the task that failed.
 
@@ -268,8 +268,10 @@ def conflict_of(verdict: Verdict, state: State) -> Conflict:
 
 
 def _led_past(verdict: Verdict, state: State) -> frozenset[str]:
-    """Return the places that the arm only passed, except in tasks for which an objection names things in
-    the way."""
+    """Return the places that the arm only passed through, if the objections of a verdict are about things.
+
+    Places of tasks are left out in which an objection names things that stand in the way.
+    """
     if not any(f.things for f in verdict.objections):
         return frozenset()
     met = {task_of(f.origin) for f in verdict.objections if f.blocking}

@@ -35,7 +35,7 @@ CLOSE = 0.35
 
 
 class Change(Value):
-    """Change of a setting in one direction, whose amount is still open.
+    """Displacement of the robot's base or of a thing in one direction, by an amount that is still open.
 
     Args:
         says: what is changed, without how much: "the base of 'arm' nearer to 'cup'".
@@ -48,7 +48,7 @@ class Change(Value):
     thing: str = ""
 
     def of(self, setting: Setting, steps: int) -> Setting:
-        """Return the setting after the change by a number of steps of ``STEP`` metres."""
+        """Return a setting (world and robot) after the displacement by a number of steps of ``STEP`` metres."""
         x, y, z = (STEP * steps * v for v in self.way)
         off = Pose((x, y, z))
         world = setting.world
@@ -128,7 +128,7 @@ def _smallest(solves: Callable[[int], bool], most: int) -> int:
 def _solves(
     change: Change, steps: int, scenario: Scenario, setting: Setting, engine: Engine, budget: Budget, say: Callable[[str], None]
 ) -> bool:
-    """Check whether a program is proven in the setting after a change."""
+    """Check whether some program is proven after the robot's base or a thing is displaced by a number of steps."""
     try:
         changed = change.of(setting, steps)
         engine.knowledge.simulator.check(changed.world, engine.knowledge.robots_of(changed.world))

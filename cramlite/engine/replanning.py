@@ -58,7 +58,7 @@ class Attempt(Value):
 
 
 class Round(Value):
-    """Executed round: a run and how it ended."""
+    """Round of an execution with replanning: one run of a program, and how it ended."""
 
     attempt: Attempt
     rollout: Rollout

@@ -41,7 +41,7 @@ def rests_of_plan(plan: Plan, at: int, step: str, setting: Setting, knowledge: K
 
 
 def _rests(plan: Plan, at: int, step: str, setting: Setting, knowledge: Knowledge) -> Iterator[tuple[Action, ...]]:
-    """Rests of a plan's tasks, needless ones among them."""
+    """Generate the task sequences with which a plan could go on, with tasks among them whose effects may hold."""
     actions = plan.actions
     if setting.world.robots[0].holds is None:
         yield from (actions[k:] for k in range(at, -1, -1))
@@ -54,7 +54,7 @@ def _rests(plan: Plan, at: int, step: str, setting: Setting, knowledge: Knowledg
 
 
 def _parts(action: Action, setting: Setting, knowledge: Knowledge) -> tuple[Action, ...]:
-    """Tasks that a task consists of, by its type's first decomposition for an empty hand."""
+    """Return the tasks into which a task is decomposed first when the hand is empty."""
     mount, *others = setting.world.robots
     empty = replace(setting, world=replace(setting.world, robots=(replace(mount, holds=None), *others)))
     task = knowledge.tasks.get(action.task)
@@ -66,7 +66,7 @@ def _parts(action: Action, setting: Setting, knowledge: Knowledge) -> tuple[Acti
 
 
 def _is_done(action: Action, grounder: Grounder, knowledge: Knowledge) -> bool:
-    """Whether a task's effects hold as things are and its preconditions do not, such as opening what is open."""
+    """Check whether a task is needless: its effects hold in the believed world and its preconditions do not."""
     rule, task = next((r for r in knowledge.rules if r.task == action.task), None), knowledge.tasks.get(action.task)
     if rule is None or task is None:
         return False
@@ -79,5 +79,5 @@ def _is_done(action: Action, grounder: Grounder, knowledge: Knowledge) -> bool:
 
 
 def _renamed(item: Action) -> Action:
-    """An action that is a part of a task, renamed as a task of its own."""
+    """Return a part of a task under a name of its own, "3.Placing" for "3.PickAndPlace/Placing"."""
     return replace(item, name=freed_name(item.name))

@@ -1,4 +1,4 @@
-"""Setting before any run, as a recorded run of one sample, so that runs and settings are drawn alike."""
+"""Recorded run of a single sample that shows the world before any run, so that it is drawn as a run is."""
 
 from __future__ import annotations
 

@@ -78,8 +78,8 @@ def time_line(stretches: Iterable[Stretch]) -> Iterator[Moment]:
 
 
 def events_of(moments: Iterable[Moment], round_: int, rollout: Rollout) -> tuple[Event, ...]:
-    """Return what happened around one run of an execution with replanning, as situations of its episode:
-    faults, notices, decisions and the resumption."""
+    """Return the faults, notices, decisions and resumption around one run of an execution with replanning,
+    as events."""
     things, found = {t.name for t in rollout.world.things}, list[Event]()
     for number, moment in enumerate(moments):
         kind = moment.notice.kind if moment.notice else CLASSES.get(moment.what)

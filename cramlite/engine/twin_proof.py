@@ -155,7 +155,8 @@ def over(twins: int, done: int, began: float, seconds: float) -> float:
 
 
 def _places(doubtful: Doubtful, seeds: list[int], twins: list[Twin]) -> Iterator[tuple[World, int]]:
-    """World and seed of one twin after another; each is drawn when there is a process for it."""
+    """Yield the world and seed of one twin after another; a twin's errors are drawn only when a process is
+    free for it."""
     for seed in seeds:
         twins.append(doubtful.twin(seed, doubtful.setting.doubts.errors))
         yield twins[-1].world, seed

@@ -1,4 +1,5 @@
-"""Circumstances of a measurement, such as commit, machine and command; and conversion of rates and values to a figure's numbers."""
+"""Conditions of a measurement, such as commit, machine and command, for the file of a figure; and the
+figure's numbers."""
 
 from __future__ import annotations
 

@@ -58,8 +58,10 @@ class Trials(Hashable, Protocol):
         """Names of the trials that the run was asked for, in order."""
 
     def key(self) -> dict[str, Any]:
-        """Return the key of the results: files, seeds and code; number and place of workers are no part of
-        it."""
+        """Return the key that identifies the results: their files, seeds and code.
+
+        Number and place of workers are no part of it.
+        """
 
     def prepare(self) -> None:
         """Check that all trials can run, before the first one begins."""

@@ -174,8 +174,7 @@ def candidates(
 
 
 def _undecided(matches: Sequence[Match], claimed: Sequence[Claims]) -> list[Claims]:
-    """Return the claims of each reading of an action, in which alternative unknown fillers are replaced by
-    "_".
+    """Return the claims of each reading of an action, with "_" for a role's filler where several are possible.
 
     Of several unknown fillers of a role only one can be right, so a claim about one of them is left open.
     """
@@ -236,8 +235,8 @@ def _untold(
 
 
 def generic(matches: Sequence[Match], said_: Sequence[Claims], rules: Mapping[str, Rule], taxonomy: Taxonomy) -> frozenset[int]:
-    """Return the numbers of the readings by shipped rules that give way to a more specific reading by a
-    user's own rule.
+    """Return the numbers of those readings by shipped rules that a more specific reading by a user's own rule
+    replaces.
 
     A reading by a rule that does not come with cramlite is more specific than one by a rule that does if it explains all the
     changes that the other explains, and its task is a kind of the other's, or its rule says of what class a thing must be of
@@ -284,8 +283,8 @@ def _claims_of(rules: Mapping[str, Rule], match: Match) -> Claims:
 
 
 def explains_ends(claim: Claims, readings: Iterable[Claims]) -> bool:
-    """Check condition 4 of coherence: a reading that does something explains the end of every relation
-    whose end another reading of the action explains."""
+    """Check condition 4 of coherence: a reading that is not passive ends every relation that another
+    reading of the action ends."""
     return claim.passive or all(_among(f, claim.ends) for c in readings for f in c.ends)
 
 

@@ -170,8 +170,10 @@ def _pruned(condition: Condition, timeline: Timeline) -> Condition:
 
 
 def _new_variables(clause: Clause, slots: Mapping[str, int], seen: Mapping[str, int]) -> list[str]:
-    """Return the variables that a condition binds and that have no number in ``slots`` yet: those of ``seen``
-    in its order, then the others by name."""
+    """Return the variables that a condition binds and that have no number in ``slots`` yet, in a fixed order.
+
+    Those of ``seen`` come first, in its order, then the others by name.
+    """
     names = binds(clause.condition) - set(slots)
     return [n for n in seen if n in names] + sorted(names - set(seen))
 

@@ -74,7 +74,7 @@ class DescriptionLength(Value):
 
 
 class Option(Value):
-    """Option of a sequence for one action: one of the action's readings, or none.
+    """What a task sequence takes an action as: one of the action's readings, or nothing.
 
     Args:
         match: the task; None to leave the action out.

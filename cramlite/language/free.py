@@ -131,8 +131,8 @@ class FreeParser(ClauseParser):
     # Free order
 
     def _free(self, at: int, k: int, heard: Heard) -> Iterator[Found]:
-        """Yield the requests, with parts in any order, that begin at position ``at``; ``heard`` has the
-        parts found before position ``k``."""
+        """Yield the requests that begin at word ``at``, given the parts that were found before word ``k``,
+        in any order."""
         yield from ((clause, k) for clause in self._made(heard))
         word = self.words[k] if k < len(self.words) and k < at + REACH else ""
         if not word or (word in english.JOINTS - english.LIGHT and k > at):
@@ -155,8 +155,8 @@ class FreeParser(ClauseParser):
         yield from self._heard_state(at, k, heard)
 
     def _behind_denial(self, at: int) -> tuple[int, ...]:
-        """Return the end positions of prepositions and words for states that begin at a position, which
-        follows a word such as "not"."""
+        """Return the end positions of prepositions and states (such as "open") that begin at a position
+        after "not"."""
         return (*self.frames.preposition_ends(self.words, at), *(e for f in self.frames.unary for e in starts(self.words, at, f.stated)))
 
     def _heard_verb(self, at: int, k: int, heard: Heard) -> Iterator[Found]:

@@ -96,7 +96,7 @@ class Reading:
         """Return the goals, with another one as an alternative to the last of them: "hold the block or put
         it on the shelf"."""
         if len(rows) != 1 or not found or found[-1].clause is not before:
-            raise Refusal(OPEN, f"'{clause.said}' is said in the place of several goals; say for each what else will do")
+            raise Refusal(OPEN, f"'{clause.said}' is an alternative to several goals; say for each goal what may replace it")
         last, other = found[-1].literal, rows[0].literal
         both = Literal(f"{last.goal}{OR}{other.goal}", (*last.origins, *other.origins))
         return [*found[:-1], found[-1]._replace(clause=replace(before, either=True), literal=both)]
@@ -166,7 +166,7 @@ class Reading:
         one, other = themes.names
         (mine, here), (its, there) = (self._places.now(n) for n in themes.names)
         if here == there:
-            raise Refusal(FALSE, f"{one} and {other} are both on or in {here}; say what shall be left of what")
+            raise Refusal(FALSE, f"{one} and {other} are both on or in {here}; say which one shall be to the left of the other")
         if other in (here, thing_of(here)) or one in (there, thing_of(there)):
             raise Refusal(FALSE, f"one of {one} and {other} is on the other; say what shall be on what")
         self._mention(clause, themes.names, ())
@@ -248,7 +248,7 @@ class Reading:
 
     def _placed(self, clause: Clause, phrase: GoalPhrase, themes: Referents, places: Referents) -> list[_Row]:
         if not (themes.names and places.names):
-            raise Refusal(FALSE, f"'{clause.said}' is said of nothing that there is")
+            raise Refusal(FALSE, f"'{clause.said}' is about no thing that the scene has")
         if clause.words and " ".join(clause.words) in _OPEN_WAYS and not phrase.suits(self._its.scene, themes.names[0], places.names[0]):
             raise Refusal(UNREAD, f"'{clause.said}' does not go with a place such as {places.names[0]}")
         if len(places.names) > 1 and places.some != 1:
@@ -323,8 +323,8 @@ class Reading:
         return [_Row(clause, phrase, (theme,), Literal(goal, kept)) for theme, goal in goals]
 
     def _number(self, clause: Clause, goals: Sequence[tuple[str, str]], some: int) -> str:
-        """Return the goal for a number of things of one class: "two cans on the tray"; the class must have no
-        other things."""
+        """Return the goal for a number of things of one class, "two cans on the tray"; refuse it if the
+        scene has more of them."""
         scene, themes = self._its.scene, {theme for theme, _ in goals}
         others = {t.name for t in scene.world.things} - themes
         class_ = scene.types[next(iter(sorted(themes)))]

@@ -21,7 +21,7 @@ so."""
 
 
 class Step(Value, order=True):
-    """Step of a job: a task with its fillers.
+    """Step of a job: a task with the things that fill its roles.
 
     Args:
         task: its class.
@@ -75,19 +75,19 @@ class Procedure(Value):
 
     @property
     def order(self) -> frozenset[tuple[Step, Step]]:
-        """Pairs of steps of which the first always came first."""
+        """Pairs of steps of which the first one was done before the second one in every demonstration."""
         return frozenset(self.before)
 
     def repeated(self) -> dict[tuple[str, tuple[tuple[str, str], ...]], tuple[int, int]]:
-        """Return the steps that were done more than once: (task, fillers) -> least and greatest number of
-        times."""
+        """Return the steps that were done more than once: (task, things in its roles) -> least and greatest
+        number of times."""
         most = Counter((s.task, s.fillers) for s in self.steps)
         least = Counter((s.task, s.fillers) for s in self.steps if s not in self.optional)
         return {key: (least[key], times) for key, times in most.items() if times > 1}
 
 
 def numbered(steps: Sequence[Step]) -> tuple[Step, ...]:
-    """Number the occurrences of equal steps."""
+    """Number equal steps in the order in which they occur."""
     seen: Counter[tuple[str, tuple[tuple[str, str], ...]]] = Counter()
     found = []
     for step in steps:

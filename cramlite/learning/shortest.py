@@ -20,7 +20,7 @@ TIE = 1e-5
 
 
 class Group(Value, eq=False):
-    """Group of bindings that counts as one exception unless all of them are refuted.
+    """Role assignments that a rule should exclude; if it misses one or more of them, its length grows by ``bits``.
 
     Args:
         refuted: for each filling the conditions that refute it, as bits of a whole number.
@@ -34,8 +34,7 @@ class Group(Value, eq=False):
 
 
 class Wish(Value, eq=False):
-    """Wish: the chosen conditions should all hold in one of several alternatives, else the wish's bits are
-    added to the rule's length.
+    """Wish: all conditions of a rule should hold in one of several alternatives, else its length grows by ``bits``.
 
     Args:
         false: of alternatives, the conditions that do not hold in each, as bits of a whole number.
@@ -94,8 +93,7 @@ def _rows_of(mask: int) -> list[int]:
 
 
 def merged(groups: Iterable[Group]) -> list[Group]:
-    """Merge groups whose bindings are refuted by the same conditions, and add the bits of the merged
-    groups."""
+    """Merge groups of role assignments that the same conditions exclude; their bits are added up."""
     found: dict[frozenset[int], Group] = {}
     for group in groups:
         if group.refuted:

@@ -29,7 +29,7 @@ class ShownRest(Value):
 
 
 def shown_rest(spans: Sequence[Span]) -> ShownRest | None:
-    """Return the rest of the hand (it keeps still) with which all examples end; None where one does not."""
+    """Return the pause with which all examples end (the hand keeps still); None if one has none."""
     times = []
     for span in spans:
         episode = span.timeline.episode

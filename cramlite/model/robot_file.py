@@ -31,7 +31,9 @@ class HandFile(Value):
 
 
 class Stated(Value):
-    """Data of an arm's data sheet that its file does not state; angles count from the file's zero.
+    """Data of an arm that its data sheet states and its file does not.
+
+    Joint angles are zero where the file has its zero.
 
     Args:
         payload: of the arm, gripper included [kg]; 0 where nobody says it, which is refused.

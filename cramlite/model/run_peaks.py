@@ -61,7 +61,7 @@ def _rates(values: Floats, times: Floats) -> Floats:
 
 
 def force_while_running(rollout: Rollout) -> Floats:
-    """Return the contact force at each sample (N,) [N], 0 where no line ran.
+    """Return the contact force at each sample (N,) [N]; 0 at samples at which the program was not running.
 
     A sample states the peak since the sample before, so the first sample after the program's end counts, too.
     """

@@ -1,4 +1,4 @@
-"""Kept answers of plugins: a question that was answered is not asked again in a later task sequence or round.
+"""Cache of the answers of plugins: no plugin is asked the same question twice in the searches for one goal.
 
 What an answer depends on is what its plugin looked at: the designator, the belief, and those bindings and that agenda which it
 read ("verifying traces" of Mokhov et al. 2018, "Build systems a la carte"). Another seed alone makes no other question.
@@ -28,7 +28,8 @@ Streams = Iterable[tuple[str, Iterable[Any] | Unresolvable]]
 
 
 class Read(Mapping[str, Any]):
-    """Bindings as a plugin sees them; they record which of them the plugin reads.
+    """Bindings (names of earlier choices, with the alternatives chosen) for a plugin; they record what it
+    reads of them.
 
     Args:
         now: the bindings.
@@ -60,7 +61,7 @@ class Read(Mapping[str, Any]):
 
 
 class ReadAhead(Sequence[Designator]):
-    """Agenda as a plugin sees it; it records whether the plugin reads it."""
+    """Agenda (designators that are still open) for a plugin; it records whether the plugin reads it."""
 
     def __init__(self, now: Sequence[Designator]) -> None:
         self.now, self.read = now, False
@@ -135,8 +136,7 @@ class Question(Struct):
 
     @property
     def refused_anywhere(self) -> bool:
-        """Whether all answers about a place at a thing are refusals because of things in the way, for any
-        arm position."""
+        """Whether a place at a thing is refused for every arm position, because all answers blame things in the way."""
         return isinstance(self.item, Location) and bool(self.item.of) and all(k.ended and self._about_things(k) for k in self.kept.values())
 
     def _about_things(self, kept: Kept) -> bool:
@@ -193,8 +193,8 @@ class Answers(Struct):
         return next((q for q in others if q.refused_anywhere and q.suits(item, _as_near(belief, q.belief), context)), None)
 
     def _told(self, question: Question, plugin: str, context: Context, ask: Callable[[Context], Streams]) -> Iterator[Any]:
-        """Yield the answers of a plugin; each further answer is computed with the bindings of the query that
-        asks for it."""
+        """Yield the answers of a plugin one by one; each is computed when it is asked for, with the bindings
+        of that moment."""
         number = 0
         while True:
             if not question.suits(question.item, question.belief, context):
@@ -207,13 +207,13 @@ class Answers(Struct):
 
 
 def same_belief(one: Belief, other: Belief) -> bool:
-    """Check whether two beliefs are equal; shared parts are not compared."""
+    """Check whether two beliefs are equal; parts that are the same object in both are equal without a comparison."""
     return one is other or all(_same(getattr(one, name), getattr(other, name)) for name in one.__struct_fields__)
 
 
 def _as_near(belief: Belief, other: Belief) -> Belief:
-    """Return the belief with the arm position of another belief, and with the other's poses where the two
-    differ by rounding only."""
+    """Return the belief with the arm position of another one, and with its poses where the two differ by
+    rounding only."""
     poses = {
         name: other.poses[name] if name in other.poses and _near(estimate, other.poses[name]) else estimate
         for name, estimate in belief.poses.items()

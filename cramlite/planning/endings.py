@@ -102,9 +102,11 @@ def _denied(schema: ActionSchema, fluents: Fluents) -> Iterator[Ending]:
 
 
 def _following(ending: Ending, fluents: Fluents) -> Iterator[Ending]:
-    """Generate the endings (facts that a task ends) that follow from one: of the fact with swapped
-    arguments if it is symmetric, of facts that it undoes, of the same about wholes of parts, and of facts
-    that imply it."""
+    """Generate the endings that follow from one ending (a fact that a task ends): further facts that end with it.
+
+    They are the fact with swapped arguments if it is symmetric, facts that it undoes, the same about wholes
+    of parts, and facts that imply it.
+    """
     name, *terms = ending.fact
     fluent, when = fluents[name], ending.when | {ending.fact}
     if fluent.symmetric:

@@ -88,6 +88,7 @@ def _listed(numbers: Sequence[int]) -> str:
 
 
 def _once(answers: Iterable[GoalAnswer], told: Sequence[Entry]) -> Iterator[GoalAnswer]:
-    """Yield the answers for the goals; a reason that was told as the nearest miss becomes "see above"."""
+    """Yield the answers for the goals, with "see above" in place of a reason that the report gives as the
+    nearest miss."""
     said = f"{told[0].designator}: {told[0].reason}" if told else ""
     yield from (a.without_reason() if a.reason == said else a for a in answers)

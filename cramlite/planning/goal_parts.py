@@ -49,7 +49,7 @@ class GoalAnswer(Value):
     reason: str = ""
 
     def without_reason(self) -> GoalAnswer:
-        """Return the answer with "see above" as its reason, for reasons that were told before."""
+        """Return the answer with "see above" in place of its reason, which was given before."""
         return replace(self, reason="see above")
 
     def __str__(self) -> str:
@@ -137,8 +137,10 @@ def _unproven(parts: Iterable[Entry], entries: Sequence[Entry]) -> Iterator[Goal
 
 
 def _by(says: str, tasks: tuple[int, int], others: Set[int], miss: Entry, known: dict[int, Entry]) -> GoalAnswer:
-    """Return the answer for a part of the goal after a candidate failed: missed if the nearest miss lies in
-    the part's own tasks, else reached or untried."""
+    """Return what became of one part of the goal when a candidate failed: missed, reached or untried.
+
+    It was missed if the nearest miss lies in the tasks of this part, and reached if a later task failed.
+    """
     said = f"{miss.designator}: {miss.reason}"
     if miss.kind == "proof":
         own = [c for c in miss.reason.split("; ") if f"'{says}' is not reached" in c]

@@ -105,13 +105,16 @@ class Track(Value):
         return f"'{self.thing}' " + (f"after {', '.join(map(task_text, self.past))}" if self.past else "as it was")
 
     def stages(self) -> list[Stage]:
-        """List the possible stages of a thing on its track: how many tasks were done, and whether
-        the track's next task, another one or none has grasped it since."""
+        """List the possible stages of a thing on its track: how many of its tasks were done, and what has
+        grasped it since.
+
+        That is the track's next task, another one, or none.
+        """
         return [(k, how) for k in range(len(self.past) + 1) for how in ("", "taken", "other")]
 
     def after(self, stage: Stage | None, how: Handling, task: Done | None) -> Stage | None:
-        """Return the stage on the track that a thing reaches by a further task; None if the thing's history
-        departs from the track.
+        """Return the stage that a thing reaches by a further task; None if it is none of its track (list of
+        earlier tasks).
 
         Args:
             stage: before it; None for another history, which may be forgotten.
@@ -135,6 +138,6 @@ class Track(Value):
         return (number, "" if how.lets_go else taken)
 
     def at_its_end(self) -> list[Stage]:
-        """Return the stages in which a thing has had all tasks of its track done to it, and no others."""
+        """Return the stages at which all tasks of a thing's track, and no others, were done to it."""
         ends: list[Stage] = [(len(self.past), "")]
         return [*ends, (len(self.past) - 1, "taken")] if self.past else ends

@@ -113,8 +113,7 @@ class PlanningProblem(Value, eq=False):
             yield Scope(every)
 
     def within(self, scope: Scope) -> PlanningProblem:
-        """Return the problem in which only the changes that a scope allows can end a blocking (a refused
-        task)."""
+        """Return the planning problem in which a blocked task becomes possible only by changes that a scope allows."""
         blocked = tuple(b.left_shut() for b in self.blocked) if scope.left_shut else self.blocked
         return replace(self, blocked=tuple(b.while_others_stay() for b in blocked) if scope.others_moved else blocked)
 
@@ -148,7 +147,7 @@ class PlanningProblem(Value, eq=False):
         )  # fmt: skip
 
     def _here(self, schema: ActionSchema, scope: Scope) -> Iterator[ActionSchema]:
-        """Generate an action schema with only the fillers that a scope allows, and with the goal's
+        """Generate an action schema that takes only the things that a scope allows, with the goal's
         constraints as effects.
 
         With obstacles also a schema without these effects: two things that change places need a third place.
@@ -181,7 +180,8 @@ class PlanningProblem(Value, eq=False):
         return frozenset(n for n in (self._in_the_way | on_loose) & things.keys() if things[n].movable)
 
     def _allowed(self, schema: ActionSchema, table: Table, scope: Scope) -> Table:
-        """Return a table of fillers without movable things as places, except where the goal asks for them.
+        """Return a table of things for roles, without movable things as places to put something, unless the
+        goal asks for them.
 
         A thing that the task merely acts on, such as the drawer that it opens, is no place.
         """
@@ -203,7 +203,7 @@ class PlanningProblem(Value, eq=False):
         return replace(self, says=(says,), wanted=wanted)
 
     def operator(self, step: PlanStep) -> Operator | None:
-        """Return the operator of a plan step in the whole world; None if the step is not possible there."""
+        """Return the operator for a step of a plan; None if the step is impossible with the things of the world."""
         task = self.knowledge.tasks[step.schema.task]
         fixed = {v: t for v, t in step.schema.terms.items() if t == EFFECTOR}
         found = self.grounder.operator(step.schema.rule, task, {**fixed, **step.binding})
@@ -246,7 +246,7 @@ class PlanningProblem(Value, eq=False):
         return tuple(kept)
 
     def shut_first(self, steps: tuple[Operator, ...]) -> tuple[Operator, ...]:
-        """Return a plan with its closing tasks before its opening tasks, as far as it stays a plan.
+        """Return a plan that closes drawers and doors before it opens others, as far as it stays a plan.
 
         What is open takes room: before a cabinet the handle of an open drawer keeps the hand from closing the one below.
         """
@@ -310,8 +310,8 @@ class PlanningProblem(Value, eq=False):
         return frozenset(t.thing for t in blocking.tracks if own & joints and t.thing in joints - own - wide)
 
     def blockings(self, steps: Sequence[Operator], found: Refutation) -> tuple[Blocking, ...]:
-        """Return the new blockings that the failure of a task sequence proves: of the refused task, and of
-        its part if that alone was refused.
+        """Return the new blockings that the failure of a task sequence proves: the refused task fails while
+        things stay as they are.
 
         Of a task that was refused in one part of it alone, such as putting down, that part, too: it would be refused as a task of its own.
         """
@@ -320,8 +320,8 @@ class PlanningProblem(Value, eq=False):
         return tuple(b for b in (new, part and new and replace(new, task=part)) if b is not None and b not in self.blocked)
 
     def _part(self, found: Refutation) -> Done | None:
-        """Return the task, or part of a task, that was refused, with fillers for all its roles, as plans
-        write their steps; None if plans have no such task."""
+        """Return the refused task, or the refused part of a task, with the things in its roles; None if no
+        plan can contain it."""
         task, fillers = found.part or WHOLE
         rule = next((r for r in self.knowledge.goal_rules if r.task == task), None)
         roles = {} if rule is None else {r: dict(fillers).get(r, EFFECTOR) for r in rule.roles}
@@ -349,7 +349,7 @@ def planning_problem(goal: Goal, scene: SymbolicWorld, knowledge: Knowledge) -> 
 
 
 def problem_of(goal: Goal, grounder: Grounder, knowledge: Knowledge, where: str = "") -> PlanningProblem:
-    """Return the planning problem of a goal in a grounded world; errors begin with ``where``."""
+    """Return the planning problem of a goal among the things of a world; error messages begin with ``where``."""
     wanted = parse_goals(goal.says, grounder, where)
     return PlanningProblem(goal.says, grounder.initial() | wanted.given, wanted, grounder, knowledge)
 
@@ -367,7 +367,7 @@ def why_unreachable(problem: PlanningProblem) -> str:
 
 
 def _may_make(schema: ActionSchema, added: Fact, fact: Fact) -> bool:
-    """Check whether an effect of an action schema is a given fact for some fillers of its parameters."""
+    """Check whether an effect of an action schema is a given fact for some things in place of its parameters."""
     tables = {t.terms: t.rows for t in schema.tables if len(t.terms) == 1 and not t.denied}
     return added[0] == fact[0] and all(
         t == e or (t.startswith("?") and (e,) in tables.get((t,), {(e,)})) for t, e in zip(added[1:], fact[1:], strict=True)
@@ -410,7 +410,7 @@ def _moved_unheld(schema: ActionSchema, fluents: Fluents) -> frozenset[str]:
 
 
 def _may_push(schema: ActionSchema, things: frozenset[str], fluents: Fluents) -> bool:
-    """Check whether an action schema pushes one of the given things for some fillers of its parameters."""
+    """Check whether an action schema pushes one of the given things for some things in place of its parameters."""
     pushed = _moved_unheld(schema, fluents)
     tables = [t.rows for t in schema.tables if not t.denied and len(t.terms) == 1 and t.terms[0] in pushed]
     return bool(pushed) and any(all((thing,) in rows for rows in tables) for thing in things)

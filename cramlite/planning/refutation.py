@@ -45,13 +45,12 @@ class Unfit(Value):
 
 
 class Capped(Value):
-    """Part of a conflict set: alternatives were left out, and a later round of the search, which tries more
-    of them, may succeed."""
+    """Part of a conflict set: alternatives were left out, and the search may succeed once it tries more of them."""
 
 
 class Later(Value):
-    """Part of a conflict set: another alternative of this choice may avoid the failure, but alternatives of
-    all other blamed choices are tried first."""
+    """Part of a conflict set: another alternative of this choice may avoid the failure, but those of other
+    choices are tried first."""
 
     choice: str
 
@@ -84,8 +83,8 @@ def as_they_are(things: InTheWay) -> frozenset[AsItIs]:
 
 
 def refutation(conflict: Iterable[object], reason: str = "") -> Refutation:
-    """Return the refutation that follows from a conflict set; of its sets of things only the minimal ones,
-    which tell the most."""
+    """Return the refutation that follows from a conflict set, with only those of its sets of things that
+    contain no other one."""
     found = tuple(conflict)
     sets = {c.things for c in found if isinstance(c, AsItIs)}
     least = sorted(tuple(sorted(s)) for s in sets if not any(other < s for other in sets))

@@ -155,8 +155,10 @@ def examine_goal(goal: Goal | Scenario, scene: SymbolicWorld, knowledge: Knowled
 def _problems(
     asked: _Asked, scene: SymbolicWorld, knowledge: Knowledge, trace: Trace | None = None
 ) -> Iterator[tuple[Goal, PlanningProblem]]:
-    """Generate the planning problem of each choice of things for a goal's objects; errors are those of
-    ``examine_goal``."""
+    """Generate a planning problem for each choice of things that a goal allows.
+
+    It raises the same errors as ``examine_goal``.
+    """
     from .goal_parser import contradiction
     from .goal_planner import ground_goal
     from .operators import Grounder

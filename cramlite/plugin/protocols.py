@@ -290,14 +290,10 @@ class Correcting(Protocol):
     def put_apart(
         self, world: World, robots: Mapping[str, Robot], most: float, deep: float | None = None
     ) -> tuple[World, tuple[str, ...]]:
-        """Return the world with loose things that penetrate others moved to free places, and clauses on the
-        moves.
+        """Return the world with loose things that are inside others moved to free places, and a note about each move.
 
         A thing moves by at most ``most`` [m]. ``deep`` is the penetration that is tolerated [m]; None stands
         for the usual error of readings.
-
-        A thing moves by at most ``most`` [m]. ``deep`` is the greatest penetration that is corrected [m];
-        None stands for the usual error of readings.
         """
         ...
 

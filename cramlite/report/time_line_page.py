@@ -24,7 +24,7 @@ SIZE = (400, 300)
 
 
 class TimeLinePage:
-    """Page about an execution, written again after each round.
+    """Page about an execution, written again after each run of a program in it.
 
     Args:
         knowledge: whose simulator draws.

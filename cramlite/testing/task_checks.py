@@ -76,7 +76,7 @@ def sample_belief(held: str | None = None) -> Belief:
 
 
 def sample_action(task: TaskType) -> Action:
-    """Return an action with the cube as filler of every role, optional ones included."""
+    """Return an action with the cube in every role, optional ones included."""
     cube = {r.name: Object(f"object_{k}", entity="cube") for k, r in enumerate(task.roles, 1) if not r.effector}
     return Action(f"1.{task.task.split(':')[-1]}", task.task, cube, goal=Location("home", "home"))
 

@@ -1,5 +1,4 @@
-"""Detection of unstable simulations: MuJoCo then resets itself to the state of the file, and tells so only
-by a counter."""
+"""Detection of unstable simulations, which MuJoCo resets to their initial state and tells of only by a counter."""
 
 from __future__ import annotations
 

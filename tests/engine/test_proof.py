@@ -11,11 +11,11 @@ from helpers.written_runs import Says, Writes, Written, grounded, knowing, plann
 from msgspec.structs import replace
 
 from cramlite.engine.proof import (
-    load_on_the_flange,
     allowances,
     assemble,
     conflict_of,
     findings_of,
+    load_on_the_flange,
     prove,
     run_and_judge,
     text_that_runs,

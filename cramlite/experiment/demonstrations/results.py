@@ -1,4 +1,5 @@
-"""Results of an experiment: a value for each attempt, candidate and demonstration, written as JSON and read back."""
+"""Results of an experiment: one record for each demonstration, candidate and execution, written as JSON
+and read back."""
 
 from __future__ import annotations
 
@@ -28,7 +29,7 @@ class Execution(Value):
 
 
 class Program(Value):
-    """Complete program for a candidate, and how it was judged.
+    """Program of a candidate, whether its proof accepted it, and how its executions ended.
 
     Args:
         accepted: whether the proof let it pass.

@@ -62,7 +62,7 @@ def _demonstrated(trial: Trial) -> DemonstrationResult:
 
 
 def _until_solved(results: Iterable[CandidateResult], chosen: SetSpec) -> Iterator[CandidateResult]:
-    """Yield all results of candidates, or those up to the first success if the set says ``until_solved``."""
+    """Yield the candidates' results, up to the first success if the set of demonstrations says ``until_solved``."""
     for result in results:
         yield result
         if result.succeeded and chosen.until_solved:

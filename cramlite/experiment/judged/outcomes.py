@@ -55,8 +55,8 @@ def why(result: EpisodeResult) -> str:
     if attempt.first is None:
         return f"the program ran to its end, and the judge's check was never true{ours}"
     if not attempt.rest:
-        return f"the check was true at action {attempt.first}, but not when all things were at rest{ours}"
-    return f"the check was true at action {attempt.first}, beyond the budget of {result.budget}"
+        return f"the judge's check was true at action {attempt.first}, but not when all things were at rest{ours}"
+    return f"the judge's check was true at action {attempt.first}, beyond the budget of {result.budget}"
 
 
 def outcome_text(result: EpisodeResult) -> str:

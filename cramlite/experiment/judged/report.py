@@ -44,7 +44,7 @@ def worth(tables: EpisodeTables) -> list[str]:
     lines += [f"- Episodes whose judge died, counted in no rate: {tables.apart}."] if tables.apart else []
     said = "not known: none was played (`--attempt-refused`)"
     if known.total:
-        said = f"{known.text} of the refused episodes whose program was played all the same"
+        said = f"{known.text} of the episodes in which a refused program was run all the same"
     return [*lines, f"- A refusal was wrong: {said}."]
 
 
@@ -65,11 +65,13 @@ def difference(found: Difference) -> str:
 
 
 def watched(found: Watched) -> str:
-    """Return a sentence with the success rates of suites in which the world is watched during a run: with
-    simulated time stopped during the search, and with it passing."""
+    """Return a sentence with the success rates of suites in which the robot watches the world while a program runs.
+
+    One rate is with simulated time stopped during the search, the other with the search's CPU time passing.
+    """
     return (
-        f"Success rates of watched suites at rest: {found.still.text} if simulated time stops during the search; "
-        f"{found.passing.text} if the search's CPU time passes."
+        f"Success rates at rest of suites in which the robot watches the world: {found.still.text} if simulated time stops during the "
+        f"search; {found.passing.text} if the search's CPU time passes."
     )
 
 
@@ -93,7 +95,7 @@ def failures(tables: EpisodeTables) -> list[str]:
 
 
 def times(seconds: dict[str, Spread]) -> list[list[str]]:
-    """Return a table row for each kind of duration: median, 95 % quantile, longest, count."""
+    """Return a table row for each measured duration: median, 95 % quantile, longest, number of episodes."""
     return [[n, f"{s.median:.1f}", f"{s.most:.1f}", f"{s.longest:.1f}", str(s.count)] for n, s in seconds.items()]
 
 

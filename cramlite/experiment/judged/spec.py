@@ -158,7 +158,7 @@ def chosen(text: str, count: int, what: str, whose: str) -> list[int]:
 
 
 def _span(part: str) -> Iterable[int]:
-    """Return the numbers of one part, "8:12" or "8"."""
+    """Return the numbers that a text means: 8 to 11 for the range "8:12", and 8 for "8"."""
     first, colon, end = part.partition(":")
     return range(int(first), int(end) if colon else int(first) + 1)
 

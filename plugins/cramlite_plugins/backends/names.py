@@ -8,7 +8,7 @@ from msgspec import Struct, field
 
 
 class Names(Struct):
-    """Values by name, in the order of their first use."""
+    """Named values of a generated program (name -> text of the value), in the order of their first use."""
 
     values: dict[str, str] = field(default_factory=dict)
 

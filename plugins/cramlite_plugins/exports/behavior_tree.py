@@ -146,7 +146,7 @@ def _text(value: Any) -> str:
 
 
 def _numbers(value: Any) -> Iterator[float]:
-    """All numbers in nested tuples and poses, in order; booleans as 1 and 0."""
+    """Flatten nested tuples and poses to one sequence of numbers; booleans become 1 and 0."""
     if isinstance(value, Pose):
         yield from (*value.position, *value.quaternion)
     elif isinstance(value, tuple):

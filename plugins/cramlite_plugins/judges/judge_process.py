@@ -152,7 +152,7 @@ class JudgeProcess:
         return stream(load_program(program, setting.robot), setting.robot, self, watch, setting.world.robots[0])
 
     def rest(self) -> None:
-        """Repeat the last action without its motion for ``REST`` seconds, so that things come to rest."""
+        """Let the robot hold still for ``REST`` seconds, so that things come to rest."""
         if self.last is None:
             return
         hello, last = self.hello(), self.last

@@ -43,7 +43,7 @@ class Hands(Value):
 
     @classmethod
     def at(cls, poses: Sequence[Pose]) -> Hands:
-        """Return hands at these TCP poses."""
+        """Make a set of hands from their TCP poses."""
         return cls(np.array([p.position for p in poses]).reshape(-1, 3), np.array([p.rotation for p in poses]).reshape(-1, 3, 3))
 
     @property
@@ -98,8 +98,10 @@ def pinches(shape: Body, hands: Hands) -> Pinches:
 
 
 def _around(low: Floats, high: Floats) -> tuple[Span, tuple[NDArray[np.intp], NDArray[np.intp]]]:
-    """Connected interval of material around the origin of each line, united over all geoms, and the indices
-    of the geoms at its two ends."""
+    """Return for each line the interval of it that runs through material around its origin, and the geoms at both ends.
+
+    Geoms that touch each other on the line are joined.
+    """
     if not low.shape[1]:
         nothing = np.zeros(len(low), np.intp)
         return (np.full(len(low), np.inf), np.full(len(low), -np.inf)), (nothing, nothing)
@@ -197,8 +199,9 @@ def shallow(pose: Pose, near: float, far: float, gripper: Gripper) -> Pose | Non
 def by_tips(
     pose: Pose, near: float, far: float, gripper: Gripper, corner: float = 0.0, most: float = TIPS
 ) -> tuple[Pose, float] | None:
-    """Draw a TCP pose back until the pads overlap a geom by 2 * ``most`` [m] along the approach, or a thin
-    geom by the share ``THIN`` of its thickness; None if the pose is as far back already.
+    """Draw a TCP pose back until only the tips of the pads are on a geom; None if the pose is as far back already.
+
+    The pads then overlap the geom by 2 * ``most`` [m], or by the share ``THIN`` of a thin geom.
 
     Returned with the contacts' distance ahead of the TCP [m]. So a rim above a floor, or a flat box, is
     gripped.

@@ -221,7 +221,8 @@ def way_along(joint: Joint, now: Pose, hand: Pose) -> Floats:
 
 
 def _corners(joint: Joint, now: Pose, tcp: Pose, way: float) -> tuple[Pose, ...]:
-    """TCP poses at a thing whose joint moves on by ``way`` [m, rad]: a line, or the chords of an arc."""
+    """Return TCP poses that follow a thing while its joint moves on by ``way`` [m, rad]: along a line, or the
+    chords of an arc."""
     hand = now.inverse() * tcp
     radius = lever(joint, hand)
     most = min(TURN, 2 * math.acos(max(0.0, 1.0 - CHORD / max(radius, CHORD))))

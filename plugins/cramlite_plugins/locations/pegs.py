@@ -1,4 +1,5 @@
-"""Paths of a held thing's hole off a peg, or onto it: lift to the middle, along the axis, over the bent tip."""
+"""Paths of a held thing's hole off a peg or onto it: along the peg's axis, with the hole centred on it, and
+over the bent tip."""
 
 from __future__ import annotations
 
@@ -49,7 +50,7 @@ class Peg(Value):
 
     @property
     def along(self) -> float:
-        """Return the distance of the hole from the root, along the axis [m]."""
+        """Return the distance of the hole from the peg's root, along the peg's axis [m]."""
         return float((self.hole - self.root) @ self.axis)
 
     @property
@@ -119,8 +120,10 @@ def insert(location: Location, belief: Belief, context: Context) -> Iterator[Gro
 
 
 def _held_so(location: Location, belief: Belief, context: Context) -> tuple[str, ...]:
-    """Return the choices that decide whether the arm reaches a peg with the payload, obstacles aside: the peg
-    and the grasps, or all earlier places if the grasp is unknown."""
+    """Return the choices that decide whether the arm reaches a peg with the payload: the peg and the grasps.
+
+    If the grasp is unknown, all earlier places decide it.
+    """
     grasps = taken_at(belief, context)
     return (*grasps, location.of or "") if grasps else causes(location, context)
 
@@ -174,7 +177,7 @@ def _hole_now(belief: Belief, context: Context) -> Pose:
 
 
 def _hand(belief: Belief, hole: Pose) -> Pose:
-    """The TCP for which the held thing's hole is at a pose."""
+    """Return the TCP pose at which the held thing's hole is at a pose."""
     assert belief.held is not None
     feature = belief.world.thing(belief.held.thing).feature("vrps:Hole")
     assert feature is not None

@@ -89,8 +89,11 @@ def frames(line: PinchLine) -> Iterator[tuple[Pose, str]]:
 
 
 def _ways(normal: Floats, cone: float) -> Iterator[Floats]:
-    """Closing directions for a face: its normal, and the level one if that is inside the friction cone, so
-    that slanted walls are gripped from above."""
+    """Yield closing directions for a face: its normal, and the level direction next to it if the friction
+    cone includes that.
+
+    So slanted walls are gripped from above.
+    """
     yield normal
     tilt = math.asin(min(1.0, abs(float(normal[2]))))
     if LEVEL < tilt < 0.9 * cone:

@@ -1,4 +1,4 @@
-"""Hand poses without grasp search: home, straight back, straight up, along a surface."""
+"""Hand poses that need no search for grasps: home, straight back, straight up, along a surface."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def _until_it_hangs(here: Pose, height: float, belief: Belief, swing: Swing, con
 
 
 def _out_from_under(here: Pose, heights: Sequence[float], belief: Belief, context: Context) -> Groundings:
-    """Lifts that also lead aside, with room all the way; those with a clearance first, then those without.
+    """Yield lifts up and aside along which hand and payload are free; those that keep the clearance come first.
 
     Few where one straight up is free: what comes next fails for them as for that, unless that ends too near to something.
     """

@@ -52,7 +52,7 @@ class RimPinch(Value):
 
 
 class Rim(Value):
-    """A part of a thing that slopes up outwards, seen where the thing is: points and unit vectors (3,).
+    """A part of a thing that slopes up outwards, at the thing's pose: points and unit vectors (3,).
 
     Args:
         middle: of the part [m].

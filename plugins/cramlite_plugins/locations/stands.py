@@ -40,7 +40,8 @@ FEATURES = ("vrps:Peg", "cram:Cavity", "cram:Handle")  # where a fixed thing is 
 
 
 class Target(Value):
-    """Thing that the arm has to reach from a stand: its variable, its name, and whether it is to be grasped."""
+    """Thing that the arm has to reach from a stand: the variable bound to it, its name, and whether it is to
+    be grasped."""
 
     variable: str
     thing: str

@@ -1,4 +1,4 @@
-"""Touching poses of the empty hand: above the middle of a surface, pointing down, turned so that the arm reaches."""
+"""Poses in which the empty hand touches a surface: above its middle, pointing down, turned so that the arm reaches."""
 
 from __future__ import annotations
 

@@ -88,7 +88,9 @@ def ground(
     opening: float,
     clearance: float = CLEARANCES[0],
 ) -> Ground:
-    """Build the planning scene of a mobile robot with its arm at some joints [rad]; things as for ``planning_scene.scene``.
+    """Build the planning scene of a mobile robot with its arm at a joint position [rad].
+
+    ``poses``, ``held`` and ``opening`` are as for ``planning_scene.scene``.
 
     Raises:
         ValueError: the robot has no platform.

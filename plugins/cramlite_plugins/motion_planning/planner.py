@@ -204,7 +204,7 @@ def _leaves(scene: Space, q: Joints) -> bool:
 
 
 def _ways(q: Joints) -> Iterator[Joints]:
-    """Ends of short ways from a joint position in all directions, the same each time."""
+    """Return the ends of short ways from a joint position in all directions, the same ones at each call."""
     rng = np.random.default_rng(0)
     for _ in range(AWAYS):
         checkpoint()

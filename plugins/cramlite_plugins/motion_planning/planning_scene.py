@@ -99,7 +99,7 @@ class PlanningScene(Value):
 
     @property
     def moved(self) -> Floats:
-        """Return (geoms, joints) 1 where the joint moves the geom, else 0."""
+        """Return a table (geoms, joints): 1 where the joint moves the geom, else 0."""
         return self.movers.moved
 
     @property
@@ -240,7 +240,7 @@ class PlanningScene(Value):
         return next((n for n in still if world.thing(n).movable or world.thing(n).joint is not None), "")
 
     def relaxed(self, anchors: Sequence[Position], start: Position | None = None) -> PlanningScene:
-        """Return the same scene, which near given joint positions (``anchors``) demands only the clearance that they have.
+        """Return the same scene, with the clearance lowered near given joint positions (``anchors``) to what they have.
 
         Args:
             start: anchor in which contacts may be as deep as those of things that lean on one another.
@@ -369,8 +369,8 @@ def _joints(data: Any, index: RobotIndex) -> Floats:
 
 
 def _farthest(clearance: float, wider: Mapping[str, float]) -> float:
-    """Largest distance that any pair must keep [m]; it must not exceed ``HORIZON``, above which distances
-    are not told apart."""
+    """Return the largest distance that any pair must keep [m]; refuse one above ``HORIZON``, the largest that
+    is measured."""
     most = clearance + max(wider.values(), default=0.0)
     if not 0 <= clearance <= most <= HORIZON:
         raise ValueError(f"clearance {clearance} m and {dict(wider)}; it must lie between 0 and {HORIZON} m")

@@ -56,7 +56,8 @@ class Space(FreeBlends, Protocol):
         """Return the deepest collision at a joint position; None where there is none, or where it is beyond a limit."""
 
     def relaxed(self, anchors: Sequence[Sequence[float]]) -> Space:
-        """Return the same scene, which near given joint positions (``anchors``) demands only the clearance that they have."""
+        """Return the same scene, with the clearance lowered near given joint positions (``anchors``) to what
+        they have."""
 
 
 class Probed(Value):
@@ -76,7 +77,7 @@ class Probed(Value):
 def refusal(
     reason: str, *, blocking: InTheWay = (), collision: Collision | None = None, remedy: Remedy | None = None, **numbers: float
 ) -> Refused:
-    """Return a refusal that does not say yet which alternative it refuses (see ``Refused.of``).
+    """Make a refusal without the name of the alternative that it refuses; the name is added later (see ``Refused.of``).
 
     Args:
         reason: a clause with numbers.

@@ -67,7 +67,8 @@ class Load(Value):
 
 
 class UprightScene(Value):
-    """Planner's space of joint positions that keep a load upright, and off singularities if the robot has to keep off them.
+    """Planner's space of joint positions in which a load is upright, and which are off singularities if the
+    robot requires it.
 
     Args:
         scene: in which collisions are looked for.
@@ -239,14 +240,15 @@ def _raised(pose: Pose, up: Sequence[float], by: float) -> Pose:
 
 
 def _nearer(pose: Pose, by: float) -> Pose:
-    """A pose shifted level towards the base's axis [m]."""
+    """Return a pose shifted horizontally towards the base's z axis by a distance [m]."""
     x, y, z = pose.position
     share = 1.0 - by / max(math.hypot(x, y), by, 1e-9)
     return Pose((share * x, share * y, z), pose.quaternion)
 
 
 def _arc(a: Pose, b: Pose) -> list[Pose]:
-    """Corners between two poses with even angle about, and distance from, the base's z axis."""
+    """Return poses between two poses, evenly spaced in their angle about the base's z axis and their distance
+    from it."""
     angles = [math.atan2(p.position[1], p.position[0]) for p in (a, b)]
     radii = [math.hypot(p.position[0], p.position[1]) for p in (a, b)]
     turn = math.remainder(angles[1] - angles[0], math.tau)
@@ -262,8 +264,8 @@ def _arc(a: Pose, b: Pose) -> list[Pose]:
 def _followed(
     corners: list[Pose], place: Place, belief: Belief, context: Context, carry: Load, scene: PlanningScene
 ) -> list[Sequence[Joints]] | Refused:
-    """Joint positions along the line to each corner, or the reason why the way is blocked or does not end in a
-    straight line to the place."""
+    """Return joint positions along straight lines to corners; or why the lines are blocked, or none leads on
+    to the place."""
     here = forward(context.robot, belief.joints)
     worst = max(carry.tilt(p) for p in sampled(here, corners, *STEP))
     if worst > carry.limit:

@@ -228,13 +228,15 @@ def _zero(motion: Motion, belief: Belief, context: Context) -> Groundings:
 
 
 def _blind(motion: Motion, robot: str) -> Unresolvable:
-    """Refusal of a motion that needs a force sensor, by a robot without one: no other grasp, place or path
-    helps, only another way to do the tasks that ask for the motion."""
+    """Refusal of a motion that needs a force sensor, for a robot without one.
+
+    No other grasp, place or path helps, only another way to do the tasks that ask for the motion.
+    """
     task = task_of(motion.name)
     remedy = Remedy(
         "sensor",
         f"robot '{robot}' has no force-torque sensor, which {task} needs: if it has one, say where ('sensor: flange' beside the robot's "
-        "'file'), else take a robot with one, or tasks that feel nothing",
+        "'file'), else take a robot with one, or tasks that need none",
     )
     because = tuple(n for n in enclosing_names(motion.name) if n != motion.name)
     reason = f"robot '{robot}' has no force-torque sensor, which '{motion.name}' needs"

@@ -101,8 +101,10 @@ def _open(motion: Motion, start: Belief, after: list[AnyStep]) -> Iterator[AnySt
 
 
 def _straight(motion: Motion, context: Context, pivot: Joints, rest: list[AnyStep]) -> Iterator[AnyStep]:
-    """Motions back: to the pose first, so that a touched thing is left in a straight line; then to the joint
-    position."""
+    """Yield motions back to where a control step began: straight to its TCP pose, then to its joint position.
+
+    So a thing that is touched is left in a straight line.
+    """
     from ..kinematics.kinematics import forward
 
     if _ends(rest):
@@ -111,7 +113,7 @@ def _straight(motion: Motion, context: Context, pivot: Joints, rest: list[AnySte
 
 
 def _retraced(motion: Motion, start: Belief, context: Context, lead: list[AnyStep]) -> Iterator[AnyStep]:
-    """Yield motions that undo the first steps of a structure, those that cannot fail, in reverse order."""
+    """Yield motions that undo the first steps of a control structure, those that cannot fail, in reverse order."""
     from ..kinematics.kinematics import forward
 
     here = start.joints

@@ -154,7 +154,7 @@ KINDS: Mapping[str, MotionKind] = {
 
 
 def word(motion: Motion, name: str, of: type[W], default: W | None = None) -> W:
-    """Return the value of a motion's parameter that takes one of a few words; the default if the motion does
+    """Return the value of a motion's parameter that is one of a few words, or its default if the motion does
     not state it.
 
     Raises:

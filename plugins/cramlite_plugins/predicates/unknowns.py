@@ -28,7 +28,10 @@ def no_hand(phase: Phase, *_names: str | None) -> str | None:
 
 
 def no_box(phase: Phase, name: str | None, place: str | None) -> str | None:
-    """Return why nobody knows whether a thing is within, or over, a place: no pose of either, or no shape of the place."""
+    """Return the reason why it is unknown whether a thing is in or above a place; None if it is known.
+
+    The reason is that the pose of one of the two, or the shape of the place, is unknown.
+    """
     if place is not None and pose_of(phase, place, phase.end) is not None and box_of(phase, place) is None:
         return f"no shape of '{place}'"
     without = any(box_of(phase, n) is None for n, e in phase.timeline.entities.items() if e.part_of is None)
@@ -47,7 +50,7 @@ def no_effector(phase: Phase, _name: str | None) -> str | None:
 
 
 def no_class(phase: Phase, name: str | None, _class: str | None) -> str | None:
-    """Return the clause "what NAME is" for a list of unknowns if no class of an entity is known, else None."""
+    """Return "what NAME is", the reason of an unknown predicate, if no class of an entity is known; None otherwise."""
     unknown = name in phase.timeline.entities and not phase.timeline.types(name or "")
     return f"what '{name}' is" if unknown else None
 

@@ -70,7 +70,7 @@ def _cell(task: str, action: Interpreted, chosen: Match | None) -> Cell:
         why = "; or ".join(f"{m.explanation} ({_roles(m)})" if m.roles else m.explanation for m in matches)
         kind = "chosen" if chosen is not None and chosen.task == task else "match"
         return Cell(kind, f"{task}: {why}. All {matches[0].conditions} conditions hold.")
-    why = next((r.sentence for r in action.rejections if r.task == task), f"not {task}: no rule is about this task here.")
+    why = next((r.sentence for r in action.rejections if r.task == task), f"not {task}: no rule for this task was tried on this action.")
     return Cell("no", why)
 
 

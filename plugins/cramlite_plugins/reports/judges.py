@@ -56,8 +56,10 @@ def measured(finding: Finding) -> Measured:
 
 
 def _number(value: float | None, unit: str) -> str:
-    """Number with three digits; lengths below 0.1 m in mm. Less than a thousandth is rounding of the
-    simulation."""
+    """Text of a number, with three digits and its unit; lengths below 0.1 m are in mm.
+
+    Smaller numbers than a thousandth, which are rounding of the simulation, read "< 0.001".
+    """
     if value is None:
         return ""
     if unit == "m" and abs(value) < 0.1:

@@ -58,8 +58,10 @@ def nested(thing: Thing, pose: Pose, below: Thing, at: Pose) -> Surface | None:
 
 
 def touching(thing: Thing, pose: Pose, below: Thing, at: Pose) -> Any:
-    """Return the hull of the contacts, or near contacts, of a thing with its support, seen from above;
-    empty beside it."""
+    """Return the hull of the contacts, or near contacts, of a thing with its support, seen from above.
+
+    It is empty if the thing is beside the support.
+    """
     xs, ys, own, under = _seen(thing, pose, below, at)
     gap = _gap(own, under, CELLS, CELLS)
     rise = float(gap.max())
@@ -68,8 +70,9 @@ def touching(thing: Thing, pose: Pose, below: Thing, at: Pose) -> Any:
 
 
 def room_under(thing: Thing, pose: Pose, below: Thing, at: Pose) -> float:
-    """Return the distance that a thing could be let down straight before it meets another [m]; negative if
-    they overlap, inf beside it.
+    """Return how far a thing could be let down straight before it meets another one [m].
+
+    The distance is negative if the two overlap, and inf if the thing would pass beside the other one.
 
     The arguments are those of ``nested``.
     """

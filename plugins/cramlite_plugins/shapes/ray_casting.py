@@ -31,7 +31,7 @@ def body(geoms: Iterable[Geom]) -> Body:
 
 
 def spans(body: Body, point: Floats, way: Floats) -> Iterator[tuple[float, float, Geom]]:
-    """Compute where a line (unit vector ``way``) enters and leaves each geom [m from the point]."""
+    """Compute where a line through a point, along a unit vector, enters and leaves each geom [m from the point]."""
     low, high = intervals(body, np.reshape(point, (1, 3)), np.reshape(way, (1, 3)))
     for k in np.flatnonzero(low[0] < high[0]).tolist():
         yield float(low[0, k]), float(high[0, k]), body.geoms[k]

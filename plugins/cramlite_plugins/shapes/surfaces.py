@@ -78,7 +78,9 @@ def surfaces(thing: Thing, pose: Pose, part: str = "") -> tuple[Surface, ...]:
 
 
 def stated_surface(thing: Thing, pose: Pose, part: str) -> Surface | None:
-    """Return the surface that a feature of a thing states, which may lean as the back of a rack does; None if no surface is called so.
+    """Return the surface that a thing's feature of a given name describes; None without such a feature.
+
+    It need not be level: the back of a rack leans.
 
     Args:
         pose: of the thing in a frame whose z is up.

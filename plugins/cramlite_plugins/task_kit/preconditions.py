@@ -12,7 +12,7 @@ def near(thing: Object) -> Location:
 
 
 def at_or_near(thing: Object | None, following: Action | None, goal: Location) -> Location:
-    """Return the location to which a free motion towards a thing leads.
+    """Return the location to which a collision-free motion towards a thing leads.
 
     To ``goal``, where the following task begins, if that is about the thing or a part of it; else near the thing.
     """

@@ -145,7 +145,7 @@ def _where(far: Location) -> str:
 
 
 def _resists(belief: Belief, name: str) -> float:
-    """Friction of a thing on a support as rough as itself [N]."""
+    """Friction [N] between a thing and a support that has the same coefficient of friction."""
     thing = belief.thing(name)
     rough = max((g.friction for g in thing.geoms if g.friction is not None), default=thing.friction)
     return GRAVITY * (thing.mass or 0.0) * rough

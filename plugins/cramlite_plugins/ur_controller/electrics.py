@@ -36,7 +36,7 @@ def set_analog_outputdomain(port: Any, domain: Any) -> None:
 
 
 def set_input_actions_to_default() -> None:
-    """Free every input of its action."""
+    """Remove the actions that were assigned to inputs; nothing is wired to the inputs."""
 
 
 def set_tool_voltage(voltage: Any) -> None:
@@ -64,7 +64,7 @@ def set_tool_digital_output_mode(n: Any, mode: Any) -> None:
 
 
 def set_safety_mode_transition_hardness(type: Any) -> None:
-    """Check the hardness of changes between safety modes, without effect: the model has one safety mode."""
+    """Check how hard changes between safety modes are to be, 0 or 1, without effect: the model has one safety mode."""
     _one_of(type, (0, 1), "set_safety_mode_transition_hardness's type")
 
 
@@ -84,7 +84,10 @@ def set_configurable_digital_input_action(port: Any, action: Any) -> None:
 
 
 def set_gp_boolean_input_action(port: Any, action: Any) -> None:
-    """Give a Boolean register an action; RTDE clients that set it here change nothing else."""
+    """Assign an action to a Boolean register, without effect.
+
+    RTDE clients that set the register change nothing else.
+    """
     real(port, "set_gp_boolean_input_action's port")
 
 

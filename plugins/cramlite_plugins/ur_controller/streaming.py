@@ -52,8 +52,11 @@ class JointSpeed(Value):
 
 
 class ToolSpeed(JointSpeed):
-    """Tool speeds (6,) [m/s, rad/s], base axes, that change like those of ``JointSpeed``; ``place`` is the
-    first TCP pose, and ``start`` is unused."""
+    """Tool speeds (6,) [m/s, rad/s], base axes, that change to the wanted ones within a time.
+
+    They change as the joint speeds of ``JointSpeed`` do. ``place`` is the first TCP pose, and ``start`` is
+    unused.
+    """
 
     place: Pose = field(default_factory=Pose)
 

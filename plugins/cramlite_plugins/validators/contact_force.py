@@ -52,7 +52,10 @@ class TaskForce(NamedTuple):
 
 
 def task_forces(candidate: Candidate) -> dict[str, TaskForce]:
-    """Return the force limit of each task of a program; the program's own limit is above all of them."""
+    """Return for each task of a program the largest force that it may press or pull with.
+
+    The force limit of the whole program, which no task may exceed, is not regarded.
+    """
     steps = _steps(candidate)
     names = {"", *(a.name for a in (*candidate.actions, *candidate.parts))}
     return {name: _of(name, candidate, steps.get(name, ())) for name in names}

@@ -119,8 +119,11 @@ def _doubtful(literal: GoalLiteral, timeline: Timeline, rollout: Rollout) -> str
 
 
 def _recorded(entity: str, episode: Episode) -> str:
-    """Name of an entity in the recording: the robot's for the hand, the vessel's for a filling, the whole
-    thing's for a feature without a shape, unless the feature is a place."""
+    """Name under which a recording knows an entity.
+
+    It is the robot's name for the hand, the vessel's for a filling, and the whole thing's for a feature
+    without a shape, unless the feature is a place.
+    """
     whole = thing_of(entity)
     if entity == EFFECTOR:
         return episode.effector or entity
@@ -132,8 +135,10 @@ def _recorded(entity: str, episode: Episode) -> str:
 
 
 def _too_few(clause: Clause, literal: GoalLiteral, rollout: Rollout) -> str:
-    """Clause on a vessel whose content has arrived in too small a share; empty if enough has, or if the
-    clause is about no content."""
+    """Clause on a vessel into which too small a share of poured content has come; empty if enough has.
+
+    Empty, too, for conditions that are about no content.
+    """
     from cramlite.plugin import atoms
 
     for atom in atoms(clause.condition) if not clause.text.startswith("not ") else ():

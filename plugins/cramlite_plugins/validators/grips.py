@@ -48,7 +48,7 @@ def pressed_at(rollout: Rollout) -> list[str]:
 
 @lru_cache(maxsize=1)
 def _pressed_at(run: Itself[Rollout]) -> tuple[str, ...]:
-    """Result of ``pressed_at``, computed once for all validators of a run."""
+    """Thing that both pads press at each sample, as ``pressed_at`` returns it; computed once for each run."""
     rollout = run.it
     loose = {t.name for t in rollout.world.things if t.movable or t.joint}
     pressed = zip(map(_pressed, rollout.awake_touches), rollout.opening, strict=True)

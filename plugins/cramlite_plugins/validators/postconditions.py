@@ -1,4 +1,4 @@
-"""Validators of the goal: the rules that interpret demonstrations judge the run, and physics has the last word."""
+"""Validators of effects: a run must satisfy the rules of its tasks, and what the plan predicts must hold in physics."""
 
 from __future__ import annotations
 
@@ -169,8 +169,10 @@ class TaskRules(Value):
 
 
 def _already(candidate: Candidate, action: Action) -> str:
-    """Clause on a part of the previous action that did the same task with the same things; empty without
-    one. No effect can be demanded twice."""
+    """Clause on a part of the previous action that has done the same task with the same things; empty without one.
+
+    The effect of the action is then not demanded once more.
+    """
     names = [a.name for a in candidate.actions]
     if action.name not in names[1:]:
         return ""
@@ -283,9 +285,11 @@ def _as_many(rule: Rule, action: Action, timeline: Timeline, ran: Span, name: st
 
 
 def _asked(clause: Clause, action: Action, rule: Rule) -> bool:
-    """Whether a precondition is demanded of a robot's action. Two negations are not: that the task's
-    result does not hold yet, as a program may find it done; and one about a role without a filler,
-    which would be about everything."""
+    """Whether a precondition of a task's rule must hold when the robot begins the task.
+
+    Two negations need not: that the task's result does not hold yet, as a program may find it done; and one
+    about a role without a filler, which would be about everything.
+    """
     from cramlite.plugin import Not, atoms
 
     if clause.phase != "pre" or not isinstance(clause.condition, Not):
@@ -351,8 +355,7 @@ def _ends(rule: Rule, clause: Clause) -> list[Not]:
 
 
 def _has_ended(clause: Clause, end: Not, now: Phase, binding: dict[str, Any]) -> bool:
-    """Whether a precondition was ended by an effect that holds now, and held at the last instant without that
-    effect."""
+    """Whether a precondition held until an effect of its task, which holds now, ended it."""
     before = [now.timeline.instant(cut) for cut in reversed(now.timeline.cuts) if cut < now.start]
     ended = [next(end.solve(then, binding), None) is not None for then in (now, *before)]
     if False not in ended or not ended[0]:

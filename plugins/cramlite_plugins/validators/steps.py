@@ -164,7 +164,7 @@ class Steps(Value):
             target, thing = _target(candidate, stage), held[when.end]
             lean = _lean(_hand(candidate, when.end), target) if target is not None and thing in loose else 0.0
             if lean > LEAN:
-                said = f"{stage.origin} was not carried out: '{thing}' leans {np.degrees(lean):.0f} deg from the attitude that it leads to"
+                said = f"{stage.origin} was not carried out: '{thing}' leans {np.degrees(lean):.0f} deg from the step's goal attitude"
                 yield Finding(self.name, False, f"{said}, limit {np.degrees(LEAN):.0f} deg", lean, LEAN, "rad", stage.origin)
 
 
@@ -194,8 +194,11 @@ def _left_out(stages: list[Stage], lost: Iterable[int]) -> Iterator[tuple[str, s
 
 
 def _turns(candidate: Candidate, stages: list[Stage]) -> Turns:
-    """Assign each stretch of a run to the next stage that has the stretch's origin; a stretch whose stages
-    are all before the last assigned one is late."""
+    """Assign each stretch of a run to a stage of the program, and find the stretches that come too late.
+
+    A stretch belongs to the next stage that has its origin; it is late if all such stages are before the last
+    assigned one.
+    """
     now, ran, late = 0, dict[int, Ran](), list[tuple[int, int, int]]()
     for origin, first, end in _stretches(origins(candidate)):
         own = [k for k, stage in enumerate(stages) if origin in stage.known and _moves(stage)]

@@ -32,7 +32,10 @@ def robtarget(pose: Pose, joints: tuple[float, ...], zero: tuple[float, ...]) ->
 
 
 def configuration(joints: tuple[float, ...], zero: tuple[float, ...]) -> str:
-    """Format confdata: quadrants of axes 1, 4, 6; cfx is 0, as ``ConfL \\Off`` lets linear motions keep the nearest."""
+    """Format RAPID's confdata: the quadrants of axes 1, 4 and 6, and 0 as cfx.
+
+    ``ConfL \\Off`` lets linear motions keep the nearest configuration.
+    """
     if not joints:
         return "[0, 0, 0, 0]"
     quadrants = [math.floor(math.degrees(joints[i] - zero[i]) / 90 + 1e-9) for i in (0, 3, 5)]

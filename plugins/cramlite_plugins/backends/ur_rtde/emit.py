@@ -58,7 +58,7 @@ IMPORTS = (
 
 
 class _Writer(Struct):
-    """Python text of the program itself, under construction.
+    """Writer of a generated Python program's own text: the values and lines that were written so far.
 
     Args:
         robot: that it is for.

@@ -29,8 +29,11 @@ def fallback(arm: Arm, name: str, branches: Sequence[Steps]) -> None:
 def monitored(
     arm: Arm, name: str, steps: Steps, *, force: float | None = None, slip: float | None = None, time: float | None = None
 ) -> None:
-    """Run steps while the force [N], the further closing of the fingers [of 255] and the time [s] are
-    watched."""
+    """Run steps while the force [N], the further closing of the fingers [of 255] and the time [s] are checked
+    against limits.
+
+    When a limit is exceeded, the arm is stopped and the steps have failed.
+    """
     this, began = object(), arm.time()
     closed = arm.gripper.get("POS") if slip is not None else 0
 

@@ -1,4 +1,4 @@
-"""Joints of a scene file: with their closed end at the lower value."""
+"""Joints of a scene file, turned round where needed, so that their lower value is the closed end."""
 
 from __future__ import annotations
 

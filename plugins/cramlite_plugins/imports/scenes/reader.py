@@ -133,7 +133,7 @@ def _apart(source: Any, group: Group) -> bool:
 
 
 def _meet(model: Any, a: int, b: int) -> bool:
-    """Whether the bits of two geoms let them collide."""
+    """Whether MuJoCo lets two geoms collide, by their contype and conaffinity bits."""
     return bool(model.geom_contype[a] & model.geom_conaffinity[b] | model.geom_contype[b] & model.geom_conaffinity[a])
 
 
@@ -147,7 +147,7 @@ def _between(model: Any, geoms: Any, group: Group) -> bool:
 
 
 def _physics(model: Any) -> tuple[dict[str, float | int | str], list[str]]:
-    """Options that differ from MuJoCo's defaults, and notes on those that are not kept."""
+    """Return a scene's physics options that differ from MuJoCo's defaults, and notes on those that are not kept."""
     found: dict[str, float | int | str] = {k: getattr(model.opt, k) for k, usual in KEPT.items() if getattr(model.opt, k) != usual}
     notes: list[str] = []
     if int(model.opt.cone) == 1:

@@ -1,4 +1,5 @@
-"""Groups of bodies as things: shape, mass, joint, and the features that names, sites and geometry show."""
+"""Conversion of a scene's groups of bodies to things: shape, mass, joint, and features from names, sites and
+geometry."""
 
 from __future__ import annotations
 
@@ -132,8 +133,10 @@ def _turns_in_place(thing: Thing) -> bool:
 
 
 def _surfaced(thing: Thing) -> tuple[Thing, str]:
-    """Thing with its cavity and large level faces as features, and their description; a movable thing
-    without either gets its largest face, such as a bottle's cap."""
+    """Add a thing's cavity and its large level faces to its features; return also a description of them.
+
+    A movable thing without either gets its largest level face, such as a bottle's cap.
+    """
     from ...shapes.cavities import cavity
     from ...shapes.surfaces import surfaces
 
@@ -163,8 +166,7 @@ def _floors(hollow: Feature | None) -> list[Feature]:
 
 
 def _largest(area: Any) -> dict[str, float]:
-    """Sides of the largest rectangle about the origin that an area covers, in the proportions of the
-    area's bounding box."""
+    """Scale an area's bounding box down about the origin until it fits into the area, and return its sides [m]."""
     import shapely
 
     x, y, x1, y1 = area.bounds

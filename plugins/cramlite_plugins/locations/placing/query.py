@@ -151,7 +151,7 @@ class Query(Value, dict=True):
         return Leg(pose, touching, opening, 0.0, hand=not self.settles)
 
     def hand(self, thing: Pose) -> Pose:
-        """Return the TCP with the payload at a pose."""
+        """Return the TCP pose at which the held payload is at a given pose."""
         return thing * self.held.tcp_to_thing.inverse()
 
     def standing_there(self) -> tuple[str, ...]:
@@ -214,7 +214,8 @@ class Placement(Value):
 
     @property
     def way(self) -> list[tuple[Pose, float]]:
-        """Return TCP poses on the way that need room, each with its distance out of the place [m]."""
+        """Return TCP poses on the way to the placement that must be checked for room, each with its distance
+        from the placement [m]."""
         if not self.led:
             return [(self.before, 0.0), (self.pose, 0.0)]
         out = np.subtract(self.before.position, self.begins.position)

@@ -106,8 +106,10 @@ def sideways(asked: list[Query]) -> Groups:
 
 
 def _attitudes(query: Query, upright: Pose) -> Iterator[tuple[str, Pose]]:
-    """Orientations of a payload, each with a kind of stable pose: upright, and as held by a hand that points
-    inwards."""
+    """Yield orientations in which to release a payload: upright, and as a hand that points inwards holds it.
+
+    Each has a kind of placement: "on" or "within" for a payload that then stands, "dropped" for one that falls over.
+    """
     turned = not query.where.attitude and query.thing.filling is None and not query.held.carries
     stands = "within" if query.depth else "on"
     yield stands, upright
@@ -168,8 +170,11 @@ def _too_high(query: Query, room: float, needed: float) -> Unresolvable:
 
 
 def _level(query: Query, floor: Floor, now: Pose, kind: str) -> Iterator[Placement]:
-    """Placements on a floor from its middle outwards, with the hand pointing inwards; a payload that is not
-    released upright gets its simulated rest pose. If all are out of reach, one is kept for the refusal."""
+    """Generate placements on a floor from its middle outwards, with the hand pointing inwards.
+
+    A payload that is not released upright gets its simulated rest pose. If all are out of reach, one is kept
+    for the refusal.
+    """
     few = 1 if kind != "dropped" else FEW
     first = _at(query, floor, now, kind, floor.spots()[0], 0.0)
     if reach_gap(query.context.robot, first.before)[0] > BEYOND:

@@ -178,7 +178,7 @@ def _settled(query: Query, now: Pose, yaw: float) -> Query:
 
 
 def stood(query: Query, now: Pose, offset: Offset, yaw: float) -> Pose:
-    """Return a payload on its target, its middle over a position.
+    """Return the pose of a payload that stands on its target with its middle over a position.
 
     It is turned by an angle [deg] from facing the robot as it does now, or from facing what it shall face.
     """
@@ -193,7 +193,7 @@ def stood(query: Query, now: Pose, offset: Offset, yaw: float) -> Pose:
 
 
 def about_vertical(pose: Pose, angle: float) -> Pose:
-    """Return the attitude of a pose, turned about the vertical [rad]."""
+    """Return the orientation of a pose, turned about the vertical by an angle [rad], as a pose at the origin."""
     return Pose((0, 0, 0), (Pose.from_rotvec((0, 0, 0), (0, 0, angle)) * Pose((0, 0, 0), pose.quaternion)).quaternion)
 
 
@@ -235,7 +235,7 @@ def as_asked(now: Pose, where: Where) -> Pose:
 
 
 def check_turn(query: Query, asked: Pose) -> None:
-    """Check that a payload can be brought to the attitude of a pose, with the present grasp.
+    """Check that a payload can be turned to the orientation of a pose, with the present grasp.
 
     Raises:
         Unresolvable: what is in it would be spilled, or the hand would come under it; then another grasp may
@@ -253,7 +253,7 @@ def check_turn(query: Query, asked: Pose) -> None:
 
 
 def with_middle(level: list[Query]) -> list[Query]:
-    """Return the queries to try, one for each surface; on a support with a rim its middle comes first.
+    """Return the placement queries to try, one for each surface; on a support with a rim its middle comes first.
 
     Of a movable support with a rim, such as a plate: the middle of its largest surface, then that surface if
     it has room elsewhere.
@@ -272,8 +272,10 @@ def with_middle(level: list[Query]) -> list[Query]:
 
 
 def toppled(query: Query, upright: Pose, out: Floats, lean: float) -> Iterator[tuple[Pose, Pose, str]]:
-    """Generate releases of a payload that leans out of an opening by an angle [deg], each with the pose after
-    it topples over its lowest edge, its origin in the region.
+    """Generate poses in which to release a payload that leans out of an opening by an angle [deg], with the
+    pose to which it falls.
+
+    It topples over its lowest edge, and its origin is then in the region.
 
     Those farthest in come first.
 

@@ -71,8 +71,10 @@ def up(asked: list[Query]) -> Groups:
 
 
 def _from_above(rest: Rest) -> Iterator[Found]:
-    """Placements of a stable pose at each release height, straight from above and obliquely: under another
-    drawer a drawer has room only for oblique ways."""
+    """Yield placements of a stable pose at each release height, with a way straight down and oblique ways.
+
+    Under another drawer, a drawer has room only for oblique ways.
+    """
     query = rest.query
     for k, (over, above) in enumerate(rest.heights):
         thing = shift(rest.thing, (0.0, 0.0, over))
@@ -90,7 +92,7 @@ def _from_above(rest: Rest) -> Iterator[Found]:
 
 
 def _may_be_there(placement: Placement, query: Query) -> bool:
-    """Whether hand and payload have room at a place that is within reach, wherever they come from."""
+    """Whether hand and payload have room at a place within reach, whatever the way there."""
     if not inverse(query.context.robot, placement.pose, seed=query.belief.joints):
         return False
     return query.scene.met(query.belief.base() * placement.pose) is None
@@ -107,7 +109,7 @@ def _at_best(asked: list[Query], now: Pose) -> Iterator[Refused]:
 
 
 def prepared(bare: list[Query]) -> list[Query]:
-    """Return the queries of a payload that comes from above, with their obstacles.
+    """Return the placement queries of a payload that comes from above, with their obstacles.
 
     An opening has two queries: one for positions beside its contents and its overhang, one for positions
     anywhere.

@@ -197,20 +197,26 @@ def met_alone(belief: Belief, context: Context, entity: str) -> Met:
 def _known(
     world: Itself[World], poses: Itself[Mapping[str, Estimate]], relations: frozenset[Relation], base: Pose, entity: str
 ) -> dict[Point, Refused | None]:
-    """Cache of the obstacles that a thing alone meets at points, shared by all hands that are tried, while
-    everything stands as it does."""
+    """Return the cache of what a thing alone meets at each point, which all hand poses that are tried share.
+
+    It is valid for one state of the world.
+    """
     return {}
 
 
 def met_with_hand(belief: Belief, context: Context, entity: str, hand: Pose) -> Met:
-    """Return the obstacles of a thing and of the hand that takes it along, whose TCP is at a pose in the base
-    frame now."""
+    """Return a function from a spot to what a thing meets there, together with the hand that pushes it.
+
+    ``hand`` is the pose of the TCP in the base frame at the thing's present place.
+    """
     return cache(_meets(belief, context, entity, hand))
 
 
 def _meets(belief: Belief, context: Context, entity: str, tcp: Pose) -> Met:
-    """Function that returns the obstacles of a thing at a spot (x, y) to which a TCP takes it along; those of
-    the hand are left out if the TCP is at the thing's origin."""
+    """Return a function from a spot (x, y) to what a thing meets there, together with the hand that pushes it.
+
+    The hand is left out if the TCP is at the thing's origin.
+    """
     pose, base = belief.pose(entity), belief.base()
     held = Held(entity, tcp.inverse() * shift(pose, LIFT), 0.0, carries=carried_along(belief, entity))
     scene, hand = make_scene(belief.grasped(held), context, [entity], clearance=CLEAR), tcp != pose

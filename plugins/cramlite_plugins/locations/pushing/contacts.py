@@ -64,7 +64,7 @@ Hand = tuple[Floats, Pose, float, str]
 def hands_behind(
     thing: Thing, pose: Pose, apart: float, gripper: Gripper, area: Feature, frame: Pose, shares: Sequence[float] = SHARES
 ) -> Iterator[Hand]:
-    """Generate hands whose fingers are behind a thing, as far open as a share of the thing's width."""
+    """Yield hand poses with the fingers behind a thing, opened to the share ``apart`` of the thing's width."""
     low, top = -support(thing, pose, -UP), support(thing, pose, UP)
     for share, turn in itertools.product(shares, HALVES):
         way = towards(pose, area, frame, share)
@@ -77,7 +77,7 @@ def hands_behind(
 
 
 def hands_in(thing: Thing, pose: Pose, gripper: Gripper, way: Floats, last: Floats) -> Iterator[Hand]:
-    """Hands whose closed fingers are in a thing, over its floor and behind the side of its rim that is ahead on the last leg (3,).
+    """Yield hand poses with closed fingers inside a thing, just above its floor, that push its rim along ``last`` (3,).
 
     They stay there where they take it along by friction, and else come there in the end, where the rim stops them.
 
@@ -101,8 +101,10 @@ def hands_in(thing: Thing, pose: Pose, gripper: Gripper, way: Floats, last: Floa
 
 
 def towards(pose: Pose, area: Feature, frame: Pose, share: float) -> Floats:
-    """Level displacement (3,) [m] that brings a thing's origin into an area: to its middle, or at most to a
-    share of its half sides from it."""
+    """Return the level displacement (3,) [m] that brings a thing's origin into the middle part of an area.
+
+    ``share`` is that part's share of the area's sides; 0 is the very middle.
+    """
     half, local = share * np.array(sides(area)) / 2, frame.inverse().apply(pose.position)
     target = frame.apply((*np.clip(local[:2], -half, half), 0.0))
     return np.array([*(target - np.asarray(pose.position))[:2], 0.0])
@@ -148,8 +150,10 @@ def free_ahead(thing: Thing, pose: Pose, hand: Pose, ahead: Floats, opening: flo
 
 
 def at_front(thing: Thing, joint: Joint, handle: Feature, pose: Pose, gripper: Gripper) -> Iterator[tuple[Pose, str]]:
-    """Closed fingers before a front, with descriptions; last those that may slip off, and those much nearer to
-    a hinge than the handle is."""
+    """Yield TCP poses of closed fingers before a front, with descriptions, for pushing it.
+
+    Fingers that may slip off come last, and after them those much nearer to the hinge than the handle is.
+    """
     loose, near, far = list[tuple[Pose, str]](), list[tuple[Pose, str]](), NEAR_HINGE * lever(joint, handle.pose)
     over = AT_BAR if joint.kind == "hinge" else FROM_ABOVE
     for spot, tilt, turn in itertools.chain(itertools.product(SPOTS, TILTS, TURNS), itertools.product(*over)):
@@ -166,8 +170,10 @@ def at_front(thing: Thing, joint: Joint, handle: Feature, pose: Pose, gripper: G
 
 
 def at_inner_side(thing: Thing, joint: Joint, handle: Feature, pose: Pose, gripper: Gripper) -> Iterator[tuple[Pose, str]]:
-    """Closed fingers behind a door, over its upper edge, with descriptions; last those much nearer to its hinge
-    than its handle is."""
+    """Yield TCP poses of closed fingers behind a door, over its upper edge, with descriptions, for pushing it open.
+
+    Those much nearer to the hinge than the handle is come last.
+    """
     near, far = list[tuple[Pose, str]](), NEAR_HINGE * lever(joint, handle.pose)
     out, up = _facing(pose * handle.pose, inner=True)
     side = math.copysign(1.0, np.cross(up, out) @ np.subtract((pose * joint.pose).position, (pose * handle.pose).position))
@@ -188,8 +194,8 @@ def _against(
     thing: Thing, handle: Feature, pose: Pose, spot: tuple[float, float], turns: tuple[float, float], gripper: Gripper, swings: bool,
     inner: bool = False,
 ) -> tuple[Pose, bool]:
-    """TCP of closed fingers at a gap of ``ALMOST`` [m] before a front, and whether fingers that are ``OFF``
-    [m] to any side would still meet it.
+    """Return a TCP pose of closed fingers ``ALMOST`` [m] before a front, and whether they would hit it even
+    ``OFF`` [m] aside.
 
     Args:
         spot: how far from its handle, to a side and up, as shares of the way to the edge of the thing.
@@ -223,8 +229,8 @@ def _facing(handle: Pose, inner: bool) -> tuple[Floats, Floats]:
 
 
 def _clear_of(thing: Thing, pose: Pose, hand: Pose, out: Floats, gripper: Gripper) -> float:
-    """Distance that closed fingers at a TCP pose must go out until they are clear of a thing [m], bars beside
-    them included."""
+    """Return how far closed fingers at a TCP pose must move out until they are clear of all of a thing, its
+    bars included [m]."""
     across, thick = np.linspace(-0.5, 0.5, 3) * gripper.pad[0], np.linspace(-FINGER, FINGER, 5)
     along = np.linspace(-gripper.depth, gripper.pad[1] / 2, 6)
     fingers, to = np.array(list(itertools.product(across, thick, along))), pose.inverse()
@@ -233,7 +239,8 @@ def _clear_of(thing: Thing, pose: Pose, hand: Pose, out: Floats, gripper: Grippe
 
 
 def upon(thing: Thing, handle: Feature, pose: Pose, turns: tuple[float, float], gripper: Gripper) -> Pose:
-    """TCP of closed fingers over a handle's bar, their lowest edge at a gap of ``ALMOST`` [m] above its middle."""
+    """Return the TCP pose of closed fingers over a handle's bar, their lowest edge at a gap of ``ALMOST`` [m]
+    above its middle."""
     up, middle = np.array([0.0, 0.0, 1.0]), np.asarray((pose * handle.pose).position)
     hand = _turned(pose.rotate(handle.pose.rotate(up)), up, turns)
     met = spans(body(thing.geoms), np.asarray(handle.pose.position), pose.inverse().rotate(up))

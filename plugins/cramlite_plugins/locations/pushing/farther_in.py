@@ -28,8 +28,10 @@ BACK = 0.12  # distance that hands go back from a released payload, as elsewhere
 
 
 def off(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate the place straight back, at the same height, from a released thing that has to go farther in:
-    closed fingers do not touch it there."""
+    """Generate a place straight back from a released thing, at the same height, at which closed fingers touch nothing.
+
+    From there the fingers push the thing farther in.
+    """
     entity, ahead = bound(context, location.of), _ahead(belief, context)
     way, here = _needed(entity, ahead, belief, context), tcp(belief, context)
     shut = make_scene(belief, context, (), context.robot.gripper.opening[0], LET_GO)

@@ -145,7 +145,8 @@ def _outline_terms(
 
 
 def _vector_terms(moved: Batch, gap: Batch, weight: Batch) -> tuple[Batch, Batch]:
-    """Normal equations of |gap + w x moved + v|^2, (H, 6, 6) and (H, 6)."""
+    """Normal equations (H, 6, 6) and (H, 6) of the rotation vector w and shift v that minimise |gap + w x
+    moved + v|^2."""
     weighted = moved * weight[:, None]
     outer = weighted @ moved.transpose(0, 2, 1)
     crossed = weighted @ gap.transpose(0, 2, 1)

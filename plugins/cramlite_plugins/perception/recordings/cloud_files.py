@@ -109,7 +109,7 @@ def pcd_rows(data: bytes, path: Path) -> tuple[Any, tuple[int, int] | None]:
 
 
 def _organised(header: Mapping[str, list[str]], count: int) -> tuple[int, int] | None:
-    """(height, width) of the image that a cloud is of; None for a heap of points."""
+    """Height and width of the image that an organised cloud was made from; None for an unorganised cloud."""
     try:
         height, width = int(header["HEIGHT"][0]), int(header["WIDTH"][0])
     except (KeyError, ValueError, IndexError):

@@ -56,8 +56,11 @@ def segments(inputs: Inputs) -> Mapping[str, Any]:
 
 
 def _front(cloud: Cloud, inverse: Inverse, planes: Sequence[Plane], limits: Mapping[str, float]) -> Mask:
-    """Pixels in front of the planes that bound the scene, by more than noise; of a wide plane with much
-    behind it, pixels on both sides."""
+    """Pixels whose points stand out from the planes that bound the scene, by more than noise.
+
+    A plane with little behind it keeps the pixels in front of it, and a wide one with more behind it those on
+    both sides.
+    """
     import numpy as np
     from scipy import ndimage
 

@@ -63,7 +63,7 @@ class Applied(NamedTuple):
 
 
 class Controller(CommandedArm):
-    """The arm side of the controller.
+    """Controller of an arm in a MuJoCo state: it moves arm and gripper, measures forces, and stops on violated limits.
 
     Args:
         model, data: MuJoCo's; settled, with the arm at rest.
@@ -292,7 +292,7 @@ class Controller(CommandedArm):
         self._forget()
 
     def _payload(self) -> Floats:
-        """Servo offset (n,) [rad] that holds the weight of the payload which the program states, less the gripper's own."""
+        """Servo offset (n,) [rad] that carries the payload stated by the program, without the gripper's part of it."""
         mass = self.sensor.mass - self.arm.gripper.mass
         if abs(mass) < 1e-3:
             return self.nothing

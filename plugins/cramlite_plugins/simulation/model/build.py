@@ -190,7 +190,7 @@ def _inertia(thing: Thing, joint: Joint) -> float:
 
 
 def _add_joint(spec: Any, body: Any, thing: Thing, joint: Joint) -> None:
-    """A hinge or a slide whose value at the body's own pose is the stated one."""
+    """Add the joint of a thing to its body; at the thing's stated pose, the joint has its stated value."""
     kinds = {"slide": mujoco.mjtJoint.mjJNT_SLIDE, "hinge": mujoco.mjtJoint.mjJNT_HINGE}
     body.add_joint(
         name=thing.name,

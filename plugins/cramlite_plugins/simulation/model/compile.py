@@ -113,7 +113,7 @@ class Compiled(Value):
             data.qvel[index.dof : index.dof + 6] = 0.0
 
     def pose(self, data: Data, thing: str) -> Pose:
-        """Return the pose of a thing in the world; needs kinematics."""
+        """Return the pose of a thing in the world, in a state whose kinematics are computed."""
         body = self.things[thing].body
         return Pose(tuple(data.xpos[body]), tuple(data.xquat[body]))
 
@@ -193,7 +193,7 @@ def _stated(world: World) -> frozenset[str]:
 
 
 def _rests(hand: bool | Pose | tuple[Pose, ...]) -> tuple[Pose, ...]:
-    """Rest orientations of the free-floating hands that are asked for."""
+    """Rest orientations of the free-floating hands, as the argument ``hand`` of a compilation asks for them."""
     if isinstance(hand, Pose):
         return (hand,)
     return hand if isinstance(hand, tuple) else (REST,) if hand else ()

@@ -131,7 +131,7 @@ class EffectorIndex(Value):
             data.qpos[a] = share * far
 
     def pose(self, data: Data) -> Pose:
-        """Return the tool frame in the world; needs kinematics."""
+        """Return the tool frame in the world, in a state whose kinematics are computed."""
         return site_pose(data, self.tcp)
 
 
@@ -143,7 +143,7 @@ class PlatformIndex(Value):
     actuators: tuple[int, ...]
 
     def pose(self, data: Data) -> Pose:
-        """Return the platform's frame in the world; needs kinematics."""
+        """Return the platform's frame in the world, in a state whose kinematics are computed."""
         return Pose(tuple(data.xpos[self.body]), tuple(data.xquat[self.body]))
 
     def put(self, data: Data, start: Pose, stand: Pose) -> None:

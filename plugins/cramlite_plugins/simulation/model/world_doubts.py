@@ -79,7 +79,7 @@ def _falling(compiled: Compiled, data: Data) -> Iterator[tuple[str, str]]:
             yield name, f"'{name}' stands on nothing and falls; {beneath[name]}"
         elif fall > LOWER * (high := height(thing := compiled.world.thing(name), thing.pose)):
             said = f"'{name}', which is {1000 * high:.0f} mm high, starts {1000 * fall:.0f} mm above where it comes to rest"
-            yield name, f"{said}; state a lower pose, since hands go to the stated one"
+            yield name, f"{said}; state a lower pose, since a hand would go to the stated one to grasp it"
 
 
 def _beneath(compiled: Compiled, data: Data, thing: str) -> str:

@@ -133,7 +133,7 @@ def _seen(model: Model, data: Data, camera: Camera, size: tuple[int, int]) -> li
 
 
 def _faded(colour: Floats, away: Floats) -> Floats:
-    """Colours (N, 3) that lose their strength with the distance (N,) from the place [m]."""
+    """Colours (N, 3) that fade to grey with the distance (N,) from a point [m]."""
     near = np.exp(-away / LOCAL)[:, None]
     grey = 0.5 + 0.4 * colour.mean(axis=1, keepdims=True)
     return np.asarray(near * colour + (1 - near) * grey)

@@ -153,7 +153,7 @@ class ProgramMachine:
             raise Halted
 
     def remember(self) -> None:
-        """Do nothing: typed programs cannot read measurements of earlier control cycles."""
+        """Do nothing after a control cycle: typed programs cannot read measurements of earlier cycles."""
 
     def close(self) -> None:
         """End the program."""
