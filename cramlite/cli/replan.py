@@ -143,9 +143,16 @@ def _write_round(folder: Path, done: Round, name: str, engine: Engine, *, episod
 def _first_attempt(program: Path, scenario: Scenario, engine: Engine, world: str, seed: int) -> Attempt:
     """Program and plan of a run directory, in the world of its execution."""
     from ..engine import replanning
+    from ..engine.intent import FILE, read_intent
+    from ..engine.judging import Purpose, candidate_of_text
     from ..model.program_json import read_program
 
     beside = {name: read_text(program.parent / name) for name in ("program.json", "plan.json")}
     typed = read_program(beside["program.json"]).program
     plan, code = replanning.planned(read_text(program), typed, beside["plan.json"], scenario, engine, seed)
-    return replanning.Attempt(plan, typed, code, read_world(world, engine.knowledge, seed))
+    attempt = replanning.Attempt(plan, typed, code, read_world(world, engine.knowledge, seed))
+    if not (program.parent / FILE).is_file():  # of an older version: its rest is resolved anew
+        return attempt
+    purpose = Purpose(read_intent(program.parent))
+    candidate, _ = candidate_of_text(code.text, attempt.world, purpose, engine.knowledge)
+    return replace(attempt, candidate=replace(candidate, plan=plan, proven=None))

@@ -211,6 +211,14 @@ class RunWatch:
         """Keep the sensor readings of the arm at rest after a run as the run's last ones, with noise added."""
         self.last = self._noisy(readings) if readings.poses is not None else readings
 
+    @property
+    def nothing_moved(self) -> bool:
+        """Whether the last readings show every thing and the fingers where the proof had them in that line."""
+        now = self.last
+        if now is None or now.poses is None:
+            return False
+        return not any(self._hand(now)) and not any(n for name in self.expected.loose for n in self._thing(name, now))
+
     def _noisy(self, readings: Readings) -> Readings:
         if not (self.noise.position or self.noise.turn or self.noise.force):
             return readings

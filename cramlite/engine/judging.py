@@ -74,7 +74,7 @@ def judge_text(text: str, world: World, purpose: Purpose, knowledge: Knowledge, 
         UserError: the text cannot run at all, a goal is none, or no line leads to a task of the plan.
     """
     text, anew = _laid_out(text)
-    candidate, remarks = _candidate(text, world, purpose, knowledge)
+    candidate, remarks = candidate_of_text(text, world, purpose, knowledge)
     rollout = knowledge.simulator.execute(text, world, knowledge.robots_of(world), mount=world.robots[0].name, seed=seed)
     return _judged(text, replace(candidate, rollout=rollout), (*anew, *remarks), purpose, knowledge)
 
@@ -88,7 +88,7 @@ def judge_rollout(text: str, rollout: Rollout, purpose: Purpose, knowledge: Know
     Raises:
         UserError: a goal is none, or no line leads to a task of the plan.
     """
-    candidate, remarks = _candidate(text, rollout.world, purpose, knowledge)
+    candidate, remarks = candidate_of_text(text, rollout.world, purpose, knowledge)
     return _judged(text, replace(candidate, rollout=rollout), remarks, purpose, knowledge)
 
 
@@ -120,7 +120,7 @@ def _laid_out(text: str) -> tuple[str, tuple[str, ...]]:
     return anew, (f"{said} ({', '.join(told[:LISTED])}{more})",)
 
 
-def _candidate(text: str, world: World, purpose: Purpose, knowledge: Knowledge) -> tuple[Candidate, tuple[str, ...]]:
+def candidate_of_text(text: str, world: World, purpose: Purpose, knowledge: Knowledge) -> tuple[Candidate, tuple[str, ...]]:
     """Return a program text as a candidate for the plan or goal that it is judged by.
 
     With it come remarks on lines whose task is a guess.

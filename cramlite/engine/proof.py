@@ -43,7 +43,7 @@ def assemble(plan: Plan, end: State, setting: Setting, knowledge: Knowledge) -> 
         Snapshot(thing, belief.pose(thing), belief.poses[thing].source) for thing in used if thing in belief.poses
     )
     gripper = robot.gripper
-    mass, center = _on_the_flange(belief, gripper)
+    mass, center = load_on_the_flange(belief, gripper)
     program = Program(
         name=re.sub(r"\W", "_", setting.name),
         robot=belief.robot,
@@ -67,8 +67,8 @@ def assemble(plan: Plan, end: State, setting: Setting, knowledge: Knowledge) -> 
     )  # fmt: skip
 
 
-def _on_the_flange(belief: Belief, gripper: Gripper) -> tuple[float, Vector3]:
-    """Load of the flange at the start: the mass [kg], and its centre in the flange's frame [m]."""
+def load_on_the_flange(belief: Belief, gripper: Gripper) -> tuple[float, Vector3]:
+    """Return the load of the flange at the start: the mass [kg], and its centre in the flange's frame [m]."""
     mass, moment = gripper.mass, gripper.mass * np.array([0.0, 0.0, gripper.tcp.position[2] / 2])
     for name, pose in belief.in_hand().items():
         own = belief.world.thing(name).mass or 0.0

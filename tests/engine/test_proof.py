@@ -11,11 +11,11 @@ from helpers.written_runs import Says, Writes, Written, grounded, knowing, plann
 from msgspec.structs import replace
 
 from cramlite.engine.proof import (
-    _on_the_flange,
     allowances,
     assemble,
     conflict_of,
     findings_of,
+    load_on_the_flange,
     prove,
     run_and_judge,
     text_that_runs,
@@ -301,7 +301,7 @@ def on_the_flange(held: Held | None, mass: float = 1.0, own: float | None = 1.0)
     base = good().belief
     things = tuple(replace(t, mass={"block": own, "cup": 2.0}.get(t.name, t.mass)) for t in base.world.things)
     gripper = replace(UR5E.gripper, mass=mass, tcp=Pose((0.0, 0.0, 0.2)))
-    found, centre = _on_the_flange(replace(base, world=replace(base.world, things=things), held=held), gripper)
+    found, centre = load_on_the_flange(replace(base, world=replace(base.world, things=things), held=held), gripper)
     return found, pytest.approx(centre)
 
 
