@@ -164,7 +164,8 @@ class GoingOn:
         self.setting = replace(self.setting, world=left, relations=relations, real=now)
 
     def stretches(self, first: Attempt, most: int) -> Iterator[Stretch]:
-        """Run a program, and go on from where it was stopped, with at most ``most`` programs.
+        """Run a program, and go on with further ones from where it was stopped; ``most`` programs at most,
+        the first included.
 
         Yields:
             Each stretch when it has ended; the last one reached the goal, or was cancelled.

@@ -98,7 +98,7 @@ class Motion(Samples):
 
     @cached_property
     def _angles(self) -> dict[float, float]:
-        """Return the largest turn of the frame [rad] within each window between two neighbouring cuts, keyed by the window's start."""
+        """Return the largest turn of the frame [rad] in each window of the signal, by the start time of the window."""
         rows, first, begins = self.spans
         cosines = np.abs(np.einsum("ij,ij->i", self.poses[rows, 3:], self.poses[first, 3:]))
         least = np.minimum.reduceat(cosines, begins) if len(begins) else cosines
