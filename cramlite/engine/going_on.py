@@ -101,7 +101,7 @@ class Stretch(Value):
 
     @property
     def to_do(self) -> str:
-        """Remedy that a person can apply after a notice, as a clause; "" without one."""
+        """What a person can do after a notice, in words; "" without a notice."""
         return TO_DO[self.notice.kind] if self.notice else ""
 
 

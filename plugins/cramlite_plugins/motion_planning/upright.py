@@ -264,8 +264,8 @@ def _arc(a: Pose, b: Pose) -> list[Pose]:
 def _followed(
     corners: list[Pose], place: Place, belief: Belief, context: Context, carry: Load, scene: PlanningScene
 ) -> list[Sequence[Joints]] | Refused:
-    """Follow straight lines from corner to corner of a path; return the joint positions, or why a line or the
-    last way to the place is blocked."""
+    """Follow straight lines from corner to corner of a path; return the joint positions, or why the arm
+    cannot follow the lines and go on to the place."""
     here = forward(context.robot, belief.joints)
     worst = max(carry.tilt(p) for p in sampled(here, corners, *STEP))
     if worst > carry.limit:

@@ -74,7 +74,7 @@ class LineProcess:
         return UserError(self._ended(what))
 
     def gone(self, what: str) -> ProcessGone:
-        """End the process, and return an error that says in a clause how the connection was lost."""
+        """End the process, and return an error that says how the connection was lost."""
         return ProcessGone(self._ended(what))
 
     def _ended(self, what: str) -> str:
@@ -105,7 +105,7 @@ class LineProcess:
         self.lines.put(b"")
 
     def _death(self) -> str:
-        """Clause on how the process ended, with the last line that it wrote to standard error."""
+        """Say how the process ended, with the last line that it wrote to standard error."""
         try:
             code: object = self.process.wait(1.0)
         except subprocess.TimeoutExpired:

@@ -90,7 +90,7 @@ def _kind(model: Any, body: int, carrier: str) -> tuple[Literal["fixed", "joint"
         what = "a ball joint" if types == [BALL] else f"{len(types)} joints"
         return "fixed", f"'{name}' has {what}; things have one hinge or slide, so it is held where it starts"
     if carrier != "fixed":
-        return "fixed", f"'{name}' is on a joint of a body that moves itself; this joint is held where it starts"
+        return "fixed", f"'{name}' is on a joint of a body that can move, too; its own joint is held where it starts"
     return "joint", ""
 
 
