@@ -36,7 +36,7 @@ def pour(location: Location, belief: Belief, context: Context) -> Iterator[Groun
 
     def candidates() -> Iterator[Candidate]:
         for lip, heading in _ways(now, target):
-            name = f"over the point of its rim at azimuth {math.degrees(lip):+.0f} deg, tilted towards {math.degrees(heading):+.0f} deg"
+            name = f"over its rim at {math.degrees(lip):+.0f} deg, towards {math.degrees(heading):+.0f} deg"
             path = tuple(p * hand for p in tilted(source, lip, heading, target, opening, asked(location, Tilting)))
             yield Candidate(name, Place(path[0], path[0], path=path, thing=source.name), (Leg(path[0], along=path[1:]),))
 

@@ -159,7 +159,7 @@ def at_front(thing: Thing, joint: Joint, handle: Feature, pose: Pose, gripper: G
     for spot, tilt, turn in itertools.chain(itertools.product(SPOTS, TILTS, TURNS), itertools.product(*over)):
         at, firm = _against(thing, handle, pose, spot, (tilt, turn), gripper, joint.kind == "hinge")
         aside, up = (100 * share for share in spot)
-        name = f"facing its front at {aside:+.0f} % of its width, {up:+.0f} % of its height, tilted {tilt:+.0f} deg, turned {turn:.0f} deg"
+        name = f"before its front at {aside:+.0f} % of its width, {up:+.0f} % of its height, tilted {tilt:+.0f} deg, turned {turn:.0f} deg"
         if joint.kind == "hinge" and lever(joint, pose.inverse() * at) < far:
             near.append((at, name))
         elif firm:
