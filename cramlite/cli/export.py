@@ -1,4 +1,4 @@
-"""``cramlite export``: writes a recorded run in a format that other programs open."""
+"""``cramlite export``: writes a recorded run in a format that other software opens."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``cramlite import``: a scene that another program wrote becomes the beginning of a scenario."""
+"""``cramlite import``: a scene file such as an MJCF becomes the beginning of a scenario."""
 
 from __future__ import annotations
 

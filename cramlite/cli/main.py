@@ -1,4 +1,4 @@
-"""Entry point of the command line: run a command; an error becomes one paragraph and an exit code."""
+"""Entry point of the command line: run a command; an error is printed as one paragraph, with an exit code."""
 
 from __future__ import annotations
 

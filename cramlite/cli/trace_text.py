@@ -69,8 +69,8 @@ class _Tree(Value):
         return self.depth(entry) + (entry.outcome != "asked" and entry.parent > 0)
 
     def depth(self, entry: Entry) -> int:
-        """Return the depth of a trace entry in the printed tree: 2 more below each dropped alternative that
-        had rivals.
+        """Return the depth of a trace entry in the printed tree: 2 for each dropped alternative above it that
+        was one of several.
 
         Without recursion, since a search may be a thousand questions long.
         """
@@ -97,7 +97,7 @@ class _Tree(Value):
             yield f"   {why}"
 
     def _why_given_up(self, entry: Entry) -> str:
-        """Nearest miss among the decisions after a choice; empty for a choice without alternatives."""
+        """Say why a choice was given up: the nearest miss that followed from it; "" if it was the only alternative."""
         miss = nearest_miss(self.entries[entry.number : self.ends[entry.number] - 1]) if self.rivals[entry.number] > 1 else None
         return f"given up: {miss.designator}: {rounded(miss.reason)}" if miss else ""
 

@@ -106,7 +106,7 @@ class Stretch(Value):
 
     @property
     def to_do(self) -> str:
-        """Remedy that a person can apply after a notice, as a clause; "" without one."""
+        """What a person can do after a notice, in words; "" without a notice."""
         return TO_DO[self.notice.kind] if self.notice else ""
 
 
@@ -168,7 +168,8 @@ class GoingOn:
         self.setting = replace(self.setting, world=left, relations=relations, real=now)
 
     def stretches(self, first: Attempt, most: int) -> Iterator[Stretch]:
-        """Run a program, and go on from where it was stopped, with at most ``most`` programs.
+        """Run a program, and go on with further ones from where it was stopped; ``most`` programs at most,
+        the first included.
 
         Yields:
             Each stretch when it has ended; the last one reached the goal, or was cancelled.

@@ -51,7 +51,7 @@ def parametric(candidate: Candidate, late: Mapping[str, Tolerance]) -> Candidate
 
 
 def _following(program: Program, robot: Robot, thing: str, about: set[str]) -> Program:
-    """Make those steps relative to a thing's pose that depend on it, for a thing whose pose is asked for at run time.
+    """Make the steps that depend on a thing's pose relative to it; the pose is asked for when the program runs.
 
     These are the steps from the first task about the thing to the first free motion that carries it.
     """

@@ -58,12 +58,13 @@ class Flight(Value):
 
     @property
     def peaks(self) -> RunPeaks | None:
-        """Peaks of the run; None where nothing moved."""
+        """Highest measured speeds and forces of the run, and the ranges of its joints; None where nothing moved."""
         return peaks_of(self.rollout)
 
     @property
     def twins(self) -> tuple[RunPeaks, ...]:
-        """Peaks of the program's successful runs in twins, at full speed; none if this is a dry run."""
+        """Peak values (``RunPeaks``) of the program's successful runs in twins, at full speed; none if this
+        is a dry run."""
         runs = self.verdict.twins.twins if self.verdict is not None and self.verdict.twins is not None else ()
         return tuple(t.peaks for t in runs if t.peaks is not None and t.succeeded) if self.speed == 1.0 else ()
 
@@ -102,7 +103,7 @@ class Check(Value):
 
     @property
     def most(self) -> float:
-        """Largest value reached in any run."""
+        """Largest value of the limited quantity that any run reached, in twins included."""
         return max(self.reaches, self.in_twins or 0.0)
 
     @property

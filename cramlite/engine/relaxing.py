@@ -70,8 +70,8 @@ class Relaxation(Value):
     steps: int
 
     def __str__(self) -> str:
-        """Return the change as a clause, with the smallest amount that makes the scenario solvable, and one
-        step less, for which nothing was proven."""
+        """Describe the change: the smallest amount that makes the scenario solvable, and the next smaller
+        one, with which no program was proven."""
         return f"{self.change.says} by {1000 * STEP * self.steps:.0f} mm; by {1000 * STEP * (self.steps - 1):.0f} mm nothing was proven"
 
 
@@ -112,8 +112,10 @@ def changes(scenario: Scenario, setting: Setting) -> Iterator[Change]:
 
 
 def _smallest(solves: Callable[[int], bool], most: int) -> int:
-    """Return the smallest number of steps that makes the scenario solvable, found by doubling and halving; 0
-    if none up to ``most`` does."""
+    """Return by how many steps at least a scenario must be changed to be solvable; 0 if ``most`` steps are too few.
+
+    The number is found by doubling and halving.
+    """
     low, high = 0, 1
     while high <= most and not solves(high):
         low, high = high, 2 * high

@@ -62,7 +62,8 @@ class Doubtful(Value):
         return draw_twin(setting.world, setting.relations, setting.robot, errors, seed, sight_of(setting))
 
     def runs(self, places: Iterator[tuple[World, int]]) -> Generator[tuple[Finding | None, RunPeaks | None]]:
-        """Run the program in worlds, lazily; yield the first objection to each run, or None, and its peaks."""
+        """Run the program in worlds, lazily; yield the first objection to each run, or None, and the peak
+        values of the run."""
         with closing(self.group.runs(self.text.text, places)) as runs:
             for rollout in runs:
                 yield self._objection(rollout), None if isinstance(rollout, str) else peaks_of(rollout)

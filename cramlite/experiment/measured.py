@@ -77,7 +77,7 @@ def git(root: Path, *arguments: str) -> str | None:
 
 
 def machine() -> str:
-    """Return a clause that names processor type, cores, load, and versions of Python and MuJoCo."""
+    """Name the processor type, cores, load, and versions of Python and MuJoCo, as part of a sentence."""
     load = f", load {os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else ""
     versions = f"Python {platform.python_version()}, MuJoCo {version('mujoco')}"
     return f"{platform.machine()}, {os.cpu_count()} cores{load}; {versions}"

@@ -224,8 +224,8 @@ def _options(
 def _untold(
     action: Read, claimed: Sequence[Claims], match: Match | None, claim: Claims, taxonomy: Taxonomy, name: float, wide: bool = False
 ) -> DescriptionLength:
-    """Return the length of all changes, moves and labels of an action that its chosen reading does not
-    explain [bits]."""
+    """Return the description length [bits] of what the chosen reading leaves unexplained in an action:
+    changes, moved things, its label."""
     changes = _distinct(f for c in claimed for f in c.changes)
     left = sum(not _among(f, claim.changes) for f in changes)
     mine = {thing_of(f) for f in match.roles.values()} if match is not None else set()

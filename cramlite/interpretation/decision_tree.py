@@ -41,8 +41,8 @@ BindingsByTask = dict[str, list[Binding]]
 
 
 class _Settled(Struct):
-    """Result for an action once only conditions on states are checked: the tasks found, and the tree's nodes left
-    to check, with their bindings."""
+    """Result for an action after its conditions on states: the tasks found, and the nodes of the decision
+    tree that are still to be checked, with their bindings."""
 
     found: BindingsByTask = field(default_factory=dict)
     left: list[tuple[_Node, list[Values]]] = field(default_factory=list)

@@ -209,7 +209,7 @@ class GoalPhrase(Value):
 
 
 class Fluent(Value):
-    """Declaration of a relation that tasks change, such as which relations begin and end together with it.
+    """Declaration of how a relation that tasks change depends on others, such as which ones begin and end with it.
 
     Below, "the same arguments" means the same things, or parts of them.
 

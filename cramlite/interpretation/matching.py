@@ -131,8 +131,11 @@ def _rejection(rule: Rule, clause: Clause, phase: Phase, bindings: list[Binding]
 
 
 def _facts(clause: Clause, phase: Phase, bindings: list[Binding]) -> tuple[str, ...]:
-    """Return known facts that show why a condition failed: those that it denies, values that it compares,
-    or all others."""
+    """Return known facts that show why a condition failed.
+
+    For a denial these are the facts that it denies, for a comparison the values that it compares, else all
+    facts of its predicates, unless too costly to list.
+    """
     found: dict[str, None] = {}
     for atom in atoms(clause.condition):
         narrow = isinstance(clause.condition, (Not, Compare)) or _wide(atom)

@@ -48,7 +48,7 @@ Verb = tuple[Frame, Words, Words, int]
 
 
 class Frames:
-    """Verb frames of all goal phrases.
+    """All verb frames: for each goal phrase the verbs and prepositions by which it can be requested.
 
     Args:
         phrases: that the plugins declare.

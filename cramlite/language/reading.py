@@ -39,7 +39,7 @@ class Literal(Value):
 
 
 class _Row(NamedTuple):
-    """Goal of one clause, with the things that it is about."""
+    """Goal for which one clause of a sentence asks, with the things that it is about."""
 
     clause: Clause
     phrase: GoalPhrase

@@ -114,7 +114,8 @@ class RequestParser:
             yield from ((self._clause(frame, (*verb, *a), theme), end) for a in frame.after for end in starts(self.words, at, (a,)))
 
     def _posed(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
-        """Yield places with a state before or after them: "upside down on the tray"."""
+        """Yield phrases of a place and a state, in either order: "upside down on the tray", "on the tray
+        upside down"."""
         for unary in self.frames.unary:
             for begin in starts(self.words, at, unary.stated) if self.words[at : at + 1] and self.words[at] not in english.PLACED else ():
                 yield from ((replace(c, state=unary.phrase), end) for c, end in self._places(frame, verb, theme, begin))

@@ -128,7 +128,7 @@ class Surface:
         return sorted(k for k in every if k < len(words) and not (k - 1 in every and words[k - 1] in english.THE))
 
     def _ended(self, words: Words, at: int) -> int:
-        """Return the position after a plain noun phrase that begins at a position."""
+        """Return the index of the word after a plain noun phrase that begins at word ``at``."""
         k = at + 1
         while k < len(words) and words[k] not in STOPS and words[k] != "and" and not self._preposition(words, k):
             k += 1

@@ -1,4 +1,5 @@
-"""Procedures: demonstrations of one job as a partial order of steps, some of them optional, alternative or repeated.
+"""Procedures: demonstrations of the same work as a partial order of steps, some of them optional, alternative
+or repeated.
 
 A step comes before another if it does so in every demonstration that has both; who was seen in both orders is exchangeable. Another
 demonstration is compared with that.
@@ -57,7 +58,7 @@ class Deviation(Value):
 
 
 class Procedure(Value):
-    """Procedure of a job: its steps and their partial order.
+    """Procedure that several demonstrations of the same work share: its steps, and which step comes before which.
 
     Args:
         steps: of all demonstrations, in an order that contradicts none.

@@ -20,7 +20,7 @@ TIE = 1e-5
 
 
 class Group(Value, eq=False):
-    """Role assignments that a rule should exclude; if it misses one or more of them, its length grows by ``bits``.
+    """Role assignments that a rule should exclude; if it does not exclude all, its length grows by ``bits``.
 
     Args:
         refuted: for each filling the conditions that refute it, as bits of a whole number.

@@ -17,7 +17,7 @@ ENOUGH = 0.75
 
 
 class ShownRest(Value):
-    """Rest of the hand at the end of all examples: it keeps still for a time.
+    """Pause with which all examples end: the hand keeps still for a time.
 
     Args:
         duration_s: the median of the examples.

@@ -15,7 +15,7 @@ from .span import Span, Truths
 
 
 class Tables:
-    """Facts of some spans; each table is computed at its first use.
+    """Which facts hold in some spans, as arrays; each array is computed when it is first used.
 
     Args:
         language: whose predicates are asked.

@@ -1,4 +1,4 @@
-"""Scene read from another program's file, as things of cramlite."""
+"""Scene read from a file such as an MJCF, as things of cramlite."""
 
 from __future__ import annotations
 

@@ -47,6 +47,5 @@ class ProofDoubts(Value):
         return math.ceil(self.at_least * self.runs - 1e-9)
 
     def decided(self, succeeded: int, ran: int) -> bool:
-        """Check whether a program's acceptance or refusal is already certain, whatever the runs in twins that
-        are left give."""
+        """Check whether a program is certain to be accepted or refused, however its remaining runs in twins end."""
         return succeeded >= self.needed or succeeded + self.runs - ran < self.needed

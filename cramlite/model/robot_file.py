@@ -1,4 +1,4 @@
-"""Files of arms and grippers from other programs, with additions from data sheets."""
+"""Files of arms and grippers (such as URDF), with additions from data sheets."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ class Read(Mapping[str, Any]):
         return len(self.now)
 
     def suits(self, other: Mapping[str, Any]) -> bool:
-        """Check whether other bindings have the same values for all names that were read."""
+        """Check whether every name that a plugin read has the same value in other bindings."""
         same = all(_same(other.get(name, NOTHING), value) for name, value in self.values_read.items())
         return same and self.names_read in (None, tuple(other))
 

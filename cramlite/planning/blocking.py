@@ -59,7 +59,7 @@ class Blocking(Value):
         return replace(self, sets=tuple(any_of for any_of in self.sets if all(tracks[0].thing not in self.shut for tracks in any_of)))
 
     def while_others_stay(self) -> Blocking:
-        """Return a blocking that ends only when things other than those of the blocked task are moved.
+        """Return the blocking without the blocked task's own things, so that it ends only when other things are moved.
 
         It is unchanged if it names no others.
         """
@@ -104,7 +104,7 @@ def blocking_of(
 
 
 def _tracks(thing: str, before: Sequence[Operator], facts: frozenset[Fact], loose: frozenset[str]) -> tuple[Track, ...]:
-    """Return the track (the tasks done so far) of a thing, then those of the loose things that facts relate to it.
+    """Return which tasks were done so far with a thing, and then with each of the loose things that facts relate to it.
 
     The relation may lead through further things.
     """

@@ -116,8 +116,10 @@ class ChoicePoint(Struct):
 
     @property
     def domain(self) -> set[str]:
-        """Names of the earlier choices that the alternatives depend on; a place does not depend on motions
-        or on places that the arm only passed."""
+        """Names of the earlier choices on which this choice's alternatives depend.
+
+        A place does not depend on motions, nor on places that the arm has passed and left.
+        """
         item, made = self.item, {name for name, _ in self.state.choices}
         if isinstance(item, Object | Late):
             part_of = item.part_of if isinstance(item, Object) else None

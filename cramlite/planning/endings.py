@@ -77,8 +77,8 @@ def _kind(term: str) -> str:
 
 
 def endings(schema: ActionSchema, fluents: Fluents, kinds: Kinds) -> tuple[Ending, ...]:
-    """Return the facts that end with a task, without those that never hold or end under fewer conditions
-    anyway."""
+    """Return the facts that a task ends, without impossible facts and without endings that a more general one
+    covers."""
     found: list[Ending] = []
     todo = [_tidy(e) for e in _denied(schema, fluents)]
     for _ in range(DEEPEST):

@@ -45,12 +45,13 @@ class Unfit(Value):
 
 
 class Capped(Value):
-    """Part of a conflict set: alternatives were left out, and the search may succeed once it tries more of them."""
+    """Member of a conflict set: the search left alternatives of a choice untried, and may succeed once it
+    tries more."""
 
 
 class Later(Value):
-    """Part of a conflict set: another alternative of this choice may avoid the failure, but those of other
-    choices are tried first."""
+    """Member of a conflict set: another alternative of this choice may avoid the failure, but alternatives of
+    other choices are tried first."""
 
     choice: str
 

@@ -47,7 +47,7 @@ class Frame(Value):
 
 
 class State(Value):
-    """State of the search: the groundings and steps so far, and the agenda of open items.
+    """State of the search: the groundings and steps so far, and the agenda of what is still to be resolved.
 
     Args:
         grip: what was held when the last action of the plan ended.
@@ -87,7 +87,7 @@ class State(Value):
 
     @property
     def folding(self) -> bool:
-        """Whether the steps being collected will become part of a control step."""
+        """Whether the steps being collected belong to a control structure that is decided when the program runs."""
         return any(f.compound.decided_at_run_time for f in self.frames)
 
 
@@ -203,7 +203,7 @@ def renew_places(state: State, first: int = 0) -> State:
 
 
 def renewed(item: Item, state: State) -> Item:
-    """Return a place, or a motion to one, under the name that places got when the payload changed or the
+    """Return a place, or a motion to one, renamed if the place was bound before the payload changed or the
     robot drove."""
     if isinstance(item, Location):
         return _renewed(item, state)

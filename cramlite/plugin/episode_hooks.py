@@ -31,7 +31,7 @@ class EpisodeHooks:
 
     @cached_property
     def repairs(self) -> tuple[EpisodeRepair, ...]:
-        """All declared repairs, in the order in which they are applied.
+        """All repairs of episodes that plugins declare, in the order in which they are applied.
 
         Raises:
             PluginError: two plugins declare one name.

@@ -333,12 +333,12 @@ class EpisodeRepair(Value):
 
 
 class Exporter(Value):
-    """Writer of recorded runs in a format that other programs open.
+    """Writer of recorded runs in a format that other software opens.
 
     Args:
         name: what ``cramlite export --to`` says.
         suffix: of what it writes, a file or a folder, e.g. ".mcap"; "" for a folder without one.
-        about: which programs open it, in one clause.
+        about: which software opens it, as part of a sentence.
         write: writes a run to a path that does not exist yet.
         needs: package that must be installed -> what to install it by, e.g. {"rosbags": "cramlite[mcap]"}.
     """

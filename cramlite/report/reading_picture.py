@@ -259,7 +259,8 @@ def _phrase(phrase: str, event: Event, names: SpokenNames) -> str:
 
 
 def _matters(events: Iterable[Event], spoken_of: Collection[str | None], axis: Axis) -> bool:
-    """Check whether the picture shows some states: a reading must mention one of their things.
+    """Check whether the picture of the readings shows some states of the episode: a reading must mention one
+    of their things.
 
     It must mention all of them if the states last the whole time.
     """

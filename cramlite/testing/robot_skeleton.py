@@ -1,4 +1,4 @@
-"""Skeleton of a plugin for a robot from another program's file; the file is copied into the package."""
+"""Skeleton of a plugin for a robot that is read from a file such as a URDF; the file is copied into the package."""
 
 from __future__ import annotations
 

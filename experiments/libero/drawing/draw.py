@@ -178,7 +178,7 @@ def _facts(seed: int, scene: str, made: Problem, goal: tuple[Literal, ...], fold
 
 
 def told_of(facts: list[dict[str, Any]]) -> str:
-    """Return the shares of problems that each rule left out, as lines."""
+    """Format, line by line, what share of the drawn states and goals each exclusion rule left out."""
     whole: Counter[str] = Counter()
     for fact in facts:
         whole.update(fact["told"])

@@ -67,7 +67,8 @@ def known_goals() -> frozenset[frozenset[Literal]]:
 
 @lru_cache(maxsize=1)
 def predicates_of_sites() -> dict[str, str]:
-    """Return regions of things, "basket/contain_region", -> "on" or "in", as the 130 problem files ask for or state it."""
+    """Return for each region of a thing, such as "basket/contain_region", whether the 130 problem files use
+    it with "on" or with "in"."""
     found: dict[str, Counter[str]] = {}
     for problem in tasks():
         for row in (*problem["goal_state"], *problem["initial_state"]):

@@ -356,7 +356,7 @@ def _turns(robot: Robot, q: Joints) -> list[Joints]:
 
 
 def why_no_inverse(robot: Robot, target: Pose) -> str:
-    """Explain why ``inverse`` has no solution for a pose, as a clause with numbers."""
+    """Explain in words and numbers why ``inverse`` has no solution for a pose."""
     if short := reach_shortfall(robot, target):
         return short
     if robot.posture is not None and (q := held_posture(robot, target)) and (outside := out_of_limits(robot, q)):
@@ -369,7 +369,7 @@ def why_no_inverse(robot: Robot, target: Pose) -> str:
 
 
 def reach_shortfall(robot: Robot, target: Pose) -> str:
-    """Explain why a pose is out of reach, as a clause with numbers; empty when the wrist centre is within reach."""
+    """Explain in words and numbers why a pose is out of reach; "" if the wrist centre is within reach."""
     return reach_gap(robot, target)[1]
 
 
@@ -405,7 +405,7 @@ def _parallel(rows: Table) -> bool:
 
 
 def out_of_limits(robot: Robot, q: Sequence[float]) -> str:
-    """Name the first joint outside its limits, as a clause; empty when all are inside."""
+    """Name the first joint outside its limits, with value and limits; "" if all joints are inside."""
     for name, value, (low, high) in zip(robot.joints, q, robot.limits, strict=True):
         if not low <= value <= high:
             return f"joint '{name}' at {value:.3f} rad is outside {low:.3f} .. {high:.3f} rad"

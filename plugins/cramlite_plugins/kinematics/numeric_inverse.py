@@ -97,8 +97,8 @@ def _reached(robot: Robot, flange: Pose) -> Iterator[Joints]:
 
 @lru_cache(maxsize=8)
 def _solver(robot: Robot, thread: int) -> tuple[Any, Any, list[Any], Floats]:
-    """Return the arm's model, a task for its flange, its joint limits, and the positions (count, n) at which
-    solving starts.
+    """Return what mink solves with: the arm's model, the pose task of its flange, its joint limits, and start
+    positions (count, n).
 
     Each thread has its own: solving moves the model.
     """

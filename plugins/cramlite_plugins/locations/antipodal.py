@@ -98,7 +98,7 @@ def pinches(shape: Body, hands: Hands) -> Pinches:
 
 
 def _around(low: Floats, high: Floats) -> tuple[Span, tuple[NDArray[np.intp], NDArray[np.intp]]]:
-    """Return for each line the interval of it that runs through material around its origin, and the geoms at both ends.
+    """Return for each line the interval around its point t = 0 that is inside material, and the geoms at both ends.
 
     Geoms that touch each other on the line are joined.
     """
@@ -181,7 +181,7 @@ def _palm(gripper: Gripper) -> tuple[Floats, Floats]:
 
 
 def shallow(pose: Pose, near: float, far: float, gripper: Gripper) -> Pose | None:
-    """Draw a TCP pose back until the pads end before the far side of a geom; None if they do already.
+    """Draw a TCP pose back until the pads do not reach the far side of a geom; None if they do not anyway.
 
     So a thin thing is gripped that lies on a table.
 

@@ -75,8 +75,8 @@ class HandRoom(Value, dict=True):
         return cls(scene, rays.body([]), rays.body(near), rays.body([]))
 
     def in_a_hole(self, hands: Hands, opening: float) -> NDArray[np.bool_]:
-        """Check at which TCP poses (n,) the hand, opened by ``opening`` [m], is where a peg comes through a
-        hole of the thing."""
+        """Check at which TCP poses (n,) the hand, opened by ``opening`` [m], reaches into a hole of the
+        thing, where a peg may be."""
         found = np.zeros(len(hands.positions), bool)
         for part in self._parts(opening) if self.holes.geoms else ():
             found |= _reaches_into(self.holes, hands, part, 0.0)

@@ -123,6 +123,6 @@ def _angle(swing: Swing) -> float:
 
 
 def dropped(thing: Thing, hand: Pose, swing: Swing) -> float:
-    """Return the height that the payload's lowest point loses below the hand from lying to hanging [m]."""
+    """Return how much farther below the hand the payload's lowest point is when it hangs than when it lies [m]."""
     lowest: Sequence[float] = [float(np.min(corners(thing, hand * at)[:, 2])) for at in (swing.start, swing.end)]
     return lowest[0] - lowest[1]

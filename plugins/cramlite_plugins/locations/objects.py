@@ -126,7 +126,7 @@ def _classed(entity: str, own: str, wanted: Object, belief: Belief, context: Con
 
 
 def _classes(wanted: Object, belief: Belief, context: Context) -> tuple[str, ...]:
-    """Wanted classes of a designator.
+    """Classes of things that an object designator asks for.
 
     A class that only the designator's name suggests counts if the world has a thing of that class which plays
     no other role.

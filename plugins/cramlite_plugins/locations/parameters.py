@@ -44,7 +44,7 @@ class Back(Value):
 
 
 class Up(Value):
-    """Parameters of the relation "lift": a way up of the hand.
+    """Parameters of the relation "lift", a straight way of the hand up or down.
 
     Args:
         height_m: of the way; negative for down.

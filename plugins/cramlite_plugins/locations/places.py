@@ -35,7 +35,7 @@ def home(location: Location, belief: Belief, context: Context) -> Groundings:
 
 
 def retreat(location: Location, belief: Belief, context: Context) -> Groundings:
-    """Generate ways back from where the hand is."""
+    """Generate poses to which the hand can retreat from where it is: back along its pointing direction, or up."""
     yield from _reachable(ways_back(tcp(belief, context), asked(location, Back).straight), belief, context)
 
 

@@ -74,7 +74,8 @@ class Rim(Value):
 
 
 def rim_pinches(thing: Thing, pose: Pose, gripper: Gripper, friction: float) -> list[RimPinch]:
-    """Return the pinches of a thing at a pose whose parent frame's z is up; none without a slanted rim, or
+    """Return the grasps across the rim of a thing at a pose whose parent frame's z is up; none without a
+    slanted rim, or
     with too little friction.
 
     Args:
@@ -124,7 +125,7 @@ def _slab(geom: Geom, pose: Pose) -> tuple[Floats, float, Floats] | None:
 
 
 def _pinch(rim: Rim, lean: float, side: float, pose: Pose, gripper: Gripper) -> RimPinch:
-    """Return the pinch across a sloping rim by a hand that leans away from the thing's middle.
+    """Return the grasp across a sloping rim by a hand that leans away from the thing's middle.
 
     ``side`` turns the hand by half a turn. The fingertips reach to the middle of the slope.
     """

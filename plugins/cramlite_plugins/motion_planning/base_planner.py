@@ -210,7 +210,7 @@ class _Search:
         return True
 
     def why(self) -> str:
-        """Clause on why the search found no path."""
+        """Say why the search found no path."""
         looked = f"{len(self.spots)} places were looked at, none nearer to the goal than {self.nearest:.2f} m"
         return f"{looked}; in the way, for one: {self.last}"
 

@@ -50,7 +50,8 @@ COARSE = 0.025, 0.1  # steps of the quick look whether a line can follow [m, rad
 
 
 def why_no_straight_line(joints: Any, place: Place, context: Context, scene: Any) -> Refused | None:
-    """Return why the arm cannot go straight from the stand-off to the place on the same branch; None when it can.
+    """Return why the arm cannot go straight from the stand-off to the place without a jump in its joints;
+    None if it can.
 
     An empty hand must also be free there, but for the thing of the place; where something is held, what it may touch
     on its way is up to the motion that follows.

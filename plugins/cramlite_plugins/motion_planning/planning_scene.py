@@ -208,7 +208,7 @@ class PlanningScene(Value):
         return min((d for _, _, d in self._look(q, inflated(self.compiled.model, self.movers.apart(), HORIZON))), default=HORIZON)
 
     def why(self, q: Position) -> str:
-        """Explain why a joint position is not free, as a clause with numbers; empty when free."""
+        """Explain in words and numbers why a joint position is not free; "" if it is free."""
         for name, value, (low, high) in zip(self.robot.joints, q, self.limits, strict=True):
             if not low <= value <= high:
                 return f"joint '{name}' at {value:.3f} rad is outside {low:.3f} .. {high:.3f} rad"
@@ -240,7 +240,8 @@ class PlanningScene(Value):
         return next((n for n in still if world.thing(n).movable or world.thing(n).joint is not None), "")
 
     def relaxed(self, anchors: Sequence[Position], start: Position | None = None) -> PlanningScene:
-        """Return the same scene, with the clearance lowered near given joint positions (``anchors``) to what they have.
+        """Return the same scene, but near given joint positions (``anchors``) with no more clearance required
+        than they have themselves.
 
         Args:
             start: anchor in which contacts may be as deep as those of things that lean on one another.

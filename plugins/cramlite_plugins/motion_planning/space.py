@@ -46,7 +46,7 @@ class Space(FreeBlends, Protocol):
         """Return the fraction of the straight joint-space line where it is first blocked; None when it is free."""
 
     def why(self, q: Sequence[float]) -> str:
-        """Explain why a joint position is not free, as a clause with numbers; empty when free."""
+        """Explain in words and numbers why a joint position is not free; "" if it is free."""
 
     def blocking(self, q: Sequence[float]) -> tuple[str, ...]:
         """Return the things, sorted, all of which must be moved before a joint position can be free; empty
@@ -56,8 +56,8 @@ class Space(FreeBlends, Protocol):
         """Return the deepest collision at a joint position; None where there is none, or where it is beyond a limit."""
 
     def relaxed(self, anchors: Sequence[Sequence[float]]) -> Space:
-        """Return the same scene, with the clearance lowered near given joint positions (``anchors``) to what
-        they have."""
+        """Return the same scene, but near given joint positions (``anchors``) with no more clearance required
+        than they have themselves."""
 
 
 class Probed(Value):

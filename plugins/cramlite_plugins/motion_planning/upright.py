@@ -170,7 +170,7 @@ def _over(
 
 @lru_cache(maxsize=256)
 def _quickly(robot: Robot, q: Joints, corner: Pose) -> JointPath | Refused:
-    """Path along a straight line, planned in coarse steps and without obstacles; or the refusal.
+    """Plan a path along a straight line in coarse steps, with no regard to obstacles; or return the refusal.
 
     Answers are cached, since the ways to many places begin alike.
     """
@@ -185,7 +185,7 @@ def _rounded_off(
     motion: Motion, belief: Belief, context: Context, carry: Load, scene: PlanningScene, lines: Sequence[Sequence[Joints]],
     about: str, pace: tuple[float, float],
 ) -> Iterator[Grounding]:  # fmt: skip
-    """One motion in joint space near straight lines of the tcp, if there is one that keeps the load upright.
+    """Yield one joint-space motion close to straight lines of the tcp, if such a motion keeps the payload upright.
 
     Args:
         lines: joint positions along each of them.
@@ -264,8 +264,8 @@ def _arc(a: Pose, b: Pose) -> list[Pose]:
 def _followed(
     corners: list[Pose], place: Place, belief: Belief, context: Context, carry: Load, scene: PlanningScene
 ) -> list[Sequence[Joints]] | Refused:
-    """Return joint positions along straight lines to corners; or why the lines are blocked, or none leads on
-    to the place."""
+    """Follow straight lines from corner to corner of a path; return the joint positions, or why the arm
+    cannot follow the lines and go on to the place."""
     here = forward(context.robot, belief.joints)
     worst = max(carry.tilt(p) for p in sampled(here, corners, *STEP))
     if worst > carry.limit:

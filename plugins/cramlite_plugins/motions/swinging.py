@@ -44,7 +44,7 @@ def _swing(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundi
     comes_to = swing.end if hangs else swing.start * (place.release.settles if place.release else Pose())
     after = replace(now, held=replace(held, tcp_to_thing=comes_to))
     angle = math.degrees(math.hypot(*(swing.start.inverse() * swing.end).rotvec))
-    yield Grounding(tuple(steps), f"turns by {angle:.0f} deg between the pads, {len(steps)} lines", 0.0, after, key="swing")
+    yield Grounding(tuple(steps), f"turns by {angle:.0f} deg between the pads, in {len(steps)} straight motions", 0.0, after, key="swing")
 
 
 def _raised(target: Pose, belief: Belief, context: Context) -> Sequence[Pose]:

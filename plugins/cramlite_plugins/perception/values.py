@@ -29,7 +29,8 @@ class Box(Value):
 
 
 class Cloud(Value, eq=False):
-    """Organised point cloud: (height, width, 3) points of the world frame [m], and the mask of those selected."""
+    """Organised point cloud: (height, width, 3) points of the world frame [m], and the mask of the points of
+    interest."""
 
     points: Points32
     mask: Mask

@@ -143,7 +143,8 @@ def _displacement(motion: Motion | None, phase: Phase) -> Floats:
 
 
 def tilts(phase: Phase, thing: str | None) -> Iterator[Row]:
-    """Evaluate tilts(Thing): away from the attitude it had at the start of the recording."""
+    """Evaluate tilts(Thing): at some time in the phase Thing leans away from its attitude at the start of the
+    recording."""
     for name in _candidates(phase, thing):
         track = phase.episode.tracks[name]
         upright = track.at(float(track.times[0])).rotation[:, 2]

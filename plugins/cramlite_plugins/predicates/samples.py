@@ -45,7 +45,8 @@ class Samples:
 
     @cached_property
     def spans(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the windows between neighbouring cuts of the signal, as three flat arrays of samples.
+        """Return the windows of the signal, each from one boundary of the timeline to the next, as three flat
+        arrays of samples.
 
         They are: for every sample of each window its row, and the row of the window's first sample, one window after
         the other; and where each window begins in them.
@@ -61,8 +62,7 @@ class Samples:
         return dict(pairwise(self._cuts))
 
     def pieces(self, start: float, end: float) -> list[float]:
-        """Return the start times of the windows, between cuts of the signal, that fill [start, end); empty if
-        none do."""
+        """Return the start times of the windows of the signal that fill [start, end); empty if none do."""
         if self._next.get(start) == end:
             return [start]
         found, at = [], start
@@ -72,7 +72,7 @@ class Samples:
         return found if at == end else []
 
     def by_start(self, values: np.ndarray) -> dict[float, float]:
-        """Return values, one for each window between neighbouring cuts of the signal, by the start of the window."""
+        """Return values, one for each window of the signal, by the start of the window."""
         return dict(zip(self._cuts, values.tolist(), strict=False))
 
 
@@ -98,7 +98,7 @@ class Motion(Samples):
 
     @cached_property
     def _angles(self) -> dict[float, float]:
-        """Return the largest turn of the frame [rad] within each window between two neighbouring cuts, keyed by the window's start."""
+        """Return the largest turn of the frame [rad] in each window of the signal, by the start time of the window."""
         rows, first, begins = self.spans
         cosines = np.abs(np.einsum("ij,ij->i", self.poses[rows, 3:], self.poses[first, 3:]))
         least = np.minimum.reduceat(cosines, begins) if len(begins) else cosines

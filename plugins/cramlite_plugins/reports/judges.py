@@ -1,4 +1,4 @@
-"""Verdict: the validators' measurements in the run, and the files beside the page."""
+"""Verdict in the report: the validators' measurements in the run, and links to the other files of the run."""
 
 from __future__ import annotations
 

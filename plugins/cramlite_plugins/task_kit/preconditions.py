@@ -1,4 +1,4 @@
-"""Preconditions of tasks on the hand, that it is empty or holds something; and the locations that tasks share."""
+"""Preconditions of tasks: that the hand is empty, or that it holds something; and locations that several tasks use."""
 
 from __future__ import annotations
 

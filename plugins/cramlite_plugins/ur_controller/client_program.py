@@ -138,7 +138,7 @@ class _Run:
         return ""
 
     def observe(self) -> None:
-        """Record the peaks and the state of a control cycle."""
+        """Record the forces and the state of a control cycle."""
         self.peaks.see(self.robot.time, self.robot.arm)
         self.recorder.observe(self.robot.data, self.line)
 

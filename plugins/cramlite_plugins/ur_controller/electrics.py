@@ -36,7 +36,7 @@ def set_analog_outputdomain(port: Any, domain: Any) -> None:
 
 
 def set_input_actions_to_default() -> None:
-    """Remove the actions that were assigned to inputs; nothing is wired to the inputs."""
+    """Remove the actions that were assigned to inputs, without effect: no input is connected here."""
 
 
 def set_tool_voltage(voltage: Any) -> None:
@@ -69,17 +69,17 @@ def set_safety_mode_transition_hardness(type: Any) -> None:
 
 
 def set_tool_digital_input_action(port: Any, action: Any) -> None:
-    """Give an input of the tool flange an action; nothing is wired to it."""
+    """Assign an action to an input of the tool flange, without effect: no input is connected here."""
     _one_of(port, (0, 1), "set_tool_digital_input_action's port")
 
 
 def set_standard_digital_input_action(port: Any, action: Any) -> None:
-    """Give an input an action; nothing is wired to it."""
+    """Assign an action to an input, without effect: no input is connected here."""
     _one_of(port, tuple(range(8)), "set_standard_digital_input_action's port")
 
 
 def set_configurable_digital_input_action(port: Any, action: Any) -> None:
-    """Give a configurable input an action; nothing is wired to it."""
+    """Assign an action to a configurable input, without effect: no input is connected here."""
     _one_of(port, tuple(range(8)), "set_configurable_digital_input_action's port")
 
 
@@ -92,21 +92,21 @@ def set_gp_boolean_input_action(port: Any, action: Any) -> None:
 
 
 def set_runstate_standard_digital_outputs(outputs: Any) -> None:
-    """List the outputs that follow whether a program runs; nothing is wired to them."""
+    """List the outputs that follow whether a program runs, without effect: no output is connected here."""
 
 
 def set_runstate_standard_digital_output_to_value(outputId: Any, state: Any) -> None:
-    """Set the value of an output when a program starts or ends; nothing is wired to it."""
+    """Set the value of an output when a program starts or ends, without effect: no output is connected here."""
     _one_of(outputId, tuple(range(8)), "set_runstate_standard_digital_output_to_value's output")
 
 
 def set_runstate_configurable_digital_output_to_value(outputId: Any, state: Any) -> None:
-    """Set the value of an output when a program starts or ends; nothing is wired to it."""
+    """Set the value of an output when a program starts or ends, without effect: no output is connected here."""
     _one_of(outputId, tuple(range(8)), "set_runstate_configurable_digital_output_to_value's output")
 
 
 def set_runstate_tool_digital_output_to_value(outputId: Any, state: Any) -> None:
-    """Set the value of an output when a program starts or ends; nothing is wired to it."""
+    """Set the value of an output when a program starts or ends, without effect: no output is connected here."""
     _one_of(outputId, (0, 1), "set_runstate_tool_digital_output_to_value's output")
 
 

@@ -46,7 +46,7 @@ class JointSpeed(Value):
         return self.start + self.gone(time)
 
     def rate(self, time: float) -> float:
-        """Return the largest speed of an axis at a time since the start [rad/s]."""
+        """Return the speed of the fastest axis at a time since the start [rad/s]."""
         share = min(1.0, time / self.ramp) if self.ramp > 0 else 1.0
         return float(np.abs(self.before + share * (self.wanted - self.before)).max())
 

@@ -44,7 +44,8 @@ Forced = ForceMove | SpiralSearch | ForceInsert | ForceExtract | CompliantSlide
 
 
 class TaskForce(NamedTuple):
-    """Largest force of a task [N], its source, and whether it is the task's own declaration."""
+    """Largest force that a task may press or pull with [N], the source of this limit, and whether the task
+    declares it."""
 
     most: float
     source: str

@@ -27,7 +27,7 @@ ALONG = 0.03
 
 
 class Hanging(NamedTuple):
-    """Least and largest load of the flange at each sample (N,) [kg], and a clause on what it consists of."""
+    """Least and largest mass that may hang on the flange at each sample (N,) [kg], and in words what hangs there."""
 
     least: Floats
     most: Floats
@@ -79,7 +79,7 @@ def _share(told: Floats, hanging: Hanging) -> Floats:
 
 
 def hanging_on(candidate: Candidate) -> Hanging:
-    """Return the least and the largest load of the flange at each sample.
+    """Return the least and the largest mass that may hang on the flange at each sample.
 
     While the payload stands on something, the least load is that of the gripper alone. The least load counts
     vessels as empty, the largest one as full.

@@ -205,14 +205,14 @@ def _called(code: Code, origins: set[str]) -> dict[str, set[str]]:
 
 
 def _no_longer_watched(program: Program, proven: Program) -> Iterator[str]:
-    """Clauses on monitors of the proven program that have no counterpart, in order, in another program:
+    """Describe the monitors of the proven program that have no counterpart, in order, in another program:
     what they watch is watched no more, or less closely."""
     left = [s for s in walk(program.steps) if isinstance(s, Monitor)]
     for one in (s for s in walk(proven.steps) if isinstance(s, Monitor)):
         same = next((k for k, other in enumerate(left) if _watches(other, one)), None)
         if same is None:
             what = ", ".join(f"{name} {value:g}" for name in WATCHED if (value := getattr(one, name)) is not None)
-            yield f"no monitor watches any more, or as closely, what one of the proven program did ({what})"
+            yield f"what a monitor of the proven program watches ({what}) is watched no more, or less closely"
         else:
             left = left[same + 1 :]
 

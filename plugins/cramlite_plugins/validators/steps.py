@@ -186,7 +186,7 @@ def _without_code(code: Code | None, stages: list[Stage]) -> list[int]:
 
 
 def _left_out(stages: list[Stage], lost: Iterable[int]) -> Iterator[tuple[str, str]]:
-    """Origin of each stage, or of a whole task, that has lost its code, and a clause on that."""
+    """Origin of each stage, or of a whole task, whose code is missing in the text, and a sentence that says so."""
     names = [stages[k].origin for k in lost]
     kept = {task_of(s.origin) for s in stages if s.origin not in names}
     for origin in dict.fromkeys(o if task_of(o) in kept else task_of(o) for o in names):
@@ -212,7 +212,8 @@ def _turns(candidate: Candidate, stages: list[Stage]) -> Turns:
 
 
 def _stretches(each: list[str]) -> Iterator[tuple[str, int, int]]:
-    """Stretches of equal origin: the origin, its first sample, and the one after its last."""
+    """Stretches of a run in which code of one step ran: the origin of the code, the first sample, and the one
+    after the last."""
     first = 0
     for origin, same in groupby(each):
         end = first + sum(1 for _ in same)

@@ -83,7 +83,7 @@ class StreamedArm(CommandedArm):
         return np.zeros(6) if self.state.wrench is None else np.array(self.state.wrench) - self.tare
 
     def force_vector(self) -> Floats:
-        """Return the force (3,) of ``wrench`` alone [N]."""
+        """Return the force part (3,) of ``wrench``, without the torque [N]."""
         return self.wrench()[:3]
 
     def force(self) -> float:

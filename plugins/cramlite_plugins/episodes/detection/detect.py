@@ -144,7 +144,8 @@ def _contents(rollout: Rollout) -> list[Event]:
 
 
 def _snapped(states: tuple[Event, ...], times: Floats) -> list[Event]:
-    """Move starts and ends of states to the one before, or to the recording's start, if they come within SNAP after it.
+    """Move each start or end of a state that comes within SNAP after another, or after the recording's start,
+    to that instant.
 
     Both are one instant; the gap would otherwise become an action of a few samples.
     """

@@ -218,7 +218,7 @@ def _force(where: Path, spec: Any, hand: Driven, linkage: Linkage, stated: HandF
         most = can[mid]
         weak = min(can[mid:])
         notes = [f"it grips with {most:.3g} N at half its opening, as the file's drives do; 'force' of 'gripper' can state another"]
-        notes += [f"on narrow things it exerts down to {weak:.3g} N, as its drives are soft"] if weak < 0.8 * most else []
+        notes += [f"on narrow things its grip force is as low as {weak:.3g} N, as its drives are soft"] if weak < 0.8 * most else []
         if most <= 0:
             raise UserError(f"{where}: the hand's drives exert no force; state it by 'force' of 'gripper': [lowest, highest] in N.")
         return (WEAKEST * most, most), tuple(notes)

@@ -78,7 +78,7 @@ def parts_of(at_zero: Posed, chain: Chain) -> tuple[RigidPart, ...]:
 
 
 def _fixed(model: Any, body: int) -> Iterator[int]:
-    """Bodies that are carried without a joint in between."""
+    """Bodies that are fixed to a body, directly or through others, without a joint between."""
     for b in range(1, model.nbody):
         if int(model.body_parentid[b]) == body and not model.body_jntnum[b]:
             yield b

@@ -90,7 +90,7 @@ def _kind(model: Any, body: int, carrier: str) -> tuple[Literal["fixed", "joint"
         what = "a ball joint" if types == [BALL] else f"{len(types)} joints"
         return "fixed", f"'{name}' has {what}; things have one hinge or slide, so it is held where it starts"
     if carrier != "fixed":
-        return "fixed", f"'{name}' is on a joint of a body that moves itself; this joint is held where it starts"
+        return "fixed", f"'{name}' is on a joint of a body that can move, too; its own joint is held where it starts"
     return "joint", ""
 
 
@@ -144,7 +144,7 @@ def joints(model: Any, body: int) -> range:
 
 
 def _robots(model: Any) -> tuple[frozenset[int], tuple[int, ...], list[str]]:
-    """Bodies of arms, the lowest one of each, and a sentence for each arm."""
+    """Find the arms of a scene: the bodies of all arms, the lowest body of each, and a note on each for people."""
     driven = {int(model.actuator_trnid[a, 0]) for a in range(model.nu) if int(model.actuator_trntype[a]) in (0, 1)}
     found: set[int] = set()
     bases: list[int] = []

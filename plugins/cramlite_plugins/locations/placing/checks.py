@@ -362,8 +362,10 @@ def dropped(placement: Placement, query: Query) -> str | Refused:
 
 
 def _astray(end: Pose | None, query: Query) -> str | Refused:
-    """Reason why a payload at rest is not at its place: its origin in its region, or its middle over its
-    target."""
+    """Say why a payload would come to rest at a wrong place; "" if the place is right.
+
+    Its origin must be in the wanted region, or, where no region is wanted, its centre of mass over the target.
+    """
     if end is None:
         return "it may come to rest nowhere near"
     to = query.target.pose.inverse() * end

@@ -59,7 +59,7 @@ def let_go(placement: Placement, query: Query) -> Belief:
 
 
 def room_to_leave(placement: Placement, query: Query) -> str | Refused:
-    """Check that the open hand has room at the end of some way back from the place.
+    """Check that the open hand has room at the end of at least one retreat from the place.
 
     Contacts are allowed here; the search of that way, later, keeps a distance.
 
@@ -76,7 +76,7 @@ def room_to_leave(placement: Placement, query: Query) -> str | Refused:
 
 
 def _blocked(placement: Placement, query: Query) -> Refused | None:
-    """Refusal of the way back on which the hand collides least deeply; None if one way back is free."""
+    """Refusal of the retreat on which the hand collides least deeply; None if one retreat is free."""
     after, thing, opening = Arm(let_go(placement, query), query.context), query.thing.name, query.openings[-1]
     found = list[Refused]()
     for name, pose in reversed(ways_back(lowered(placement, query))):  # the shortest first, which has most room

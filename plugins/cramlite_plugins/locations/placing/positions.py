@@ -162,7 +162,7 @@ def free_area(core: Any, obstacles: Iterable[Any], radius: float) -> Any:
 
 
 def beside(area: Any, axis: Offset, least: float) -> Any:
-    """Return the part of an area [m] whose points p have p . axis of at least ``least``."""
+    """Return the part of an area [m] in which the dot product of a point with ``axis`` is at least ``least``."""
     along, far = np.asarray(axis, dtype=float), 100.0
     length = float(np.linalg.norm(along))
     if length < 1e-9:

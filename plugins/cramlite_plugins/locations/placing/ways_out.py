@@ -121,7 +121,7 @@ def prepared(bare: list[Query]) -> list[Query]:
 
 
 def beside_content(query: Query) -> Query:
-    """Return the query of an opening with its contents and overhang as obstacles.
+    """Return a query for places in an opening that counts the opening's contents and overhang as obstacles.
 
     A smaller clearance is kept from them if there is no room for the payload otherwise.
     """

@@ -27,7 +27,7 @@ INSIDE = 0.025  # the stand-off behind a door that stands ajar, where there is l
 
 
 def before_front(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate TCP poses of closed fingers before the part of a drawer's or a door's front that sticks out
+    """Generate TCP poses of closed fingers that face the part of a drawer's or a door's front that sticks out
     most at its handle."""
     entity = bound(context, location.of)
     thing, handle = belief.thing(entity), belief.feature(entity, "cram:Handle")

@@ -1,5 +1,5 @@
-"""Pushing a toppled thing back in: the fingers come down behind it and push its near end to where that is
-believed to be.
+"""Pushing a toppled thing back in: the fingers come down behind it and push its near end to the believed
+position of this end.
 
 What was let go of to tip over comes out with the hand, by more or less: wherever it is on their way, the fingers bring it to where it
 should be.

@@ -150,7 +150,7 @@ def free_ahead(thing: Thing, pose: Pose, hand: Pose, ahead: Floats, opening: flo
 
 
 def at_front(thing: Thing, joint: Joint, handle: Feature, pose: Pose, gripper: Gripper) -> Iterator[tuple[Pose, str]]:
-    """Yield TCP poses of closed fingers before a front, with descriptions, for pushing it.
+    """Yield TCP poses of closed fingers that face the front of a drawer or door, with descriptions, for pushing it.
 
     Fingers that may slip off come last, and after them those much nearer to the hinge than the handle is.
     """

@@ -61,7 +61,7 @@ class Part(Value, eq=False):
 
     @property
     def score(self) -> float:
-        """Return the score of the best explanation of the part; 0 without one."""
+        """Return the score of the best explanation of this part of the picture; 0 if nothing explains it."""
         return self.readings[0].score if self.readings else 0.0
 
 
@@ -103,7 +103,7 @@ def rarity(mask: Mask, limits: Mapping[str, float]) -> float:
 
 
 def bad(mask: Mask, limits: Mapping[str, float]) -> float:
-    """Return the score below which a model does not explain a part."""
+    """Return the score below which a model does not explain a part of the picture."""
     return limits["bad"] * rarity(mask, limits)
 
 
@@ -136,7 +136,7 @@ def _beside_edges(view: View) -> Mask:
 
 
 def extent(scene: Scene, mask: Mask) -> float:
-    """Return the longest side of a part's box along the world's axes [m]."""
+    """Return the longest side of the box around a part of the picture, along the world's axes [m]."""
     return float(np.ptp(scene.points[mask], axis=0).max())
 
 
@@ -263,7 +263,8 @@ def _beside(scene: Scene, reading: Reading) -> bool:
 
 
 def ranked(scene: Scene, mask: Mask) -> list[Reading]:
-    """Return the best coarse registration of each model whose colours and size fit a part, best first."""
+    """Return the best coarse registration of each model whose colours and size fit a part of the picture,
+    best first."""
     quick = [q for a in _candidates(scene, mask) if (q := _quick(scene, mask, a, _standing(a))) is not None]
     return sorted(quick, key=lambda q: -q.score)
 
@@ -291,7 +292,7 @@ def _covered(scene: Scene, mask: Mask) -> bool:
 
 
 def _sized(lengths: Floats, appearance: Appearance, limits: Mapping[str, float], whole: bool) -> float:
-    """Likelihood of the sorted visible extents [m] of a part, if it shows a given model.
+    """Likelihood of the sorted visible extents [m] of a part of the picture, if it shows a given model.
 
     The smallest extent may be partly hidden, and all of them if the part may not be the whole thing; the box
     around a tilted thing is larger than the model.
@@ -305,7 +306,7 @@ def _sized(lengths: Floats, appearance: Appearance, limits: Mapping[str, float],
 
 
 def _seen(scene: Scene, mask: Mask) -> tuple[Floats32, Outline] | None:
-    """Points of a part in the optical frame, and its outline; None if they are too few."""
+    """Points of a part of the picture in the optical frame, and its outline; None if the points are too few."""
     clouds = scene_clouds(scene.picture.view, mask)
     if not clouds or len(clouds[-1].points) < scene.limits["pixels"] / 2:
         return None
@@ -313,7 +314,7 @@ def _seen(scene: Scene, mask: Mask) -> tuple[Floats32, Outline] | None:
 
 
 def _coarse(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> PoseBatch | None:
-    """The best few poses of a model after coarse registration with a part; None if there are none.
+    """The best few poses of a model after coarse registration with a part of the picture; None if there are none.
 
     The search for a large model has a longer reach and takes more iterations.
     """
@@ -331,7 +332,8 @@ def _coarse(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> P
 
 
 def _quick(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> Reading | None:
-    """Best explanation of a part by a model after coarse registration; None where no pose is possible."""
+    """Best explanation of a part of the picture by a model after coarse registration; None where no pose is
+    possible."""
     starts, seen = _coarse(scene, mask, appearance, prior), _seen(scene, mask)
     if starts is None or seen is None:
         return None
@@ -405,7 +407,7 @@ def _batch(scene: Scene, poses: Sequence[Pose]) -> PoseBatch:
 
 
 def claimed(scene: Scene, part: Part, among: Sequence[Mask]) -> Part:
-    """Return a part reduced to the pixels that its best explanation covers, without pieces that belong to
+    """Return a part of the picture reduced to the pixels that its best explanation covers, without pieces that belong to
     other parts; unchanged if it is not explained."""
     if not part.readings or part.score < bad(part.mask, scene.limits):
         return part

@@ -156,7 +156,8 @@ def _pcd_rows(form: str, body: bytes, layout: Any, count: int, path: Path) -> An
 
 
 def _columns(body: bytes, layout: Any, count: int, path: Path) -> Any:
-    """Rows of compressed data: two sizes of 4 bytes, then one field after another, in LZF."""
+    """Decode compressed points of a PCD file: its data begin with two 4-byte sizes, then come the fields one
+    after the other, packed by LZF."""
     packed, size = (int(n) for n in np.frombuffer(body[:8].ljust(8, b"\0"), "<u4"))
     if size != count * layout.itemsize:
         raise UserError(f"{path}: {count} points need {count * layout.itemsize} bytes, and the data say {size}.")

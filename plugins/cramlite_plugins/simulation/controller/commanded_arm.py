@@ -75,7 +75,7 @@ class CommandedArm(ABC):
 
     @abstractmethod
     def force_vector(self) -> Floats:
-        """Return the force (3,) of ``wrench`` alone [N]."""
+        """Return the force part (3,) of ``wrench``, without the torque [N]."""
 
     @abstractmethod
     def force(self) -> float:
@@ -111,7 +111,7 @@ class CommandedArm(ABC):
         return self._begin(blended_motion(points, radii, rates, lambda q: self.kinematics.place(q)))
 
     def move_linear(self, goal: Pose, speed: float, acceleration: float) -> Motion:
-        """Start a straight motion of the TCP (movel) to a pose [m/s, m/s2].
+        """Start a straight motion of the TCP (movel) to a pose, at a speed [m/s] and an acceleration [m/s2].
 
         In force mode it starts at the nominal end of the last motion, without the deviation of force mode.
         """

@@ -190,7 +190,7 @@ class Controller(CommandedArm):
         return self._wrench
 
     def force_vector(self) -> Floats:
-        """Return the force (3,) of ``wrench`` alone [N]."""
+        """Return the force part (3,) of ``wrench``, without the torque [N]."""
         self._measure()
         return self._felt
 
@@ -292,7 +292,8 @@ class Controller(CommandedArm):
         self._forget()
 
     def _payload(self) -> Floats:
-        """Servo offset (n,) [rad] that carries the payload stated by the program, without the gripper's part of it."""
+        """Servo offset (n,) [rad] that makes up for the weight of the payload that the program stated, less
+        the gripper's mass."""
         mass = self.sensor.mass - self.arm.gripper.mass
         if abs(mass) < 1e-3:
             return self.nothing

@@ -18,7 +18,10 @@ State = Literal["moving", "stopped opening", "stopped closing", "there"]
 
 
 class GripperOrder:
-    """One order at a time: an opening, a speed and a force; ``command`` is the opening that the fingers are sent to now [m]."""
+    """Current command to the gripper: an opening, a speed and a force.
+
+    ``command`` is the opening that the fingers are sent to now [m].
+    """
 
     def __init__(self, gripper: Gripper) -> None:
         self.gripper = gripper

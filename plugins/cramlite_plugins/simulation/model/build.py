@@ -146,7 +146,10 @@ def attach(spec: Any, mjcf: str, mount: RobotMount) -> None:
 
 
 def mask_robots(spec: Any, pad_friction: float) -> None:
-    """Set contact bits of all robots and hands, and sliding friction of their pads; before any thing is added."""
+    """Set the contact bits of all robots and hands, and the sliding friction of their pads.
+
+    To be called before any thing is added.
+    """
     for geom in spec.geoms:
         geom.contype, geom.conaffinity = ROBOT
         if is_pad(geom.name):

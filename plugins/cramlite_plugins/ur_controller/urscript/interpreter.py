@@ -103,8 +103,8 @@ def _compiled(tree: Function, library: Library) -> CodeType:
 
 
 def _too_deep(part: Function, library: Library) -> int:
-    """Line of the first statement of a function that is nested too deeply for Python; the function's if there
-    is none."""
+    """Line of a function's first statement that is nested too deeply for Python; the line of the function
+    itself if no statement alone is."""
     for statement in part.body:
         try:
             _compiled(replace(part, body=(statement,)), library)
