@@ -129,7 +129,7 @@ def _fact(atom: Atom, match: Match) -> Fact:
 
 
 def passive(rule: Rule) -> bool:
-    """Check whether a rule denies events during the action and requires none.
+    """Check whether a rule forbids events during the action, such as motion of the arm, and requires none.
 
     What happens is said by predicates without arguments: that the arm moves, that the gripper does.
     """

@@ -155,7 +155,7 @@ class FreeParser(ClauseParser):
         yield from self._heard_state(at, k, heard)
 
     def _behind_denial(self, at: int) -> tuple[int, ...]:
-        """Return the end positions of prepositions and states (such as "open") that begin at a position
+        """Return the word indices right after prepositions and states (such as "open") that begin at a word
         after "not"."""
         return (*self.frames.preposition_ends(self.words, at), *(e for f in self.frames.unary for e in starts(self.words, at, f.stated)))
 

@@ -102,7 +102,8 @@ class Reading:
         return [*found[:-1], found[-1]._replace(clause=replace(before, either=True), literal=both)]
 
     def _without_told(self, found: Sequence[_Row]) -> list[_Row]:
-        """Return the goals without statements that precede a request and are already true in the scene."""
+        """Return the goals without the statements that come earlier in the sentence than a request and are
+        already true in the scene."""
         asked = max((k for k, row in enumerate(found) if not row.clause.told), default=-1)
         return [row for k, row in enumerate(found) if not (row.clause.told and k < asked and self._so(row))]
 

@@ -31,7 +31,8 @@ class RunPeaks(Value):
 
 
 def peaks_of(rollout: Rollout) -> RunPeaks | None:
-    """Measure the peaks of a run; None where it has no two samples, or no arm."""
+    """Measure the highest speeds and forces of a run, and the range of each joint; None for a run with fewer
+    than two samples, or no arm."""
     import numpy as np
 
     if len(rollout.times) < 2 or not rollout.joints.shape[1]:

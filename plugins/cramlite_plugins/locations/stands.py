@@ -49,7 +49,7 @@ class Target(Value):
 
 
 def stands(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate stands of the robot near a thing."""
+    """Generate poses of the mobile platform near a thing from which the arm reaches what the next tasks need."""
     destination = thing_of(bound(context, location.of))
     if belief.held is not None and belief.held.thing == destination:
         raise Unresolvable(f"'{destination}' is in the gripper and drives along")
@@ -103,7 +103,8 @@ def _around(target: Pose, base: Pose) -> list[tuple[float, str, Pose]]:
 def _checked(
     stand: Pose, there: Belief, destination: str, targets: list[Target], floor: Ground, context: Context
 ) -> tuple[int, str]:
-    """Number of checks that a stand passes, and the reason of the first that it fails; "" if it passes all."""
+    """Number of checks that a pose of the mobile platform passes, and why it fails the next one; "" if it
+    passes all."""
     if blocked := floor.hit(at(stand)):
         return 0, blocked
     if (gap := _gap(stand, destination, there, context)) > BESIDE:

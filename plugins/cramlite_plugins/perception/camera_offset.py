@@ -27,8 +27,8 @@ BLOCK = 40
 
 
 class _Points(Value, eq=False):
-    """Measured points near fixtures (N, 3), rays to them, standard deviations [m], and the block of the image
-    of each."""
+    """Measured points near fixtures (N, 3), with camera rays, standard deviations [m], and the square block
+    of the image that each is in."""
 
     at: Floats
     rays: Floats

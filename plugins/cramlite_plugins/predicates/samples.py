@@ -45,7 +45,8 @@ class Samples:
 
     @cached_property
     def spans(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the windows between neighbouring cuts of the signal, as three flat arrays of samples.
+        """Return the sample indices of all windows between two neighbouring cuts of the signal, as three flat
+        arrays.
 
         They are: for every sample of each window its row, and the row of the window's first sample, one window after
         the other; and where each window begins in them.

@@ -96,8 +96,11 @@ def _guarded(run: _Run, step: MoveUntilContact) -> str:
 
 
 def _searched(run: _Run, step: SpiralSearch) -> str:
-    """Clause on a search that left its radius, or in which neither the tool gave way nor a rim held it; ""
-    for a search that ended well."""
+    """Clause on a spiral search that ended outside of its radius, or in which the tool neither moved in nor
+    met a rim.
+
+    A search that ended well gives "".
+    """
     axis, ways = _axis(step.frame), run.tools - run.tools[0]
     aside = float(np.linalg.norm(ways[-1] - (ways[-1] @ axis) * axis))
     if aside > step.radius + OFF:

@@ -85,8 +85,8 @@ def _pushing(
 
 
 def _nearer_first(fronts: Iterable[tuple[Pose, str]], now: Pose) -> Iterator[tuple[Pose, str]]:
-    """Hand poses before a front; of two in a row that differ by half a turn, the one to which the hand turns
-    less comes first."""
+    """Yield hand poses in front of a thing; of two in a row that differ by half a turn, first the one to
+    which the hand turns less."""
     last: tuple[Pose, str] | None = None
     for found in fronts:
         if last is not None and math.isclose(_apart(last[0], found[0]), math.pi, abs_tol=1e-6):
