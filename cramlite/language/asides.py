@@ -33,7 +33,8 @@ class Asides:
         self._states = frames.states.keys() - english.AUXILIARY
 
     def ends(self, at: int) -> Iterator[int]:
-        """Generate where an aside that begins at a position may end, the longest first."""
+        """Generate the word indices at which an aside (a remark) that begins at a given word may end, the
+        longest aside first."""
         k = at
         while k < len(self.words) and self.words[k] in (*english.STOPS, "and", "but"):
             k += 1
@@ -49,8 +50,8 @@ class Asides:
         yield from self._matrices(k)
 
     def _bounds(self, at: int) -> list[int]:
-        """Return the positions at which an aside that begins at a position may end: at punctuation, or
-        before a word that joins clauses."""
+        """Return the word indices at which an aside (a remark) that begins at a given word may end: at
+        punctuation, or at a word that joins clauses."""
         found = []
         for k in range(at + 1, min(at + LONG, len(self.words)) + 1):
             stop = k == len(self.words) or self.words[k] in english.STOPS
@@ -180,7 +181,7 @@ class Asides:
     # What could change a goal
 
     def _open_ended(self, span: Words) -> bool:
-        """Check whether words end with an article or the like, so that the noun behind it would be cut off."""
+        """Check whether words end with an article or the like, so that a noun must follow."""
         return span[-1] in english.THE - english.PRONOUNS.keys() | {"a", "an"} and len(span) > 1
 
     def _requests(self, span: Words) -> bool:

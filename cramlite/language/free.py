@@ -93,7 +93,8 @@ class FreeParser(ClauseParser):
         return tuple((Clause("", (), n, relation=SAME), end) for n, end in nouns if self._known(n) and not n.pronoun)
 
     def _aside_of(self, said: Words, at: int, end: int) -> Clause:
-        """Return an aside as a clause, with the things that it names, to which later pronouns may refer."""
+        """Return an aside (a remark) as a clause, with the things that it names, to which later pronouns may
+        refer."""
         named, k = list[Noun](), at
         while k < end:
             found = [(n, e) for n, e in self._nouns.nouns(k, joined=False) if e <= end and n.words and not n.links and self._known(n)]

@@ -41,12 +41,12 @@ class Phrases:
 
     @property
     def firsts(self) -> frozenset[str]:
-        """First words of all phrases."""
+        """The first word of each phrase of this set."""
         return frozenset(self._tree)
 
     @property
     def vocabulary(self) -> frozenset[str]:
-        """All words of all phrases."""
+        """All words that occur in the phrases of this set."""
         return frozenset(_words(self._tree))
 
 

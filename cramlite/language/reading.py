@@ -113,8 +113,11 @@ class Reading:
         return meaning is not None and self._its.true(meaning) != row.clause.denied
 
     def _overhear(self, clause: Clause) -> None:
-        """Remember the things that an aside names, for later pronouns; refuse an apposition ("both mugs, the
-        red and the blue one") that names other things than those before it."""
+        """Remember the things that an aside (a remark in the sentence) names, for later pronouns.
+
+        An apposition ("both mugs, the red and the blue one") is refused if it names other things than the
+        phrase that it repeats.
+        """
         if clause.relation == "same":
             named = {*self._its.things(clause.theme, lambda _: True, self._mentions).names}
             last = [{*map(thing_of, g)} for g in (*self._mentions.themes[-1:], *self._mentions.places[-1:])]

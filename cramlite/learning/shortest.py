@@ -136,8 +136,10 @@ def shortest(problem: Problem) -> Shortest:
 
 
 def _wish(wish: Wish, weights: list[float], rows: _Rows, lower: list[float]) -> None:
-    """Add a wish to the integer program: unless all chosen conditions hold in one alternative, the wish's
-    bits are added to the objective."""
+    """Add a wish to the integer program: a penalty of the wish's bits in the objective.
+
+    The penalty is due unless all chosen conditions hold in at least one alternative.
+    """
     first = len(weights)
     weights += [0.0] * len(wish.false)
     for k, mask in enumerate(wish.false):

@@ -91,7 +91,8 @@ def history(steps: Iterable[Operator], thing: str) -> tuple[Done, ...]:
 
 
 class Track(Value):
-    """Track of a thing: the tasks that changed it, to be compared with later tasks one by one.
+    """Track of a thing in planning: the tasks that have changed the thing, to be compared with later tasks
+    one by one.
 
     Args:
         thing: its name.

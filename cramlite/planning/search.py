@@ -171,8 +171,10 @@ class Search(Struct, dict=True):
         return (yield from self._descend(after, parent))
 
     def _passed(self, state: State, mark: Mark, parent: int) -> Below:
-        """Continue the search after a mark of a control structure; if its branches do not fit together, blame
-        all choices so far."""
+        """Continue the search where a branch of a control structure begins or ends.
+
+        If the branches do not fit together, all choices so far are to blame.
+        """
         try:
             after = state_after_mark(state, mark)
         except Unresolvable as impossible:

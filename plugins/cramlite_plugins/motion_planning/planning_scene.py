@@ -272,7 +272,7 @@ class PlanningScene(Value):
         return all(low <= value <= high for value, (low, high) in zip(q, self.limits, strict=True))
 
     def _keeps(self, q: Position) -> bool:
-        """Whether every pair keeps its required distance."""
+        """Whether at a joint position every pair of bodies keeps its required distance."""
         self._place(q)
         near = self.levels[0].near(self.data)
         return not near or all(d >= self.need.item(g, h) or d >= self._needed(q, g, h) for g, h, d in self._measured(near))

@@ -135,8 +135,10 @@ def _topples(rollout: Rollout, grip: Grip) -> float:
 
 
 def _slid(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
-    """Findings on payloads that were dragged along a surface by a task that slides nothing, except in
-    declared turns."""
+    """Findings on payloads that were dragged along a surface by a task that does not declare to slide them.
+
+    Dragging during a declared turn of the payload in the hand is left out.
+    """
     rollout, tasks, turns = _rollout(candidate), inner_tasks(candidate), declared(candidate)
     for grip, _, _, _, taken in found:
         for task, rows in () if not taken else _stretches(tasks):

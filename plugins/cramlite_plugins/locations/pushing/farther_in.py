@@ -42,7 +42,7 @@ def off(location: Location, belief: Belief, context: Context) -> Iterator[Ground
             said = f"{1000 * back:.0f} mm back, to push '{entity}' farther in by {1000 * way:.0f} mm"
             yield Grounding(Place(there, there, context.robot.gripper.opening[0], thing=entity), said, key="off")
             return
-    yield Refused("off", f"closed fingers collide at each place up to {1000 * BACK:.0f} mm straight back from '{entity}': {no.reason if no else ''}")
+    yield Refused("off", f"closed fingers collide up to {1000 * BACK:.0f} mm straight back from '{entity}': {no.reason if no else ''}")
 
 
 def deeper(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:

@@ -41,7 +41,7 @@ def unstable(data: Data) -> str:
 
 
 class Compiled(Value):
-    """A compiled model with its addresses.
+    """A compiled MuJoCo model, with the indices of its robots and things.
 
     Args:
         world: what it was made of.

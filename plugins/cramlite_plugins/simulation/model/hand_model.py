@@ -34,7 +34,7 @@ class WristTooFar(UserError):
 
 
 class HandIndex(EffectorIndex):
-    """Addresses of a hand in the model.
+    """Indices of a simulated hand in a MuJoCo model.
 
     Args:
         slides, ball: qpos addresses of the position and of the orientation.
