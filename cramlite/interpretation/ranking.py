@@ -102,7 +102,7 @@ class TaskSequence(Value):
 
     @property
     def length(self) -> DescriptionLength:
-        """Description length of the sequence."""
+        """Description length of the whole task sequence."""
         return sum(self.lengths, DescriptionLength())
 
     @property

@@ -325,8 +325,8 @@ class NounParser:
                     yield Link(relation, phrase, (noun,)), end
 
     def _on_it(self, at: int) -> tuple[int, ...]:
-        """Return the positions after a redundant "on it", "in it" or "inside" at the end of a relation, and
-        the position itself."""
+        """Return the word indices at which a relation may end: the given one, and those after a redundant "on
+        it", "in it" or "inside" there."""
         said = tuple(tuple(text.split()) for text in ("on it", "in it", "inside", "on top", "inside it", "on_top_of it"))
         return (*starts(self.words, at, said), at)
 

@@ -106,8 +106,8 @@ class Track(Value):
         return f"'{self.thing}' " + (f"after {', '.join(map(task_text, self.past))}" if self.past else "as it was")
 
     def stages(self) -> list[Stage]:
-        """List the possible stages of a thing on its track: how many of its tasks were done, and what has
-        grasped it since.
+        """List the possible stages of a thing on its track: how many tasks of the track were done, and what
+        has grasped the thing since.
 
         That is the track's next task, another one, or none.
         """

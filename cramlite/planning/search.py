@@ -216,8 +216,11 @@ class Search(Struct, dict=True):
         return frozenset(point.conflict)
 
     def _within(self, item: Designator, state: State) -> dict[str, int]:
-        """Return the number of the plan's task that an item belongs to, and the number of open actions around
-        it, control structures not counted."""
+        """Return the number of the plan's task that an item belongs to, and how many unfinished actions the
+        item is part of.
+
+        Control structures are not counted as actions.
+        """
         behind = [k for k, i in enumerate(state.agenda, 1) if isinstance(i, Effect)]
         if not behind and not isinstance(item, Action):
             return _needed_by(item, state)

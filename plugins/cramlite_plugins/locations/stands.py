@@ -40,8 +40,8 @@ FEATURES = ("vrps:Peg", "cram:Cavity", "cram:Handle")  # where a fixed thing is 
 
 
 class Target(Value):
-    """Thing that the arm has to reach from a stand: the variable bound to it, its name, and whether it is to
-    be grasped."""
+    """Thing that the arm has to reach from where the platform stops: the variable bound to it, its name, and
+    whether it is to be grasped."""
 
     variable: str
     thing: str
@@ -129,7 +129,7 @@ def _gap(stand: Pose, thing: str, there: Belief, context: Context) -> float:
 
 
 def _grasp(target: Target, there: Belief, context: Context) -> str:
-    """Why a thing cannot be grasped from a stand; "" where it can."""
+    """Reason why a thing cannot be grasped from where the platform stops; "" where it can."""
     try:
         answers = itertools.islice(grasps(Location("", "grasp", target.variable), there, context), GRASPS)
         return _none(answers, "nothing offers a grasp of it")
@@ -138,7 +138,8 @@ def _grasp(target: Target, there: Belief, context: Context) -> str:
 
 
 def _over(target: Target, there: Belief, context: Context) -> str:
-    """Why the tool cannot be brought before a thing, from above or from the robot's side; "" where it can."""
+    """Reason why the tool cannot be brought near a thing, from above or from the robot's side; "" where it
+    can."""
     arm, point = Arm(there, context), np.asarray(_middle(there, target).position)
     ahead = np.array([point[0], point[1], 0.0]) / max(float(np.hypot(point[0], point[1])), 1e-6)
     turns = [(math.cos(a), math.sin(a), 0.0) for a in (math.tau * k / TURNS for k in range(TURNS))]

@@ -215,7 +215,8 @@ class PlanningScene(Value):
         return ", ".join(str(self._state(q, *pair)) for pair in self.collisions(q)[:2])
 
     def collision(self, q: Position) -> Collision | None:
-        """Return the deepest collision at a joint position; None where there is none, or where it is beyond a limit."""
+        """Return the deepest collision at a joint position; None without a collision, or outside the joint
+        limits."""
         close = self.collisions(q) if self._inside(q) else ()
         return self._state(q, *close[0]) if close else None
 

@@ -53,7 +53,8 @@ class Space(FreeBlends, Protocol):
         if moving things cannot free it."""
 
     def collision(self, q: Sequence[float]) -> Collision | None:
-        """Return the deepest collision at a joint position; None where there is none, or where it is beyond a limit."""
+        """Return the deepest collision at a joint position; None without a collision, or outside the joint
+        limits."""
 
     def relaxed(self, anchors: Sequence[Sequence[float]]) -> Space:
         """Return the same scene, with the clearance lowered near given joint positions (``anchors``) to what

@@ -1,4 +1,5 @@
-"""Driving: motion "drive" of the base to a stand, on a path that is collision-free for the whole robot."""
+"""Driving: motion "drive" of the mobile platform to a pose, on a path that is collision-free for the whole
+robot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Pushes along a joint: closed fingers before a front, behind a door that stands ajar, or upon the bar of a drawer's handle."""
+"""Pushes along a joint: closed fingers in front of a door or drawer, behind a door that stands ajar, or upon
+the bar of a drawer's handle."""
 
 from __future__ import annotations
 
@@ -106,8 +107,11 @@ def _apart(one: Pose, other: Pose) -> float:
 
 
 def _follows(thing: Thing, at: Pose, joints: Joints, share: float, belief: Belief, context: Context) -> Refused | None:
-    """Reason why the arm cannot follow a front that it pushes to a share of its range, obstacles aside; None if
-    it can."""
+    """Reason why the arm cannot follow a front that it pushes to a share of the joint's range; None if it
+    can.
+
+    Obstacles are not checked.
+    """
     path = along_joint(thing, belief, at, share)
     line = plan_straight_line(None, context.robot, joints, path, step_m=COARSE[0], step_rad=COARSE[1])
     return line if isinstance(line, Refused) else None
