@@ -113,7 +113,7 @@ class Asides:
         return not (placed or denied or obliged or (known and not copular))
 
     def _tells(self, span: Words, k: int) -> bool:
-        """Check whether the word at a position is a verb, and no name of a thing in the scene."""
+        """Check whether the word at an index is a verb, and no name of a thing in the scene."""
         return not self._known(span[k]) and self._is_verb(span, k)
 
     def _is_verb(self, span: Words, k: int) -> bool:
@@ -232,7 +232,7 @@ def adverb(word: str) -> bool:
 
 
 def singular_in(word: str, words: frozenset[str]) -> bool:
-    """Check whether a noun, or its singular, is among words."""
+    """Check whether a noun, or its singular, is in a set of words."""
     return word in words or english.singular(word) in words
 
 

@@ -74,7 +74,7 @@ class Frames:
 
     @property
     def words(self) -> frozenset[str]:
-        """Every word that occurs in a verb frame."""
+        """Every word that occurs in a verb frame (a request pattern)."""
         found = {w for table in (self._said, self._participles) for said in table for w in said}
         found |= {w for f in self._all for v, particle in f.verbs for w in (*v, *particle)}
         return frozenset(found | {w for f in self._all for p in (*f.prepositions, *f.after, *f.stated) for w in p})

@@ -87,8 +87,8 @@ class FreeParser(ClauseParser):
         return self._aside[at]
 
     def _repeated(self, at: int) -> tuple[Found, ...]:
-        """Return noun phrases after a comma that only name the things before it in other words: "both
-        blocks, the red and the blue one"."""
+        """Return noun phrases after a comma that only repeat in other words what was named: "both blocks, the
+        red and the blue one"."""
         nouns = self._nouns.nouns(at + 1) if self.words[at : at + 1] in ((",",), ("!",)) else ()
         return tuple((Clause("", (), n, relation=SAME), end) for n, end in nouns if self._known(n) and not n.pronoun)
 

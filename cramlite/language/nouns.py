@@ -168,7 +168,7 @@ class NounParser:
         return k, Noun("", quantity=quantity or "the", count=count)
 
     def _cores(self, start: int) -> Iterator[int]:
-        """Yield the positions at which the words of a name may end; "yellow and white mug" has an "and"
+        """Yield the word indices at which the name of a thing may end; "yellow and white mug" has an "and"
         inside."""
         ends, k = [], start
         while k < len(self.words) and k - start < MOST and self.words[k] not in self._ends:

@@ -74,7 +74,7 @@ def _cause(entry: Entry) -> tuple[str, str]:
 
 
 def _miss(same: Sequence[Entry], reason: str = "") -> str:
-    """Format misses of one cause as one line: candidates, designator, reason and plugin."""
+    """Format refusals of one cause as one line: candidates, designator, reason and plugin."""
     first, numbers = same[0], [e.candidate for e in same]
     which = f"candidate {numbers[0]}" if len(numbers) == 1 else f"candidates {_listed(numbers)}"
     return f"{which}, {first.designator}: {reason or first.reason} [{first.plugin}]"

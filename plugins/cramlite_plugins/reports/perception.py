@@ -38,7 +38,7 @@ class Seen(Value):
 
 
 class Shot(Value):
-    """Picture of the robot's camera, with the object query that it answers.
+    """Picture from the robot's camera, with the object query that it answers.
 
     Recognised things, colours and depth are images as data URIs.
     """

@@ -154,8 +154,8 @@ def _slid(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Find
 
 
 def _taken_along(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
-    """Findings on things that the open hand moves along after their release and before they rest, or
-    before their grasp."""
+    """Findings on things that the open hand takes along without holding them: before their grasp, or after
+    their release until they rest."""
     rollout, tasks, limit = _rollout(candidate), inner_tasks(candidate), candidate.limits.bystander_motion
     for grip, wrong, _, _, _ in found:
         rest = min(rests(rollout, grip.thing, grip.last), len(rollout.times) - 1)
