@@ -142,7 +142,7 @@ class _Interrupted:
 
 
 def _serve(asked: BinaryIO, answers: BinaryIO) -> None:
-    """Run the texts that the caller sends to the executing process, until it sends no further one, or has
+    """Run program texts that the caller sends to this process, until the caller sends no further one, or has
     ended."""
     parent, interrupted = os.getppid(), _Interrupted()
     try:

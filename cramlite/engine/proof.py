@@ -186,7 +186,7 @@ def _remark(backend: Backend) -> str:
     said = own or f"text of backend '{backend.name}' cannot be run here"
     if _stands_in(backend):
         return f"{said}; its typed program ran on the controller model instead"
-    return f"{said}; its program was checked, its text was not"
+    return f"{said}; its typed program was checked, its text did not run"
 
 
 def findings_of(

@@ -129,7 +129,7 @@ def _fact(atom: Atom, match: Match) -> Fact:
 
 
 def passive(rule: Rule) -> bool:
-    """Check whether a rule denies events during the action and requires none.
+    """Check whether a rule forbids events during the action, such as motion of the arm, and requires none.
 
     What happens is said by predicates without arguments: that the arm moves, that the gripper does.
     """
@@ -341,8 +341,8 @@ def _among(fact: Fact, facts: Iterable[Fact]) -> bool:
 
 
 def _presupposed(at: Choice, claim: Claims, begins: Sayers, ends: Sayers) -> Iterator[Demand]:
-    """Yield the constraints of condition 1: if earlier actions may have begun (or ended) a relation that a reading
-    presupposes, the last of them must be read as beginning (or ending) it."""
+    """Yield constraints of coherence (condition 1): if earlier actions may have begun (or ended) a relation
+    that a reading presupposes, the last of them must be read as beginning (or ending) it."""
     for facts, sayers in ((claim.needs, begins), (claim.denies, ends)):
         for fact in facts:
             before = [c for c in sayers(fact) if c[0] < at[0]]
@@ -351,16 +351,16 @@ def _presupposed(at: Choice, claim: Claims, begins: Sayers, ends: Sayers) -> Ite
 
 
 def _lasting(k: int, said: Iterable[Claims], begins: Sayers, ends: Sayers) -> Iterator[Demand]:
-    """Yield the constraints of condition 2: a relation that an action may have begun, and no later action may
-    end, must be begun by a chosen reading."""
+    """Yield constraints of coherence (condition 2): a relation that an action may have begun, and no later
+    action may end, must be begun by a chosen reading."""
     for fact in {f for c in said for f in c.begins}:
         if not any(c[0] > k for c in ends(fact)):
             yield Demand(None, frozenset(c for c in begins(fact) if c[0] >= k))
 
 
 def _closed(at: Choice, claim: Claims, ends: Sayers) -> Iterator[Demand]:
-    """Yield the constraints of condition 3: a relation that a reading begins, and a later action may end,
-    must be ended by a chosen reading."""
+    """Yield constraints of coherence (condition 3): a relation that a reading begins, and a later action may
+    end, must be ended by a chosen reading."""
     for fact in claim.begins:
         if later := frozenset(c for c in ends(fact) if c[0] > at[0]):
             yield Demand(at, later)

@@ -102,7 +102,8 @@ class Reading:
         return [*found[:-1], found[-1]._replace(clause=replace(before, either=True), literal=both)]
 
     def _without_told(self, found: Sequence[_Row]) -> list[_Row]:
-        """Return the goals without statements that precede a request and are already true in the scene."""
+        """Return the goals without the statements that come earlier in the sentence than a request and are
+        already true in the scene."""
         asked = max((k for k, row in enumerate(found) if not row.clause.told), default=-1)
         return [row for k, row in enumerate(found) if not (row.clause.told and k < asked and self._so(row))]
 
@@ -112,8 +113,11 @@ class Reading:
         return meaning is not None and self._its.true(meaning) != row.clause.denied
 
     def _overhear(self, clause: Clause) -> None:
-        """Remember the things that an aside names, for later pronouns; refuse an apposition ("both mugs, the
-        red and the blue one") that names other things than those before it."""
+        """Remember the things that an aside (a remark in the sentence) names, for later pronouns.
+
+        An apposition ("both mugs, the red and the blue one") is refused if it names other things than the
+        phrase that it repeats.
+        """
         if clause.relation == "same":
             named = {*self._its.things(clause.theme, lambda _: True, self._mentions).names}
             last = [{*map(thing_of, g)} for g in (*self._mentions.themes[-1:], *self._mentions.places[-1:])]

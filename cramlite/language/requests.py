@@ -203,7 +203,7 @@ class RequestParser:
                 yield self._clause(frame, verb, theme, amount=f"{number[1]} {unit}"), k + 1 + (not number[2])
 
     def _centre(self, at: int) -> Iterator[int]:
-        """Yield the position after words for the middle of a thing: "from the tray's centre"."""
+        """Yield the word index after a phrase for the middle of a thing: "from the tray's centre"."""
         for start in starts(self.words, at, english.OF):
             for noun, end in self._nouns.nouns(start, joined=False):
                 if noun.sides == ("middle",) or any(k.words[:1] == ("middle",) for k in noun.links):

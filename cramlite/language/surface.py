@@ -92,7 +92,7 @@ class Surface:
         return (words,)
 
     def _marked(self, words: Words, at: int) -> int:
-        """Return the position after the words that announce a self-correction, such as "no" or "I mean"."""
+        """Return the word index after a phrase that announces a self-correction, such as "no" or "I mean"."""
         end, strong = at, False
         while end < len(words):
             ends = starts(words, end, english.REPAIRS)

@@ -136,8 +136,11 @@ def shortest(problem: Problem) -> Shortest:
 
 
 def _wish(wish: Wish, weights: list[float], rows: _Rows, lower: list[float]) -> None:
-    """Add a wish to the integer program: unless all chosen conditions hold in one alternative, the wish's
-    bits are added to the objective."""
+    """Add a wish to the integer program as a soft constraint: if it is not met, the wish's bits are added to
+    the objective.
+
+    It is met if all chosen conditions hold in at least one of its alternatives.
+    """
     first = len(weights)
     weights += [0.0] * len(wish.false)
     for k, mask in enumerate(wish.false):

@@ -234,8 +234,8 @@ def _yaw(frame: Pose) -> float:
 
 
 def _heading(shown: Sequence[Floats]) -> float | None:
-    """Mean of the mover's directions in all examples [rad]; None if one is farther than ``AIMED`` from the
-    mean."""
+    """Mean heading of the moved thing over all examples [rad]; None if a heading is farther than ``AIMED``
+    from the mean."""
     angles = np.concatenate(shown)
     mean = np.arctan2(np.sin(angles).mean(), np.cos(angles).mean())
     off = np.abs((angles - mean + np.pi) % (2 * np.pi) - np.pi)

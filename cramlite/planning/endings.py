@@ -62,7 +62,8 @@ def kinds_of(schemas: Iterable[ActionSchema], facts: Iterable[Fact]) -> Kinds:
 
 
 def kinds_of_free(term: str, facts: Iterable[Fact], tables: Iterable[Table], kinds: Kinds) -> frozenset[str]:
-    """Return the kinds that a free variable may have, by the facts and static conditions that it stands in."""
+    """Return the kinds of entity ("hand", "body", "component") that a variable may stand for, by the facts
+    and static conditions that contain it."""
     here = [(f[0], k) for f in facts for k, t in enumerate(f[1:], 1) if t == term]
     places = [kinds[place] for place in here if place in kinds]
     for table in tables:

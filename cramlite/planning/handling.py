@@ -91,7 +91,8 @@ def history(steps: Iterable[Operator], thing: str) -> tuple[Done, ...]:
 
 
 class Track(Value):
-    """Track of a thing: the tasks that changed it, to be compared with later tasks one by one.
+    """Track of a thing in planning: the tasks that have changed the thing, to be compared with later tasks
+    one by one.
 
     Args:
         thing: its name.
@@ -105,8 +106,8 @@ class Track(Value):
         return f"'{self.thing}' " + (f"after {', '.join(map(task_text, self.past))}" if self.past else "as it was")
 
     def stages(self) -> list[Stage]:
-        """List the possible stages of a thing on its track: how many of its tasks were done, and what has
-        grasped it since.
+        """List the possible stages of a thing on its track: how many tasks of the track were done, and what
+        has grasped the thing since.
 
         That is the track's next task, another one, or none.
         """

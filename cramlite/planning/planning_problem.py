@@ -84,7 +84,8 @@ class PlanningProblem(Value, eq=False):
     blocked: tuple[Blocking, ...] = ()
 
     def scopes(self) -> Iterator[Scope]:
-        """Generate scopes of plans, the narrowest first.
+        """Generate scopes: the things, and the ways of moving them, that a plan may use. The narrowest scope
+        comes first.
 
         First only things of the goal and obstacles, with their supports and payloads, are put where the goal
         says or on furniture. The next scopes also push them there, put them on anything, and use all things.
@@ -147,8 +148,8 @@ class PlanningProblem(Value, eq=False):
         )  # fmt: skip
 
     def _here(self, schema: ActionSchema, scope: Scope) -> Iterator[ActionSchema]:
-        """Generate an action schema that takes only the things that a scope allows, with the goal's
-        constraints as effects.
+        """Generate an action schema for only the things that a plan's scope allows; the goal's constraints
+        become its effects.
 
         With obstacles also a schema without these effects: two things that change places need a third place.
         """
@@ -367,7 +368,8 @@ def why_unreachable(problem: PlanningProblem) -> str:
 
 
 def _may_make(schema: ActionSchema, added: Fact, fact: Fact) -> bool:
-    """Check whether an effect of an action schema is a given fact for some things in place of its parameters."""
+    """Check whether an effect of an action schema is a given fact, for some choice of things for its
+    parameters."""
     tables = {t.terms: t.rows for t in schema.tables if len(t.terms) == 1 and not t.denied}
     return added[0] == fact[0] and all(
         t == e or (t.startswith("?") and (e,) in tables.get((t,), {(e,)})) for t, e in zip(added[1:], fact[1:], strict=True)
@@ -410,7 +412,8 @@ def _moved_unheld(schema: ActionSchema, fluents: Fluents) -> frozenset[str]:
 
 
 def _may_push(schema: ActionSchema, things: frozenset[str], fluents: Fluents) -> bool:
-    """Check whether an action schema pushes one of the given things for some things in place of its parameters."""
+    """Check whether an action schema pushes one of the given things, for some choice of things for its
+    parameters."""
     pushed = _moved_unheld(schema, fluents)
     tables = [t.rows for t in schema.tables if not t.denied and len(t.terms) == 1 and t.terms[0] in pushed]
     return bool(pushed) and any(all((thing,) in rows for rows in tables) for thing in things)

@@ -140,8 +140,8 @@ class LimitsSpec(Spec):
 
 
 class ThenSpec(Spec):
-    """Stage of an open program: tasks that are resolved only after the earlier tasks were executed, in the
-    world as it is measured then.
+    """Tasks that are resolved only after the earlier tasks were executed, in the world as it is measured
+    then: a stage of an open program.
 
     ``else``: tasks in their place, where no program for them can be proven; without it the execution ends there, with the reason.
     """

@@ -73,9 +73,9 @@ def in_a_line(result: EpisodeResult) -> str:
     if result.attempt is None:
         return f"{name}: no program ({result.failure}): {plain_reason(result.reason)}"
     a = result.attempt
-    truth = "check never true"
+    truth = "judge's check never true"
     if a.first is not None:
-        truth = f"check first true at action {a.first}, {'true' if a.rest else 'not true'} at rest"
+        truth = f"judge's check first true at action {a.first}, {'true' if a.rest else 'not true'} when all things were at rest"
     return f"{name}: {a.outcome} after {a.steps} of {result.budget} steps, {truth}{f' ({result.failure})' if result.failure else ''}"
 
 

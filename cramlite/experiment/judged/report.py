@@ -76,7 +76,7 @@ def watched(found: Watched) -> str:
 
 
 def signed(value: float) -> str:
-    """Return a difference of rates with its sign, "-.04"."""
+    """Return a difference of success rates with its sign, "-.04"."""
     return f"{'-' if round(value, 2) < 0 else '+'}{digits(abs(value))}"
 
 

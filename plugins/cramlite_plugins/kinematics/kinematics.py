@@ -400,7 +400,8 @@ def reach_gap(robot: Robot, target: Pose) -> tuple[float, str]:
 
 
 def _parallel(rows: Table) -> bool:
-    """Whether joints 2, 3 and 4 are parallel and the others meet, as those of a UR."""
+    """Whether the axes of joints 2, 3 and 4 are parallel and all other neighbouring axes intersect, as on a
+    UR arm."""
     return rows[1][2] == rows[2][2] == 0.0 and rows[0][0] == rows[3][0] == rows[4][0] == 0.0
 
 

@@ -57,18 +57,19 @@ class Hands(Value):
         return self.turns[:, :, 1]
 
     def moved(self, along: Floats | float, closing: Floats | float = 0.0) -> Hands:
-        """Return the hands moved along their approach and closing directions [m], (n,) each or one for all."""
+        """Return the hand poses moved along their approach and closing directions [m], (n,) each or one for
+        all."""
         by = np.reshape(along, (-1, 1)) * self.approach + np.reshape(closing, (-1, 1)) * self.closing
         return Hands(self.positions + by, self.turns)
 
     def of(self, rows: NDArray[np.bool_] | NDArray[np.intp]) -> Hands:
-        """Return a selection of the hands, by a mask or by indices."""
+        """Return some of the hand poses, selected by a mask or by indices."""
         return Hands(self.positions[rows], self.turns[rows])
 
 
 class Pinches(Value):
-    """Contact pairs of hands on a shape: one for each hand, on the line along its closing direction through
-    the TCP.
+    """Contact pairs on a shape, one for each hand pose: on the line along the hand's closing direction
+    through the TCP.
 
     Args:
         low, high: of the contacts from the TCP along the closing direction (n,) [m]; inf and -inf where the line misses the shape there.

@@ -83,7 +83,8 @@ def widen(motion: Motion, belief: Belief) -> tuple[Belief, str]:
 
 
 def _force_path(motion: Motion, belief: Belief, context: Context) -> Groundings:
-    """Resolve a motion along a place's path, or between two of its corners, on which the arm gives way sideways."""
+    """Resolve a compliant motion along the path of a place, or a part of that path; the arm gives way across
+    the path."""
     from ..motion_planning.cartesian import line
     from ..motion_planning.reach import tcp
     from .free_motion import place_of

@@ -54,7 +54,7 @@ def _check_hand(motion: Motion, start: Belief, after: list[AnyStep]) -> None:
     """Refuse to go back after steps that may have released or taken a thing, since it may be anywhere then."""
     grips = [k for k, s in enumerate(after) if isinstance(s, SetGripper)]
     if start.held and grips:
-        raise Unresolvable(f"'{motion.name}': the gripper moves while it holds '{start.held.thing}'; it cannot begin again")
+        raise Unresolvable(f"'{motion.name}': the gripper moves while it holds '{start.held.thing}', so the steps cannot be tried again")
     taken = next((k for k in grips if after[k].expect == "object"), None)  # type: ignore[union-attr]
     if taken is not None and any(not _sure(s) for s in after[taken + 1 :]):
         raise Unresolvable(f"'{motion.name}': a thing that was grasped may be anywhere when a later step has failed")

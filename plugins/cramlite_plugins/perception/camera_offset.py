@@ -27,8 +27,8 @@ BLOCK = 40
 
 
 class _Points(Value, eq=False):
-    """Measured points near fixtures (N, 3), rays to them, standard deviations [m], and the block of the image
-    of each."""
+    """Measured points near fixtures (N, 3), with camera rays, standard deviations [m], and the square block
+    of the image that each is in."""
 
     at: Floats
     rays: Floats
@@ -166,7 +166,8 @@ def _twist(whole: Pose, centre: Floats) -> Floats:
 
 
 def _covariance(points: _Points, away: Floats, j: Floats, weight: Floats, prior: Floats) -> tuple[Floats, int]:
-    """Covariance of the camera's estimated motion, and in how many directions the prior tells more than the points.
+    """Covariance of the camera's estimated motion, and the number of directions in which the prior is more
+    certain than the points.
 
     The covariance is that of noise and of the residuals of each block of the image.
     """

@@ -1,4 +1,5 @@
-"""Plan diagram: tasks in order, and a lane for each object, from the description to where it is used."""
+"""Diagram of a plan: tasks in order, and a lane for each object, from its designator to the tasks that use
+it."""
 
 from __future__ import annotations
 

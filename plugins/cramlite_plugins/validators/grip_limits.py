@@ -27,7 +27,7 @@ PADS = ("effector/left", "effector/right")
 
 
 class Limit(NamedTuple):
-    """Largest force of each pad on a thing [N], and its source."""
+    """Limit of the force with which each pad may press on a thing [N], and the source of the limit."""
 
     thing: str
     force: float

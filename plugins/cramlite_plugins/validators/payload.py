@@ -67,12 +67,13 @@ class Payload(Value):
 
 
 def _slack(mass: Floats | float) -> Floats:
-    """Tolerance of the told payload [kg]."""
+    """Tolerance of the payload mass that the controller is told [kg]."""
     return np.maximum(LEAST, SHARE * np.asarray(mass))
 
 
 def _share(told: Floats, hanging: Hanging) -> Floats:
-    """Error of the told payload, as a share of its tolerance; 0 until something is told."""
+    """Error of the payload mass that the controller is told, as a share of its tolerance; 0 until one is
+    told."""
     off = np.maximum(np.maximum(hanging.least - told, told - hanging.most), 0.0) / _slack(hanging.most)
     off[: int(np.argmax(told > 0))] = 0.0
     return np.asarray(off)

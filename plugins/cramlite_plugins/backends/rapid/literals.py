@@ -69,7 +69,8 @@ def plain(text: str) -> str:
 
 
 def identifier(text: str) -> str:
-    """Convert a text to a RAPID name: letters, digits and underscores, with a task's number behind it."""
+    """Convert a text to a RAPID name of letters, digits and underscores: "3.Grasping/approach" becomes
+    "Grasping_3_approach"."""
     moved = re.sub(r"^(\d+)\.([^/]*)", r"\2_\1", text or "pose")
     name = re.sub(r"[^A-Za-z0-9]+", "_", moved).strip("_")
     return name if name[:1].isalpha() else f"t_{name}"

@@ -150,7 +150,7 @@ def emit(program: Program, robot: Robot) -> Code:
     refuse_drives(program, "ur_rtde")
     if program.late:
         things = ", ".join(t.thing for t in program.late)
-        asked = f"poses that the program asks for at its start, late poses ({things}),"
+        asked = f"late poses ({things}), which the program would ask for when it starts,"
         raise UserError(f"{asked} cannot be written in Python for ur_rtde yet; take the backend urscript")
     out = _Writer(robot)
     tasks = [out.function(name, steps, title) + "(arm)" for name, title, steps in _tasks(program)]

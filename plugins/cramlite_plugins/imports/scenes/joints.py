@@ -96,7 +96,7 @@ def _left_out(model: Any, joint: int, dof: int, name: str) -> list[str]:
 
 
 def _closed_above(source: Any, group: Group, joint: int, ends: tuple[float, float]) -> tuple[bool, str]:
-    """Whether a joint is closed at its upper end, and why."""
+    """Whether a joint is closed at the upper limit of its range, and why."""
     low, high = ends
     below, above = (_room(source, group, joint, at) for at in ends) if group.carrier else (1.0, 1.0)
     if min(below, above) <= COMPACT * max(below, above):

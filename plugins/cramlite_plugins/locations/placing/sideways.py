@@ -121,8 +121,10 @@ def _attitudes(query: Query, upright: Pose) -> Iterator[tuple[str, Pose]]:
 
 
 def _floors(asked: Sequence[Query], now: Pose, tall: float, low: list[float]) -> Iterator[tuple[Query, Floor]]:
-    """Yield the floors under a roof that is high enough for a payload turned as at a pose, each with its
-    query and an open side.
+    """Yield each floor that is under a roof with enough room for a payload, once for each open side, with its
+    placement query.
+
+    The payload is turned as at the pose ``now``.
 
     The height of the room over each floor that was looked at is appended to ``low`` [m].
     """

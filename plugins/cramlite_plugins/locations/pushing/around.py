@@ -108,8 +108,8 @@ def _names(no: Refused | None) -> frozenset[str]:
 
 
 def _traced(start: Point, end: Side, came: dict[Side, Side | None], blame: dict[tuple[Side, Side], Refused]) -> list[Point] | Refused:
-    """Corners and end of the way that a search on the lattice found, or the refusal that names the movable
-    things on it."""
+    """Corners and end of the way that a grid search found for a pushed thing; or a refusal that names the
+    movable things on the way."""
     cells, before = [end], came[end]
     while before is not None:
         cells.append(before)

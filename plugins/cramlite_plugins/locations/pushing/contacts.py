@@ -1,5 +1,5 @@
-"""Contacts of hands that push: behind or in a lying thing, before a front, behind a door, or upon the bar of
-a handle."""
+"""Contacts of hands that push: behind or in a lying thing, in front of a door or drawer, behind a door, or
+upon the bar of a handle."""
 
 from __future__ import annotations
 
@@ -194,8 +194,8 @@ def _against(
     thing: Thing, handle: Feature, pose: Pose, spot: tuple[float, float], turns: tuple[float, float], gripper: Gripper, swings: bool,
     inner: bool = False,
 ) -> tuple[Pose, bool]:
-    """Return a TCP pose of closed fingers ``ALMOST`` [m] before a front, and whether they would hit it even
-    ``OFF`` [m] aside.
+    """Return a TCP pose of closed fingers ``ALMOST`` [m] away from a front, and whether they would hit the
+    front even ``OFF`` [m] aside.
 
     Args:
         spot: how far from its handle, to a side and up, as shares of the way to the edge of the thing.

@@ -77,11 +77,11 @@ class Contacts:
         return tuple(_joined(own, more) for own, more in zip(_summed(self._awake), self._asleep, strict=True))
 
     def asleep(self) -> tuple[tuple[Touch, ...], ...]:
-        """List for each sample the touches that sleeping things have."""
+        """List for each sample the contacts of things that the simulation lets sleep while they rest."""
         return tuple(self._asleep)
 
     def _between(self, data: Data, asleep: Any) -> tuple[Touch, ...]:
-        """Touches of sleeping things with each other and with furniture."""
+        """Contacts of things that the simulation lets sleep, with each other and with furniture."""
         copy = awake_copy(self._model, data)
         kept = self._kept(copy)
         theirs = np.flatnonzero((asleep[kept.trees] | (kept.trees < 0)).all(axis=1)).tolist()
