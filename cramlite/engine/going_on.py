@@ -101,7 +101,7 @@ class Stretch(Value):
 
     @property
     def to_do(self) -> str:
-        """Remedy that a person can apply after a notice, as a clause; "" without one."""
+        """Remedy that a person can apply after a notice, in words; "" without one."""
         return TO_DO[self.notice.kind] if self.notice else ""
 
 

@@ -70,8 +70,10 @@ class Relaxation(Value):
     steps: int
 
     def __str__(self) -> str:
-        """Return the change as a clause, with the smallest amount that makes the scenario solvable, and one
-        step less, for which nothing was proven."""
+        """Describe the change by the smallest amount that makes the scenario solvable.
+
+        One step less, for which nothing was proven, is named too.
+        """
         return f"{self.change.says} by {1000 * STEP * self.steps:.0f} mm; by {1000 * STEP * (self.steps - 1):.0f} mm nothing was proven"
 
 

@@ -9,7 +9,7 @@ WARNINGS = ("BADQPOS", "BADQVEL", "BADQACC")
 
 
 def instability(data: Any) -> str:
-    """Return why a simulation cannot go on from where it was, as a clause; "" while it can.
+    """Explain why a simulation cannot go on from where it was; "" while it can.
 
     Args:
         data: MuJoCo's, after a step.

@@ -53,7 +53,7 @@ def _row(row: ObjectRow) -> list[str]:
 
 
 def numbers(tables: ObjectTables) -> list[Number]:
-    """Return the rates for each object in the tables as numbers for a figure's YAML file."""
+    """Return the rates for each object in the tables as numbers for a YAML file of measurements."""
     scales = [c.scale for c in tables.confusions]
     return [number for row in tables.rows for number in rates(row.object, _columns(row, scales))]
 

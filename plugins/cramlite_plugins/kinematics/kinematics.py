@@ -356,7 +356,7 @@ def _turns(robot: Robot, q: Joints) -> list[Joints]:
 
 
 def why_no_inverse(robot: Robot, target: Pose) -> str:
-    """Explain why ``inverse`` has no solution for a pose, as a clause with numbers."""
+    """Explain with numbers why ``inverse`` has no solution for a pose."""
     if short := reach_shortfall(robot, target):
         return short
     if robot.posture is not None and (q := held_posture(robot, target)) and (outside := out_of_limits(robot, q)):
@@ -369,13 +369,15 @@ def why_no_inverse(robot: Robot, target: Pose) -> str:
 
 
 def reach_shortfall(robot: Robot, target: Pose) -> str:
-    """Explain why a pose is out of reach, as a clause with numbers; empty when the wrist centre is within reach."""
+    """Explain with numbers why a pose is out of reach; "" when the wrist centre is within reach."""
     return reach_gap(robot, target)[1]
 
 
 def reach_gap(robot: Robot, target: Pose) -> tuple[float, str]:
-    """Return the distance of a pose out of reach [m], negative for too near, and a clause with numbers; (0, "")
-    within reach.
+    """Return by how much a pose is out of reach [m], negative if it is too near, with an explanation in
+    numbers.
+
+    It is (0, "") for a pose within reach.
 
     For a six-axis arm whose joints 2 to 4 are parallel, the wrist centre (the origin of frame 5, on
     the axis of joint 6 behind the flange) lies within the annulus that both links and the
@@ -405,7 +407,7 @@ def _parallel(rows: Table) -> bool:
 
 
 def out_of_limits(robot: Robot, q: Sequence[float]) -> str:
-    """Name the first joint outside its limits, as a clause; empty when all are inside."""
+    """Name the first joint outside its limits, with its position and limits; "" when all are inside."""
     for name, value, (low, high) in zip(robot.joints, q, robot.limits, strict=True):
         if not low <= value <= high:
             return f"joint '{name}' at {value:.3f} rad is outside {low:.3f} .. {high:.3f} rad"

@@ -81,7 +81,7 @@ class Pinches(Value):
 
     @property
     def width(self) -> Floats:
-        """Distance between the contacts (n,) [m]; -inf where there are none."""
+        """Distance between the two contacts on each closing line (n,) [m]; -inf where the line meets nothing."""
         return self.high - self.low
 
 

@@ -72,8 +72,8 @@ def _led(answer: Grounding, location: Location, belief: Belief, context: Context
 
 
 def released(shares: list[float], hands: list[Pose]) -> tuple[float, Pose]:
-    """Return the share of a swing at which the hand lets go, and the TCP there: ``LEFT`` [m] above the end of
-    its way down.
+    """Return where the hand lets go: the share of the swing, and the TCP ``LEFT`` [m] above the lowest pose
+    of its way.
 
     Args:
         shares, hands: as ``rolled`` returns them.

@@ -208,7 +208,7 @@ class PlanningScene(Value):
         return min((d for _, _, d in self._look(q, inflated(self.compiled.model, self.movers.apart(), HORIZON))), default=HORIZON)
 
     def why(self, q: Position) -> str:
-        """Explain why a joint position is not free, as a clause with numbers; empty when free."""
+        """Explain with numbers why the robot cannot be at a joint position; "" where it can."""
         for name, value, (low, high) in zip(self.robot.joints, q, self.limits, strict=True):
             if not low <= value <= high:
                 return f"joint '{name}' at {value:.3f} rad is outside {low:.3f} .. {high:.3f} rad"

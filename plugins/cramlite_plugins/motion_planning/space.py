@@ -46,7 +46,7 @@ class Space(FreeBlends, Protocol):
         """Return the fraction of the straight joint-space line where it is first blocked; None when it is free."""
 
     def why(self, q: Sequence[float]) -> str:
-        """Explain why a joint position is not free, as a clause with numbers; empty when free."""
+        """Explain with numbers why the robot cannot be at a joint position; "" where it can."""
 
     def blocking(self, q: Sequence[float]) -> tuple[str, ...]:
         """Return the things, sorted, all of which must be moved before a joint position can be free; empty

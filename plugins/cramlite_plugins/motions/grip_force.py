@@ -118,7 +118,7 @@ def grip_force(grip: GripLoad, asked: float, context: Context, of_thing: tuple[s
 
 
 def _doubt(grip: GripLoad, force: float) -> str:
-    """Return a clause that doubts that a stated grip force carries the thing; "" if it does."""
+    """Return a warning that a stated grip force may not carry the thing; "" if it does."""
     carried = 2 * grip.friction * force
     return f", which carries {carried:.1f} N: doubtful for {grip}" if carried < GRAVITY * grip.mass else ""
 

@@ -92,7 +92,8 @@ def set_gp_boolean_input_action(port: Any, action: Any) -> None:
 
 
 def set_runstate_standard_digital_outputs(outputs: Any) -> None:
-    """List the outputs that follow whether a program runs; nothing is wired to them."""
+    """Accept the list of digital outputs that show whether a program runs, without effect: nothing is wired
+    to them."""
 
 
 def set_runstate_standard_digital_output_to_value(outputId: Any, state: Any) -> None:

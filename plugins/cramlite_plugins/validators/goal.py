@@ -84,8 +84,8 @@ def _what(literal: GoalLiteral) -> str:
 
 
 def _unmet(literal: GoalLiteral, timeline: Timeline, rollout: Rollout) -> str:
-    """Clause on the first condition that does not hold all through the last moments of the run; empty if
-    all do."""
+    """Name the first condition of a goal that does not hold throughout the last moments of the run; "" if all
+    do."""
     binding: dict[str, str | float] = {v: _recorded(e, timeline.episode) for v, e in literal.binding.items()}
     last = float(rollout.times[-1])
     first = max(last - LASTS, timeline.cuts[0])
@@ -103,8 +103,7 @@ def _unmet(literal: GoalLiteral, timeline: Timeline, rollout: Rollout) -> str:
 
 
 def _doubtful(literal: GoalLiteral, timeline: Timeline, rollout: Rollout) -> str:
-    """Clause on a thing that is inside of its region by less than simulators differ; empty if it is well
-    inside."""
+    """Name a thing that is inside of its region by less than simulators differ; "" if all are farther inside."""
     from cramlite.plugin import atoms
 
     binding: dict[str, str | float] = {v: _recorded(e, timeline.episode) for v, e in literal.binding.items()}
@@ -135,7 +134,7 @@ def _recorded(entity: str, episode: Episode) -> str:
 
 
 def _too_few(clause: Clause, literal: GoalLiteral, rollout: Rollout) -> str:
-    """Clause on a vessel into which too small a share of poured content has come; empty if enough has.
+    """Name a vessel that has received too small a share of poured content; "" if it has received enough.
 
     Empty, too, for conditions that are about no content.
     """
@@ -152,8 +151,8 @@ def _too_few(clause: Clause, literal: GoalLiteral, rollout: Rollout) -> str:
 
 
 def _beside(literal: GoalLiteral, candidate: Candidate) -> str:
-    """Clause on a thing that is not on the wanted side of another, as seen from the robot's base; empty if it
-    is."""
+    """Explain why a thing is not on the wanted side of another, as seen from the robot's base; "" if it is
+    there."""
     if not literal.side:
         return ""
     assert candidate.rollout is not None
@@ -169,8 +168,7 @@ def _beside(literal: GoalLiteral, candidate: Candidate) -> str:
 
 
 def _unsettled(literal: GoalLiteral, rollout: Rollout) -> str:
-    """Clause on the first thing of the literal that still moves at the end of the run; empty if all are at
-    rest."""
+    """Name the first thing of a goal that still moves at the end of the run; "" if all are at rest."""
     recent = rollout.times >= rollout.times[-1] - LASTS
     for name in dict.fromkeys(thing_of(t) for t in literal.things if thing_of(t) in rollout.poses):
         way = float(np.linalg.norm(np.ptp(rollout.poses[name][recent, :3], axis=0)))
@@ -180,7 +178,7 @@ def _unsettled(literal: GoalLiteral, rollout: Rollout) -> str:
 
 
 def _badly_rests(literal: GoalLiteral, candidate: Candidate) -> str:
-    """Clause on a thing that rests wrongly on its support, such as on its edge; empty if it rests well."""
+    """Explain how a thing rests wrongly on its support, such as on its edge; "" if it rests well."""
     from cramlite.plugin import atoms
 
     assert candidate.rollout is not None
@@ -195,7 +193,7 @@ def _badly_rests(literal: GoalLiteral, candidate: Candidate) -> str:
 
 
 def _sprung_back(literal: GoalLiteral, candidate: Candidate) -> str:
-    """Clause on a knob that is turned off but not to its stop; empty if there is none."""
+    """Name a knob that is turned off but not to its stop; "" if there is none."""
     from cramlite.plugin import atoms
 
     assert candidate.rollout is not None
@@ -214,8 +212,8 @@ def _sprung_back(literal: GoalLiteral, candidate: Candidate) -> str:
 
 
 def _tipped(literal: GoalLiteral, candidate: Candidate) -> str:
-    """Clause on a thing that tipped over after a task of the plan had released it and it had come to rest;
-    empty if there is none.
+    """Name a thing that tipped over after a task of the plan had released it and it had come to rest; "" if
+    none did.
 
     Also where bystanders only advise: how it then comes to rest is left to chance.
     """
@@ -235,8 +233,10 @@ def _tipped(literal: GoalLiteral, candidate: Candidate) -> str:
 
 
 def _measured(literal: GoalLiteral, rollout: Rollout, episode: Episode) -> str:
-    """Clause on the things of a literal at the end of the run: openings of joints, and the position of a
-    thing in the frame of its place."""
+    """Say in words where the things of a goal are at the end of the run.
+
+    That is how far joints are open, and where a thing is in the frame of its place.
+    """
     said, last = [], float(rollout.times[-1])
     names = list(dict.fromkeys(thing_of(t) for t in literal.things if episode.known(thing_of(t)) is not None))
     for name in names:

@@ -27,7 +27,7 @@ ALONG = 0.03
 
 
 class Hanging(NamedTuple):
-    """Least and largest load of the flange at each sample (N,) [kg], and a clause on what it consists of."""
+    """Least and largest load of the flange at each sample (N,) [kg], and what it consists of, in words."""
 
     least: Floats
     most: Floats
@@ -110,8 +110,11 @@ def _empty(thing: Thing) -> float:
 
 
 def _along(rollout: Rollout, grip: Grip) -> Iterator[str]:
-    """Things that move with the payload: in contact with it, or with another such thing, in the middle of
-    the grip, and at rest in the hand's frame."""
+    """Things that are carried along with the payload, as they touch it, or another such thing, halfway
+    through the grip.
+
+    They also stay at rest in the hand's frame.
+    """
     loose = {t.name for t in rollout.world.things if t.movable and t.joint is None} - {grip.thing}
     pairs = [frozenset({thing_of(t.a), thing_of(t.b)}) for t in rollout.touches[(grip.first + grip.last) // 2]]
     found, new = set[str](), {grip.thing}

@@ -75,8 +75,10 @@ def _last_about(candidate: Candidate, thing: str) -> str:
 
 
 def _not_in(rollout: Rollout, thing: str, container: Thing) -> str:
-    """Clause on a thing whose centre is in no cavity of the container; empty if it is in one. Which cavity
-    is meant is checked with the goal."""
+    """Explain that a thing's centre is in no cavity of the container; "" if it is in one.
+
+    Which cavity is meant is checked with the goal.
+    """
     found = [_beside(rollout, thing, container, f) for f in container.features if f.type == "cram:Cavity"]
     return "" if "" in found else next(iter(found), f"'{container.name}' has no cavity")
 
@@ -92,7 +94,7 @@ def _beside(rollout: Rollout, thing: str, container: Thing, cavity: Feature) -> 
 
 
 def _not_on(rollout: Rollout, thing: str, support: Thing) -> str:
-    """Clause on a support that bears too little of the thing's weight; empty if it bears most of it."""
+    """Explain that a support bears too little of the thing's weight; "" if it bears most of it."""
     weight, lift = (rollout.world.thing(thing).mass or 0.0) * GRAVITY, 0.0
     pair = {thing, support.name}
     for touch in rollout.touches[-1]:
@@ -106,8 +108,11 @@ def _not_on(rollout: Rollout, thing: str, support: Thing) -> str:
 
 
 def _not_hanging(rollout: Rollout, thing: str, hanger: Thing) -> str:
-    """Clause on a thing that does not hang: no peg of the hanger passes through a hole of it, or the peg,
-    unless upright, does not bear it; else empty."""
+    """Explain why a thing does not hang on a hanger; "" if it does.
+
+    Either no peg of the hanger passes through a hole of the thing, or the peg, unless upright, does not bear
+    it.
+    """
     from ..episodes.detection.threaded import around_standing, threaded
 
     pairs = [(hole, peg, flags) for hole, peg, flags in threaded(rollout) if _of(hole, peg) == (thing, hanger.name)]
@@ -123,8 +128,10 @@ def _of(hole: str, peg: str) -> tuple[str, str]:
 
 
 def _unsettled(rollout: Rollout, thing: str, *, hanging: bool) -> str:
-    """Clause on a thing that is not released and at rest at the end; empty if it is. Of a hanging thing
-    the hole must be at rest, and the rest may swing."""
+    """Explain that a thing is not released and at rest at the end; "" if it is.
+
+    Of a hanging thing the hole must be at rest, while the thing may swing.
+    """
     held = any(
         "effector" in (t.a + t.b) and thing in (thing_of(t.a), thing_of(t.b)) for t in rollout.touches[-1]
     )
@@ -169,7 +176,7 @@ class TaskRules(Value):
 
 
 def _already(candidate: Candidate, action: Action) -> str:
-    """Clause on a part of the previous action that has done the same task with the same things; empty without one.
+    """Name a part of the previous action that has done the same task with the same things; "" without one.
 
     The effect of the action is then not demanded once more.
     """
@@ -199,8 +206,8 @@ def _in_order(candidate: Candidate) -> Iterator[tuple[Action, Span | None, float
 
 
 def no_trace(candidate: Candidate, task: str, ran: Span | None) -> str:
-    """Return a clause on a task whose steps are in the program while none of their code ran; empty if some
-    ran, or if it has no steps."""
+    """Explain that a task has steps in the program but none of their code ran; "" if some ran, or if it has
+    no steps."""
     code = candidate.code
     assert code is not None
     steps = [s.origin for s in candidate.program.steps if task in enclosing_names(s.origin)]  # what the run decides about may be left out

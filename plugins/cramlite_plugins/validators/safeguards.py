@@ -205,8 +205,10 @@ def _called(code: Code, origins: set[str]) -> dict[str, set[str]]:
 
 
 def _no_longer_watched(program: Program, proven: Program) -> Iterator[str]:
-    """Clauses on monitors of the proven program that have no counterpart, in order, in another program:
-    what they watch is watched no more, or less closely."""
+    """Describe monitors of the proven program that have no counterpart, in order, in another program.
+
+    What they watch is watched no more, or less closely.
+    """
     left = [s for s in walk(program.steps) if isinstance(s, Monitor)]
     for one in (s for s in walk(proven.steps) if isinstance(s, Monitor)):
         same = next((k for k, other in enumerate(left) if _watches(other, one)), None)

@@ -33,8 +33,7 @@ CONTACT = 0.01
 
 
 def wrongly_rests(candidate: Candidate, thing: Thing, support: Thing) -> str:
-    """Return a clause on what is wrong with how a thing rests on another at the end of a run; "" if nothing
-    is.
+    """Explain what is wrong with how a thing rests on another at the end of a run; "" if nothing is.
 
     A lid covers the opening that it lies on. What is stacked on a thing that can be moved has its centre of mass over that; on
     furniture, a thing may stand as it stands.
@@ -58,8 +57,8 @@ def borne(rollout: Rollout, thing: str, support: str) -> float:
 
 
 def uncovered(lid: Thing, vessel: Thing) -> str:
-    """Return a clause on the part of a vessel's opening that a lid leaves open; "" if it covers one, or the
-    vessel has none.
+    """Say how much of a vessel's opening a lid leaves open; "" if it covers a whole opening, or the vessel
+    has none.
 
     Args:
         lid, vessel: where they are, their z upwards.
@@ -72,8 +71,8 @@ def uncovered(lid: Thing, vessel: Thing) -> str:
 
 
 def near_tip(thing: Thing, hanger: Thing) -> str:
-    """Return a clause on a thing that hangs too near to the end of a peg; "" if it is far enough inside, or the
-    peg is unknown.
+    """Explain that a thing hangs too near to the end of a peg; "" if it is far enough inside, or the peg is
+    unknown.
 
     Args:
         thing, hanger: where they are; the peg's z leads to its tip.
@@ -102,7 +101,8 @@ def _openings(vessel: Thing) -> Iterator[Any]:
 
 
 def unbalanced(thing: Thing, support: Thing) -> str:
-    """Return a clause on a thing whose centre of mass is too little inside of its support; "" if it is enough.
+    """Explain that a thing's centre of mass is too near to the edge of its support; "" if it is far enough
+    inside.
 
     Args:
         thing, support: where they are, their z upwards.

@@ -186,7 +186,7 @@ def _without_code(code: Code | None, stages: list[Stage]) -> list[int]:
 
 
 def _left_out(stages: list[Stage], lost: Iterable[int]) -> Iterator[tuple[str, str]]:
-    """Origin of each stage, or of a whole task, that has lost its code, and a clause on that."""
+    """Origin of each stage, or of a whole task, that has lost its code, with a sentence that says so."""
     names = [stages[k].origin for k in lost]
     kept = {task_of(s.origin) for s in stages if s.origin not in names}
     for origin in dict.fromkeys(o if task_of(o) in kept else task_of(o) for o in names):
@@ -221,8 +221,13 @@ def _stretches(each: list[str]) -> Iterator[tuple[str, int, int]]:
 
 
 def _moves(stage: Stage) -> bool:
-    """Whether a stage moves the arm, the fingers or the platform; stages that move nothing may swap places
-    with their neighbours."""
+    """Whether a stage of the program moves the arm, the fingers or the platform.
+
+    The order of stages that move nothing is not checked.
+
+    Stages that move nothing may run in another order than in the proven text: each may swap with the one
+    before or after it.
+    """
     return any(not isinstance(s, SetPayload | ZeroSensor | Wait | Control) for s in walk(stage.steps))
 
 

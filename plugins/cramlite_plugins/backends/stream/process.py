@@ -74,7 +74,7 @@ class LineProcess:
         return UserError(self._ended(what))
 
     def gone(self, what: str) -> ProcessGone:
-        """End the process, and return an error that says in a clause how the connection was lost."""
+        """End the process, and return an error that says how the connection was lost."""
         return ProcessGone(self._ended(what))
 
     def _ended(self, what: str) -> str:
@@ -105,7 +105,7 @@ class LineProcess:
         self.lines.put(b"")
 
     def _death(self) -> str:
-        """Clause on how the process ended, with the last line that it wrote to standard error."""
+        """Say how the process ended, with the last line that it wrote to standard error."""
         try:
             code: object = self.process.wait(1.0)
         except subprocess.TimeoutExpired:
@@ -171,8 +171,7 @@ class RobotProcess:
 
 
 def _out_of_range(hello: Hello) -> str:
-    """Return a clause on the first implausible value in a robot's description, with the allowed range; "" if
-    there is none."""
+    """Name the first implausible value in a robot's description, with the allowed range; "" if there is none."""
     ranges = {
         "rate": (hello.rate, 1.0, 1000.0, "Hz"), "lag": (hello.lag, 0.0, 1.0, "s"), "inertia": (hello.inertia, 0.0, 0.1, "s2"),
         "hesitation": (hello.hesitation, 0.0, 10.0, "s"),

@@ -154,8 +154,8 @@ def _moves(model: Any, body: int) -> bool:
 
 
 def _flange(source: Source, data: Any, last: int, named: str) -> tuple[Pose, str, tuple[str, str]]:
-    """Flange pose in the world, a clause on where it was taken from, and the kind and name of that
-    element."""
+    """Flange pose in the world, a note on which element of the file it was taken from, and that element's
+    kind and name."""
     model = source.model
     sites = {model.site(s).name: int(s) for s in range(model.nsite) if _behind(model, int(model.site_bodyid[s]), last)}
     bodies = {model.body(b).name: b for b in range(1, model.nbody) if _behind(model, b, last)}

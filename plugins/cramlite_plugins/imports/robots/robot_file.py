@@ -189,8 +189,7 @@ def _bolted(tool: tuple[str, str], place: Pose, on_flange: Pose) -> tuple[str, s
 
 
 def _home(path: Path, model: Any, chain: Chain, said: tuple[float, ...]) -> tuple[tuple[float, ...], str]:
-    """Home joint position, counted from the file's own joint zeros, and a clause on where it was taken
-    from."""
+    """Home joint position, counted from the file's own joint zeros, and a note on where it was taken from."""
     keys = [k for k in range(model.nkey) if model.key(k).name == "home"]
     if said:
         own, where = said, "as said"

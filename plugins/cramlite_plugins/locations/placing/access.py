@@ -118,8 +118,10 @@ def goes_in_upright(query: Query, now: Pose) -> bool:
 
 
 def covered(query: Query) -> Query:
-    """Copy of a placement's query that lists the overhangs above its opening, up to the height from which
-    things are released."""
+    """Return a placing problem with the overhangs above its opening as obstacles.
+
+    They are listed up to the height from which things are released.
+    """
     return replace(query, covers=covers(query, heights(query, query.now)[-1][0]))
 
 

@@ -109,7 +109,7 @@ def _at_best(asked: list[Query], now: Pose) -> Iterator[Refused]:
 
 
 def prepared(bare: list[Query]) -> list[Query]:
-    """Return the placement queries of a payload that comes from above, with their obstacles.
+    """Return the placing problems of a payload that comes from above, with their obstacles.
 
     An opening has two queries: one for positions beside its contents and its overhang, one for positions
     anywhere.
@@ -121,7 +121,7 @@ def prepared(bare: list[Query]) -> list[Query]:
 
 
 def beside_content(query: Query) -> Query:
-    """Return the query of an opening with its contents and overhang as obstacles.
+    """Return the problem of placing a payload in an opening beside what lies in it and hangs over it.
 
     A smaller clearance is kept from them if there is no room for the payload otherwise.
     """

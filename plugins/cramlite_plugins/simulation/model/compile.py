@@ -34,7 +34,7 @@ BAD = tuple(int(getattr(mujoco.mjtWarning, f"mjWARN_BAD{kind}")) for kind in ("Q
 
 
 def unstable(data: Data) -> str:
-    """Explain, as a clause, why the simulation has diverged; empty while it has not."""
+    """Explain why the simulation has diverged; "" while it has not."""
     if any(data.warning.number[BAD[0] : BAD[-1] + 1].tolist()):
         return "the simulation is unstable: a position, speed or acceleration became huge; check masses, sizes and the timestep"
     return ""

@@ -83,7 +83,7 @@ def _falling(compiled: Compiled, data: Data) -> Iterator[tuple[str, str]]:
 
 
 def _beneath(compiled: Compiled, data: Data, thing: str) -> str:
-    """Clause on the body under the middle of a thing."""
+    """Name the body under the middle of a thing, and say how far below it is."""
     hit, start = np.zeros(1, np.int32), np.array(compiled.pose(data, thing).position)
     body = compiled.things[thing].body
     gap = mujoco.mj_ray(compiled.model, data, start, np.array([0.0, 0.0, -1.0]), None, 1, body, hit)

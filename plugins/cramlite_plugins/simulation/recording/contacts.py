@@ -17,7 +17,7 @@ from ..model.sleep import awake_copy
 WEAKEST = 1e-3  # a contact below this normal force [N] is a gap within the contact margin, not a touch
 
 Named = tuple[tuple[str, str], bool]
-"""Names as a ``Touch`` has them, and whether they are the other way round than MuJoCo's geoms."""
+"""Names as a ``Touch`` has them, and whether MuJoCo's geoms are the other way round."""
 
 
 class _Kept(NamedTuple):
@@ -104,8 +104,11 @@ class Contacts:
         return [row for row, _ in found], [named for _, named in found]
 
     def _name(self, first: int, second: int) -> Named | None:
-        """Names of two geoms, in the order of a touch, and whether they were exchanged; None for contacts
-        that are not recorded."""
+        """Names of the two bodies in contact, ordered as in ``Touch``, and whether MuJoCo has them the other
+        way round.
+
+        None for contacts that are not recorded.
+        """
         one, two = self._owners[first], self._owners[second]
         if one.name == two.name or "grain" in (one.kind, two.kind):
             return None
@@ -156,5 +159,5 @@ def _touches(points: list[tuple[Named, float, float, list[float]]]) -> tuple[Tou
 
 
 def _joined(some: tuple[Touch, ...], others: tuple[Touch, ...]) -> tuple[Touch, ...]:
-    """Touches of two lists in one, sorted by name."""
+    """Merge two lists of contacts, sorted by the names of the things in contact."""
     return tuple(sorted((*some, *others), key=lambda t: (t.a, t.b))) if some and others else some or others

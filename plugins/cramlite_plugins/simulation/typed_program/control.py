@@ -73,7 +73,7 @@ def monitor(run: Running, step: Monitor) -> Cycles:
 
 
 def _seen(run: Running, step: Monitor, waited: float, began: float) -> str:
-    """Clause on the limit of a monitor that is exceeded; "" if none is."""
+    """Name the limit of a monitor that is exceeded, with the measured value; "" if none is."""
     measured, closed = force(run.arm), began - run.arm.gripper.opening
     if step.force is not None and measured > step.force:
         return f"force {measured:.3f} N > {step.force:g} N"
