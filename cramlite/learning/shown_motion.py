@@ -57,7 +57,10 @@ class ShownMotion(Value, eq=False):
     bent: bool
 
     def apart_from(self, refused: Sequence[Span]) -> ShownMotion:
-        """Return the motion with more repetitions required than spans without the task have, if the examples have more.
+        """Return the motion with a required number of repetitions between that of spans without the task and
+        the examples'.
+
+        It is unchanged if the examples do not repeat the motion more often.
 
         The number is half way between theirs and the examples'.
         """
