@@ -1,5 +1,7 @@
-"""Conversion of a scene's groups of bodies to things: shape, mass, joint, and features from names, sites and
-geometry."""
+"""Conversion of bodies that are fixed to each other to one thing: shape, mass, joint, and features.
+
+Features come from names, sites and geometry.
+"""
 
 from __future__ import annotations
 
@@ -45,7 +47,7 @@ class Made(Value):
 
 
 def make(source: Any, group: Group, name: str, parent: str, meets: bool, stated: StatedJoint) -> Made | None:
-    """Make the thing of a group; None if it has no shape that collides.
+    """Make one thing of bodies that are fixed to each other; None if no shape of theirs collides.
 
     Args:
         source: a ``Source``.

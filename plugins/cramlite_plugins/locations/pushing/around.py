@@ -197,7 +197,8 @@ def met_alone(belief: Belief, context: Context, entity: str) -> Met:
 def _known(
     world: Itself[World], poses: Itself[Mapping[str, Estimate]], relations: frozenset[Relation], base: Pose, entity: str
 ) -> dict[Point, Refused | None]:
-    """Return the cache of what a thing alone meets at each point, which all hand poses that are tried share.
+    """Return a cache, shared by all hand poses: point in the plane -> what a pushed thing would meet there,
+    hand left out.
 
     It is valid for one state of the world.
     """
