@@ -181,12 +181,10 @@ def _palm(gripper: Gripper) -> tuple[Floats, Floats]:
 
 
 def shallow(pose: Pose, near: float, far: float, gripper: Gripper) -> Pose | None:
-    """Draw a TCP pose back until the pads end before the far side of a geom; None if they do already.
+    """Draw a TCP pose back until the pads do not reach the far side of a geom; None if they do not reach it
+    anyway.
 
     So a thin thing is gripped that lies on a table.
-
-    So a rim above a floor, or a flat box, is gripped. None if the pose is as far back already; else the contacts'
-    distance before the TCP as well.
 
     Args:
         near, far: of the geom along the approach, from the TCP [m].

@@ -126,8 +126,11 @@ def _place(grasp: Grasp, before: Pose, opening: float, thing: str) -> Place:
 
 
 def _from_aside(grasp: Grasp, thing: str, cost: float, opening: float, arm: Arm) -> Iterator[Grounding]:
-    """Grasp under an overhang, without room for the hand straight before it: the hand, opened as far as there
-    is room, comes in obliquely from above."""
+    """Grasp under an overhang that leaves no room for the hand straight ahead of it: the hand comes in
+    obliquely from above.
+
+    The hand is opened as far as there is room.
+    """
     at, off = grasp.legs(thing, opening)
     if isinstance(there := arm.at(at), Refused):
         return

@@ -55,8 +55,10 @@ class Peg(Value):
 
     @property
     def onto(self) -> Floats:
-        """Return the displacements (5, 3) [m] of a hole that starts at the peg's tip: to before the tip, back
-        to it, past its bend, along the peg, and down onto it."""
+        """Return the displacements (5, 3) [m] that lead a hole from a peg's tip onto the peg.
+
+        They lead to a place in front of the tip, back to it, past its bend, along the peg, and down onto it.
+        """
         if stands(self.axis):
             deep = max(self.length - self.thick - SHORT, self.length / 2)
             down, off = -self.axis * max(self.length - self.thick - GAP - deep, 0.0), self.thick + OVER
@@ -89,8 +91,10 @@ def extract(location: Location, belief: Belief, context: Context) -> Iterator[Gr
 
 
 def insert(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate the path of a payload's hole onto a peg, for each way to turn it: before the peg's tip, at the
-    tip, past the tip's bend, along the peg, and down onto it.
+    """Generate the path of a payload's hole onto a peg, for each way to turn the hole.
+
+    It leads from a place in front of the peg's tip to the tip, past the tip's bend, along the peg, and down
+    onto it.
 
     The path's corners are the last four; ``fit`` has the radial play and the way to push from tip to deep.
     """

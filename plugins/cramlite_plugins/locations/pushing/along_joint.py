@@ -1,4 +1,5 @@
-"""Pushes along a joint: closed fingers before a front, behind a door that stands ajar, or upon the bar of a drawer's handle."""
+"""Pushes along a joint: closed fingers in front of a drawer or door, behind a door that stands ajar, or on
+the bar of a drawer's handle."""
 
 from __future__ import annotations
 
@@ -27,8 +28,8 @@ INSIDE = 0.025  # the stand-off behind a door that stands ajar, where there is l
 
 
 def before_front(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate TCP poses of closed fingers before the part of a drawer's or a door's front that sticks out
-    most at its handle."""
+    """Generate TCP poses of closed fingers in front of a drawer or door, at the part that sticks out most at
+    its handle."""
     entity = bound(context, location.of)
     thing, handle = belief.thing(entity), belief.feature(entity, "cram:Handle")
     if handle is None or thing.joint is None:
@@ -85,8 +86,8 @@ def _pushing(
 
 
 def _nearer_first(fronts: Iterable[tuple[Pose, str]], now: Pose) -> Iterator[tuple[Pose, str]]:
-    """Hand poses before a front; of two in a row that differ by half a turn, the one to which the hand turns
-    less comes first."""
+    """Yield hand poses in front of a drawer or door; of two that differ by half a turn, the one with the
+    smaller turn first."""
     last: tuple[Pose, str] | None = None
     for found in fronts:
         if last is not None and math.isclose(_apart(last[0], found[0]), math.pi, abs_tol=1e-6):

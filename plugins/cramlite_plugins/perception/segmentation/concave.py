@@ -30,7 +30,7 @@ NEIGHBOURS = ((0, 1), (0, -1), (1, 0), (-1, 0))
 
 
 def segments(inputs: Inputs) -> Mapping[str, Any]:
-    """Segment what stands before the planes that bound the view, along steps and concave edges.
+    """Segment what stands in front of the planes that bound the view, along steps and concave edges.
 
     Raises:
         Unresolvable: the map has fixtures, on which products hang flush with each other; a known model has a print, by which

@@ -70,18 +70,18 @@ class Contacts:
         self._asleep.append(self._theirs)
 
     def touches(self) -> tuple[tuple[Touch, ...], ...]:
-        """List the touches of each sample, summed over the points of each pair.
+        """List the contacts of each sample, summed over the contact points of each pair.
 
         In each pair ``a`` is the effector or robot if one takes part, else the first by name.
         """
         return tuple(_joined(own, more) for own, more in zip(_summed(self._awake), self._asleep, strict=True))
 
     def asleep(self) -> tuple[tuple[Touch, ...], ...]:
-        """List for each sample the touches that sleeping things have."""
+        """List for each sample the contacts that sleeping things have."""
         return tuple(self._asleep)
 
     def _between(self, data: Data, asleep: Any) -> tuple[Touch, ...]:
-        """Touches of sleeping things with each other and with furniture."""
+        """Contacts of sleeping things with each other and with furniture."""
         copy = awake_copy(self._model, data)
         kept = self._kept(copy)
         theirs = np.flatnonzero((asleep[kept.trees] | (kept.trees < 0)).all(axis=1)).tolist()
@@ -130,7 +130,7 @@ def _measured(model: Model, data: Data, rows: list[int], named: list[Named]) -> 
 
 
 def _summed(samples: list[_Points]) -> list[tuple[Touch, ...]]:
-    """Touches of each sample, summed over the sample's contact points."""
+    """Contacts of each sample as ``Touch``, summed over the sample's contact points."""
     if not samples:
         return []
     forces = np.concatenate([s.forces for s in samples])
@@ -143,8 +143,11 @@ def _summed(samples: list[_Points]) -> list[tuple[Touch, ...]]:
 
 
 def _touches(points: list[tuple[Named, float, float, list[float]]]) -> tuple[Touch, ...]:
-    """Touches of a sample, summed over its contact points: names, normal force, upward force of the first on
-    the second [N], and the magnitude of the summed normal forces [N]."""
+    """Contacts of a sample as ``Touch``, summed over its contact points.
+
+    Each has names, the normal force, the upward force of the first on the second [N], and the magnitude of
+    the summed normal forces [N].
+    """
     sums: dict[tuple[str, str], list[float]] = {}
     for (pair, flip), pushed, lift, (x, y, z) in points:
         if pushed >= WEAKEST:
