@@ -58,12 +58,12 @@ class Flight(Value):
 
     @property
     def peaks(self) -> RunPeaks | None:
-        """Peaks of the run; None where nothing moved."""
+        """Highest speeds and forces of the run; None where nothing moved."""
         return peaks_of(self.rollout)
 
     @property
     def twins(self) -> tuple[RunPeaks, ...]:
-        """Peaks of the program's successful runs in twins, at full speed; none if this is a dry run."""
+        """Highest speeds and forces of each successful run in a twin, at full speed; none if this is a dry run."""
         runs = self.verdict.twins.twins if self.verdict is not None and self.verdict.twins is not None else ()
         return tuple(t.peaks for t in runs if t.peaks is not None and t.succeeded) if self.speed == 1.0 else ()
 
@@ -112,8 +112,11 @@ class Check(Value):
 
     @property
     def setting(self) -> float | None:
-        """Value to set on the controller: above that of any run, and no more than the limit; None for a
-        quantity without such a setting."""
+        """Safety limit to set on the controller: above the largest value of any run, and at most the
+        permitted limit.
+
+        None for a quantity without such a setting.
+        """
         if not self.safety:
             return None
         wanted = MARGIN * self.most

@@ -8,7 +8,7 @@ from .rollout import Rollout
 
 
 class RunPeaks(Value):
-    """Peaks of a run in measured motion, not commanded motion.
+    """Highest speeds and forces of a run, and the range of each joint, as measured and not as commanded.
 
     Args:
         seconds: until the last line ended.
@@ -31,7 +31,7 @@ class RunPeaks(Value):
 
 
 def peaks_of(rollout: Rollout) -> RunPeaks | None:
-    """Measure the peaks of a run; None where it has no two samples, or no arm."""
+    """Measure the highest speeds and forces of a run; None where it has no two samples, or no arm."""
     import numpy as np
 
     if len(rollout.times) < 2 or not rollout.joints.shape[1]:
