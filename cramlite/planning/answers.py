@@ -187,8 +187,8 @@ class Answers(Struct):
         return new
 
     def _refused_before(self, item: Designator, belief: Belief, context: Context) -> Question | None:
-        """Return an earlier question to the plugins that was refused for any arm position, and differs in
-        that alone.
+        """Return an earlier question to the plugins that differs only in the arm's position and was refused
+        whatever that is.
 
         None without one.
         """

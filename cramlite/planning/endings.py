@@ -1,4 +1,4 @@
-"""Endings: facts that stop to hold when a task makes another fact false, by the predicates' declarations
+"""Endings: all facts that a task makes false, directly or as a consequence, by the predicates' declarations
 (``Fluent``).
 
 ``Fluents.after`` says the same of one state; here it is said of all states, as the conditional effects of an action schema.
@@ -155,7 +155,8 @@ def _tidy(ending: Ending) -> Ending:
 
 
 def _possible(ending: Ending, kinds: Kinds) -> bool:
-    """Whether a fact that a task makes false can ever hold, with its conditions, for entities of these kinds."""
+    """Whether a fact that a task makes false can ever hold, with its conditions, given the kinds of its
+    arguments."""
     facts = [ending.fact, *ending.when]
     terms = {t for f in facts for t in f[1:]} - set(ending.free)
     fits = all(_kind(t) in kinds.get((f[0], k), ()) for f in facts for k, t in enumerate(f[1:], 1) if t in terms)

@@ -109,7 +109,7 @@ class Track(Value):
         """List the possible stages of a thing in its task history: how many of its tasks were done, and what
         grasped it since.
 
-        That is the track's next task, another one, or none.
+        That is the history's next task, another one, or none.
         """
         return [(k, how) for k in range(len(self.past) + 1) for how in ("", "taken", "other")]
 
@@ -119,7 +119,7 @@ class Track(Value):
 
         Args:
             stage: before it; None for another history, which may be forgotten.
-            task: None for any that is not of this track.
+            task: None for any that is not of this history.
         """
         if how.settles:
             return (1, "") if self.past[:1] == (task,) else None

@@ -23,7 +23,7 @@ PAGE = "explanation/figures.md"
 LINK = re.compile(r"^\[([^\]]+)\]\(\.\./figures/(\w+)\.yaml\)$", re.MULTILINE)
 """A line that is a link to a file of measured numbers, and nothing else."""
 OLD = 300
-"""Commits after which measured numbers are marked as old."""
+"""Number of commits after which measured numbers are marked as old."""
 SEEN = {"no": "never run before", "partly": "partly run before", "yes": "run before", None: "whether run before is not recorded"}
 
 

@@ -181,7 +181,7 @@ def _palm(gripper: Gripper) -> tuple[Floats, Floats]:
 
 
 def shallow(pose: Pose, near: float, far: float, gripper: Gripper) -> Pose | None:
-    """Draw a TCP pose back until the pads do not reach the far side of a geom; None if they do not reach it
+    """Move a TCP pose back until the pads do not reach the far side of a geom; None if they do not reach it
     anyway.
 
     So a thin thing is gripped that lies on a table.
@@ -197,7 +197,8 @@ def shallow(pose: Pose, near: float, far: float, gripper: Gripper) -> Pose | Non
 def by_tips(
     pose: Pose, near: float, far: float, gripper: Gripper, corner: float = 0.0, most: float = TIPS
 ) -> tuple[Pose, float] | None:
-    """Draw a TCP pose back until only the tips of the pads are on a geom; None if the pose is as far back already.
+    """Move a TCP pose back until only the tips of the pads are on a geom; None if the pose is as far back
+    already.
 
     The pads then overlap the geom by 2 * ``most`` [m], or by the share ``THIN`` of a thin geom.
 

@@ -72,8 +72,9 @@ def _led(answer: Grounding, location: Location, belief: Belief, context: Context
 
 
 def released(shares: list[float], hands: list[Pose]) -> tuple[float, Pose]:
-    """Return where the hand lets go: the share of the swing, and the TCP ``LEFT`` [m] above the lowest pose
-    of its way.
+    """Return the share of the payload's swing at which the hand lets go, and the TCP pose there.
+
+    That pose is ``LEFT`` [m] above the end of the hand's way down.
 
     Args:
         shares, hands: as ``rolled`` returns them.

@@ -52,7 +52,7 @@ def ways_back(here: Pose, straight: bool = False) -> list[tuple[str, Pose]]:
 
 
 def lift(location: Location, belief: Belief, context: Context) -> Groundings:
-    """Generate lifts straight up from where the hand is, or up and aside where that is not free."""
+    """Generate lifts of the hand and its payload: straight up, then up and aside."""
     height, here = asked(location, Up).height_m, tcp(belief, context)
     if belief.held is not None and belief.held.swing is not None:
         yield from _until_it_hangs(here, height, belief, belief.held.swing, context)

@@ -13,7 +13,7 @@ KEYS = "this hand is from a file: 'pads' and 'tcp' of 'gripper' say where it gri
 
 
 def closed_on_nothing(candidate: Candidate, sample: int) -> str:
-    """Explain that a hand from a robot file was to grasp a thing and closed on nothing; "" otherwise.
+    """Report that a hand from a robot file was to grasp a thing and closed on nothing; "" otherwise.
 
     Args:
         sample: at which the run ended.

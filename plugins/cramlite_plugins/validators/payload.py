@@ -110,8 +110,8 @@ def _empty(thing: Thing) -> float:
 
 
 def _along(rollout: Rollout, grip: Grip) -> Iterator[str]:
-    """Things that are carried along with the payload, as they touch it, or another such thing, halfway
-    through the grip.
+    """Things that are carried along: they touch the payload, or another such thing, halfway through the time
+    of the grip.
 
     They also stay at rest in the hand's frame.
     """

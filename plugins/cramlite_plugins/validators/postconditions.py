@@ -75,7 +75,7 @@ def _last_about(candidate: Candidate, thing: str) -> str:
 
 
 def _not_in(rollout: Rollout, thing: str, container: Thing) -> str:
-    """Explain that a thing's centre is in no cavity of the container; "" if it is in one.
+    """Report that a thing's centre is in no cavity of the container; "" if it is in one.
 
     Which cavity is meant is checked with the goal.
     """
@@ -94,7 +94,7 @@ def _beside(rollout: Rollout, thing: str, container: Thing, cavity: Feature) -> 
 
 
 def _not_on(rollout: Rollout, thing: str, support: Thing) -> str:
-    """Explain that a support bears too little of the thing's weight; "" if it bears most of it."""
+    """Report that a support bears too little of the thing's weight; "" if it bears most of it."""
     weight, lift = (rollout.world.thing(thing).mass or 0.0) * GRAVITY, 0.0
     pair = {thing, support.name}
     for touch in rollout.touches[-1]:
@@ -128,7 +128,7 @@ def _of(hole: str, peg: str) -> tuple[str, str]:
 
 
 def _unsettled(rollout: Rollout, thing: str, *, hanging: bool) -> str:
-    """Explain that a thing is not released and at rest at the end; "" if it is.
+    """Report that a thing is not released and at rest at the end; "" if it is.
 
     Of a hanging thing the hole must be at rest, while the thing may swing.
     """
@@ -206,7 +206,7 @@ def _in_order(candidate: Candidate) -> Iterator[tuple[Action, Span | None, float
 
 
 def no_trace(candidate: Candidate, task: str, ran: Span | None) -> str:
-    """Explain that a task has steps in the program but none of their code ran; "" if some ran, or if it has
+    """Report that a task has steps in the program but none of their code ran; "" if some ran, or if it has
     no steps."""
     code = candidate.code
     assert code is not None

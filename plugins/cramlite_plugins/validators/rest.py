@@ -49,7 +49,7 @@ def hangs(rollout: Rollout, thing: str, sample: int) -> bool:
 
 
 def restless(rollout: Rollout, thing: str, *, hanging: bool) -> str:
-    """Explain that a thing still moves or turns at the end of a run; "" if it is at rest.
+    """Report that a thing still moves or turns at the end of a run; "" if it is at rest.
 
     Of a hanging thing the hole must be at rest, and the rest may swing a little.
     """

@@ -71,7 +71,7 @@ def uncovered(lid: Thing, vessel: Thing) -> str:
 
 
 def near_tip(thing: Thing, hanger: Thing) -> str:
-    """Explain that a thing hangs too near to the end of a peg; "" if it is far enough inside, or the peg is
+    """Report that a thing hangs too near to the end of a peg; "" if it is far enough inside, or the peg is
     unknown.
 
     Args:
@@ -101,7 +101,7 @@ def _openings(vessel: Thing) -> Iterator[Any]:
 
 
 def unbalanced(thing: Thing, support: Thing) -> str:
-    """Explain that a thing's centre of mass is too near to the edge of its support; "" if it is far enough
+    """Report that a thing's centre of mass is too near to the edge of its support; "" if it is far enough
     inside.
 
     Args:

@@ -81,7 +81,7 @@ def _position(candidate: Candidate, joints: Sequence[float]) -> Floats:
 
 
 def _guarded(run: _Run, step: MoveUntilContact) -> str:
-    """Explain that a guarded motion ended without a contact, or beyond its range; "" if it ended well.
+    """Report that a guarded motion ended without a contact, or beyond its range; "" if it ended well.
 
     Where no contact is expected, it may end at the end of its range.
     """
@@ -98,8 +98,8 @@ def _guarded(run: _Run, step: MoveUntilContact) -> str:
 
 
 def _searched(run: _Run, step: SpiralSearch) -> str:
-    """Explain that a search left its radius, or that neither the tool gave way nor a rim held it; "" if it
-    ended well."""
+    """Report that a spiral search left its radius, or that neither the tool gave way nor a rim held it; "" if
+    it ended well."""
     axis, ways = _axis(step.frame), run.tools - run.tools[0]
     aside = float(np.linalg.norm(ways[-1] - (ways[-1] @ axis) * axis))
     if aside > step.radius + OFF:

@@ -224,9 +224,6 @@ def _moves(stage: Stage) -> bool:
     """Whether a stage of the program moves the arm, the fingers or the platform.
 
     The order of stages that move nothing is not checked.
-
-    Stages that move nothing may run in another order than in the proven text: each may swap with the one
-    before or after it.
     """
     return any(not isinstance(s, SetPayload | ZeroSensor | Wait | Control) for s in walk(stage.steps))
 

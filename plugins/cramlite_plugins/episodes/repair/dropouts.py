@@ -183,8 +183,8 @@ def _cut_short(absence: Dropout, mine: list[Event]) -> set[str]:
 
 
 def _stays(absence: Dropout, event: Event, mended: Episode) -> float:
-    """Return the time [s] at which a state really ended that the recording ends at a dropout of a thing's
-    tracking.
+    """Return the time [s] until which a state really lasted, if the recording ends it because its thing was
+    lost by tracking.
 
     It is read from the thing's corrected poses.
     """

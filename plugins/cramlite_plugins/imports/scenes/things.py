@@ -1,4 +1,5 @@
-"""Conversion of bodies that are fixed to each other to one thing: shape, mass, joint, and features.
+"""Conversion of a scene's bodies to things: bodies that are fixed to each other make one, with shape, mass
+and joint.
 
 Features come from names, sites and geometry.
 """

@@ -118,10 +118,7 @@ def goes_in_upright(query: Query, now: Pose) -> bool:
 
 
 def covered(query: Query) -> Query:
-    """Return a placing problem with the overhangs above its opening as obstacles.
-
-    They are listed up to the height from which things are released.
-    """
+    """Return a placing problem that lists the overhangs above its opening, up to the height of a release."""
     return replace(query, covers=covers(query, heights(query, query.now)[-1][0]))
 
 

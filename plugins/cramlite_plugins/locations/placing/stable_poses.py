@@ -170,7 +170,7 @@ def _settled(query: Query, now: Pose, yaw: float) -> Query:
 
     The payload is turned by ``yaw``.
 
-    The query itself if its support is level, or if no part of it carries the payload.
+    The same problem if its support is level, or if no part of it carries the payload.
     """
     if query.under is None:
         return query

@@ -1,5 +1,5 @@
-"""Pushes along a joint: closed fingers in front of a drawer or door, behind a door that stands ajar, or on
-the bar of a drawer's handle."""
+"""Pushes of a thing along its joint: closed fingers in front of a drawer or door, behind a door that stands
+ajar, or on the bar of a drawer's handle."""
 
 from __future__ import annotations
 

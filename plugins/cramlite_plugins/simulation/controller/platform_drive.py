@@ -104,7 +104,7 @@ class PlatformDrive:
         return self.start * Pose((x, y, 0.0), (math.cos(turn / 2), 0.0, 0.0, math.sin(turn / 2)))
 
     def late(self) -> str:
-        """Explain that the platform does not follow its command, with its distance from it; "" where it does."""
+        """Report how far the platform is off its command; "" where it follows it."""
         off = self.data.qpos[self.joints] - self.goal
         way, turn = math.hypot(off[0], off[1]), abs(float(off[2]))
         if way <= TRACKING[0] and turn <= TRACKING[1]:
