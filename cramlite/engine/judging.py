@@ -175,7 +175,7 @@ def _remarks(origins: Origins, by_labels: bool) -> tuple[str, ...]:
 
 
 def _typed(text: str, ran: Candidate, purpose: Purpose, knowledge: Knowledge) -> tuple[list[Finding], tuple[str, ...]]:
-    """Findings of validators of the typed program, if the program text is one."""
+    """Findings of the validators that look at a typed program; for a text without a typed program, a note instead."""
     if is_program_text(text):
         return findings_of(replace(ran, program=read_program(text).program), knowledge, rollout=False), ()
     if purpose.intent is not None and text == purpose.intent.kept.code.text:

@@ -137,7 +137,7 @@ def _grasp(target: Target, there: Belief, context: Context) -> str:
 
 
 def _over(target: Target, there: Belief, context: Context) -> str:
-    """Explain why the tool can neither be held above a thing nor beside it on the robot's side; "" if it can."""
+    """Why the tool cannot be brought to just above a thing, or in front of it on the robot's side; "" where it can."""
     arm, point = Arm(there, context), np.asarray(_middle(there, target).position)
     ahead = np.array([point[0], point[1], 0.0]) / max(float(np.hypot(point[0], point[1])), 1e-6)
     turns = [(math.cos(a), math.sin(a), 0.0) for a in (math.tau * k / TURNS for k in range(TURNS))]

@@ -27,7 +27,7 @@ ALONG = 0.03
 
 
 class Hanging(NamedTuple):
-    """Least and largest load of the flange at each sample (N,) [kg], and what it consists of, in words."""
+    """Least and largest mass that may hang on the flange at each sample (N,) [kg], and in words what hangs there."""
 
     least: Floats
     most: Floats

@@ -171,7 +171,8 @@ class RobotProcess:
 
 
 def _out_of_range(hello: Hello) -> str:
-    """Name the first implausible value in a robot's description, with the allowed range; "" if there is none."""
+    """Name the first implausible value in a robot process's description of its robot, with the allowed range;
+    "" if there is none."""
     ranges = {
         "rate": (hello.rate, 1.0, 1000.0, "Hz"), "lag": (hello.lag, 0.0, 1.0, "s"), "inertia": (hello.inertia, 0.0, 0.1, "s2"),
         "hesitation": (hello.hesitation, 0.0, 10.0, "s"),
