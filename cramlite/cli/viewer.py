@@ -78,7 +78,7 @@ class Viewer:
 
     @property
     def position(self) -> int:
-        """Position of the slider, from 0."""
+        """Index of the sample that the viewer's time slider stands at, from 0."""
         return min(round(float(self.slider.value) / self._step), self._last)
 
     def _add_bodies(self) -> dict[str, Any]:

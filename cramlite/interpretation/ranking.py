@@ -113,7 +113,7 @@ class TaskSequence(Value):
 
     @property
     def reason(self) -> str:
-        """Terms of the description length, in words."""
+        """Explain the score: what each part of the description length adds, as text."""
         return str(self.length)
 
 

@@ -137,7 +137,8 @@ class Reading:
             self._mention(clause, tuple(names[:1]), tuple(names[1:]))
 
     def _check(self, clauses: Sequence[Clause], found: Sequence[_Row]) -> None:
-        """Refuse clauses that name things without a request, and goals that contradict each other."""
+        """Refuse parts of a sentence that name a thing but ask for nothing, and goals that contradict each
+        other."""
         clauses = [c for c in clauses if c.relation not in ("aside", "same")]
         for clause, after in zip(clauses, (*clauses[1:], None), strict=True):
             nouns = [n for n in (after.theme, after.place, after.beside and after.beside.nouns[0]) if n] if after is not None else []

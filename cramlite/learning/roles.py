@@ -76,8 +76,10 @@ def casts(tables: Tables, roles: int) -> list[Cast]:
 
 
 def _who_changes(tables: Tables) -> list[int]:
-    """Return the indices of things of the first span that change or that the agent acts on, the most changed
-    first."""
+    """Return the indices of the things that change, or that the agent acts on, in the first demonstration.
+
+    The most changed come first.
+    """
     language = tables.language
     literals = [one for one in language.literals(1) if one.roles and (_moving(language, one) or _with_hand(language, one))]
     weights = np.array([_weight(tables.language, one) for one in literals])

@@ -34,7 +34,8 @@ class Group(Value, eq=False):
 
 
 class Wish(Value, eq=False):
-    """Wish: all conditions of a rule should hold in one of several alternatives, else its length grows by ``bits``.
+    """Penalty of ``bits`` for a rule unless all its conditions hold in at least one recorded action of an
+    example.
 
     Args:
         false: of alternatives, the conditions that do not hold in each, as bits of a whole number.

@@ -57,9 +57,10 @@ class ShownMotion(Value, eq=False):
     bent: bool
 
     def apart_from(self, refused: Sequence[Span]) -> ShownMotion:
-        """Return the motion with more repetitions required than spans without the task have, if the examples have more.
+        """Return the motion that must be repeated more often than in time spans without the task.
 
-        The number is half way between theirs and the examples'.
+        The required number is half way between that of these spans and that of the examples. The motion is
+        unchanged if the examples do not repeat it more often.
         """
         found = (
             gone_through(self.path, span.timeline.episode, one, other, (span.start, span.end))

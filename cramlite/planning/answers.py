@@ -187,8 +187,11 @@ class Answers(Struct):
         return new
 
     def _refused_before(self, item: Designator, belief: Belief, context: Context) -> Question | None:
-        """Return an earlier question that differs in the arm position only and was refused for any arm
-        position; None without one."""
+        """Return an earlier question to the plugins that differs only in the arm's position and was refused
+        whatever that is.
+
+        None without one.
+        """
         others = (q for (name, *_), asked in self.known.items() if name == item.name for q in asked)
         return next((q for q in others if q.refused_anywhere and q.suits(item, _as_near(belief, q.belief), context)), None)
 

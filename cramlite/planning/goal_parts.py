@@ -105,7 +105,8 @@ def _rank(answer: GoalAnswer) -> int:
 
 
 def _nearest(answer: GoalAnswer) -> tuple[bool, int]:
-    """Return the sort key of an answer: missed parts come first, among them those with the latest tasks."""
+    """Return the sort key of an answer: goal parts of which a task failed come first, those with the latest
+    task first."""
     return answer.answer != "missed", -answer.tasks[1] if answer.tasks and answer.answer == "missed" else 0
 
 

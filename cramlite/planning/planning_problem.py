@@ -45,7 +45,7 @@ less certain."""
 
 
 class Scope(Value):
-    """Scope of the plans of one call of the planner: which things and ways of moving they may use.
+    """Limits of the plans of one call of the planner: which things they may use, and how they may move them.
 
     Args:
         things: by name.
@@ -114,7 +114,8 @@ class PlanningProblem(Value, eq=False):
             yield Scope(every)
 
     def within(self, scope: Scope) -> PlanningProblem:
-        """Return the planning problem in which a blocked task becomes possible only by changes that a scope allows."""
+        """Return the problem in which a refused task becomes possible only by changes that the limits
+        ``scope`` permit."""
         blocked = tuple(b.left_shut() for b in self.blocked) if scope.left_shut else self.blocked
         return replace(self, blocked=tuple(b.while_others_stay() for b in blocked) if scope.others_moved else blocked)
 
@@ -204,7 +205,8 @@ class PlanningProblem(Value, eq=False):
         return replace(self, says=(says,), wanted=wanted)
 
     def operator(self, step: PlanStep) -> Operator | None:
-        """Return the operator for a step of a plan; None if the step is impossible with the things of the world."""
+        """Return the grounded planning action for a step of a plan; None if it is impossible with the things
+        of the world."""
         task = self.knowledge.tasks[step.schema.task]
         fixed = {v: t for v, t in step.schema.terms.items() if t == EFFECTOR}
         found = self.grounder.operator(step.schema.rule, task, {**fixed, **step.binding})
@@ -215,7 +217,7 @@ class PlanningProblem(Value, eq=False):
         return replace(found, elsewhere=True, removes=found.removes | (whole.adds - found.adds))
 
     def failing(self, steps: Sequence[Operator]) -> str:
-        """Explain why a sequence of operators is no plan; "" if it is one."""
+        """Explain why a sequence of grounded planning actions is no plan; "" if it is one."""
         return self._failing(steps, self.facts)
 
     def _failing(self, steps: Sequence[Operator], facts: frozenset[Fact], before: Sequence[Operator] = ()) -> str:
@@ -271,7 +273,7 @@ class PlanningProblem(Value, eq=False):
         return bool(lacking & self.wanted.needs)
 
     def plan(self, steps: Sequence[Operator]) -> TaskPlan:
-        """Return operators as a plan, with the reason for each."""
+        """Return grounded planning actions (``Operator``) as a plan, with the reason for each."""
         found = tuple(reasons(self.wanted, self.facts, tuple(steps)))
         return TaskPlan(tuple(steps), tuple(self._out_of_the_way(steps, k) or reason for k, reason in enumerate(found)))
 

@@ -1,4 +1,4 @@
-"""Experiment files: demonstrations, worlds, errors of the twins, published figures."""
+"""Experiment files: demonstrations, worlds, errors of the twins, published numbers."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class AblationSpec(Spec):
 
 
 class PublishedSpec(Spec):
-    """Published figures; each list has one number for each object, in the order of ``objects``."""
+    """Published numbers; each list has one for each object, in the order of ``objects``."""
 
     source: str
     gave_candidates: tuple[int, ...]

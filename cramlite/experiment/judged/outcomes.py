@@ -45,7 +45,7 @@ def explained(results: Sequence[EpisodeResult]) -> list[tuple[str, int, list[Epi
 
 
 def why(result: EpisodeResult) -> str:
-    """Format the reason of an episode's failure as one clause."""
+    """Say in one line why an episode failed."""
     attempt = result.attempt
     if attempt is None:
         return plain_reason(result.reason)

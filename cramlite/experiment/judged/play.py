@@ -98,7 +98,7 @@ def play(trial: Trial) -> EpisodeResult:
 
 @lru_cache(maxsize=1)
 def _judge(file: Path, environment: Path | None) -> Judge:
-    """Return the judge of this process; it is kept until it does not reply."""
+    """Return the judge that this process uses; another one is started only if that no longer replies."""
     return connect(file, environment)
 
 

@@ -111,8 +111,7 @@ def grid(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
 
 
 def numbers(tables: EpisodeTables) -> list[Number]:
-    """Return the numbers of a figure: rates by suite, how often passing verdicts were right, and CPU
-    times."""
+    """Return the numbers to publish: rates by suite, how often passing verdicts were right, and CPU times."""
     rows = [(r.suite, r) for r in tables.suites] + ([("all", tables.whole)] if len(tables.suites) > 1 else [])
     found = [number for name, row in rows for number in rates(name, _columns(row))]
     if tables.watched:

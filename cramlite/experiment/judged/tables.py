@@ -176,7 +176,7 @@ def row(results: Episodes, suite: str = "", task: int | None = None) -> EpisodeR
 
 
 def _seconds(results: Episodes) -> dict[str, Spread]:
-    """Return, by the name of each measured duration, how it is spread over the episodes."""
+    """Return statistics of each measured duration over the episodes, by the duration's name."""
     named: dict[str, list[float]] = {}
     for r in results:
         for name, value in r.seconds.items():

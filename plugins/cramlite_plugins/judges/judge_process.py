@@ -127,11 +127,11 @@ class JudgeProcess:
         return str(said["task"])
 
     def scene(self) -> dict[str, Any]:
-        """Return the process's description of the present world."""
+        """Return the judge's description of its world as it is now."""
         return self.ask({"ask": "scene"}, self.patience)
 
     def check(self) -> Check:
-        """Return the judgement at this moment."""
+        """Ask the judge whether the goal holds now, and return its answer."""
         said = self.ask({"ask": "check"}, self.patience)
         try:
             return convert(said, Check)

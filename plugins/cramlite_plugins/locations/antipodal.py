@@ -82,7 +82,7 @@ class Pinches(Value):
 
     @property
     def width(self) -> Floats:
-        """Distance between the contacts (n,) [m]; -inf where there are none."""
+        """Distance between the two contacts on each closing line (n,) [m]; -inf where the line meets nothing."""
         return self.high - self.low
 
 
@@ -186,9 +186,6 @@ def shallow(pose: Pose, near: float, far: float, gripper: Gripper) -> Pose | Non
 
     So a thin thing is gripped that lies on a table.
 
-    So a rim above a floor, or a flat box, is gripped. None if the pose is as far back already; else the contacts'
-    distance before the TCP as well.
-
     Args:
         near, far: of the geom along the approach, from the TCP [m].
     """
@@ -200,7 +197,8 @@ def shallow(pose: Pose, near: float, far: float, gripper: Gripper) -> Pose | Non
 def by_tips(
     pose: Pose, near: float, far: float, gripper: Gripper, corner: float = 0.0, most: float = TIPS
 ) -> tuple[Pose, float] | None:
-    """Draw a TCP pose back until only the tips of the pads are on a geom; None if the pose is as far back already.
+    """Move a TCP pose back until only the tips of the pads are on a geom; None if the pose is as far back
+    already.
 
     The pads then overlap the geom by 2 * ``most`` [m], or by the share ``THIN`` of a thin geom.
 

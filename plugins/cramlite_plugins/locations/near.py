@@ -1,4 +1,4 @@
-"""Hand poses near a thing: above it, before it, beside it, for the empty hand or the payload."""
+"""Hand poses near a thing: above it, in front of it or beside it, for the empty hand or the payload."""
 
 from __future__ import annotations
 

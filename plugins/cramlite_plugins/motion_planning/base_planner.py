@@ -70,7 +70,10 @@ class Ground(Value):
         return f"'{a}' is less than {1000 * self.clearance:.0f} mm from '{b}'"
 
     def leg(self, a: Vector3, b: Vector3) -> str:
-        """Return the obstacle too near to a straight leg between two places (x, y, yaw), its end first; "" for none."""
+        """Return the obstacle too near to a straight leg between two places (x, y, yaw); "" for none.
+
+        The end of the leg is checked first.
+        """
         way = np.subtract(b, a)
         count = max(1, math.ceil(max(math.hypot(way[0], way[1]) / STEP[0], abs(way[2]) / STEP[1])))
         shares = [1.0, *(k / count for k in range(1, count))]

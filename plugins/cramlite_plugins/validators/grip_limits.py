@@ -35,7 +35,7 @@ class Limit(NamedTuple):
 
 
 class GripLimits(Value):
-    """Check that no thing is gripped harder than it bears, as commanded and as pressed."""
+    """Check that neither the commanded nor the simulated force of a grip is more than the thing bears."""
 
     name: str = "grip_limits"
     cost: Cost = "rollout"

@@ -111,8 +111,11 @@ def _empty(thing: Thing) -> float:
 
 
 def _along(rollout: Rollout, grip: Grip) -> Iterator[str]:
-    """Things that move with the payload: in contact with it, or with another such thing, in the middle of
-    the grip, and at rest in the hand's frame."""
+    """Things that are carried along: they touch the payload, or another such thing, halfway through the time
+    of the grip.
+
+    They also stay at rest in the hand's frame.
+    """
     loose = {t.name for t in rollout.world.things if t.movable and t.joint is None} - {grip.thing}
     pairs = [frozenset({thing_of(t.a), thing_of(t.b)}) for t in rollout.touches[(grip.first + grip.last) // 2]]
     found, new = set[str](), {grip.thing}

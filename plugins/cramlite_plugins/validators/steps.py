@@ -222,8 +222,10 @@ def _stretches(each: list[str]) -> Iterator[tuple[str, int, int]]:
 
 
 def _moves(stage: Stage) -> bool:
-    """Whether a stage moves the arm, the fingers or the platform; stages that move nothing may swap places
-    with their neighbours."""
+    """Whether a stage of the program moves the arm, the fingers or the platform.
+
+    The order of stages that move nothing is not checked.
+    """
     return any(not isinstance(s, SetPayload | ZeroSensor | Wait | Control) for s in walk(stage.steps))
 
 

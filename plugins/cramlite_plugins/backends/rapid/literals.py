@@ -16,7 +16,8 @@ NONE = "[9E9, 9E9, 9E9, 9E9, 9E9, 9E9]"
 
 
 def zone(radius: float) -> str:
-    """Return the largest predefined zone within a checked radius [m]; ``fine`` where none fits."""
+    """Return the largest predefined zone (ABB's corner rounding) within a checked radius [m]; ``fine`` where
+    none fits."""
     fitting = [name for size, name in ZONES.items() if size <= 1000 * radius]
     return fitting[-1] if fitting else "fine"
 

@@ -112,7 +112,7 @@ def encoded(ask: AskHello | Action | AskEnd) -> bytes:
 
 
 def understood(line: bytes, kind: type[Said], joints: int) -> Said:
-    """Read a line of the process.
+    """Decode a message from a line that the robot process wrote.
 
     Args:
         joints: of the robot.

@@ -1,5 +1,8 @@
-"""Conversion of a scene's groups of bodies to things: shape, mass, joint, and features from names, sites and
-geometry."""
+"""Conversion of a scene's bodies to things: bodies that are fixed to each other make one, with shape, mass
+and joint.
+
+Features come from names, sites and geometry.
+"""
 
 from __future__ import annotations
 
@@ -45,7 +48,7 @@ class Made(Value):
 
 
 def make(source: Any, group: Group, name: str, parent: str, meets: bool, stated: StatedJoint) -> Made | None:
-    """Make the thing of a group; None if it has no shape that collides.
+    """Make one thing of bodies that are fixed to each other; None if no shape of theirs collides.
 
     Args:
         source: a ``Source``.

@@ -1,4 +1,5 @@
-"""Query of a placement: the payload, its support or container, and the obstacles on it, in it and over it."""
+"""Problem of placing a payload: the payload, its support or container, and the obstacles on it, in it and
+over it."""
 
 from __future__ import annotations
 
@@ -47,7 +48,7 @@ class Obstacle(Value):
 
 
 class Query(Value, dict=True):
-    """Payload, its target, and all that a placement has to heed.
+    """Problem of placing a payload: its target, and all that a placement has to heed.
 
     Args:
         thing: the payload.
@@ -86,7 +87,7 @@ class Query(Value, dict=True):
 
     @property
     def context(self) -> Context:
-        """Return the context of the query: robot, bindings, later tasks, seed and limits."""
+        """Return the context of the placing problem: robot, bindings, later tasks, seed and limits."""
         return self.arm.context
 
     @property

@@ -56,7 +56,7 @@ ACROSS = (0.0, 0.4, -0.4)  # positions across the way in, as shares of half of t
 
 
 class Rest(Value):
-    """Stable pose of a payload on or in the target of a query.
+    """Stable pose of a payload on or in the target of a placing problem.
 
     Args:
         query: with the surface that carries it.
@@ -166,9 +166,11 @@ def _turns(query: Query, now: Pose, offset: Offset, few: tuple[float, ...]) -> t
 
 
 def _settled(query: Query, now: Pose, yaw: float) -> Query:
-    """Copy of a query whose target is the part of an uneven support that will carry the payload turned by ``yaw``.
+    """Return a placing problem whose target is the part of an uneven support that will carry the payload.
 
-    The query itself if its support is level, or if no part of it carries the payload.
+    The payload is turned by ``yaw``.
+
+    The same problem if its support is level, or if no part of it carries the payload.
     """
     if query.under is None:
         return query
@@ -253,7 +255,8 @@ def check_turn(query: Query, asked: Pose) -> None:
 
 
 def with_middle(level: list[Query]) -> list[Query]:
-    """Return the placement queries to try, one for each surface; on a support with a rim its middle comes first.
+    """Return the placing problems to try, one for each surface; on a support with a rim its middle comes
+    first.
 
     Of a movable support with a rim, such as a plate: the middle of its largest surface, then that surface if
     it has room elsewhere.

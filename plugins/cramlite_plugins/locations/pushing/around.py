@@ -162,7 +162,7 @@ def on_a_shorter_way(start: Point, left: Left, alone: Met, hand: Met) -> Refused
 
 
 def _shortened(start: Point, corners: list[Point], met: Met) -> list[Point]:
-    """Remove corners from a way, where the straight way past them is free."""
+    """Remove corners from a path wherever the straight line past them is free."""
     found: list[Point] = []
     while corners:
         straight = [not any(map(met, _between(start, to))) for to in corners]
@@ -197,7 +197,8 @@ def met_alone(belief: Belief, context: Context, entity: str) -> Met:
 def _known(
     world: Itself[World], poses: Itself[Mapping[str, Estimate]], relations: frozenset[Relation], base: Pose, entity: str
 ) -> dict[Point, Refused | None]:
-    """Return the cache of what a thing alone meets at each point, which all hand poses that are tried share.
+    """Return a cache, shared by all hand poses: point in the plane -> what a pushed thing would meet there,
+    hand left out.
 
     It is valid for one state of the world.
     """

@@ -34,8 +34,8 @@ OVER, DEEP, PLAY = 0.0005, 0.006, 0.001  # finger tips in a thing, over its floo
 SPOTS = ((0.0, 0.0), (0.8, 0.0), (-0.8, 0.0), (0.0, 0.6), (0.8, 0.6), (-0.8, 0.6))
 """Spots on a front: at its handle, towards its edges, and higher."""
 TILTS, TURNS = (0.0, -30.0, -45.0, -60.0), (90.0, -90.0, 0.0, 180.0)
-"""Tilts of a hand before a front about the level line across the front, from above, and its turns about its own axis [deg]:
-first the slim side up."""
+"""Tilts of a hand in front of a door or drawer [deg], about the level line across the front, from above, and
+its turns about its own axis: first the slim side up."""
 FROM_ABOVE = ((0.55, 0.8), (0.8, 0.8), (0.3, 0.8), (0.0, 0.8)), (-70.0, -90.0), tuple(45.0 * k for k in range(8))
 AT_BAR = ((0.0, 0.6), (0.0, 0.75), *FROM_ABOVE[0]), FROM_ABOVE[1], (0.0, 90.0, 180.0, 270.0, 45.0, 135.0, 225.0, 315.0)
 """Spots, tilts and turns of a hand over the upper edge of a front, its fingers alone before it: last, for what turns so far that no hand
@@ -77,7 +77,9 @@ def hands_behind(
 
 
 def hands_in(thing: Thing, pose: Pose, gripper: Gripper, way: Floats, last: Floats) -> Iterator[Hand]:
-    """Yield hand poses with closed fingers inside a thing, just above its floor, that push its rim along ``last`` (3,).
+    """Yield hand poses with closed fingers inside a thing, just above its floor, that push the thing's rim.
+
+    The push at the rim is in the direction ``last`` (3,).
 
     They stay there where they take it along by friction, and else come there in the end, where the rim stops them.
 

@@ -149,7 +149,8 @@ def _joined(labels: Labels, bends: Sequence[Inverse], limits: Mapping[str, float
 
 
 def _grown(labels: Labels, inverse: Inverse, front: Mask, limits: Mapping[str, float]) -> Labels:
-    """Labels spread over the edges between them, each pixel to the neighbour on whose surface it lies."""
+    """Extend labels over unlabelled edge pixels: each pixel takes the label of the neighbour on whose surface
+    it lies."""
     import numpy as np
 
     for _ in range(int(limits["grow"])):
