@@ -45,17 +45,30 @@ def joint_of(source: Any, group: Group, parent: str, meets: bool, stated: Stated
     name, value, notes = model.joint(j).name or model.body(group.root).name, float(data.qpos[model.jnt_qposadr[j]]), list[str]()
     low, high = _range(model, j, value, name, stated, notes)
     axis = np.asarray(model.jnt_axis[j], dtype=float)
-    above, why = (stated.closed == "upper", "the scenario says so") if stated.closed else _closed_above(source, group, j, (low, high))
+    spring = float(np.ravel(model.jnt_stiffness[j])[0])
+    rest = float(model.qpos_spring[model.jnt_qposadr[j]])
+    if stated.closed:
+        above, why = stated.closed == "upper", "the scenario says so"
+    elif spring and low - STARTS <= rest <= high + STARTS:
+        above, why = _drawn_above(source, group, j, rest, (low, high)), "a spring draws it there"
+        if stated.ends is None and (cut := (low, rest) if above else (rest, high)) != (low, high):
+            notes.append(f"joint '{name}' goes from {low:.3g} to {high:.3g}, and its spring to {rest:.3g}: taken for {cut[0]:.3g} to {cut[1]:.3g}")
+            low, high = cut
+    else:
+        above, why = _closed_above(source, group, j, (low, high))
     notes.append(f"joint '{name}' is closed at its {'upper' if above else 'lower'} end{'; its axis is turned round' * above}: {why}")
     if above:
         axis = -axis
         low, high, value = -high, -low, -value
-    notes += _left_out(model, j, dof, name)
+    if spring and abs(rest - (high if above else low)) > STARTS:
+        notes.append(f"joint '{name}' has a spring that does not draw it to its closed end; left out")
+        spring = 0.0
+    notes += _left_out(model, dof, name)
     x = (1.0, 0.0, 0.0) if abs(axis[0]) < 0.9 else (0.0, 1.0, 0.0)
     pose = Pose.from_axes(tuple(float(v) for v in model.jnt_pos[j]), axis, x)
     kind: Any = "slide" if slide else "hinge"
     damping, friction = float(np.max(model.dof_damping[dof])), float(model.dof_frictionloss[dof])
-    return Joint(kind, pose, low, high, min(max(value, low), high), parent, damping, friction, meets), notes
+    return Joint(kind, pose, low, high, min(max(value, low), high), parent, damping, friction, meets, spring), notes
 
 
 def _range(model: Any, joint: int, value: float, name: str, stated: StatedJoint, notes: list[str]) -> tuple[float, float]:
@@ -88,10 +101,8 @@ def _check_stated(name: str, slide: bool, value: float, stated: StatedJoint, uni
         )
 
 
-def _left_out(model: Any, joint: int, dof: int, name: str) -> list[str]:
+def _left_out(model: Any, dof: int, name: str) -> list[str]:
     notes = []
-    if model.jnt_stiffness[joint].max() > 0:
-        notes.append(f"joint '{name}' has a spring, which joints of things cannot have; left out")
     if float(model.dof_armature[dof]) > 0:
         notes.append(f"joint '{name}' has an armature of {float(model.dof_armature[dof]):g}, which is left out")
     return notes
@@ -110,16 +121,37 @@ def _closed_above(source: Any, group: Group, joint: int, ends: tuple[float, floa
     return near, "it starts nearer to that end, and nothing else tells"
 
 
+def _drawn_above(source: Any, group: Group, joint: int, rest: float, ends: tuple[float, float]) -> bool:
+    """Whether a sprung joint is taken for closed at the upper end of the part of its range that counts: the
+    part that it starts in; else the longer one; else that in which its farthest point goes down, as a lever's."""
+    low, high = ends
+    value = float(source.data.qpos[source.model.jnt_qposadr[joint]])
+    if abs(value - rest) > STARTS:
+        return value < rest
+    if not math.isclose(rest - low, high - rest, rel_tol=MODELLED):
+        return rest - low > high - rest
+    axle = source.data.xanchor[joint]
+    level = [_points(source, group.bodies, joint, at) for at in (rest, rest + (high - rest) / 4)]
+    far = int(np.argmax(np.linalg.norm(np.cross(level[0] - axle, source.data.xaxis[joint]), axis=1)))
+    return bool(level[1][far, 2] > level[0][far, 2])
+
+
 def _room(source: Any, group: Group, joint: int, value: float) -> float:
     """Volume of the box, along the carrier's axes, around the carrier and a thing that is jointed to it,
     at a joint value [m3]."""
+    frame = source.data.xmat[group.parent].reshape(3, 3)
+    points = _points(source, (*group.bodies, *group.carrier), joint, value) @ frame
+    return float(np.prod(np.ptp(points, axis=0)))
+
+
+def _points(source: Any, bodies: Iterable[int], joint: int, value: float) -> Floats:
+    """Corners (N, 3) of the boxes around the geoms of bodies that collide, in the world, at a joint value [m]."""
     model, data = source.model, mujoco.MjData(source.model)
     data.qpos[:] = source.data.qpos
     data.qpos[model.jnt_qposadr[joint]] = value
     mujoco.mj_kinematics(model, data)
-    frame = data.xmat[group.parent].reshape(3, 3)
-    points = np.concatenate([_corners(model, data, g) for g in _geoms(model, (*group.bodies, *group.carrier))]) @ frame
-    return float(np.prod(np.ptp(points, axis=0)))
+    points: Floats = np.concatenate([_corners(model, data, g) for g in _geoms(model, bodies)])
+    return points
 
 
 def _geoms(model: Any, bodies: Iterable[int]) -> list[int]:
