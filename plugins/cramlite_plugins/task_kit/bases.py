@@ -38,9 +38,13 @@ class ByHandle(TaskType):
         empty_hand(belief)
         yield Decomposition(self.led_by_handle(action, self.way(action)), "hold the handle, follow the joint, let go")
 
-    def led_by_handle(self, action: Action, way: Location) -> tuple[Location | Motion, ...]:
-        """Return the steps that take the handle, lead it along a way, and let go."""
-        patient, handle = action.roles["Patient"], self.begins_at(action)
+    def led_by_handle(self, action: Action, way: Location, handle: Location | None = None) -> tuple[Location | Motion, ...]:
+        """Return the steps that take the handle, lead it along a way, and let go.
+
+        Args:
+            handle: the place of the hand on it; by default where the task begins.
+        """
+        patient, handle = action.roles["Patient"], handle or self.begins_at(action)
         limits = {k: self.parameter(action, k) for k in ("speed_m_s", "force_limit_n")} | {"paced": 1.0}
         close = {"to": Fingers.CLOSED, "expect": ExpectedGrip.OBJECT, "force_n": self.parameter(action, "force_n")}
         touch, back = (patient.name,), Location(action.inside("away"), "retreat", None, {"straight": True})

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 
 from cramlite.model import Geom, Joint, Pose, RobotMount, Thing, World
 from cramlite.plugin import UserError
-from cramlite_plugins.locations.handles import joint_value
+from cramlite_plugins.shapes.joint_values import joint_value
 from cramlite_plugins.objects.controls import latch, lever
 from cramlite_plugins.objects.furniture import cabinet, door, drawer
 from cramlite_plugins.robots.arms import robots
