@@ -101,12 +101,10 @@ class SymbolicWorld(Value):
 
     def has(self, entity: str, class_: str) -> bool:
         """Check whether an entity, a part of the entity, or of what is mounted on it and moves along, is of a class."""
-        owners = {entity} | {t.name for t in self.world.things if t.joint is not None and t.joint.parent == entity and self._moves(entity)}
-        parts = [n for n in self.types if n == entity or (thing_of(n) in owners and entity == thing_of(entity))]
-        return any(self.is_a(p, class_) for p in parts)
-
-    def _moves(self, thing: str) -> bool:
-        return self.world.thing(thing).joint is not None
+        if self.is_a(entity, class_):
+            return True
+        whole = entity in self.types and entity == thing_of(entity)
+        return whole and any(self.taxonomy.is_a(f.type, class_) for f in self.world.features_of(entity))
 
     def filled(self) -> tuple[Thing, ...]:
         """Return the vessels with something in them."""

@@ -364,6 +364,10 @@ class World(Value):
             return ()
         return tuple(t for t in self.things if t.joint is not None and t.joint.parent == name)
 
+    def features_of(self, name: str) -> tuple[Feature, ...]:
+        """Return the features of a thing, and then those of what is mounted on it and moves along."""
+        return tuple(f for t in (self.thing(name), *self.mounted_on(name)) for f in t.features)
+
     def carrier_shift(self, name: str, poses: Mapping[str, Pose]) -> Pose:
         """Return the displacement, in the world frame, of what a thing is mounted in; none if that stands still.
 

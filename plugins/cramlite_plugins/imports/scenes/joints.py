@@ -56,13 +56,13 @@ def joint_of(source: Any, group: Group, parent: str, meets: bool, stated: Stated
             low, high = cut
     else:
         above, why = _closed_above(source, group, j, (low, high))
+    if spring and abs(rest - (high if above else low)) > STARTS:
+        notes.append(f"joint '{name}' has a spring that does not draw it to its closed end; left out")
+        spring = 0.0
     notes.append(f"joint '{name}' is closed at its {'upper' if above else 'lower'} end{'; its axis is turned round' * above}: {why}")
     if above:
         axis = -axis
         low, high, value = -high, -low, -value
-    if spring and abs(rest - (high if above else low)) > STARTS:
-        notes.append(f"joint '{name}' has a spring that does not draw it to its closed end; left out")
-        spring = 0.0
     notes += _left_out(model, dof, name)
     x = (1.0, 0.0, 0.0) if abs(axis[0]) < 0.9 else (0.0, 1.0, 0.0)
     pose = Pose.from_axes(tuple(float(v) for v in model.jnt_pos[j]), axis, x)
@@ -126,7 +126,7 @@ def _drawn_above(source: Any, group: Group, joint: int, rest: float, ends: tuple
     part that it starts in; else the longer one; else that in which its farthest point goes down, as a lever's."""
     low, high = ends
     value = float(source.data.qpos[source.model.jnt_qposadr[joint]])
-    if abs(value - rest) > STARTS:
+    if abs(value - rest) > MODELLED * (high - low):
         return value < rest
     if not math.isclose(rest - low, high - rest, rel_tol=MODELLED):
         return rest - low > high - rest
