@@ -20,7 +20,8 @@ class Joint(Value):
         damping: [N s/m, Nm s/rad].
         friction: dry friction [N, Nm].
         meets: whether it collides with what it is mounted in, as a drawer between the walls of another program's cabinet.
-        spring: stiffness of the spring that draws it to its closed end [N/m, Nm/rad].
+        spring: stiffness of the spring that draws it to ``rest`` [N/m, Nm/rad]; 0 for none.
+        rest: value at which the spring is slack [m, rad].
     """
 
     kind: Literal["slide", "hinge"]
@@ -33,6 +34,7 @@ class Joint(Value):
     friction: float = 1.0
     meets: bool = False
     spring: float = 0.0
+    rest: float = 0.0
 
     def moved(self, thing: Pose, by: float) -> Pose:
         """Return the pose of a thing, now at the pose ``thing``, after its joint has moved by ``by`` [m, rad]."""

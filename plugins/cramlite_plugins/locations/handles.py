@@ -19,7 +19,7 @@ from ..shapes.joint_values import joint_value
 from .antipodal import Hands, pinches
 from .hand_around import HandAround
 from .joint_way import driven_along, met_on_its_way
-from .levers import freed, lever_of
+from .levers import freeing, lever_of
 from .parameters import Handle, JointWay, asked
 
 TIPS = 0.006  # how much farther out the pads also take it, where their ends come too near to the front behind [m]
@@ -57,7 +57,7 @@ def handle_grasps(location: Location, belief: Belief, context: Context) -> Itera
     door = belief.thing(entity)
     lever = lever_of(location, door, belief) if asked(location, Handle).lever else None
     if lever is not None:  # before any pose of the hand is tried
-        freed(location, lever, asked(location, Handle).least or 1.0, belief.poses[lever.name].pose, belief, context)
+        freeing(location, lever, asked(location, Handle).least or 1.0, belief.poses[lever.name].pose, belief, context)
     thing = lever or door
     handle = belief.feature(thing.name, "cram:Handle")
     if handle is None or thing.joint is None:
@@ -140,9 +140,8 @@ def joint_way(location: Location, belief: Belief, context: Context) -> Iterator[
         raise Unresolvable(f"'{entity}' must have a joint, and the hand must hold no other thing", causes(location, context), blocking=())
     now = held_pose(belief, context) if held else belief.pose(thing.name)
     if said.lever and location.relation == "opened":
-        goal = freed(location, thing, said.share or 1.0, belief.base() * now, belief, context)
-        share = (goal - thing.joint.lower) / (thing.joint.upper - thing.joint.lower)
-        yield _led(thing, thing.joint, belief, context, now, share, 0.0, 0.0)
+        for k, goal in enumerate(freeing(location, thing, said.share or 1.0, belief.base() * now, belief, context)):
+            yield _led(thing, thing.joint, belief, context, now, _share(thing.joint, goal), 0.0, 0.1 * k)
         return
     pressed = PRESSED if location.relation != "opened" and said.turned else 0.0
     there = (joint_value(belief, thing.name, belief.base() * now) - thing.joint.lower) / (thing.joint.upper - thing.joint.lower)
@@ -180,9 +179,16 @@ def _shares(location: Location, joint: Joint, hand: Pose, held: bool, there: flo
         return PUSHED_ON
     if location.relation == "opened":
         return TURNED if said.turned else OPENED
-    if location.relation == "stop" or said.turned or said.lever:  # a knob is off at its stop, where others may want it exactly
+    if said.lever:
+        return (_share(joint, joint.rest),)
+    if location.relation == "stop" or said.turned:  # a knob is off at its stop, where others may want it exactly
         return (0.0,)
     return (CLOSED if held else ajar(joint, hand),)
+
+
+def _share(joint: Joint, value: float) -> float:
+    """Share of a joint's range that a value [m, rad] is at."""
+    return (value - joint.lower) / (joint.upper - joint.lower)
 
 
 def ajar(joint: Joint, hand: Pose) -> float:

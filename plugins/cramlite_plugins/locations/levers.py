@@ -7,7 +7,7 @@ import math
 from msgspec.structs import replace
 
 from cramlite.model import Belief, Estimate, Location, Pose, Thing
-from cramlite.plugin import Context, Unresolvable
+from cramlite.plugin import Context, Refused, Unresolvable
 
 from ..shapes.joint_values import joint_value
 from .joint_way import met_on_its_way
@@ -31,9 +31,9 @@ def lever_of(location: Location, thing: Thing, belief: Belief) -> Thing:
     raise Unresolvable(f"no lever is mounted on '{thing.name}'", (location.of or "",), blocking=())
 
 
-def freed(location: Location, lever: Thing, least: float, now: Pose, belief: Belief, context: Context) -> float:
-    """Return the value to which a lever is turned so that its door can open: ``BEYOND`` the first from which the door's
-    way is free [rad].
+def freeing(location: Location, lever: Thing, least: float, now: Pose, belief: Belief, context: Context) -> list[float]:
+    """Return the values to which a lever is turned so that its door can open, upwards and downwards: ``BEYOND`` the first from
+    which the door's way is free [rad].
 
     Args:
         least: share of the range of the door's joint that it must open to.
@@ -43,20 +43,29 @@ def freed(location: Location, lever: Thing, least: float, now: Pose, belief: Bel
         Unresolvable: no value frees the door, or it is free as it is.
     """
     assert lever.joint is not None
-    joint, door = lever.joint, belief.world.thing(lever.joint.parent)
+    joint, begin = lever.joint, joint_value(belief, lever.name, now)
+    if _met(lever, begin, least, now, belief, context) is None:
+        raise Unresolvable(f"'{lever.joint.parent}' is free as '{lever.name}' is", (location.of or "",), blocking=())
+    found = list[float]()
+    for end in (joint.upper, joint.lower):
+        way = end - begin
+        values = (begin + math.copysign(min(k * STEP, abs(way)), way) for k in range(1, math.ceil(abs(way) / STEP) + 1))
+        free = next((v for v in values if _met(lever, v, least, now, belief, context) is None), None)
+        if free is not None:
+            found.append(min(max(free + math.copysign(BEYOND, way), joint.lower), joint.upper))
+    if not found:
+        met = _met(lever, joint.upper, least, now, belief, context)
+        reason = f"however far '{lever.name}' is turned, '{joint.parent}' is stopped {met.reason if met else ''}"
+        raise Unresolvable(reason, (location.of or "",), blocking=met.blocking if met else ())
+    return found
+
+
+def _met(lever: Thing, value: float, least: float, now: Pose, belief: Belief, context: Context) -> Refused | None:
+    """Refusal of a door's way with its lever turned to a value; None if the way is free."""
+    assert lever.joint is not None
+    door = belief.world.thing(lever.joint.parent)
     assert door.joint is not None
-    begin = joint_value(belief, lever.name, now)
+    turned = Estimate(lever.joint.moved(now, value - joint_value(belief, lever.name, now)))
     there = joint_value(belief, door.name, belief.poses[door.name].pose)
     goal = door.joint.lower + least * (door.joint.upper - door.joint.lower)
-    count, met = max(1, math.ceil((joint.upper - begin) / STEP)), None
-    for k in range(count + 1):
-        value = min(begin + k * STEP, joint.upper)
-        turned = Estimate(joint.moved(now, value - begin))
-        at = replace(belief, held=None, poses={**belief.poses, lever.name: turned})
-        met = met_on_its_way(door, there, goal, at, context)
-        if met is None and k == 0:
-            raise Unresolvable(f"'{door.name}' is free as '{lever.name}' is", (location.of or "",), blocking=())
-        if met is None:
-            return min(value + BEYOND, joint.upper)
-    said = f"however far '{lever.name}' is turned, '{door.name}' is stopped {met.reason if met else ''}"
-    raise Unresolvable(said, (location.of or "",), blocking=met.blocking if met else (), collision=met.collision if met else None)
+    return met_on_its_way(door, there, goal, replace(belief, held=None, poses={**belief.poses, lever.name: turned}), context)

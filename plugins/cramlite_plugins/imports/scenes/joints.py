@@ -49,26 +49,20 @@ def joint_of(source: Any, group: Group, parent: str, meets: bool, stated: Stated
     rest = float(model.qpos_spring[model.jnt_qposadr[j]])
     if stated.closed:
         above, why = stated.closed == "upper", "the scenario says so"
-    elif spring and low - STARTS <= rest <= high + STARTS:
-        above, why = _drawn_above(source, group, j, rest, (low, high)), "a spring draws it there"
-        if stated.ends is None and (cut := (low, rest) if above else (rest, high)) != (low, high):
-            notes.append(f"joint '{name}' goes from {low:.3g} to {high:.3g}, and its spring to {rest:.3g}: taken for {cut[0]:.3g} to {cut[1]:.3g}")
-            low, high = cut
+    elif spring and min(abs(rest - low), abs(rest - high)) <= MODELLED * (high - low):
+        above, why = abs(rest - high) < abs(rest - low), "a spring draws it there"
     else:
         above, why = _closed_above(source, group, j, (low, high))
-    if spring and abs(rest - (high if above else low)) > STARTS:
-        notes.append(f"joint '{name}' has a spring that does not draw it to its closed end; left out")
-        spring = 0.0
     notes.append(f"joint '{name}' is closed at its {'upper' if above else 'lower'} end{'; its axis is turned round' * above}: {why}")
     if above:
         axis = -axis
-        low, high, value = -high, -low, -value
+        low, high, value, rest = -high, -low, -value, -rest
     notes += _left_out(model, dof, name)
     x = (1.0, 0.0, 0.0) if abs(axis[0]) < 0.9 else (0.0, 1.0, 0.0)
     pose = Pose.from_axes(tuple(float(v) for v in model.jnt_pos[j]), axis, x)
     kind: Any = "slide" if slide else "hinge"
     damping, friction = float(np.max(model.dof_damping[dof])), float(model.dof_frictionloss[dof])
-    return Joint(kind, pose, low, high, min(max(value, low), high), parent, damping, friction, meets, spring), notes
+    return Joint(kind, pose, low, high, min(max(value, low), high), parent, damping, friction, meets, spring, rest if spring else 0.0), notes
 
 
 def _range(model: Any, joint: int, value: float, name: str, stated: StatedJoint, notes: list[str]) -> tuple[float, float]:
@@ -119,21 +113,6 @@ def _closed_above(source: Any, group: Group, joint: int, ends: tuple[float, floa
     value = float(source.data.qpos[source.model.jnt_qposadr[joint]])
     near = value - low > high - value and not math.isclose(value - low, high - value)
     return near, "it starts nearer to that end, and nothing else tells"
-
-
-def _drawn_above(source: Any, group: Group, joint: int, rest: float, ends: tuple[float, float]) -> bool:
-    """Whether a sprung joint is taken for closed at the upper end of the part of its range that counts: the
-    part that it starts in; else the longer one; else that in which its farthest point goes down, as a lever's."""
-    low, high = ends
-    value = float(source.data.qpos[source.model.jnt_qposadr[joint]])
-    if abs(value - rest) > MODELLED * (high - low):
-        return value < rest
-    if not math.isclose(rest - low, high - rest, rel_tol=MODELLED):
-        return rest - low > high - rest
-    axle = source.data.xanchor[joint]
-    level = [_points(source, group.bodies, joint, at) for at in (rest, rest + (high - rest) / 4)]
-    far = int(np.argmax(np.linalg.norm(np.cross(level[0] - axle, source.data.xaxis[joint]), axis=1)))
-    return bool(level[1][far, 2] > level[0][far, 2])
 
 
 def _room(source: Any, group: Group, joint: int, value: float) -> float:

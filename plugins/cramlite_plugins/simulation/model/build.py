@@ -218,7 +218,7 @@ def _add_joint(spec: Any, body: Any, thing: Thing, joint: Joint) -> None:
         damping=joint.damping,
         frictionloss=joint.friction,
         stiffness=joint.spring,
-        springref=joint.lower,
+        springref=joint.rest,
         armature=max(STICKS * joint.friction - _inertia(thing, joint), 0.0),
     )
     if joint.parent and not joint.meets:
