@@ -16,7 +16,7 @@ class Joint(Value):
         pose: of the joint, in the thing's frame.
         lower, upper: its range [m, rad]; at the lower end the thing is closed.
         value: at the start, where the thing's own pose says that it is [m, rad].
-        parent: the thing that it is mounted in: one that stands still, or moves on a joint itself, as a door does with its lever; "" for none.
+        parent: the thing that it is mounted in, which stands still, or moves on a joint itself, as a door with its lever; "" for none.
         damping: [N s/m, Nm s/rad].
         friction: dry friction [N, Nm].
         meets: whether it collides with what it is mounted in, as a drawer between the walls of another program's cabinet.

@@ -195,15 +195,15 @@ class Thing(Value):
         """Whether the thing is furniture, which a map has: it is fixed, or mounted on a joint, as a drawer is."""
         return not self.movable or self.joint is not None
 
-    def moved_to(self, pose: Pose, carrier: Pose = Pose()) -> Thing:
+    def moved_to(self, pose: Pose, carrier: Pose | None = None) -> Thing:
         """Return the thing at another pose, and, if it is on a joint, with the joint value of that pose.
 
         Args:
-            carrier: by which what it is mounted in has been displaced meanwhile, in the world frame.
+            carrier: displacement of what it is mounted in, in the world frame; None where that has not moved.
         """
         if self.joint is None:
             return replace(self, pose=pose)
-        value = self.joint.value + self.joint.between(carrier * self.pose, pose)
+        value = self.joint.value + self.joint.between(self.pose if carrier is None else carrier * self.pose, pose)
         return replace(self, pose=pose, joint=replace(self.joint, value=value))
 
     def feature(self, type_: str) -> Feature | None:

@@ -22,6 +22,7 @@ from cramlite.model import (
     Motion,
     MoveLinear,
     MoveUntilContact,
+    Place,
     Pose,
     Remedy,
     SpiralSearch,
@@ -116,9 +117,9 @@ def _force_path(motion: Motion, belief: Belief, context: Context) -> Groundings:
     speed, limit = pace * value(motion, "speed_m_s"), value(motion, "force_limit_n")
     sprung = _tangent(belief, context)
     frame = frame if sprung is None else _across(sprung, frame)
-    x, y, _ = frame.inverse().rotate((0.0, 0.0, carried(motion, belief)))
+    x, y, _ = frame.inverse().rotate((0.0, 0.0, carried(motion, belief)))  # 0 of what is on a joint
     step = ForceMove(
-        path, frame, (sprung is None, True, False, False, False, False), (float(x) if sprung is None else 0.0, float(y), 0.0, 0.0, 0.0, 0.0),
+        path, frame, (sprung is None, True, False, False, False, False), (float(x), float(y), 0.0, 0.0, 0.0, 0.0),
         (COMPLIANT_SPEED, COMPLIANT_SPEED, STIFF[0], STIFF[1], STIFF[1], STIFF[1]), speed, limit,
         timeout(float(ways.sum()), speed), points[-1], origin=motion.name, comment=motion.reason,
     )  # fmt: skip

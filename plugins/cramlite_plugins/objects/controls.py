@@ -1,7 +1,7 @@
-"""Knobs and switches on a panel, which turn an appliance on and off, and latches, which keep a door shut.
+"""Knobs and switches on a panel, which turn an appliance on and off, latches, which keep a door shut, and levers on doors.
 
 All have the same frame: on the panel, x out of it, z up. At 0 they are off, or closed. Each is held by a grip that the fingers of a 2F-85
-close around, and stays where it is left by the friction of its hinge.
+close around, and stays where it is left by the friction of its hinge; a lever is drawn back by a spring.
 """
 
 from __future__ import annotations

@@ -62,7 +62,8 @@ def joint_of(source: Any, group: Group, parent: str, meets: bool, stated: Stated
     pose = Pose.from_axes(tuple(float(v) for v in model.jnt_pos[j]), axis, x)
     kind: Any = "slide" if slide else "hinge"
     damping, friction = float(np.max(model.dof_damping[dof])), float(model.dof_frictionloss[dof])
-    return Joint(kind, pose, low, high, min(max(value, low), high), parent, damping, friction, meets, spring, rest if spring else 0.0), notes
+    rest = rest if spring else 0.0
+    return Joint(kind, pose, low, high, min(max(value, low), high), parent, damping, friction, meets, spring, rest), notes
 
 
 def _range(model: Any, joint: int, value: float, name: str, stated: StatedJoint, notes: list[str]) -> tuple[float, float]:
