@@ -37,7 +37,7 @@ def render(done: Finished) -> str:
     candidate = done.shown.candidate
     findings = sorted(done.shown.verdict.findings, key=lambda f: f.passed)
     return fill(
-        "judges",
+        "validators",
         done=done,
         known=targets(done),
         left_out=done.shown.verdict.not_judged.capitalize(),

@@ -1,6 +1,6 @@
-"""The judge of LIBERO, as far as it needs no LIBERO: its goals in our words, and a judge that is none.
+"""The benchmark of LIBERO, as far as it needs no LIBERO: its goals in our words, and a benchmark that is none.
 
-A judge's environment is played by a folder with a shell script for a Python.
+A benchmark's environment is played by a folder with a shell script for a Python.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import pytest
 from conftest import ROOT
 
 from cramlite import UserError
-from cramlite.experiment.judged.judge import module_of
+from cramlite.experiment.benchmark.protocol import module_of
 from cramlite.model import Feature, Joint, Pose, Thing
 
 LIBERO = ROOT / "experiments" / "libero"
@@ -44,7 +44,7 @@ OBSERVABLES = SimpleNamespace(sensor=lambda modality: lambda f: f, Observable=la
 
 @pytest.fixture
 def module() -> ModuleType:
-    """The module that connects to the judge."""
+    """The module that connects to the benchmark."""
     return module_of(LIBERO / "connection.py")
 
 
@@ -100,12 +100,12 @@ def test_an_environment_that_is_not_there_is_said_with_the_command_that_makes_it
     [
         ("read line; echo 'no EGL' >&2; exit 3", "ended with exit code 3: no EGL"), ("sleep 30", "has not answered for 0.6 s"),
         ("read line; echo MOTOR OK", "which is no JSON"), ("read line; echo '[1]'", "which is no object"),
-        ("""read line; echo '{"error": "there is no suite"}'""", "The judge refuses 'reset': there is no suite"),
+        ("""read line; echo '{"error": "there is no suite"}'""", "The benchmark refuses 'reset': there is no suite"),
     ],
 )  # fmt: skip
-def test_a_judge_that_is_none_is_explained(module: ModuleType, tmp_path: Path, script: str, said: str) -> None:
-    with module.Libero(environment(tmp_path, script), patience=0.1) as judge, pytest.raises(UserError) as caught:
-        judge.reset("libero_90", 0, 0)
+def test_a_benchmark_that_is_none_is_explained(module: ModuleType, tmp_path: Path, script: str, said: str) -> None:
+    with module.Libero(environment(tmp_path, script), patience=0.1) as benchmark, pytest.raises(UserError) as caught:
+        benchmark.reset("libero_90", 0, 0)
     assert said in str(caught.value) and "\n" not in str(caught.value)
 
 
@@ -126,7 +126,7 @@ WEIGHED = """
 """
 
 
-def test_what_is_only_drawn_does_not_weigh_in_the_scene_that_the_judge_hands_out() -> None:
+def test_what_is_only_drawn_does_not_weigh_in_the_scene_that_libero_hands_out() -> None:
     import mujoco
 
     spec = mujoco.MjSpec.from_string(WEIGHED)
@@ -168,7 +168,7 @@ REACH = {
 
 
 @pytest.mark.parametrize("link", REACH)
-def test_a_link_reaches_as_far_as_the_mesh_that_the_judge_collides(link: str) -> None:
+def test_a_link_reaches_as_far_as_the_mesh_that_libero_collides(link: str) -> None:
     import mujoco
 
     model = mujoco.MjModel.from_xml_string(module_of(LIBERO / "panda.py").mjcf())
@@ -177,7 +177,7 @@ def test_a_link_reaches_as_far_as_the_mesh_that_the_judge_collides(link: str) ->
     ways = np.array([*np.eye(3), *-np.eye(3), *(np.array(s) / 3**0.5 for s in product((1, -1), repeat=3))])
     beyond = 1000 * (corners @ ways.T).max(axis=0) - REACH[link]
     assert beyond.min() > -0.7, "rounded to a millimetre"
-    assert beyond.max() < {"link3": 5.7, "link4": 5.7}.get(link, 4.5), "what sticks out meets what the judge's robot does not"
+    assert beyond.max() < {"link3": 5.7, "link4": 5.7}.get(link, 4.5), "what sticks out meets what the benchmark's robot does not"
 
 
 ALL_ROUND = {
@@ -198,7 +198,7 @@ ALL_ROUND = {
 
 
 @pytest.mark.parametrize("link", ALL_ROUND)
-def test_base_and_wrist_are_within_two_millimetres_of_the_meshes_that_the_judge_collides(link: str) -> None:
+def test_base_and_wrist_are_within_two_millimetres_of_the_meshes_that_libero_collides(link: str) -> None:
     import mujoco
 
     model = mujoco.MjModel.from_xml_string(module_of(LIBERO / "panda.py").mjcf())
@@ -215,7 +215,7 @@ FINGER = (
 """The same of the mesh of a finger, in the flange's frame, from where the face of its closed pad is."""
 
 
-def test_a_finger_is_the_mesh_that_the_judge_collides_and_its_pads_are_the_judges() -> None:
+def test_a_finger_is_the_mesh_that_libero_collides_and_its_pads_are_those_of_libero() -> None:
     import mujoco
 
     model = mujoco.MjModel.from_xml_string(module_of(LIBERO / "panda.py").mjcf())
@@ -259,13 +259,13 @@ def test_an_episode_begins_alike_whatever_was_played_before(monkeypatch: pytest.
     there["robosuite.utils.observables"] = vars(OBSERVABLES)
     for name, members in there.items():
         monkeypatch.setitem(sys.modules, name, SimpleNamespace(__path__=[], **members))
-    judge = module_of(LIBERO / "judge.py").Judge()
+    simulator = module_of(LIBERO / "simulator.py").Simulator()
     for state in (0, 1, 0):
-        judge.reset("suite", 0, state)
+        simulator.reset("suite", 0, state)
     assert drawn[0] == drawn[2] != drawn[1]
 
 
-@pytest.mark.parametrize(("speed", "said"), [(1.0, ""), (1e12, "The judge's simulation became unstable")])
+@pytest.mark.parametrize(("speed", "said"), [(1.0, ""), (1e12, "The benchmark's simulation became unstable")])
 def test_a_simulation_that_mujoco_resets_by_itself_is_told(speed: float, said: str) -> None:
     """Else the arm is elsewhere all of a sudden, and nobody knows why."""
     import mujoco
@@ -294,12 +294,12 @@ def test_an_impact_of_one_physics_step_counts_as_long_as_it_lasts(monkeypatch: p
         assert force.mean() == pytest.approx((0.0, 0.0, 0.0 if hit is None else 2.4))
 
 
-# Changes of LIBERO-MAX, which only the judge's process knows
+# Changes of LIBERO-MAX, which only the benchmark's process knows
 
 
 @pytest.fixture
 def changes(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> ModuleType:
-    """The module of the judge's process, with manifests of our own."""
+    """The module of the benchmark's process, with manifests of our own."""
     monkeypatch.syspath_prepend(str(ROOT / "experiments"))
     monkeypatch.syspath_prepend(str(LIBERO))
     import importlib
@@ -325,9 +325,9 @@ def test_cases_are_parted_by_a_rule_and_light_is_none(changes: ModuleType) -> No
     assert changes.cases("libero_max_goal") == []
 
 
-def test_without_manifests_the_judge_says_where_they_go(changes: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_manifests_libero_says_where_they_go(changes: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("CRAMLITE_LIBERO_MAX")
-    with pytest.raises(sys.modules["judge_lines"].Refused, match="CRAMLITE_LIBERO_MAX"):
+    with pytest.raises(sys.modules["benchmark_lines"].Refused, match="CRAMLITE_LIBERO_MAX"):
         changes.cases("libero_max_object")
 
 

@@ -24,19 +24,19 @@ from ..backends.stream.run import stream
 from ..simulation.typed_program.machine import load_program
 
 PATIENCE = 60.0
-"""A judge that does not answer within this time hangs [s]; a reset builds a scene and may take six times as long."""
+"""A benchmark that does not answer within this time hangs [s]; a reset builds a scene and may take six times as long."""
 REST = 1.0
 """Time without an action after which things are at rest [s]."""
 
 
 class Check(Value):
-    """Judgement of an episode.
+    """Result of the check of an episode.
 
     Args:
         success: whether its goal holds now.
         first: the action after which it held for the first time, from 1; None for never.
         steps: actions that were taken.
-        changed: the action after which the judge changed something; None for never.
+        changed: the action after which the benchmark changed something; None for never.
         avoided: whether what must not be moved was not; None where nothing must not.
     """
 
@@ -47,18 +47,18 @@ class Check(Value):
     avoided: bool | None = None
 
 
-class JudgeEnvironment(Value):
-    """Python environment that a judge runs in, as it needs other packages than cramlite.
+class BenchmarkEnvironment(Value):
+    """Python environment that a benchmark runs in, as it needs other packages than cramlite.
 
     Args:
-        judge: whose it is, for people.
+        benchmark: whose it is, for people.
         place: its folder, where nobody says another one.
         variable: environment variable that says another one.
         size: what it takes to make it, e.g. "2.1 GB and a minute or two".
         packages: what is installed in it, as pip is told.
     """
 
-    judge: str
+    benchmark: str
     place: str
     variable: str
     size: str
@@ -77,15 +77,15 @@ class JudgeEnvironment(Value):
         python = where / "bin" / "python"
         if not python.exists():
             raise UserError(
-                f"{self.judge}'s environment is not installed: there is no '{python}'. It takes {self.size}: "
+                f"{self.benchmark}'s environment is not installed: there is no '{python}'. It takes {self.size}: "
                 f"python3 -m venv {where} && {where}/bin/pip install {self.packages}"
             )
         return str(python)
 
 
-class JudgeProcess:
+class BenchmarkProcess:
     """Process that simulates episodes and judges them; one attempt each. Its script may import the shipped
-    judges' shared modules.
+    benchmarks' shared modules.
 
     Args:
         command: starts it.
@@ -100,7 +100,7 @@ class JudgeProcess:
 
     def __init__(self, command: Sequence[str], page: str, robot: str, joints: int = 7, patience: float = PATIENCE) -> None:
         self.patience = patience
-        self.lines = LineProcess("judge", command, page, data_folder("experiments"))
+        self.lines = LineProcess("benchmark", command, page, data_folder("experiments"))
         self.robot = RobotProcess(self.lines, robot, joints, patience)
         self.last: Action | None = None
 
@@ -131,12 +131,12 @@ class JudgeProcess:
         return self.ask({"ask": "scene"}, self.patience)
 
     def check(self) -> Check:
-        """Return the judgement at this moment."""
+        """Check the episode at this moment."""
         said = self.ask({"ask": "check"}, self.patience)
         try:
             return convert(said, Check)
         except ValidationError as error:
-            raise self.lines.wrong(f"answered 'check' with what is no judgement: {error}") from None
+            raise self.lines.wrong(f"answered 'check' with what is no result: {error}") from None
 
     def picture(self) -> bytes:
         """Return the picture of the process's first camera, as PNG; empty without a working camera."""
@@ -188,5 +188,5 @@ class JudgeProcess:
         if not isinstance(said, dict):
             raise self.lines.wrong(f"answered {line[:80]!r}, which is no object")
         if "error" in said:
-            raise UserError(f"The judge refuses '{ask['ask']}': {said['error']}.".replace("?.", "?"))
+            raise UserError(f"The benchmark refuses '{ask['ask']}': {said['error']}.".replace("?.", "?"))
         return said

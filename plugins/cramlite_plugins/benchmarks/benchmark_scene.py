@@ -1,4 +1,4 @@
-"""Scene of a judge's simulator as a scenario: the world from its file, in its present state, with the robot at its place."""
+"""Scene of a benchmark's simulator as a scenario: the world from its file, in its present state, with the robot at its place."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SEARCH = {"proofs": 4, "expansions": 300}
 """Work that an episode's search may take over one task sequence: less than usual (8 and 3000), so that a refusal takes some ten seconds;
 all of it is counted, so that an episode has the same program on any machine."""
 NOISE = "30 mm"
-"""Noise of poses that are read while a judge moves things: smaller differences from the proof are not noticed. It may move a thing into
+"""Noise of poses that are read while a benchmark moves things: smaller differences from the proof are not noticed. It may move a thing into
 another, where it stays: a basket's wall was 15 mm inside a box, at rest."""
 SEQUENCES = 3
 """Task sequences for each part of its goal, usually 12 in all: each part may have things in its way, which a sequence finds out."""
@@ -30,7 +30,7 @@ def scene_setting(
     engine: Engine, folder: Path, scene: Mapping[str, Any], hello: Hello, goal: Callable[[Setting], list[str]], twins: int,
     now: World | None = None, **spec: Any,
 ) -> tuple[Path, Setting]:  # fmt: skip
-    """Write a judge's scene as MJCF and scenario files, and return the scenario's file with its setting
+    """Write a benchmark's scene as MJCF and scenario files, and return the scenario's file with its setting
     (world, robot, belief).
 
     Args:
@@ -62,7 +62,7 @@ def scene_setting(
 
 
 def _assets(xml: str) -> dict[str, str]:
-    """Folder of the judge's meshes, which its scene names by absolute paths; it is trusted, as the judge's
+    """Folder of the benchmark's meshes, which its scene names by absolute paths; it is trusted, as the benchmark's
     own process is."""
     folders = [str(Path(file).parent) for file in re.findall(r'\bfile="([^"]+)"', xml) if Path(file).is_absolute()]
     return {"assets": os.path.commonpath(folders)} if folders else {}

@@ -1,4 +1,4 @@
-"""Tables of a judged experiment: how often the judge agreed with a proof, and how many episodes fulfilled the judge's check."""
+"""Tables of an experiment on a benchmark: how often its check agreed with a proof, and how many episodes fulfilled it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ...base.rate import Rate
 from ...base.value import Value
 from ...base.wilson import newcombe_interval
 from .results import EpisodeResult, in_time, plain_reason
-from .spec import JudgedExperiment, PublishedSpec
+from .spec import BenchmarkExperiment, PublishedSpec
 
 Episodes = Sequence[EpisodeResult]
 
@@ -24,7 +24,7 @@ class EpisodeRow(Value):
         proven: programs that stood the proof.
         first, rest: true at first, and at rest, within the budget.
         first_unlimited, rest_unlimited: the same in unlimited time.
-        steps: median of actions until the judge's check was true; None where it never was.
+        steps: median of actions until the benchmark's check was true; None where it never was.
         budget: of an episode; None for several suites.
         advised: played programs that a validator which only advises objects to.
     """
@@ -65,7 +65,7 @@ class PublishedRate(Value):
 class Difference(Value):
     """Difference between the success rates of variant suites and of the suites that they vary.
 
-    An episode succeeds if the judge's check became true within the budget and holds at rest.
+    An episode succeeds if the benchmark's check became true within the budget and holds at rest.
 
     Args:
         variants, bases: names of suites of both, of which some episode was played.
@@ -85,7 +85,7 @@ class Difference(Value):
 class Watched(Value):
     """Success rates of the suites in which the robot watches the world while a program runs.
 
-    An episode succeeds if the judge's check is true at rest and within the budget.
+    An episode succeeds if the benchmark's check is true at rest and within the budget.
 
     One is with simulated time stopped during the search, the other with the search's CPU time passing.
     """
@@ -95,16 +95,16 @@ class Watched(Value):
 
 
 class EpisodeTables(Value):
-    """Tables of a judged experiment.
+    """Tables of an experiment on a benchmark.
 
     Args:
-        passing_was_right: proven programs after which the judge's check is true at rest, in unlimited time.
+        passing_was_right: proven programs after which the benchmark's check is true at rest, in unlimited time.
         refusal_was_wrong: refused programs after which it is, of those that were played to find out.
         refusals: episodes without a program, and those of them for which there was a program to play.
         whole, suites, tasks: rows.
         seconds: spreads of CPU time by stage, and of the time until a program was there.
         failures: class -> episodes that are not true at rest within the budget.
-        apart: episodes that the judge's process broke off by its own end; they count nowhere else.
+        apart: episodes that the benchmark's process broke off by its own end; they count nowhere else.
         refused_for: reason -> how many refusals name it first.
         difference: between variants of suites and those suites; None where not both were played.
         published: of the suites that were played.
@@ -126,7 +126,7 @@ class EpisodeTables(Value):
     watched: Watched | None = None
 
 
-def tables(results: Episodes, experiment: JudgedExperiment) -> EpisodeTables:
+def tables(results: Episodes, experiment: BenchmarkExperiment) -> EpisodeTables:
     """Compute the tables of a run's results."""
     apart, results = sum(r.apart for r in results), [r for r in results if not r.apart]
     suites = list(dict.fromkeys(r.suite for r in results))
@@ -190,7 +190,7 @@ def _spread(values: list[float]) -> Spread:
     return Spread(median(values), high, max(values), len(values))
 
 
-def _difference(results: Episodes, experiment: JudgedExperiment) -> Difference | None:
+def _difference(results: Episodes, experiment: BenchmarkExperiment) -> Difference | None:
     """Return the difference between the success rates of all variant suites that were played and of the
     suites that they vary."""
     of = {name: spec.of for name, spec in experiment.spec.suites.items() if spec.of}

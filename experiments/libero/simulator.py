@@ -1,4 +1,4 @@
-"""LIBERO as a process that judges: it runs in an environment of its own and speaks JSON lines.
+"""LIBERO's simulator and checks as a process: it runs in an environment of its own and speaks JSON lines.
 
 Nothing of cramlite is imported here; ``connection.py`` starts it. Requests: ``reset`` (suite, task, state), ``scene``, ``look``,
 ``cameras``, ``check``, and those of a robot process (``hello``, ``step``, ``end``; docs/how-to/drive_a_robot.md): its Panda takes deltas
@@ -23,9 +23,9 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 sys.path.insert(0, str(Path(__file__).resolve().parent))
+from benchmark_lines import Refused, serve
 from changes import PREFIX, Change, cases
 from instability import instability
-from judge_lines import Refused, serve
 from looking import taken
 from masses import with_masses
 from obstacles import PREFIX as SAFE
@@ -46,8 +46,8 @@ PIXELS = 256
 HAND = "gripper0_right_gripper"
 
 
-class Judge:
-    """LIBERO's judge, which simulates one episode at a time."""
+class Simulator:
+    """LIBERO's simulator, with one episode at a time, and its checks."""
 
     def __init__(self) -> None:
         self.env: Any = None
@@ -183,12 +183,12 @@ class Judge:
         return self.change.away if self.change else self.obstacles.away if self.obstacles else set()
 
     def success(self) -> bool:
-        """Return LIBERO's judgement; where the task was cancelled, whether the hand stopped."""
+        """Return the result of LIBERO's check; where the task was cancelled, whether the hand stopped."""
         cancelled = self.change is not None and self.change.goal == []
         return bool(self.change.stopped) if cancelled else bool(self.env.check_success())
 
     def check(self) -> dict[str, Any]:
-        """Return LIBERO's judgement: now, and at which step it was true for the first time."""
+        """Return the result of LIBERO's check: now, and at which step it was true for the first time."""
         changed = self.change.applied if self.change else None
         avoided = self.obstacles.avoided if self.obstacles else None
         return {"success": self.success(), "first": self.first, "steps": self.steps, "changed": changed, "avoided": avoided}
@@ -236,4 +236,4 @@ def site_box(sim: Any, name: str) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    serve(Judge())
+    serve(Simulator())

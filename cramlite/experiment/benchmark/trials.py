@@ -1,4 +1,4 @@
-"""Episodes of a judged experiment as trials of a run."""
+"""Episodes of a benchmark as trials of a run."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from ...plugin.selection import INSTALLED, PluginChoice
 from ..figure import Published
 from ..order import Report
 from ..store import Store, run_key
-from .judge import connect
 from .outcomes import in_a_line, outcomes_page
 from .play import Trial, died, play
+from .protocol import connect
 from .report import markdown, numbers
 from .results import EpisodeResult
-from .spec import Episode, JudgedExperiment
+from .spec import BenchmarkExperiment, Episode
 from .tables import tables
 
 
 class Episodes(Value):
-    """Request to run episodes of a judged experiment, as trials.
+    """Request to run episodes of a benchmark, as trials.
 
     Args:
         episodes: none for the tables of what the run directory holds.
@@ -31,7 +31,7 @@ class Episodes(Value):
         fail: whether episodes that are not true at rest within their budget are a failure of the run.
     """
 
-    experiment: JudgedExperiment
+    experiment: BenchmarkExperiment
     episodes: tuple[Episode, ...]
     environment: Path | None = None
     twins: int = 0
@@ -64,12 +64,12 @@ class Episodes(Value):
         return run_key(self.experiment.spec.experiment, files, Registry(chosen.files, chosen.blocked, chosen.preferred), **asked)
 
     def prepare(self) -> None:
-        """Check that the judge is installed.
+        """Check that the benchmark is installed.
 
         Raises:
             UserError: it is not.
         """
-        connect(self.experiment.beside(self.experiment.spec.judge), self.environment).close()
+        connect(self.experiment.beside(self.experiment.spec.benchmark), self.environment).close()
 
     def run(self, name: str, store: Store, processes: int) -> EpisodeResult:
         """Play an episode; its twins run in as many processes as the engine starts."""
@@ -96,7 +96,7 @@ class Episodes(Value):
         found = tables(ran, self.experiment)
         asked = [results[name] for name in self.names]
         lost = [in_a_line(r) for r in asked if not r.rest()] if self.fail else []
-        failure = f"{len(lost)} of {len(asked)} episodes failed the judge's check at rest within their budget: {'; '.join(lost)}."
+        failure = f"{len(lost)} of {len(asked)} episodes failed the benchmark's check at rest within their budget: {'; '.join(lost)}."
         return Report(
             {"run": self.key(), "tables": found, "episodes": ran}, text := markdown(found, self.experiment),
             {"tables.md": text, "report.html": outcomes_page(found, ran, self.experiment, out / self.folder)},

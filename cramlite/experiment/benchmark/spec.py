@@ -1,4 +1,4 @@
-"""Files of judged experiments: judge, episodes, classes of failures, published rates."""
+"""Files of experiments on benchmarks: connection, episodes, classes of failures, published rates."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class SuiteSpec(Spec):
     """Suite of tasks, numbered from 0.
 
     ``budget`` is the number of actions that the published protocol allows in an episode; ``of`` is the suite
-    of which this one is a variant. In a ``watched`` suite the judge sends poses while the robot moves, and
+    of which this one is a variant. In a ``watched`` suite the benchmark sends poses while the robot moves, and
     the rest of the task is proven anew where the world changes.
     """
 
@@ -57,16 +57,16 @@ class PublishedSpec(Spec):
     source: str
 
 
-class JudgedSpec(Spec):
-    """Keys of the file of a judged experiment.
+class BenchmarkSpec(Spec):
+    """Keys of the file of an experiment on a benchmark.
 
-    ``judge`` is the Python file that answers for the judge, and ``plugins`` are those that its episodes need, both beside the
+    ``benchmark`` is the Python file that connects to the benchmark, and ``plugins`` are those that its episodes need, both beside the
     experiment's file.
     """
 
     experiment: Name
     title: str
-    judge: str
+    benchmark: str
     plugins: tuple[str, ...] = ()
     given: str
     suites: dict[str, SuiteSpec] = Field(min_length=1)
@@ -74,7 +74,7 @@ class JudgedSpec(Spec):
     published: tuple[PublishedSpec, ...] = ()
 
     @model_validator(mode="after")
-    def _known_suites(self) -> JudgedSpec:
+    def _known_suites(self) -> BenchmarkSpec:
         named = {s.of for s in self.suites.values() if s.of}.union(*(p.suites for p in self.published))
         if wrong := sorted(named - set(self.suites)):
             raise ValueError(f"'{wrong[0]}' is no suite of this file; its suites are {', '.join(self.suites)}")
@@ -100,10 +100,10 @@ class Episode(Value):
         return Episode(suite, int(task), int(state))
 
 
-class JudgedExperiment(ExperimentFile):
-    """File of a judged experiment that was read and checked."""
+class BenchmarkExperiment(ExperimentFile):
+    """File of an experiment on a benchmark that was read and checked."""
 
-    spec: JudgedSpec
+    spec: BenchmarkSpec
 
     def suite(self, name: str) -> SuiteSpec:
         """Return the suite with a given name.
@@ -163,10 +163,10 @@ def _span(part: str) -> Iterable[int]:
     return range(int(first), int(end) if colon else int(first) + 1)
 
 
-def read_judged(path: Path) -> JudgedExperiment:
-    """Read the file of a judged experiment.
+def read_benchmark(path: Path) -> BenchmarkExperiment:
+    """Read the file of an experiment on a benchmark.
 
     Raises:
         UserError: not YAML, an unknown key, or a wrong value: with file and line.
     """
-    return JudgedExperiment(path, read_spec(path, JudgedSpec)[0])
+    return BenchmarkExperiment(path, read_spec(path, BenchmarkSpec)[0])

@@ -1,6 +1,6 @@
-"""One episode: a program for its goal is searched in the judge's scene, and the first proven one is run there once.
+"""One episode: a program for its goal is searched in the benchmark's scene, and the first proven one is run there once.
 
-Runs in a worker process. Nothing is searched, tried or reset in the judge's simulator.
+Runs in a worker process. Nothing is searched, tried or reset in the benchmark's simulator.
 """
 
 from __future__ import annotations
@@ -32,33 +32,33 @@ from ...scenario.scenario import read_scenario
 from ..page import jpeg, last_picture
 from ..store import MOVED
 from .going_on import play_on
-from .judge import Judge, connect
-from .results import JUDGE_DIED, Attempt, EpisodeResult, plain_reason
-from .spec import Episode, JudgedExperiment
+from .protocol import Benchmark, connect
+from .results import BENCHMARK_DIED, Attempt, EpisodeResult, plain_reason
+from .spec import BenchmarkExperiment, Episode
 
 DEFECT = "defect"
 """Class of failures that are defects of cramlite."""
 BROKEN_OFF = "broken off"
 SEEN, MISS = "scene.png", "miss.jpg"
-"""Files of what the judge's camera sees where nothing is played, and of the state that the nearest miss was refused for."""
+"""Files of what the benchmark's camera sees where nothing is played, and of the state that the nearest miss was refused for."""
 PICTURE = (320, 320)
 """Pixels of a picture of how a proof ended."""
 
 
 class Trial(Value):
-    """Trial of one episode in the judge's simulator.
+    """Trial of one episode in the benchmark's simulator.
 
     Args:
         experiment: that the episode is of.
         folder: of the episode's files.
-        environment: of the judge; None for its usual place.
+        environment: of the benchmark; None for its usual place.
         twins: in how many a program is tried before it is played.
         attempt_refused: where no program is proven, the best one that was refused is played, too.
-        pictures: keep what the judge's camera sees at the end.
+        pictures: keep what the benchmark's camera sees at the end.
         plugins: of the engine, beside those of the experiment.
     """
 
-    experiment: JudgedExperiment
+    experiment: BenchmarkExperiment
     episode: Episode
     folder: Path
     environment: Path | None = None
@@ -76,19 +76,19 @@ def died(episode: Episode, budget: int, reason: str) -> EpisodeResult:
 
 
 def play(trial: Trial) -> EpisodeResult:
-    """Return the result of an episode: a program is searched and proven, and run once in the judge's simulator.
+    """Return the result of an episode: a program is searched and proven, and run once in the benchmark's simulator.
 
     Raises:
-        UserError: it could not begin: the judge is not installed, refuses it, or does not answer as it must.
+        UserError: it could not begin: the benchmark is not installed, refuses it, or does not answer as it must.
     """
-    judge, episode = _judge(trial.experiment.beside(trial.experiment.spec.judge), trial.environment), trial.episode
+    benchmark, episode = _benchmark(trial.experiment.beside(trial.experiment.spec.benchmark), trial.environment), trial.episode
     budget = trial.experiment.suite(episode.suite).budget
     try:
-        name = judge.reset(episode.suite, episode.task, episode.state)
+        name = benchmark.reset(episode.suite, episode.task, episode.state)
         result = EpisodeResult(suite=episode.suite, task=episode.task, state=episode.state, name=name, budget=budget)
-        result = _resolved(trial, judge, result)
+        result = _resolved(trial, benchmark, result)
     except UserError:
-        _end(judge)
+        _end(benchmark)
         raise
     except Exception as error:  # a defect fails its episode, and not the run
         write_whole(trial.folder / "defect.txt", traceback.format_exc())
@@ -97,15 +97,15 @@ def play(trial: Trial) -> EpisodeResult:
 
 
 @lru_cache(maxsize=1)
-def _judge(file: Path, environment: Path | None) -> Judge:
-    """Return the judge of this process; it is kept until it does not reply."""
+def _benchmark(file: Path, environment: Path | None) -> Benchmark:
+    """Return the benchmark of this process; it is kept until it does not reply."""
     return connect(file, environment)
 
 
-def _end(judge: Judge) -> None:
-    """End a judge that does not reply as it must; the next episode starts another one."""
-    judge.close()
-    _judge.cache_clear()
+def _end(benchmark: Benchmark) -> None:
+    """End a benchmark that does not reply as it must; the next episode starts another one."""
+    benchmark.close()
+    _benchmark.cache_clear()
 
 
 def _engine(trial: Trial) -> Engine:
@@ -113,17 +113,17 @@ def _engine(trial: Trial) -> Engine:
     return Engine.with_plugins(replace(trial.plugins, files=(*own, *trial.plugins.files)))
 
 
-def _resolved(trial: Trial, judge: Judge, result: EpisodeResult) -> EpisodeResult:
+def _resolved(trial: Trial, benchmark: Benchmark, result: EpisodeResult) -> EpisodeResult:
     """Search for a program that reaches the episode's goal, play it once, and return the episode's result."""
     engine, trace, clock = _engine(trial), Trace(), time.monotonic()
     try:
-        path, setting = judge.setting(engine, trial.folder, trial.twins)
+        path, setting = benchmark.setting(engine, trial.folder, trial.twins)
         scenario = read_scenario(path)
         result = replace(result, goal=tuple(map(str, scenario.spec.goal or ())))
         proven, refused = _search(engine, scenario, setting, trace)
     except UserError as error:
-        judge.check()  # one that no longer answers has not shown a scene that could be refused
-        seen = _kept(trial.folder / SEEN, judge.picture()) if trial.pictures else ""
+        benchmark.check()  # one that no longer answers has not shown a scene that could be refused
+        seen = _kept(trial.folder / SEEN, benchmark.picture()) if trial.pictures else ""
         reason = str(error).replace(f"{trial.folder}{os.sep}", "")
         return replace(result, reason=reason, wall=time.monotonic() - clock, picture=seen)
     result = replace(result, wall=time.monotonic() - clock, seconds=_seconds(trace))
@@ -131,11 +131,11 @@ def _resolved(trial: Trial, judge: Judge, result: EpisodeResult) -> EpisodeResul
         result = replace(result, reason=failure_text(trace, engine.registry.faults))
         if trial.pictures:
             miss = _refused_state(engine, setting, trace)
-            result = replace(result, picture=_kept(trial.folder / SEEN, judge.picture()), miss=_kept(trial.folder / MISS, miss))
+            result = replace(result, picture=_kept(trial.folder / SEEN, benchmark.picture()), miss=_kept(trial.folder / MISS, miss))
         again = trial.attempt_refused and refused is not None
-        return replace(result, refused=_attempt(trial, judge, engine, refused, "refused")) if again and refused else result
+        return replace(result, refused=_attempt(trial, benchmark, engine, refused, "refused")) if again and refused else result
     advice = tuple(f"{f.validator}: {f.reason.removeprefix(ADVICE)}" for f in proven.verdict.advice)
-    return replace(result, proven=True, advice=advice, attempt=_attempt(trial, judge, engine, proven, "program"))
+    return replace(result, proven=True, advice=advice, attempt=_attempt(trial, benchmark, engine, proven, "program"))
 
 
 def _seconds(trace: Trace) -> dict[str, float]:
@@ -158,8 +158,8 @@ def _search(engine: Engine, scenario: object, setting: Setting, trace: Trace) ->
     return None, best
 
 
-def _attempt(trial: Trial, judge: Judge, engine: Engine, solution: Solution, name: str) -> Attempt:
-    """Run a program in the judge's simulator; judge the state at its end, and again when all things are at rest."""
+def _attempt(trial: Trial, benchmark: Benchmark, engine: Engine, solution: Solution, name: str) -> Attempt:
+    """Run a program in the benchmark's simulator; check the state at its end, and again when all things are at rest."""
     code = solution.candidate.code
     assert code is not None
     write_whole(trial.folder / f"{name}{code.suffix}", code.text)
@@ -170,22 +170,22 @@ def _attempt(trial: Trial, judge: Judge, engine: Engine, solution: Solution, nam
     waited = 0
     try:
         if trial.experiment.suite(trial.episode.suite).watched:
-            played = play_on(judge, engine, solution, trial.folder, trial.twins)
+            played = play_on(benchmark, engine, solution, trial.folder, trial.twins)
             rollout, notices, thought, corrections = played.rollout, played.notices, played.thought, played.corrections
             rollout = replace(rollout, reason=played.reason or rollout.reason)
             waited = round(sum(thought) / float(rollout.times[1] - rollout.times[0])) if len(rollout.times) > 1 else 0
         else:
-            rollout = judge.play(code.text, solution.setting)
+            rollout = benchmark.play(code.text, solution.setting)
         save_rollout(rollout, trial.folder / f"{name}.npz")
-        ended = judge.check()
-        judge.rest()
-        rested = judge.check()
+        ended = benchmark.check()
+        benchmark.rest()
+        rested = benchmark.check()
     except UserError as error:
-        _end(judge)
-        return Attempt(outcome=JUDGE_DIED if isinstance(error, ProcessGone) else BROKEN_OFF, reason=str(error))
-    ours = None if rested.success else _holds_here(judge, engine, trial)
+        _end(benchmark)
+        return Attempt(outcome=BENCHMARK_DIED if isinstance(error, ProcessGone) else BROKEN_OFF, reason=str(error))
+    ours = None if rested.success else _holds_here(benchmark, engine, trial)
     proof = solution.candidate.rollout if trial.pictures else None
-    seen, believed = judge.picture() if trial.pictures else b"", last_picture(proof, engine.knowledge, PICTURE) if proof else b""
+    seen, believed = benchmark.picture() if trial.pictures else b"", last_picture(proof, engine.knowledge, PICTURE) if proof else b""
     return Attempt(
         outcome=rollout.outcome, reason=rollout.reason, first=rested.first, rest=rested.success, steps=ended.steps, ours=ours,
         picture=_kept(trial.folder / f"{name}.png", seen), believed=_kept(trial.folder / f"{name}_believed.jpg", believed),
@@ -194,11 +194,11 @@ def _attempt(trial: Trial, judge: Judge, engine: Engine, solution: Solution, nam
     )  # fmt: skip
 
 
-def _holds_here(judge: Judge, engine: Engine, trial: Trial) -> bool | None:
-    """Whether the goal, as cramlite understands it, holds in the judge's present world; None if that cannot
+def _holds_here(benchmark: Benchmark, engine: Engine, trial: Trial) -> bool | None:
+    """Whether the goal, as cramlite understands it, holds in the benchmark's present world; None if that cannot
     be told."""
     try:
-        path, setting = judge.setting(engine, trial.folder / "end", 0)
+        path, setting = benchmark.setting(engine, trial.folder / "end", 0)
         goal = Goal(tuple(map(str, read_scenario(path).spec.goal or ())))
         problem = planning_problem(goal, setting.symbolic(engine.knowledge.taxonomy), engine.knowledge)
         return problem.wanted.met(problem.facts)
@@ -223,16 +223,16 @@ def _refused_state(engine: Engine, setting: Setting, trace: Trace) -> bytes:
     return jpeg(knowledge.simulator.collision_picture(setting.world, knowledge.robots_of(setting.world), missed.collision, PICTURE))
 
 
-def _failure(result: EpisodeResult, experiment: JudgedExperiment) -> str:
+def _failure(result: EpisodeResult, experiment: BenchmarkExperiment) -> str:
     """Return the class of an episode's failure; "" if it succeeded.
 
-    It follows from the reason why there was no program or why the program stopped; without one, from the judge's check.
+    It follows from the reason why there was no program or why the program stopped; without one, from the benchmark's check.
     """
     attempt = result.attempt
     if result.rest():
         return ""
     if result.apart:
-        return JUDGE_DIED
+        return BENCHMARK_DIED
     if attempt is None:
         return experiment.failure(plain_reason(result.reason), "goal" if not result.goal else "path")
     if result.rest(unlimited=True):

@@ -1,4 +1,4 @@
-"""Results of a judged experiment: one record for each episode, written as JSON and read back."""
+"""Results of an experiment on a benchmark: one record for each episode, written as JSON and read back."""
 
 from __future__ import annotations
 
@@ -7,25 +7,27 @@ from msgspec import field
 from ...base.value import Value
 from ...model.readings import Notice
 
-JUDGE_DIED = "judge died"
-"""Outcome of an attempt during which the judge's process died or hung, and the class of such episodes."""
+BENCHMARK_DIED = "benchmark died"
+"""Outcome of an attempt during which the benchmark's process died or hung, and the class of such episodes."""
+OLD_NAME = "judge died"
+"""``BENCHMARK_DIED`` in results of older versions."""
 
 
 class Attempt(Value, kw_only=True):
-    """Attempt at an episode in the judge's simulator.
+    """Attempt at an episode in the benchmark's simulator.
 
     Args:
-        outcome: how the program ended: "finished", "halted", "protective stop", "timeout", "broken off" where the judge refused to go on or
-            answered what is no answer, or "judge died".
+        outcome: how the program ended: "finished", "halted", "protective stop", "timeout", "broken off" where the benchmark refused to go
+            on or answered what is no answer, or "benchmark died".
         reason: why, where it did not finish.
-        first: the action after which the judge's check was true for the first time, from 1; None for never.
+        first: the action after which the benchmark's check was true for the first time, from 1; None for never.
         rest: whether it is true when things are at rest after the program's end.
         steps: actions until the program's end.
-        ours: where it is not true at rest: whether the goal as cramlite understands it holds in the judge's world all the same; None
+        ours: where it is not true at rest: whether the goal as cramlite understands it holds in the benchmark's world all the same; None
             where that was not asked or cannot be told.
-        picture: name of the file with what the judge's camera saw at the end; "" for none.
+        picture: name of the file with what the benchmark's camera saw at the end; "" for none.
         believed: name of the file with how the proof ended; "" for none.
-        changed: the action after which the judge changed its world; None for never.
+        changed: the action after which the benchmark changed its world; None for never.
         avoided: whether what must not be moved was not, until things were at rest; None where nothing must not.
         notices: what was noticed, where the suite is watched.
         thought: CPU time from each notice to the next program [s].
@@ -62,9 +64,9 @@ class EpisodeResult(Value, kw_only=True):
         advice: what validators that only advise object to in the program.
         seconds: CPU time of the search by stage.
         wall: time until the program was proven, or refused [s], on a machine that may do other things, too.
-        attempt: in the judge's simulator; None where no program was proven.
+        attempt: in the benchmark's simulator; None where no program was proven.
         refused: the attempt of the best program that was refused, where that was asked for; it counts nowhere else.
-        picture: where nothing was played: name of the file with what the judge's camera saw; "" for none.
+        picture: where nothing was played: name of the file with what the benchmark's camera saw; "" for none.
         miss: name of the file with the state that the nearest miss was refused for, where two bodies met in it; "" for none.
         failure: class of the failure; "" for an episode that is true at rest within its budget.
     """
@@ -88,26 +90,26 @@ class EpisodeResult(Value, kw_only=True):
 
     @property
     def apart(self) -> bool:
-        """Whether the episode is left out of all rates, because the judge's process died while the robot moved."""
-        return self.attempt is not None and self.attempt.outcome == JUDGE_DIED
+        """Whether the episode is left out of all rates, because the benchmark's process died while the robot moved."""
+        return self.attempt is not None and self.attempt.outcome in (BENCHMARK_DIED, OLD_NAME)
 
     def first(self, *, unlimited: bool = False) -> bool:
-        """Return whether the judge's check was ever true: within the budget, or in unlimited time."""
+        """Return whether the benchmark's check was ever true: within the budget, or in unlimited time."""
         return self.attempt is not None and in_time(self.attempt, self.budget, unlimited=unlimited)
 
     def rest(self, *, unlimited: bool = False) -> bool:
-        """Return whether the judge's check became true, and was still true when all things were at rest."""
+        """Return whether the benchmark's check became true, and was still true when all things were at rest."""
         return self.first(unlimited=unlimited) and self.attempt is not None and self.attempt.rest
 
     def rest_while_time_passes(self) -> bool:
-        """Return whether the judge's check held at rest, and became true within the budget if the search's
+        """Return whether the benchmark's check held at rest, and became true within the budget if the search's
         CPU time counts as actions."""
         first = self.attempt.first if self.attempt else None
         return self.rest() and first is not None and self.attempt is not None and first + self.attempt.waited <= self.budget
 
 
 def in_time(attempt: Attempt, budget: int, *, unlimited: bool = False) -> bool:
-    """Return whether the judge's check was true for the first time within the budget; if ``unlimited``,
+    """Return whether the benchmark's check was true for the first time within the budget; if ``unlimited``,
     whether it ever was."""
     return attempt.first is not None and (unlimited or attempt.first <= budget)
 

@@ -1,4 +1,4 @@
-"""Protocol of a judge, and the import of the file in which an experiment defines its judge."""
+"""Protocol of a benchmark, and the import of the file in which an experiment defines its benchmark."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from ...model.rollout import Rollout
 from ...model.world import World
 
 CONNECT = "connect"
-"""Function of an experiment's file that returns its judge, or says how its environment is installed."""
+"""Function of an experiment's file that returns its benchmark, or says how its environment is installed."""
 
 
-class Judgement(Protocol):
-    """Judgement of an episode by the judge: whether and when its goal held."""
+class CheckResult(Protocol):
+    """Result of the benchmark's check: whether and when the goal of an episode held."""
 
     @property
     def success(self) -> bool:
@@ -33,7 +33,7 @@ class Judgement(Protocol):
 
     @property
     def steps(self) -> int:
-        """Number of actions that the judge's simulator has taken."""
+        """Number of actions that the benchmark's simulator has taken."""
 
     @property
     def avoided(self) -> bool | None:
@@ -41,13 +41,13 @@ class Judgement(Protocol):
 
     @property
     def changed(self) -> int | None:
-        """Number of the action after which the judge changed its world; None if it never did."""
+        """Number of the action after which the benchmark changed its world; None if it never did."""
 
 
-class Judge(Protocol):
-    """Process that simulates episodes and judges them.
+class Benchmark(Protocol):
+    """Process that simulates the episodes of a benchmark and judges them.
 
-    ``cramlite_plugins.judges.judge_process.JudgeProcess`` has all of it but ``setting``. Whatever is not as it must be is a
+    ``cramlite_plugins.benchmarks.benchmark_process.BenchmarkProcess`` has all of it but ``setting``. Whatever is not as it must be is a
     ``UserError``.
     """
 
@@ -63,42 +63,42 @@ class Judge(Protocol):
         """
 
     def play(self, program: str, setting: Setting, watch: Watch | None = None) -> Rollout:
-        """Run a program in the judge's simulator to its end, or until ``watch`` stops it, which is given
+        """Run a program in the benchmark's simulator to its end, or until ``watch`` stops it, which is given
         the poses and forces of each moment."""
 
     def rest(self) -> None:
-        """Take no action until the things in the judge's world are at rest."""
+        """Take no action until the things in the benchmark's world are at rest."""
 
-    def check(self) -> Judgement:
-        """Return the judgement of the present state of the judge's world."""
+    def check(self) -> CheckResult:
+        """Check the present state of the benchmark's world."""
 
     def picture(self) -> bytes:
-        """Return the picture of the judge's camera as PNG; empty without a camera."""
+        """Return the picture of the benchmark's camera as PNG; empty without a camera."""
 
     def close(self) -> None:
-        """End the judge's process."""
+        """End the benchmark's process."""
 
 
-def connect(file: Path, environment: Path | None) -> Judge:
-    """Connect to an experiment's judge.
+def connect(file: Path, environment: Path | None) -> Benchmark:
+    """Connect to an experiment's benchmark.
 
     Args:
         file: of the experiment, whose function ``connect`` does it; it may import files beside it (``from .goals import ...``).
-        environment: where the judge is installed; None for its usual place.
+        environment: where the benchmark is installed; None for its usual place.
 
     Raises:
-        UserError: there is no such file, it cannot be imported, has no such function, or that fails; the judge is not installed.
+        UserError: there is no such file, it cannot be imported, has no such function, or that fails; the benchmark is not installed.
     """
     function = getattr(module_of(file), CONNECT, None)
     if not callable(function):
-        raise UserError(f"'{file}' has no function '{CONNECT}(environment)' that returns the judge of its experiment.")
+        raise UserError(f"'{file}' has no function '{CONNECT}(environment)' that returns the benchmark of its experiment.")
     try:
-        judge: Judge = function(environment)
+        benchmark: Benchmark = function(environment)
     except UserError:
         raise
     except Exception as error:
         raise UserError(f"'{file}': its function '{CONNECT}' failed: {type(error).__name__}: {error}.") from error
-    return judge
+    return benchmark
 
 
 def module_of(file: Path) -> ModuleType:
@@ -108,9 +108,9 @@ def module_of(file: Path) -> ModuleType:
         UserError: there is no such file, or it cannot be imported.
     """
     if not file.is_file():
-        raise UserError(f"There is no '{file}', which the experiment names as its judge.")
+        raise UserError(f"There is no '{file}', which the experiment names as its benchmark.")
     folder = file.resolve().parent
-    name = f"cramlite_judge_{hashlib.blake2b(str(folder).encode(), digest_size=6).hexdigest()}"
+    name = f"cramlite_benchmark_{hashlib.blake2b(str(folder).encode(), digest_size=6).hexdigest()}"
     if name not in sys.modules:
         package = ModuleType(name)
         package.__path__ = [str(folder)]
@@ -119,4 +119,4 @@ def module_of(file: Path) -> ModuleType:
         return importlib.import_module(f"{name}.{file.stem}")
     except Exception as error:
         why = f"{type(error).__name__}: {error}"
-        raise UserError(f"'{file}', which the experiment names as its judge, cannot be imported: {why}.") from error
+        raise UserError(f"'{file}', which the experiment names as its benchmark, cannot be imported: {why}.") from error

@@ -1,7 +1,7 @@
-"""A small judge for tests: a block, a tray and a Panda on a table, in cramlite's MuJoCo, behind the lines of LIBERO's judge.
+"""A small benchmark for tests: a block, a tray and a Panda on a table, in cramlite's MuJoCo, behind the lines of LIBERO's process.
 
-``python judge.py [WHAT WHEN]``: at the WHEN-th request it dies, hangs, answers garbage, or stops the robot. Tasks
-of its suite: 0, the block in the tray; 1, the same, but the judge looks at the block elsewhere, so that it is never true; 2, a goal
+``python simulator.py [WHAT WHEN]``: at the WHEN-th request it dies, hangs, answers garbage, or stops the robot. Tasks
+of its suite: 0, the block in the tray; 1, the same, but the benchmark looks at the block elsewhere, so that it is never true; 2, a goal
 without words; 3, one that is never begun.
 """
 
@@ -31,7 +31,7 @@ STATES = {0: (0.45, -0.1), 1: (0.48, -0.15)}
 """Where the block is [m]."""
 
 
-class Judge:
+class Simulator:
     """One episode at a time."""
 
     def __init__(self) -> None:
@@ -83,7 +83,7 @@ class Judge:
 
 
 def main() -> None:
-    judge, (what, when) = Judge(), (*sys.argv[1:], "", 0)[:2]
+    simulator, (what, when) = Simulator(), (*sys.argv[1:], "", 0)[:2]
     for number, line in enumerate(sys.stdin, 1):
         ask = json.loads(line)
         name = ask.pop("ask")
@@ -92,11 +92,11 @@ def main() -> None:
         if what and number == int(when):
             go_wrong(what)
             if what == "stop":
-                say(judge.step(**ask) | {"stop": "somebody pressed the button"})
+                say(simulator.step(**ask) | {"stop": "somebody pressed the button"})
         elif name not in ("reset", "scene", "hello", "step", "check"):
             say({"error": f"there is no request '{name}'"})
         else:
-            say(getattr(judge, name)(**ask))
+            say(getattr(simulator, name)(**ask))
 
 
 def go_wrong(what: str) -> None:

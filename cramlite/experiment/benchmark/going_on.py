@@ -1,6 +1,6 @@
-"""Attempts in a judge's simulator whose world changes during execution.
+"""Attempts in a benchmark's simulator whose world changes during execution.
 
-The judge sends readings; when the program stops, the rest is planned anew.
+The benchmark sends readings; when the program stops, the rest is planned anew.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from ...engine.solution import Solution
     from ...model.rollout import Rollout
     from ...model.world import World
-    from .judge import Judge
+    from .protocol import Benchmark
 
 ROUNDS = 6
 """Programs of an attempt, the first one included."""
@@ -38,7 +38,7 @@ PERSON = "a protective stop waits for a person, and an episode has none"
 
 
 class Played(Value):
-    """Outcome of running a program, and those that replaced it after stops, in the judge's simulator.
+    """Outcome of running a program, and those that replaced it after stops, in the benchmark's simulator.
 
     Args:
         rollout: of the last program.
@@ -55,8 +55,8 @@ class Played(Value):
     corrections: tuple[str, ...] = ()
 
 
-def play_on(judge: Judge, engine: Engine, solution: Solution, folder: Path, twins: int) -> Played:
-    """Run a program in the judge's simulator; after each stop prove and run a program for the rest of the goal.
+def play_on(benchmark: Benchmark, engine: Engine, solution: Solution, folder: Path, twins: int) -> Played:
+    """Run a program in the benchmark's simulator; after each stop prove and run a program for the rest of the goal.
 
     Args:
         folder: for the scenes and scenarios of later rounds.
@@ -74,7 +74,7 @@ def play_on(judge: Judge, engine: Engine, solution: Solution, folder: Path, twin
         if number > 1:
             write_whole(folder / f"round_{number}" / f"program{code.suffix}", code.text)
         watch = RunWatch(expectation(proof, code.origins), limits=ANOTHER, asked=asked)
-        rollout = judge.play(code.text, solution.setting, watch)
+        rollout = benchmark.play(code.text, solution.setting, watch)
         notice = watch.notice if rollout.outcome == "noticed" else None
         if rollout.outcome in STOPS:
             notice = Notice(STOPS[rollout.outcome], float(rollout.times[-1]), rollout.reason)
@@ -87,7 +87,7 @@ def play_on(judge: Judge, engine: Engine, solution: Solution, folder: Path, twin
         if notice.kind is Deviation.STOPPED:
             return played(f"{notice}; {PERSON}")
         began = time.process_time()
-        following, why, notes = _following(judge, engine, _read(solution.setting, watch), folder / f"round_{number + 1}", twins)
+        following, why, notes = _following(benchmark, engine, _read(solution.setting, watch), folder / f"round_{number + 1}", twins)
         thought.append(time.process_time() - began)
         corrections += [n for n in notes if n not in known]
         if following is None:
@@ -97,14 +97,14 @@ def play_on(judge: Judge, engine: Engine, solution: Solution, folder: Path, twin
 
 
 def _following(
-    judge: Judge, engine: Engine, read: World, folder: Path, twins: int
+    benchmark: Benchmark, engine: Engine, read: World, folder: Path, twins: int
 ) -> tuple[Solution | None, str, tuple[str, ...]]:
-    """Search for a program from the judge's present world; return the first proven one or None, the reason
+    """Search for a program from the benchmark's present world; return the first proven one or None, the reason
     why there is none, and the notes on corrected poses of the world."""
     trace = Trace()
     notes: tuple[str, ...] = ()
     try:
-        path, setting = judge.setting(engine, folder, twins, read)
+        path, setting = benchmark.setting(engine, folder, twins, read)
         notes = setting.world.notes
         found = engine.resolve(read_scenario(path), setting=setting, trace=trace)
         solution = next(found, None)

@@ -1,4 +1,4 @@
-"""robosuite as a process that judges: it runs in an environment of its own and speaks JSON lines.
+"""robosuite's simulator and checks as a process: it runs in an environment of its own and speaks JSON lines.
 
 Nothing of cramlite is imported here; ``connection.py`` starts it. Requests: ``reset`` (suite, task, state), ``scene``, ``check``,
 ``cameras``, and those of a robot process (``hello``, ``step``, ``end``; docs/how-to/drive_a_robot.md). A suite is one of robosuite's
@@ -24,7 +24,7 @@ import mujoco
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from judge_lines import Refused, serve
+from benchmark_lines import Refused, serve
 from wrist_force import WristForce
 
 RATE = 20
@@ -99,8 +99,8 @@ ROBOTS = {
 }
 
 
-class Judge:
-    """robosuite's judge, which simulates one episode at a time."""
+class Simulator:
+    """robosuite's simulator, with one episode at a time, and its checks."""
 
     def __init__(self) -> None:
         self.env: Any = None
@@ -217,7 +217,7 @@ class Judge:
         return float(np.linalg.norm(left - right)) - 0.002
 
     def check(self) -> dict[str, Any]:
-        """Return robosuite's judgement: now, and at which step it was true for the first time."""
+        """Return the result of robosuite's check: now, and at which step it was true for the first time."""
         return {"success": bool(self.env._check_success()), "first": self.first, "steps": self.steps}
 
     def cameras(self) -> dict[str, Any]:
@@ -231,4 +231,4 @@ class Judge:
 
 
 if __name__ == "__main__":
-    serve(Judge())
+    serve(Simulator())

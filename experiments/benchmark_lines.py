@@ -1,6 +1,6 @@
-"""JSON lines of a judge's process: it reads requests, one JSON object a line, and answers each with one line.
+"""JSON lines of a benchmark's process: it reads requests, one JSON object a line, and answers each with one line.
 
-The judges' scripts beside this file share it. They run in environments of their own, so nothing of cramlite is imported here.
+The benchmarks' scripts beside this file share it. They run in environments of their own, so nothing of cramlite is imported here.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ class Refused(Exception):
     """A request that cannot be served; the message is for people."""
 
 
-def answer(judge: Any, ask: dict[str, Any]) -> dict[str, Any]:
-    """Call the judge's method that a request names; all but ``reset`` need a running episode (``env``).
+def answer(simulator: Any, ask: dict[str, Any]) -> dict[str, Any]:
+    """Call the simulator's method that a request names; all but ``reset`` need a running episode (``env``).
 
     Raises:
         Refused: there is no such request, or no episode yet.
@@ -26,13 +26,13 @@ def answer(judge: Any, ask: dict[str, Any]) -> dict[str, Any]:
     name = ask.pop("ask", None)
     if name not in REQUESTS:
         raise Refused(f"there is no request '{name}'")
-    if name != "reset" and judge.env is None:
+    if name != "reset" and simulator.env is None:
         raise Refused(f"'{name}' needs an episode; 'reset' begins one")
-    said: dict[str, Any] = getattr(judge, name)(**ask)
+    said: dict[str, Any] = getattr(simulator, name)(**ask)
     return said
 
 
-def serve(judge: Any) -> None:
+def serve(simulator: Any) -> None:
     """Answer requests until the input ends, or ``end`` is asked; the output of simulators goes to standard
     error."""
     lines = os.fdopen(os.dup(1), "w")
@@ -42,7 +42,7 @@ def serve(judge: Any) -> None:
             ask = json.loads(line)
             if ask.get("ask") == "end":
                 return
-            said = answer(judge, ask)
+            said = answer(simulator, ask)
         except Refused as refused:
             said = {"error": str(refused)}
         except (ValueError, TypeError, AttributeError) as error:

