@@ -37,7 +37,7 @@ class ExecutorDied(Exception):
 
 
 class Executor(Struct):
-    """Executing process; started when it is first asked, and again when it died.
+    """Process that executes program texts; it is started at the first request, and anew after it has died.
 
     Args:
         plugins: of its engine.

@@ -8,7 +8,7 @@ from .rollout import Rollout
 
 
 class RunPeaks(Value):
-    """Peaks of a run in measured motion, not commanded motion.
+    """Highest speeds, forces and joint positions of a run, as measured rather than commanded.
 
     Args:
         seconds: until the last line ended.

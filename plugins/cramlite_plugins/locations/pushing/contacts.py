@@ -252,6 +252,7 @@ def upon(thing: Thing, handle: Feature, pose: Pose, turns: tuple[float, float], 
 
 
 def _turned(out: Floats, up: Floats, turns: tuple[float, float]) -> Pose:
-    """The hand that points into a front, tilted about the level line across it, and turned about its own axis [deg]."""
+    """Orientation of a hand that points at the front of a drawer or door, tilted about the front's level
+    axis, then turned about the hand's own axis [deg]."""
     tilted = Pose.from_axes((0, 0, 0), -out, np.cross(up, out)) * Pose.from_rotvec((0, 0, 0), (math.radians(turns[0]), 0, 0))
     return tilted * Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(turns[1])))

@@ -33,7 +33,7 @@ class Owner(Value):
 
 
 class ThingIndex(Value):
-    """Addresses of a thing in the model.
+    """Indices of a thing in the arrays of the MuJoCo model.
 
     Its body; qpos and dof are the addresses of its free joint, None where it has none, and ``joint`` the qpos
     address of its hinge or slide; ``grains`` are the bodies and qpos addresses of what it is filled with.
@@ -47,7 +47,8 @@ class ThingIndex(Value):
 
 
 class LinkageIndex(Value):
-    """Addresses of a linkage in the model, and its table (``cramlite.model.Linkage``); K samples, J joints, A actuators.
+    """Indices of a linkage in MuJoCo's arrays, and its table (``cramlite.model.Linkage``); K samples, J
+    joints, A actuators.
 
     Args:
         joints: qpos addresses of its joints.
@@ -83,7 +84,7 @@ class LinkageIndex(Value):
 
 
 class EffectorIndex(Value):
-    """Addresses of an effector in the model, a robot's gripper or a hand.
+    """Indices of an effector, a robot's gripper or a hand, in the arrays of the MuJoCo model.
 
     Args:
         name: of the mount, or "hand".
@@ -136,7 +137,8 @@ class EffectorIndex(Value):
 
 
 class PlatformIndex(Value):
-    """Addresses of a platform in the model: its body, qpos addresses and actuators of its joints x, y and turn."""
+    """Indices of a platform in MuJoCo's arrays: its body, and qpos addresses and actuators of its joints x, y
+    and turn."""
 
     body: int
     joints: tuple[int, ...]
@@ -158,7 +160,7 @@ def flat(pose: Pose) -> tuple[float, float, float]:
 
 
 class RobotIndex(EffectorIndex):
-    """Addresses of a robot in the model.
+    """Indices of a robot in the arrays of the MuJoCo model.
 
     Args:
         robot: its description.

@@ -127,7 +127,8 @@ def _measured(model: Model, data: Data, rows: list[int], named: list[Named]) -> 
 
 
 def _summed(samples: list[_Points]) -> list[tuple[Touch, ...]]:
-    """Touches of each sample, summed over the sample's contact points."""
+    """Contacts of each sample, one ``Touch`` for each pair of bodies, with the forces of their contact points
+    added up."""
     if not samples:
         return []
     forces = np.concatenate([s.forces for s in samples])
@@ -140,8 +141,12 @@ def _summed(samples: list[_Points]) -> list[tuple[Touch, ...]]:
 
 
 def _touches(points: list[tuple[Named, float, float, list[float]]]) -> tuple[Touch, ...]:
-    """Touches of a sample, summed over its contact points: names, normal force, upward force of the first on
-    the second [N], and the magnitude of the summed normal forces [N]."""
+    """Contacts of a sample, one ``Touch`` for each pair of bodies, with the forces of their contact points
+    added up [N].
+
+    They have names, normal force, upward force of the first on the second, and the magnitude of the summed
+    normal forces.
+    """
     sums: dict[tuple[str, str], list[float]] = {}
     for (pair, flip), pushed, lift, (x, y, z) in points:
         if pushed >= WEAKEST:
