@@ -208,8 +208,7 @@ class Placement(Value):
 
     @property
     def begins(self) -> Pose:
-        """Return the TCP pose right after the stand-off on the way to the placement: between the two the way
-        is straight."""
+        """Return the TCP pose at which the straight line from the stand-off ends, on the way to the placement."""
         return (*self.through, self.pose)[0]
 
     @property

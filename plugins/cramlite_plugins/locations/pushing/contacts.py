@@ -223,7 +223,8 @@ def _against(
 
 
 def _facing(handle: Pose, inner: bool) -> tuple[Floats, Floats]:
-    """Direction out of a front (or of its inner side), and the direction up along the front, as unit vectors."""
+    """Direction away from the front of a drawer or door (or from its inner side), and the direction up along
+    the front, as unit vectors."""
     out = np.asarray(handle.rotate((0.0, 0.0, -1.0 if inner else 1.0)))
     return out, np.array([0.0, 0.0, 1.0]) if abs(out[2]) < UPRIGHT else np.asarray(handle.rotate((0.0, 1.0, 0.0)))
 
