@@ -8,7 +8,7 @@ from .rollout import Rollout
 
 
 class RunPeaks(Value):
-    """Highest speeds, forces and joint positions of a run, as measured rather than commanded.
+    """Peak values of a run: speeds, forces and joint positions as measured, not as commanded.
 
     Args:
         seconds: until the last line ended.

@@ -32,8 +32,7 @@ def shown(markdown: str) -> str:
 
 
 def block(title: str, name: str, figure: Figure) -> str:
-    """Return the part of the page about one file of measured numbers: table, published numbers, plot and
-    circumstances."""
+    """Return the page's part about one measurement: table, published numbers, plot and circumstances."""
     head = f"**[{title}](../figures/{name}.yaml)**{mark(figure)}"
     parts = [head + (f" {figure.about}" if figure.about else ""), *table(figure.numbers)]
     parts += published(figure)

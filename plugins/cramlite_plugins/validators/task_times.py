@@ -49,8 +49,7 @@ def inner_tasks(candidate: Candidate) -> list[str]:
 
 
 def span(candidate: Candidate, task: str) -> Span | None:
-    """Span in which the code of a task (an action of the plan, or a part of such an action) ran; None without
-    code, or if it never ran."""
+    """Span in which the code of an action (one of the plan, or a part of such an action) ran; None if it never ran."""
     rollout, code = candidate.rollout, candidate.code
     assert rollout is not None and code is not None
     starts = sorted(code.origins)

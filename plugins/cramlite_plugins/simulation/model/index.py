@@ -33,7 +33,7 @@ class Owner(Value):
 
 
 class ThingIndex(Value):
-    """Indices of a thing in the arrays of the MuJoCo model.
+    """Indices of a thing in the MuJoCo model.
 
     Its body; qpos and dof are the addresses of its free joint, None where it has none, and ``joint`` the qpos
     address of its hinge or slide; ``grains`` are the bodies and qpos addresses of what it is filled with.
@@ -47,8 +47,9 @@ class ThingIndex(Value):
 
 
 class LinkageIndex(Value):
-    """Indices of a linkage in MuJoCo's arrays, and its table (``cramlite.model.Linkage``); K samples, J
-    joints, A actuators.
+    """Indices of a gripper's linkage in the MuJoCo model, and its table (``cramlite.model.Linkage``).
+
+    K samples, J joints, A actuators.
 
     Args:
         joints: qpos addresses of its joints.
@@ -84,7 +85,7 @@ class LinkageIndex(Value):
 
 
 class EffectorIndex(Value):
-    """Indices of an effector, a robot's gripper or a hand, in the arrays of the MuJoCo model.
+    """Indices of an effector (a robot's gripper or a hand) in the MuJoCo model.
 
     Args:
         name: of the mount, or "hand".
@@ -137,8 +138,8 @@ class EffectorIndex(Value):
 
 
 class PlatformIndex(Value):
-    """Indices of a platform in MuJoCo's arrays: its body, and qpos addresses and actuators of its joints x, y
-    and turn."""
+    """Indices of a platform in the MuJoCo model: its body, and qpos addresses and actuators of its joints x,
+    y and turn."""
 
     body: int
     joints: tuple[int, ...]
@@ -160,7 +161,7 @@ def flat(pose: Pose) -> tuple[float, float, float]:
 
 
 class RobotIndex(EffectorIndex):
-    """Indices of a robot in the arrays of the MuJoCo model.
+    """Indices of a robot in the MuJoCo model.
 
     Args:
         robot: its description.

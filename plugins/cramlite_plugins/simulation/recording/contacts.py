@@ -127,8 +127,7 @@ def _measured(model: Model, data: Data, rows: list[int], named: list[Named]) -> 
 
 
 def _summed(samples: list[_Points]) -> list[tuple[Touch, ...]]:
-    """Contacts of each sample, one ``Touch`` for each pair of bodies, with the forces of their contact points
-    added up."""
+    """Contacts of each sample as ``Touch``, summed over the sample's contact points."""
     if not samples:
         return []
     forces = np.concatenate([s.forces for s in samples])
@@ -141,11 +140,10 @@ def _summed(samples: list[_Points]) -> list[tuple[Touch, ...]]:
 
 
 def _touches(points: list[tuple[Named, float, float, list[float]]]) -> tuple[Touch, ...]:
-    """Contacts of a sample, one ``Touch`` for each pair of bodies, with the forces of their contact points
-    added up [N].
+    """Contacts of a sample as ``Touch``, summed over its contact points.
 
-    They have names, normal force, upward force of the first on the second, and the magnitude of the summed
-    normal forces.
+    Each has names, the normal force, the upward force of the first on the second [N], and the magnitude of
+    the summed normal forces [N].
     """
     sums: dict[tuple[str, str], list[float]] = {}
     for (pair, flip), pushed, lift, (x, y, z) in points:
