@@ -130,7 +130,8 @@ class Question(Struct):
     kept: dict[str, Kept] = field(default_factory=dict)
 
     def suits(self, item: Designator, belief: Belief, context: Context) -> bool:
-        """Check whether the answers that plugins gave also answer a question: whether its inputs are the same."""
+        """Check whether the answers that plugins gave earlier also hold for a new question, since its inputs
+        are the same."""
         same = self.item == item and same_belief(self.belief, belief) and self.read.suits(context.bindings)
         return same and (not self.ahead.read or tuple(self.ahead.now) == tuple(context.agenda))
 
