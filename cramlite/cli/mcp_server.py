@@ -293,7 +293,7 @@ def _until_stopped(do: Callable[[Say, Stop], T], say: Say, stop: Stop) -> T:
 
 
 def make_server(engine: Engine, files: ClientFiles) -> Server:
-    """Make the server of an engine, with its tools and resources."""
+    """Make the MCP server that offers an engine to language models, with its MCP tools and resources."""
     runs = ProvenRuns(engine, files)
     its = Tools(engine, files, runs)
     looks: list[Callable[..., Any]] = [

@@ -63,7 +63,7 @@ class Executor(Struct):
             self._say(self.plugins)
 
     def run(self, text: str, world: World, seed: int) -> tuple[Rollout, float]:
-        """Run a text in a world; return the rollout, and its CPU time [s].
+        """Run a program text in a world; return the rollout, and the CPU time that it took [s].
 
         The first run's time includes the start of the process.
 

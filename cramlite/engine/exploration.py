@@ -43,7 +43,7 @@ LEAST, ENOUGH = 4, 0.5
 
 
 class Reveal(Value, eq=False):
-    """Way to see a hidden place.
+    """Means to see a hidden place: which thing hides it, and which tasks uncover it and look.
 
     Args:
         name: of the thing that hides it.
