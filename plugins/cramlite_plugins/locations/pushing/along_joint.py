@@ -1,5 +1,5 @@
-"""Pushes of a thing along its joint: closed fingers in front of a drawer or door, behind a door that stands
-ajar, or on the bar of a drawer's handle."""
+"""Pushes along a joint: closed fingers in front of a door or drawer, behind a door that stands ajar, or upon
+the bar of a drawer's handle."""
 
 from __future__ import annotations
 
@@ -86,8 +86,8 @@ def _pushing(
 
 
 def _nearer_first(fronts: Iterable[tuple[Pose, str]], now: Pose) -> Iterator[tuple[Pose, str]]:
-    """Yield hand poses in front of a drawer or door; of two that differ by half a turn, the one with the
-    smaller turn first."""
+    """Yield hand poses in front of a thing; of two in a row that differ by half a turn, first the one to
+    which the hand turns less."""
     last: tuple[Pose, str] | None = None
     for found in fronts:
         if last is not None and math.isclose(_apart(last[0], found[0]), math.pi, abs_tol=1e-6):
