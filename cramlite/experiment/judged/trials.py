@@ -23,7 +23,7 @@ from .tables import tables
 
 
 class Episodes(Value):
-    """Episodes of a judged experiment that a run is to play; each episode is one trial.
+    """Episodes of a benchmark that an experiment is to play; each episode is one trial.
 
     Args:
         episodes: none for the tables of what the run directory holds.
