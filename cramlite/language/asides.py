@@ -1,5 +1,7 @@
-"""Asides of a sentence: reasons, purposes, comments and addresses, which ask for nothing; they are
-recognised by their form."""
+"""Asides of a sentence, which ask for nothing: reasons, purposes, comments, and words that address somebody.
+
+They are recognised by their form.
+"""
 
 from __future__ import annotations
 
@@ -16,8 +18,8 @@ LONG = 24
 
 
 class Asides:
-    """Finder of the asides in one sentence: parts that ask for nothing, such as reasons, comments and
-    addresses.
+    """Finder of the asides in one sentence: parts that ask for nothing, such as reasons, comments and words
+    that address somebody.
 
     What could change a goal is no aside: a place, a state, an amount, or what is asked for or denied.
 

@@ -134,8 +134,10 @@ class FreeParser(ClauseParser):
     # Free order
 
     def _free(self, at: int, k: int, heard: Heard) -> Iterator[Found]:
-        """Yield the requests that begin at word ``at``, given the parts that were found before word ``k``,
-        in any order."""
+        """Yield the requests that begin at word ``at``; their parts (verb, thing, place) may come in any order.
+
+        ``heard`` are the parts that were found up to word ``k``.
+        """
         yield from ((clause, k) for clause in self._made(heard))
         word = self.words[k] if k < len(self.words) and k < at + REACH else ""
         if not word or (word in english.JOINTS - english.LIGHT and k > at):

@@ -60,7 +60,7 @@ class Reading:
         self.at = 0
 
     def literals(self, clauses: Sequence[Clause]) -> tuple[Literal, ...]:
-        """Return the goals of all clauses, without those that a later clause replaces."""
+        """Return the goals for which the clauses of a sentence ask, except a goal that a later clause replaces."""
         found: list[_Row] = []
         for number, clause in enumerate(clauses):
             self.at = number
@@ -83,7 +83,7 @@ class Reading:
                     moved = self._free and row.clause.place is not None and clause.relation == "phrase"
                     same = [f for f in same if moved and f.clause.place is not None]
                 if clause.theme.pronoun and any(not self._superseded(f, row, clauses, number) for f in same):
-                    raise Refusal(FALSE, f"'{row.literal.goal}' is a second goal for {listed([*row.themes], 'and')}; say both with verbs")
+                    raise Refusal(FALSE, f"'{row.literal.goal}' is a second goal for {listed([*row.themes], 'and')}; use a verb for each")
                 found = [*(f for f in found if not self._superseded(f, row, clauses, number)), row]
         found = self._without_told(found)
         if not found:
@@ -211,8 +211,8 @@ class Reading:
         return self._spots(clause, themes)
 
     def _without_carried(self, clause: Clause, themes: Referents) -> Referents:
-        """Return the things that a pronoun refers to, without those that an earlier clause put onto one of
-        the others."""
+        """Return the things that a pronoun refers to, except a thing that an earlier clause of the sentence
+        put onto another of them."""
         before = zip(self._mentions.themes, self._mentions.places, strict=True)
         put = {t for group, places in before for t in group if {*places} & {*themes.names}}
         left = tuple(n for n in themes.names if n not in put)

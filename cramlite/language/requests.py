@@ -99,8 +99,8 @@ class RequestParser:
                     yield from self._predicates(theme, begin)
 
     def _complements(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
-        """Yield clauses of a verb and its object together with the words behind them: an amount, a place, or
-        an adverb or adjective."""
+        """Yield clauses made of a verb, its object and the words that follow: an amount, a place, an adverb
+        or an adjective."""
         if frame.amount:
             yield from self._amounts(frame, verb, theme, at)
         elif frame.place:

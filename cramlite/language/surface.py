@@ -186,7 +186,7 @@ def _without_prelude(words: Words) -> Words:
 
 
 def _stopped(words: Words) -> Words:
-    """Reduce several separators in a row, which removed fillers leave, to one."""
+    """Reduce several punctuation marks in a row, which are left where filler words were removed, to one."""
     found: list[str] = []
     for word in words:
         unsaid = word == "," and found[-1:] and found[-1] in ("the", "a", "an", "my", "on", "in", "into", "onto", "to")

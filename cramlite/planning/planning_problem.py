@@ -290,8 +290,11 @@ class PlanningProblem(Value, eq=False):
         return ""
 
     def blocking(self, steps: Sequence[Operator], found: Refutation) -> Blocking | None:
-        """Return the blocking that the failure of a task sequence proves; None if no task was refused, or the
-        blocking is known."""
+        """Return what a failed task sequence shows: a task that is refused as long as certain things stay as
+        they are.
+
+        None if no task was refused, or this blocking is known.
+        """
         facts = [self.facts]
         for step in steps:
             facts.append(step.apply(facts[-1]))

@@ -57,7 +57,8 @@ class PublishedSpec(Spec):
 
 
 class ThresholdSpec(Spec):
-    """Thresholds that ``--short`` must reach: shares of demonstrations and of candidates."""
+    """Least shares that an experiment with ``--short`` must reach: of demonstrations solved, and of
+    candidates planned, simulated and executed."""
 
     solved: float = Field(default=1.0, ge=0, le=1)
     planned: float = Field(default=0.0, ge=0, le=1)

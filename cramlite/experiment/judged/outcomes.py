@@ -1,4 +1,4 @@
-"""Page about how episodes of a judged experiment ended, in words and pictures."""
+"""Page about how the episodes of a benchmark ended, in words and pictures."""
 
 from __future__ import annotations
 

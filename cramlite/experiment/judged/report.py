@@ -1,4 +1,4 @@
-"""Report of a judged experiment in Markdown: how often proofs were right, then the success rates of episodes."""
+"""Report on the episodes of a benchmark in Markdown: how often proofs were right, then the success rates."""
 
 from __future__ import annotations
 

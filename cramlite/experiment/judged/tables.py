@@ -1,4 +1,5 @@
-"""Tables of a judged experiment: how often the judge agreed with a proof, and how many episodes fulfilled the judge's check."""
+"""Tables of a benchmark: how often its judge agreed with a proof, and how many episodes fulfilled the judge's
+check."""
 
 from __future__ import annotations
 
@@ -95,7 +96,7 @@ class Watched(Value):
 
 
 class EpisodeTables(Value):
-    """Tables of a judged experiment.
+    """Tables of an experiment about a benchmark.
 
     Args:
         passing_was_right: proven programs after which the judge's check is true at rest, in unlimited time.

@@ -84,8 +84,9 @@ class JudgeEnvironment(Value):
 
 
 class JudgeProcess:
-    """Process that simulates episodes and judges them; one attempt each. Its script may import the shipped
-    judges' shared modules.
+    """Process that simulates episodes of a benchmark and judges them; each episode is attempted once.
+
+    Its script may import the shipped judges' shared modules.
 
     Args:
         command: starts it.

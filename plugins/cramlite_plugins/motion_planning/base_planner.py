@@ -111,8 +111,10 @@ def ground(
 
 
 def _grow(model: Any, platform: int, by: float) -> None:
-    """Grow all shapes of the robot by a distance [m], the platform's only sideways; from then on only
-    robot and things collide."""
+    """Grow all shapes of the robot by a distance [m], its platform sideways only.
+
+    From then on the robot collides with things only, and things do not collide with one another.
+    """
     for g in range(model.ngeom):
         robot = int(model.body_rootid[model.geom_bodyid[g]]) == int(model.body_rootid[platform])
         model.geom_contype[g], model.geom_conaffinity[g] = (ROBOT, THING) if robot else (THING, ROBOT)

@@ -46,7 +46,7 @@ def _back(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundin
     _check_lines(motion, start, context, pivot, _ends(rest))
     steps = [*_open(motion, start, after), *_straight(motion, context, pivot, rest), *_retraced(motion, start, context, lead)]
     kept = replace(start, poses=belief.poses) if belief.poses.keys() == start.poses.keys() else start
-    reason = f"straight to the beginning of the last {len(rest)} steps, then back along the first {len(lead)}"
+    reason = f"straight to where the last {len(rest)} steps began, then back along the path of the first {len(lead)}"
     yield Grounding(tuple(steps), reason, 0.0, kept, key="back")
 
 

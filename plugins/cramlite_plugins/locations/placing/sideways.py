@@ -195,7 +195,8 @@ def _level(query: Query, floor: Floor, now: Pose, kind: str) -> Iterator[Placeme
 
 
 def _of_each_step(rows: NDArray[np.intp], few: int) -> list[list[int]]:
-    """Limit the pairs (spot, turn) to try at each distance from a floor's middle: to ``MANY``, or to one if ``few`` > 1.
+    """Limit the pairs (spot, turn) to try at each distance from a floor's middle: to ``MANY``, or to one if
+    ``few`` > 1 asks for few spots.
 
     To simulate how a payload comes to rest at one spot takes some ten runs.
     """

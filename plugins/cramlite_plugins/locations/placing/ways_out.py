@@ -39,7 +39,7 @@ PER_HEIGHT = 0.02  # cost of each height above the lowest
 
 
 class WayOut(Value):
-    """Way of a payload out of a target.
+    """Kind of way on which a payload can leave a target, such as up or through an open side.
 
     Args:
         name: for people.

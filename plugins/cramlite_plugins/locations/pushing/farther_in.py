@@ -56,7 +56,7 @@ def deeper(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     if isinstance(there, Refused):
         yield there.of("in")
     else:
-        yield Grounding(there, f"'{entity}' farther in by {1000 * way:.0f} mm, from {1000 * gap:.0f} mm before it", key="in")
+        yield Grounding(there, f"'{entity}' farther in by {1000 * way:.0f} mm, beginning {1000 * gap:.0f} mm in front of it", key="in")
 
 
 def _ahead(belief: Belief, context: Context) -> Floats:
