@@ -121,7 +121,7 @@ LONGEST_LIST = 60
 
 
 def nearest(name: str, valid: object) -> str:
-    """Return a clause that lists the valid names, the most similar first: "did you mean 'x'? valid are: ...".
+    """List the valid names for a message, the most similar first: "did you mean 'x'? valid are: ...".
 
     Of more than ``LONGEST_LIST`` names only the nearest few are listed.
     """

@@ -97,6 +97,6 @@ def plugin_choice(arguments: argparse.Namespace) -> PluginChoice:
         if file.stem in arguments.block:
             raise UserError(
                 f"'--plugin {file}' asks for the plugin '{file.stem}', and '--block {file.stem}' blocks it; leave one of them "
-                "out. If the file is to stand for an installed plugin of that name, rename the file."
+                "out. If the file is to replace an installed plugin of that name, rename the file."
             )
     return PluginChoice(tuple(arguments.plugin), tuple(arguments.block), tuple(arguments.prefer))

@@ -95,8 +95,8 @@ def resolve_scenario(
 def _accepted_solution(
     run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, say: Progress, came: Signals, *, report: bool
 ) -> Solution | None:
-    """Return the first proven program after its execution in the real world, where one is declared, and write
-    its files.
+    """Return the first proven program and write its files, after its execution in the real world if the
+    scenario declares one.
 
     If nothing was proven, write the report about the search and return None.
     """
@@ -118,7 +118,7 @@ def _accepted_solution(
 def _interrupted_behind(
     run: RunDirectory, solution: Solution, setting: Setting, engine: Engine, came: Signals, *, report: bool
 ) -> Interrupted:
-    """Return the error for a signal that came after a program was proven; write the program's files, and its
+    """Return the error for Ctrl+C or SIGTERM after a program was proven; write the program's files, and its
     report without drawings."""
     write_solution(run, solution, engine, setting.seed)
     if report:

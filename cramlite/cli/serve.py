@@ -193,8 +193,8 @@ class Service:
         return self._one(self._of(params))
 
     def _of(self, params: dict[str, Any]) -> Id:
-        """Return the request id of the search that a request refers to by 'of'; the search must still be
-        open."""
+        """Return the id of the ``resolve`` request that a request names by 'of'; that search must not have
+        ended."""
         asked: Id = params.get("of")
         if not _is_id(asked) or asked not in self._found:
             raise Refused(WRONG_PARAMS, f"'of' is the id of a 'resolve' whose search can go on, not {asked!r}")

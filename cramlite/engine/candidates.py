@@ -132,7 +132,8 @@ class CandidateSequence(Value, eq=False):
 def doubted_last(
     plans: Iterable[tuple[Plan, TaskSequence | None]], tried: Sequence[CandidateSequence], trace: Trace
 ) -> Iterator[tuple[Plan, TaskSequence | None]]:
-    """Yield task sequences, but those last that contain a reading which failed validation in an earlier sequence.
+    """Yield task sequences; one with a reading to which validators objected in an earlier sequence comes
+    last.
 
     That is a demonstrated action read as a task to which validators objected in all programs of that sequence.
 

@@ -208,7 +208,7 @@ class RunWatch:
         return self.notice
 
     def rest(self, readings: Readings) -> None:
-        """Keep the sensor readings of the arm at rest after a run as the run's last ones, with noise added."""
+        """Take sensor readings at rest after a run as the run's last readings; noise is added to them."""
         self.last = self._noisy(readings) if readings.poses is not None else readings
 
     @property
@@ -316,7 +316,8 @@ class RunWatch:
         return self._said(kind, now, f"'{name}' is {1000 * off:.0f} mm {what}, more than {1000 * limit:.0f} mm", name, off, limit, "m")
 
     def _lean(self, name: str, pose: Pose, rows: list[int]) -> float:
-        """Return the least angle between a thing's axis as read and in samples of the proof [rad]."""
+        """Return the least angle between the measured z axis of a thing and its z axis in samples of the
+        proof [rad]."""
         w, x, y, z = self.expected.poses[name][rows, 3:].T
         axes = np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], axis=1)
         return float(np.arccos(np.clip(axes @ pose.rotation[:, 2], -1.0, 1.0)).min())

@@ -43,7 +43,7 @@ LEAST, ENOUGH = 4, 0.5
 
 
 class Reveal(Value, eq=False):
-    """Way to see a hidden place.
+    """Means to see a hidden place: which thing hides it, and which tasks uncover it and look.
 
     Args:
         name: of the thing that hides it.
@@ -111,7 +111,10 @@ def _opening(container: Thing, setting: Setting, knowledge: Knowledge) -> Reveal
 
 
 def _asides(setting: Setting, knowledge: Knowledge) -> list[Reveal]:
-    """Occluders before unknown places, those that hide most first."""
+    """Ways to see what is hidden behind movable things: put a thing aside, then look.
+
+    The thing that hides most comes first.
+    """
     from ..perception.unseen import hidden_behind, places_above
 
     found: list[Reveal] = []

@@ -51,7 +51,7 @@ class Purpose(Value):
 
 
 class JudgedRun(Value):
-    """Outcome of judging: the run of a text, and its findings.
+    """Outcome of judging: the run of a program text, and its findings.
 
     Args:
         remarks: what was not judged, or could not be told for sure; for people.
@@ -64,7 +64,7 @@ class JudgedRun(Value):
 
 
 def judge_text(text: str, world: World, purpose: Purpose, knowledge: Knowledge, seed: int) -> JudgedRun:
-    """Run a text and judge it.
+    """Run a program text and judge the run.
 
     Args:
         world: it runs in; its first robot is the one that acts.
@@ -80,7 +80,7 @@ def judge_text(text: str, world: World, purpose: Purpose, knowledge: Knowledge, 
 
 
 def judge_rollout(text: str, rollout: Rollout, purpose: Purpose, knowledge: Knowledge) -> JudgedRun:
-    """Judge a run of a text.
+    """Judge the recorded run of a program text.
 
     Args:
         rollout: of that very text, one step a line; its world is the one that it ran in.
@@ -185,7 +185,7 @@ def _typed(text: str, ran: Candidate, purpose: Purpose, knowledge: Knowledge) ->
 
 
 def _by_goal(candidate: Candidate, knowledge: Knowledge) -> list[Finding]:
-    """Findings of validators that judge a text by its goal alone."""
+    """Findings of validators that judge a program text by its goal alone."""
     names = [v.name for v in knowledge.validators if isinstance(v, GoalValidator) and v.by_goal]
     return findings_of(candidate, knowledge, rollout=True, only=names)
 

@@ -113,8 +113,11 @@ class Check(Value):
 
     @property
     def setting(self) -> float | None:
-        """Value to set on the controller: above that of any run, and no more than the limit; None for a
-        quantity without such a setting."""
+        """Safety limit to set on the controller: above the largest value of any run, and at most the
+        permitted limit.
+
+        None for a quantity without such a setting.
+        """
         if not self.safety:
             return None
         wanted = MARGIN * self.most

@@ -101,8 +101,10 @@ def _in_place(step: AnyStep) -> float:
 
 
 def _drive(step: Drive) -> float:
-    """Return the duration of a drive's legs from the second on [s], since no step states where the platform
-    started."""
+    """Return the duration of all legs of a drive but the first [s].
+
+    That of the first leg is unknown, since no step states where the platform started.
+    """
     return sum(
         max(
             _trapezoid(math.dist(a[:2], b[:2]), step.speed, step.acceleration),

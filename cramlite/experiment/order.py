@@ -1,4 +1,4 @@
-"""Order to run an experiment: its trials, the folder of the results, and the number of processes."""
+"""Request to run an experiment: its trials, the folder of the results, and the number of processes."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ class Trials(Hashable, Protocol):
 
 
 class Order(Value):
-    """Order to run an experiment's trials in a run directory.
+    """Request to run an experiment's trials in a run directory.
 
     Args:
         out: run directory.
@@ -105,5 +105,5 @@ class Order(Value):
 
     @property
     def store(self) -> Store:
-        """Store of the run's results."""
+        """Store in which the experiment's run keeps the results of its trials."""
         return Store(self.out, self.trials.folder, self.trials.result)

@@ -81,12 +81,12 @@ class Store:
         self.write(trial, how, str(os.getpid()))
 
     def unmark(self, trial: str, *marks: str) -> None:
-        """Remove marks from a trial's folder."""
+        """Remove mark files from a trial's folder; without names the one that says that the trial has begun."""
         for mark in marks or (BEGUN,):
             (self.folder(trial) / mark).unlink(missing_ok=True)
 
     def marked(self, how: str) -> list[str]:
-        """Return the trials whose folder has a mark of a given name, but no result."""
+        """Return the trials without a result whose folder has a marker file of a given name."""
         found = sorted(p.parent for p in self.trials.glob(f"*/{how}"))
         return [folder.name for folder in found if not (folder / "result.json").exists()]
 

@@ -74,7 +74,7 @@ class Frames:
 
     @property
     def words(self) -> frozenset[str]:
-        """Every word that occurs in a verb frame."""
+        """Every word that occurs in a verb frame (a request pattern)."""
         found = {w for table in (self._said, self._participles) for said in table for w in said}
         found |= {w for f in self._all for v, particle in f.verbs for w in (*v, *particle)}
         return frozenset(found | {w for f in self._all for p in (*f.prepositions, *f.after, *f.stated) for w in p})
@@ -84,7 +84,8 @@ class Frames:
         return tuple(dict.fromkeys(f.phrase for f in self.placing if words in f.prepositions))
 
     def verbs(self, words: Words, at: int) -> Iterator[Verb]:
-        """Yield the verb frames whose verb, in base form or as a gerund, begins at a position of a sentence."""
+        """Yield the verb frames (request patterns) whose verb begins at a word of a sentence, in base form or
+        as a gerund."""
         return _verbs(self._said, words, at)
 
     def verb_ends(self, words: Words, at: int) -> tuple[int, ...]:
@@ -97,7 +98,8 @@ class Frames:
         return tuple(sorted({*starts(words, at, self.prepositions), *starts(words, at, (*BESIDE, *UNDER))}, reverse=True))
 
     def participles(self, words: Words, at: int) -> Iterator[Verb]:
-        """Yield the verb frames whose verb, as a past participle, begins at a position of a sentence."""
+        """Yield the verb frames (request patterns) whose verb begins at a word of a sentence, as a past
+        participle."""
         return _verbs(self._participles, words, at)
 
 

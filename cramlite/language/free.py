@@ -87,8 +87,8 @@ class FreeParser(ClauseParser):
         return self._aside[at]
 
     def _repeated(self, at: int) -> tuple[Found, ...]:
-        """Return noun phrases after a comma that only name the things before it in other words: "both
-        blocks, the red and the blue one"."""
+        """Return noun phrases after a comma that only repeat in other words what was named: "both blocks, the
+        red and the blue one"."""
         nouns = self._nouns.nouns(at + 1) if self.words[at : at + 1] in ((",",), ("!",)) else ()
         return tuple((Clause("", (), n, relation=SAME), end) for n, end in nouns if self._known(n) and not n.pronoun)
 
@@ -134,8 +134,10 @@ class FreeParser(ClauseParser):
     # Free order
 
     def _free(self, at: int, k: int, heard: Heard) -> Iterator[Found]:
-        """Yield the requests that begin at word ``at``, given the parts that were found before word ``k``,
-        in any order."""
+        """Yield the requests that begin at word ``at``; their parts (verb, thing, place) may come in any order.
+
+        ``heard`` are the parts that were found up to word ``k``.
+        """
         yield from ((clause, k) for clause in self._made(heard))
         word = self.words[k] if k < len(self.words) and k < at + REACH else ""
         if not word or (word in english.JOINTS - english.LIGHT and k > at):
@@ -158,7 +160,7 @@ class FreeParser(ClauseParser):
         yield from self._heard_state(at, k, heard)
 
     def _behind_denial(self, at: int) -> tuple[int, ...]:
-        """Return the end positions of prepositions and states (such as "open") that begin at a position
+        """Return the word indices right after prepositions and states (such as "open") that begin at a word
         after "not"."""
         return (*self.frames.preposition_ends(self.words, at), *(e for f in self.frames.unary for e in starts(self.words, at, f.stated)))
 

@@ -168,7 +168,7 @@ class NounParser:
         return k, Noun("", quantity=quantity or "the", count=count)
 
     def _cores(self, start: int) -> Iterator[int]:
-        """Yield the positions at which the words of a name may end; "yellow and white mug" has an "and"
+        """Yield the word indices at which the name of a thing may end; "yellow and white mug" has an "and"
         inside."""
         ends, k = [], start
         while k < len(self.words) and k - start < MOST and self.words[k] not in self._ends:
@@ -325,8 +325,8 @@ class NounParser:
                     yield Link(relation, phrase, (noun,)), end
 
     def _on_it(self, at: int) -> tuple[int, ...]:
-        """Return the positions after a redundant "on it", "in it" or "inside" at the end of a relation, and
-        the position itself."""
+        """Return the word indices at which a relation may end: the given one, and those after a redundant "on
+        it", "in it" or "inside" there."""
         said = tuple(tuple(text.split()) for text in ("on it", "in it", "inside", "on top", "inside it", "on_top_of it"))
         return (*starts(self.words, at, said), at)
 

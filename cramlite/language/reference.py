@@ -209,7 +209,7 @@ class Resolver:
         return [n for n, features in its.items() if word and any(word[0] in words_of(local_name(f.type)) for f in features)]
 
     def _hollow(self, place: str) -> bool:
-        """Check whether a place has a cavity, its own or that of a mounted part."""
+        """Check whether a thing, or a part that is mounted on it by a joint, has a cavity."""
         world = self.scene.world
         parts = (t for t in world.things if t.name == place or (t.joint is not None and t.joint.parent == place))
         return any("inside" in self.scene.taxonomy.fillers(f.type, BEARS) for t in parts for f in t.features)

@@ -99,8 +99,8 @@ class RequestParser:
                     yield from self._predicates(theme, begin)
 
     def _complements(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
-        """Yield clauses of a verb and its object together with the words behind them: an amount, a place, or
-        an adverb or adjective."""
+        """Yield clauses made of a verb, its object and the words that follow: an amount, a place, an adverb
+        or an adjective."""
         if frame.amount:
             yield from self._amounts(frame, verb, theme, at)
         elif frame.place:
@@ -203,7 +203,7 @@ class RequestParser:
                 yield self._clause(frame, verb, theme, amount=f"{number[1]} {unit}"), k + 1 + (not number[2])
 
     def _centre(self, at: int) -> Iterator[int]:
-        """Yield the position after words for the middle of a thing: "from the tray's centre"."""
+        """Yield the word index after a phrase for the middle of a thing: "from the tray's centre"."""
         for start in starts(self.words, at, english.OF):
             for noun, end in self._nouns.nouns(start, joined=False):
                 if noun.sides == ("middle",) or any(k.words[:1] == ("middle",) for k in noun.links):

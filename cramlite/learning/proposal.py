@@ -247,7 +247,8 @@ def _covered(learned: Learned) -> list[str]:
 
 
 def _procedure(learned: Learned, roles: Mapping[str, str]) -> Procedure | None:
-    """Return the procedure of known tasks, if they explain all examples.
+    """Return the procedure by which known tasks do what the examples show; None unless known tasks explain
+    all examples.
 
     Their roles are filled by roles of the learned task, or by classes.
     """

@@ -76,8 +76,10 @@ def casts(tables: Tables, roles: int) -> list[Cast]:
 
 
 def _who_changes(tables: Tables) -> list[int]:
-    """Return the indices of things of the first span that change or that the agent acts on, the most changed
-    first."""
+    """Return the indices of the things that change, or that the agent acts on, in the first demonstration.
+
+    The most changed come first.
+    """
     language = tables.language
     literals = [one for one in language.literals(1) if one.roles and (_moving(language, one) or _with_hand(language, one))]
     weights = np.array([_weight(tables.language, one) for one in literals])
@@ -139,8 +141,10 @@ def _distinct(things: int, roles: int) -> Truths:
 
 
 def _changes(language: Language, common: Sequence[Literal]) -> Iterator[Literal]:
-    """Yield recorded states of agent and roles that begin or end, without those that another change
-    implies."""
+    """Yield the changes that all examples share: recorded states of agent and roles that begin or end.
+
+    A change that another one implies is left out.
+    """
     changes = [one for one in common if one.kind in ("begins", "ends") and _whole(language, one) and recorded(language, one)]
     for one in changes:
         if not any(follows(language, one, other) for other in changes if other != one):

@@ -34,7 +34,8 @@ class Group(Value, eq=False):
 
 
 class Wish(Value, eq=False):
-    """Wish: all conditions of a rule should hold in one of several alternatives, else its length grows by ``bits``.
+    """Penalty of ``bits`` for a rule unless all its conditions hold in at least one recorded action of an
+    example.
 
     Args:
         false: of alternatives, the conditions that do not hold in each, as bits of a whole number.
@@ -136,8 +137,11 @@ def shortest(problem: Problem) -> Shortest:
 
 
 def _wish(wish: Wish, weights: list[float], rows: _Rows, lower: list[float]) -> None:
-    """Add a wish to the integer program: unless all chosen conditions hold in one alternative, the wish's
-    bits are added to the objective."""
+    """Add a wish to the integer program as a soft constraint: if it is not met, the wish's bits are added to
+    the objective.
+
+    It is met if all chosen conditions hold in at least one of its alternatives.
+    """
     first = len(weights)
     weights += [0.0] * len(wish.false)
     for k, mask in enumerate(wish.false):

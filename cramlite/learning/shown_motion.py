@@ -57,9 +57,10 @@ class ShownMotion(Value, eq=False):
     bent: bool
 
     def apart_from(self, refused: Sequence[Span]) -> ShownMotion:
-        """Return the motion with more repetitions required than spans without the task have, if the examples have more.
+        """Return the motion that must be repeated more often than in time spans without the task.
 
-        The number is half way between theirs and the examples'.
+        The required number is half way between that of these spans and that of the examples. The motion is
+        unchanged if the examples do not repeat it more often.
         """
         found = (
             gone_through(self.path, span.timeline.episode, one, other, (span.start, span.end))
@@ -234,8 +235,8 @@ def _yaw(frame: Pose) -> float:
 
 
 def _heading(shown: Sequence[Floats]) -> float | None:
-    """Mean of the mover's directions in all examples [rad]; None if one is farther than ``AIMED`` from the
-    mean."""
+    """Mean heading of the moved thing over all examples [rad]; None if a heading is farther than ``AIMED``
+    from the mean."""
     angles = np.concatenate(shown)
     mean = np.arctan2(np.sin(angles).mean(), np.cos(angles).mean())
     off = np.abs((angles - mean + np.pi) % (2 * np.pi) - np.pi)

@@ -1,4 +1,4 @@
-"""Rests that demonstrations share: the hand keeps still until the end."""
+"""Pauses at the end of a task that demonstrations share: the hand keeps still until the end."""
 
 from __future__ import annotations
 

@@ -88,7 +88,8 @@ class Track(Value):
 
 
 class Repair(Value):
-    """Correction of a recording by a reader or a smoother: what was changed, and the data before that.
+    """Correction of a recording, by code that reads or smooths it: what was changed, and the data before the
+    change.
 
     Args:
         what: was changed, for people.

@@ -187,9 +187,9 @@ def _ends(step: AnyStep, program: Program, robot: Robot) -> Iterator[str]:
 PROGRAM_RULES: dict[str, Callable[[Program, Robot], Iterator[str]]] = {
     "start": _start, "joint speeds": _joint_speeds, "payload": _first_load,
 }  # fmt: skip
-"""Safety rules on a program as a whole: name -> clauses about what breaks it."""
+"""Safety rules on a program as a whole: name -> function that says what breaks the rule."""
 STEP_RULES: dict[str, Callable[[AnyStep, Program, Robot], Iterator[str]]] = {
     "joint limits": _joints, "speed": _speed, "workspace": _workspace, "forces": _force, "payload": _load_of,
     "time-outs": _time, "gripper": _gripper, "paths": _ends,
 }  # fmt: skip
-"""Safety rules on single steps: name -> clauses about what breaks it."""
+"""Safety rules on single steps: name -> function that says what breaks the rule."""

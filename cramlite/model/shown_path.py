@@ -36,8 +36,10 @@ class Anchor(Value):
     scaled: bool = False
 
     def frame(self, parts: Iterable[Part]) -> tuple[Pose, float] | None:
-        """Return the pose of this frame in the thing's frame, and the length of a unit of x and y [m]; None
-        without such a part.
+        """Return the pose of the path's reference frame in the thing's frame, and the length of a unit of x
+        and y [m].
+
+        None if the thing lacks the part that the frame is on.
 
         The unit is 1 m, or half the part's width where ``scaled``.
         """

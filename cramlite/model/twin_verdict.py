@@ -69,12 +69,12 @@ class TwinVerdict(Value):
 
     @property
     def ran(self) -> int:
-        """Number of runs, the nominal one included."""
+        """Number of a proof's runs, the nominal one included."""
         return 1 + len(self.twins)
 
     @property
     def succeeded(self) -> int:
-        """Number of runs that succeeded, the nominal one included."""
+        """Number of a proof's runs that succeeded, the nominal one included."""
         return 1 + sum(t.succeeded for t in self.twins)
 
     @property

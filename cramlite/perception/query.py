@@ -48,7 +48,7 @@ class Condition(Value):
 
     @property
     def output(self) -> str:
-        """Name of the value that decides the condition."""
+        """Name of the value (an output of experts) by which the condition on an object is decided."""
         return "relations" if self.key in RELATIONS else self.key
 
     def holds(self, judged: Judged, taxonomy: Taxonomy) -> bool:
@@ -180,9 +180,10 @@ def _means(own: str, wanted: str, taxonomy: Taxonomy) -> bool:
 
 
 def _equal(value: Any, condition: Condition, taxonomy: Taxonomy) -> bool:
-    """Check whether a perceived value equals the wanted one; a number may differ from it by a tenth.
+    """Check whether a perceived value equals the wanted one; a number may differ by 10 % of the wanted
+    number.
 
-    A tenth is the accuracy of sizes from a depth camera.
+    That is the accuracy of sizes from a depth camera.
     """
     if isinstance(value, float | int) and isinstance(condition.value, float | int):
         return abs(value - condition.value) <= 0.1 * abs(condition.value)

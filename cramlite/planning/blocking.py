@@ -38,19 +38,22 @@ class Blocking(Value):
 
     @property
     def tracks(self) -> tuple[Track, ...]:
-        """Tracks (tasks done to a thing so far) of all things that the blocking depends on, each once."""
+        """Task histories of all things that the blocking depends on, each once."""
         return tuple(dict.fromkeys(t for any_of in self.sets for tracks in any_of for t in tracks))
 
     def bars(self, before: Sequence[Operator], step: Operator) -> bool:
-        """Check whether the blocking refuses ``step`` after the tasks ``before``, which left at least one
-        thing of each set in the way as it was."""
+        """Check whether the blocking refuses ``step`` after the tasks ``before``.
+
+        It does while at least one thing of each of its sets is as it was when the task failed.
+        """
         if done(step) != self.task:
             return False
         same = {t for t in self.tracks if history(before, t.thing) == t.past}
         return all(any(same.issuperset(tracks) for tracks in any_of) for any_of in self.sets)
 
     def left_shut(self) -> Blocking:
-        """Return a blocking that stays in force when a closed thing, such as a drawer, is opened.
+        """Return a blocking that keeps the task refused even if a closed thing in the way, such as a drawer,
+        is opened.
 
         It is without the sets of things in the way that name such a thing.
 

@@ -1,5 +1,5 @@
-"""Blockings (refused tasks) in PDDL: facts on the tasks done to each thing so far (its track), and the tasks
-that these facts block."""
+"""Blockings (refused tasks) in PDDL: facts on the tasks done to each thing so far, and the tasks that these
+block."""
 
 from __future__ import annotations
 
@@ -43,8 +43,8 @@ class BlockingText:
         return {t.thing for t in self.tracks} | {e for task in tasks for _, e in task[1]}
 
     def initial(self) -> Iterator[str]:
-        """Generate the PDDL facts at the start: every thing is at the first stage of its tracks, with no task
-        done to it yet."""
+        """Generate the PDDL facts at the start: no task of its history (track) has been done to any thing
+        yet."""
         yield from (self._at(track, (0, "")) for track in self.tracks)
 
     def conditions(self, schema: ActionSchema) -> Iterator[str]:
@@ -85,7 +85,7 @@ class BlockingText:
         return self.atom(f"one of tracks {' '.join(names)} is done", ())
 
     def effects(self, schema: ActionSchema, fluents: Fluents) -> Iterator[str]:
-        """Generate the PDDL effects of an action on tracks (sequences of tasks done to a thing).
+        """Generate the PDDL effects of an action on task histories (tracks) of things.
 
         Each thing that the action handles advances on its track, or leaves it.
         """
@@ -96,8 +96,8 @@ class BlockingText:
                     yield from (e for stage in (*track.stages(), None) for e in self._step(schema, term, how, track, stage))
 
     def _step(self, schema: ActionSchema, term: str, how: Handling, track: Track, stage: Stage | None) -> Iterator[str]:
-        """Generate the PDDL effects of an action on one stage of a thing's track (the tasks done to it; None
-        for no stage).
+        """Generate the PDDL effects of an action on a thing at one stage of its task history; None for
+        another history.
 
         The thing goes on to the next stage, or leaves the track.
 

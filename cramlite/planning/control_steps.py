@@ -50,8 +50,8 @@ def state_after_mark(state: State, mark: Mark) -> State:
 
 
 def _back(state: State, frame: Frame, name: str) -> Motion:
-    """Return the motion that leads the arm from any pose on the latest branch back to the pose where the
-    control structure began."""
+    """Return the motion that leads the arm back to where a control structure began, from any pose on its last
+    planned branch."""
     return _motion_back(frame, name, state.steps[frame.starts[-1] :])
 
 

@@ -105,7 +105,8 @@ def _rank(answer: GoalAnswer) -> int:
 
 
 def _nearest(answer: GoalAnswer) -> tuple[bool, int]:
-    """Return the sort key of an answer: missed parts come first, among them those with the latest tasks."""
+    """Return the sort key of an answer: goal parts of which a task failed come first, those with the latest
+    task first."""
     return answer.answer != "missed", -answer.tasks[1] if answer.tasks and answer.answer == "missed" else 0
 
 
@@ -119,7 +120,7 @@ def _proven(entry: Entry) -> GoalAnswer:
 
 
 def _unproven(parts: Iterable[Entry], entries: Sequence[Entry]) -> Iterator[GoalAnswer]:
-    """Yield an answer for each part of the goal from each candidate that was tried."""
+    """Yield what became of each part of the goal in each candidate that was tried, none of which was proven."""
     known = {e.number: e for e in entries}
     of = {c: [e for e in entries if e.candidate == c and e.kind != "goal"] for c in {e.candidate for e in parts}}
     misses = {c: nearest_miss(there) for c, there in of.items()}

@@ -73,7 +73,7 @@ class GoalFacts(Value):
 
 
 class TaskPlan(Value):
-    """Sequence of operators that achieves a goal, with the reason for each."""
+    """Sequence of planning actions that achieves a goal, with the reason for each."""
 
     steps: tuple[Operator, ...]
     reasons: tuple[str, ...]
@@ -133,7 +133,7 @@ def taken_places(goal: GoalFacts, schema: ActionSchema, things: Mapping[str, Thi
 
 
 def constrained(goal: GoalFacts, operator: Operator, task: TaskType, held: frozenset[str]) -> Operator:
-    """Return an operator that also adds a fact for each constraint of the goal that its task meets.
+    """Return a planning action that also adds a fact for each constraint of the goal that its task meets.
 
     Args:
         held: things that are in the hand at some time.

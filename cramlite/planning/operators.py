@@ -1,4 +1,5 @@
-"""Planning operators: task rules grounded over the things of one world, with preconditions and effects.
+"""Planning actions (operators): task rules grounded over the things of one world, with preconditions and
+effects.
 
 The rules that interpret demonstrations say both (``pre`` and ``post``). They are grounded here: conditions on classes and
 parts choose the fillers of roles, relations become facts that are needed, forbidden, added or removed. What is measured
@@ -44,7 +45,7 @@ def doing(task: str, elsewhere: bool) -> str:
 
 
 class Operator(Value):
-    """Ground planning operator: a task with things in its roles, its preconditions and its effects.
+    """Grounded planning action: a task with things in its roles, its preconditions and its effects.
 
     Args:
         task: class.
@@ -72,7 +73,8 @@ class Operator(Value):
 
     @property
     def doing(self) -> str:
-        """Class of the operator's task, marked if the task puts a thing down elsewhere than the goal asks."""
+        """Class of the planning action's task, marked if the task puts a thing down elsewhere than the goal
+        asks."""
         return doing(self.task, self.elsewhere)
 
     def __str__(self) -> str:
@@ -134,7 +136,7 @@ class Change(Value):
 
 
 class Grounder:
-    """Grounder of task rules: it makes planning operators by filling roles with the things of one world.
+    """Grounder of task rules: it makes planning actions by filling roles with the things of one world.
 
     Args:
         scene: whose things and features fill roles.
@@ -161,7 +163,7 @@ class Grounder:
         return Grounder(replace(self.scene, world=world, types=types), self.predicates)
 
     def ground(self, rules: Iterable[Rule], tasks: Mapping[str, TaskType]) -> tuple[Operator, ...]:
-        """Return the ground operators of those rules whose tasks a plugin offers."""
+        """Return the grounded planning actions of those rules whose tasks a plugin offers."""
         return tuple(o for rule in rules if rule.task in tasks for o in self._ground(rule, tasks[rule.task]))
 
     def _ground(self, rule: Rule, task: TaskType) -> Iterator[Operator]:
@@ -195,8 +197,8 @@ class Grounder:
         return [e for e in found if e != EFFECTOR and all(self.scene.has(e, f) for f in features)]
 
     def operator(self, rule: Rule, task: TaskType, binding: Mapping[str, str]) -> Operator | None:
-        """Return the operator for one assignment of things to roles; None if a class does not fit, or nothing
-        changes."""
+        """Return the planning action for one assignment of things to roles; None if a thing is of a wrong
+        class, or nothing would change."""
         clauses = conditions_of(rule)
         held = held_in(clauses, binding)
         if len(set(binding.values())) < len(binding) or not all(self.can_be_held(name) for name in held):

@@ -45,7 +45,7 @@ less certain."""
 
 
 class Scope(Value):
-    """Scope of the plans of one call of the planner: which things and ways of moving they may use.
+    """Limits of the plans of one call of the planner: which things they may use, and how they may move them.
 
     Args:
         things: by name.
@@ -84,7 +84,8 @@ class PlanningProblem(Value, eq=False):
     blocked: tuple[Blocking, ...] = ()
 
     def scopes(self) -> Iterator[Scope]:
-        """Generate scopes of plans, the narrowest first.
+        """Generate scopes: the things, and the ways of moving them, that a plan may use. The narrowest scope
+        comes first.
 
         First only things of the goal and obstacles, with their supports and payloads, are put where the goal
         says or on furniture. The next scopes also push them there, put them on anything, and use all things.
@@ -113,7 +114,8 @@ class PlanningProblem(Value, eq=False):
             yield Scope(every)
 
     def within(self, scope: Scope) -> PlanningProblem:
-        """Return the planning problem in which a blocked task becomes possible only by changes that a scope allows."""
+        """Return the problem in which a refused task becomes possible only by changes that the limits
+        ``scope`` permit."""
         blocked = tuple(b.left_shut() for b in self.blocked) if scope.left_shut else self.blocked
         return replace(self, blocked=tuple(b.while_others_stay() for b in blocked) if scope.others_moved else blocked)
 
@@ -147,8 +149,8 @@ class PlanningProblem(Value, eq=False):
         )  # fmt: skip
 
     def _here(self, schema: ActionSchema, scope: Scope) -> Iterator[ActionSchema]:
-        """Generate an action schema that takes only the things that a scope allows, with the goal's
-        constraints as effects.
+        """Generate an action schema for only the things that a plan's scope allows; the goal's constraints
+        become its effects.
 
         With obstacles also a schema without these effects: two things that change places need a third place.
         """
@@ -203,7 +205,8 @@ class PlanningProblem(Value, eq=False):
         return replace(self, says=(says,), wanted=wanted)
 
     def operator(self, step: PlanStep) -> Operator | None:
-        """Return the operator for a step of a plan; None if the step is impossible with the things of the world."""
+        """Return the grounded planning action for a step of a plan; None if it is impossible with the things
+        of the world."""
         task = self.knowledge.tasks[step.schema.task]
         fixed = {v: t for v, t in step.schema.terms.items() if t == EFFECTOR}
         found = self.grounder.operator(step.schema.rule, task, {**fixed, **step.binding})
@@ -214,7 +217,7 @@ class PlanningProblem(Value, eq=False):
         return replace(found, elsewhere=True, removes=found.removes | (whole.adds - found.adds))
 
     def failing(self, steps: Sequence[Operator]) -> str:
-        """Explain why a sequence of operators is no plan; "" if it is one."""
+        """Explain why a sequence of grounded planning actions is no plan; "" if it is one."""
         return self._failing(steps, self.facts)
 
     def _failing(self, steps: Sequence[Operator], facts: frozenset[Fact], before: Sequence[Operator] = ()) -> str:
@@ -270,7 +273,7 @@ class PlanningProblem(Value, eq=False):
         return bool(lacking & self.wanted.needs)
 
     def plan(self, steps: Sequence[Operator]) -> TaskPlan:
-        """Return operators as a plan, with the reason for each."""
+        """Return grounded planning actions (``Operator``) as a plan, with the reason for each."""
         found = tuple(reasons(self.wanted, self.facts, tuple(steps)))
         return TaskPlan(tuple(steps), tuple(self._out_of_the_way(steps, k) or reason for k, reason in enumerate(found)))
 
@@ -287,8 +290,11 @@ class PlanningProblem(Value, eq=False):
         return ""
 
     def blocking(self, steps: Sequence[Operator], found: Refutation) -> Blocking | None:
-        """Return the blocking that the failure of a task sequence proves; None if no task was refused, or the
-        blocking is known."""
+        """Return what a failed task sequence shows: a task that is refused as long as certain things stay as
+        they are.
+
+        None if no task was refused, or this blocking is known.
+        """
         facts = [self.facts]
         for step in steps:
             facts.append(step.apply(facts[-1]))
@@ -367,7 +373,8 @@ def why_unreachable(problem: PlanningProblem) -> str:
 
 
 def _may_make(schema: ActionSchema, added: Fact, fact: Fact) -> bool:
-    """Check whether an effect of an action schema is a given fact for some things in place of its parameters."""
+    """Check whether an effect of an action schema is a given fact, for some choice of things for its
+    parameters."""
     tables = {t.terms: t.rows for t in schema.tables if len(t.terms) == 1 and not t.denied}
     return added[0] == fact[0] and all(
         t == e or (t.startswith("?") and (e,) in tables.get((t,), {(e,)})) for t, e in zip(added[1:], fact[1:], strict=True)
@@ -410,7 +417,8 @@ def _moved_unheld(schema: ActionSchema, fluents: Fluents) -> frozenset[str]:
 
 
 def _may_push(schema: ActionSchema, things: frozenset[str], fluents: Fluents) -> bool:
-    """Check whether an action schema pushes one of the given things for some things in place of its parameters."""
+    """Check whether an action schema pushes one of the given things, for some choice of things for its
+    parameters."""
     pushed = _moved_unheld(schema, fluents)
     tables = [t.rows for t in schema.tables if not t.denied and len(t.terms) == 1 and t.terms[0] in pushed]
     return bool(pushed) and any(all((thing,) in rows for rows in tables) for thing in things)

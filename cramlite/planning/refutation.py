@@ -84,8 +84,10 @@ def as_they_are(things: InTheWay) -> frozenset[AsItIs]:
 
 
 def refutation(conflict: Iterable[object], reason: str = "") -> Refutation:
-    """Return the refutation that follows from a conflict set, with only those of its sets of things that
-    contain no other one."""
+    """Return why a task sequence failed, from the causes that the search collected (a conflict set).
+
+    Of sets of things in the way only those that contain no other set are kept.
+    """
     found = tuple(conflict)
     sets = {c.things for c in found if isinstance(c, AsItIs)}
     least = sorted(tuple(sorted(s)) for s in sets if not any(other < s for other in sets))

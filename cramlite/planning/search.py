@@ -171,8 +171,10 @@ class Search(Struct, dict=True):
         return (yield from self._descend(after, parent))
 
     def _passed(self, state: State, mark: Mark, parent: int) -> Below:
-        """Continue the search after a mark of a control structure; if its branches do not fit together, blame
-        all choices so far."""
+        """Continue the search where a branch of a control structure begins or ends.
+
+        If the branches do not fit together, all choices so far are to blame.
+        """
         try:
             after = state_after_mark(state, mark)
         except Unresolvable as impossible:
@@ -214,8 +216,11 @@ class Search(Struct, dict=True):
         return frozenset(point.conflict)
 
     def _within(self, item: Designator, state: State) -> dict[str, int]:
-        """Return the number of the plan's task that an item belongs to, and the number of open actions around
-        it, control structures not counted."""
+        """Return the number of the plan's task that an item belongs to, and how many unfinished actions the
+        item is part of.
+
+        Control structures are not counted as actions.
+        """
         behind = [k for k, i in enumerate(state.agenda, 1) if isinstance(i, Effect)]
         if not behind and not isinstance(item, Action):
             return _needed_by(item, state)

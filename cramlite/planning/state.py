@@ -111,7 +111,8 @@ def state_after_choice(state: State, item: Designator, answer: Grounding, choice
 
 
 def _state_believed(state: State, belief: Belief, by: str, **changes: Any) -> State:
-    """Return the state with another belief, and with the handovers between the two beliefs."""
+    """Return the search state with another belief, and with the things that pass into or out of the hand
+    between the two."""
     new = handovers(state.belief, belief, by, optional=state.folding)
     return replace(state, belief=belief, handovers=(*state.handovers, *new), **changes)
 

@@ -190,8 +190,8 @@ class _Asked(NamedTuple):
     handed: Path | None = None
 
     def at(self, choice: Goal) -> Sequence[str]:
-        """Return the place in the scenario of each part of a grounded goal; parts made of one sentence share
-        its place."""
+        """Return "file:line" of the scenario for each part of a grounded goal; parts made of one sentence
+        share a line."""
         return self.places if len(self.places) == len(choice.says) else list(self.places[:1]) * len(choice.says)
 
 

@@ -45,7 +45,7 @@ class Point(Value):
         """Return the message for a plugin file that has the name of this installed plugin, which is not allowed."""
         return (
             f"there is a plugin '{self.name}' already, of {self.distribution} {self.version} ({self.value}), and two of one name "
-            f"cannot be told apart; rename the file, and if it is to stand for that one, add --block {self.name}"
+            f"cannot be told apart; rename the file, and if it is to replace that one, add --block {self.name}"
         )
 
     def outdated(self) -> str:

@@ -18,8 +18,8 @@ KEPT = 4
 
 
 class EpisodeHooks:
-    """Episode hooks of the plugins, whose answers are checked: reading, repair, writing, and detection of
-    events in runs.
+    """What plugins do with episodes: read, repair and write them, and detect events in runs; their answers
+    are checked.
 
     Args:
         registry: whose plugins are asked.

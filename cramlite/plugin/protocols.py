@@ -141,7 +141,7 @@ class Remarking(Protocol):
     """Backend with a remark that is shown with each of its programs."""
 
     remark: str
-    """Clause that every result repeats, e.g. what was not checked."""
+    """Remark that is shown with every result, e.g. on what was not checked."""
 
 
 @runtime_checkable

@@ -218,7 +218,8 @@ def _check_episode(hook: str, episode: Any) -> None:
 
 
 def _check_values(hook: str, item: object) -> None:
-    """Check that the attributes of a declaration have valid types, and words that the engine knows.
+    """Check the types of a declaration's attributes, and that words in them, such as a cost class, are known
+    to the engine.
 
     An unknown word would be ignored silently.
     """

@@ -28,7 +28,8 @@ class Tolerances(Value):
 
 
 def taken(rollout: Rollout, ends: float) -> dict[str, Any]:
-    """Return the snapshot of a run.
+    """Return the numbers of a run for a snapshot: outcome, duration, largest force, final positions, the
+    tool's path.
 
     Args:
         ends: when the program ended [s].

@@ -105,7 +105,7 @@ class JointSpec(Spec):
 
 
 class WorldFileSpec(Spec):
-    """Scene file of another program, whose things are added to the scenario's own.
+    """Scene file, such as an MJCF, whose things are added to the scenario's own.
 
     ``types``: pattern of names -> class; ``packages``: name in ``package://`` -> folder; ``leave_out``: patterns of names;
     ``joints``: pattern of names of jointed things -> what is wrong in what was found of their joints; ``noise``: how far its poses of
@@ -140,8 +140,8 @@ class LimitsSpec(Spec):
 
 
 class ThenSpec(Spec):
-    """Stage of an open program: tasks that are resolved only after the earlier tasks were executed, in the
-    world as it is measured then.
+    """Tasks that are resolved only after the earlier tasks were executed, in the world as it is measured
+    then: a stage of an open program.
 
     ``else``: tasks in their place, where no program for them can be proven; without it the execution ends there, with the reason.
     """

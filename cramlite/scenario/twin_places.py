@@ -62,7 +62,7 @@ class _Placing:
         self.found[thing.name] = placed
 
     def _carried(self, thing: Thing, before: Thing) -> Thing:
-        """Return a hanging or mounted thing, moved together with its carrier."""
+        """Return a hanging or mounted thing at the pose to which its displaced carrier takes it."""
         own, carrier = thing.pose, self.found[before.name].pose
         if thing.name in self.hangers:
             hung = replace(thing, pose=_hung(thing, before, self.factors.get(thing.name, 1.0)))

@@ -55,8 +55,12 @@ def _jointed(what: str, name: str, things: Mapping[str, Thing]) -> str:
 
 
 def _thing(name: str, scene: Mapping[str, Any], things: Mapping[str, Thing]) -> str:
-    """The thing that an object is; of a region the feature of its thing whose name ends the site's name,
-    else the thing itself."""
+    """Return the name of the thing that an object of a LIBERO goal is or, for a region, of the thing's
+    feature: "thing/feature".
+
+    The feature is the one with the longest name that ends the name of the region; without one it is the thing
+    itself.
+    """
     region = scene["regions"].get(name)
     bodies = region["bodies"] if region else [scene["bodies"][name]] if name in scene["bodies"] else []
     found = next((b for b in bodies if b in things), None)

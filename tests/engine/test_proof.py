@@ -84,9 +84,9 @@ def test_a_text_that_does_not_run_here_is_not_judged_and_the_verdict_says_so() -
     simulator, run = Written(), Says("run", False)
     candidate, verdict = proved([Says("facts", cost="facts"), run], Writes(executable=False), simulator)
     assert candidate.code is not None and simulator.asked == run.asked == [] and words(verdict) == [("facts", True), ("execution", True)]
-    assert verdict.findings[1].reason == "text of backend 'writes' cannot be run here; its program was checked, its text was not"
+    assert verdict.findings[1].reason == "text of backend 'writes' cannot be run here; its typed program was checked, its text did not run"
     _, verdict = proved([], Writes(executable=False, remark="no interpreter"))
-    assert verdict.findings[0].reason == "no interpreter; its program was checked, its text was not"
+    assert verdict.findings[0].reason == "no interpreter; its typed program was checked, its text did not run"
 
 
 def test_the_typed_program_runs_in_its_place_where_the_backend_says_so() -> None:

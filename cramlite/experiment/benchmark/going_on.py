@@ -38,7 +38,8 @@ PERSON = "a protective stop waits for a person, and an episode has none"
 
 
 class Played(Value):
-    """Outcome of running a program, and those that replaced it after stops, in the benchmark's simulator.
+    """Outcome of a run in the benchmark's simulator: of a program, and of the programs that replaced it after
+    stops.
 
     Args:
         rollout: of the last program.

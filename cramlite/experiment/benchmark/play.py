@@ -98,7 +98,7 @@ def play(trial: Trial) -> EpisodeResult:
 
 @lru_cache(maxsize=1)
 def _benchmark(file: Path, environment: Path | None) -> Benchmark:
-    """Return the benchmark of this process; it is kept until it does not reply."""
+    """Return the benchmark that this process uses; another one is started only if that no longer replies."""
     return connect(file, environment)
 
 
@@ -214,8 +214,11 @@ def _kept(path: Path, picture: bytes) -> str:
 
 
 def _refused_state(engine: Engine, setting: Setting, trace: Trace) -> bytes:
-    """Return a picture of the collision in the refusal that came nearest to a program; empty if no refusal
-    has one."""
+    """Return a picture of the collision in the nearest miss, the refusal at which the search had come
+    furthest.
+
+    It is empty if no refusal has a collision.
+    """
     missed = nearest_miss([e for e in trace.entries if e.collision is not None])
     if missed is None or missed.collision is None:
         return b""

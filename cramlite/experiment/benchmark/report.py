@@ -1,4 +1,4 @@
-"""Report of an experiment on a benchmark in Markdown: how often proofs were right, then the success rates of episodes."""
+"""Report on the episodes of a benchmark in Markdown: how often proofs were right, then the success rates."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def watched(found: Watched) -> str:
 
 
 def signed(value: float) -> str:
-    """Return a difference of rates with its sign, "-.04"."""
+    """Return a difference of success rates with its sign, "-.04"."""
     return f"{'-' if round(value, 2) < 0 else '+'}{digits(abs(value))}"
 
 
@@ -111,8 +111,7 @@ def grid(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
 
 
 def numbers(tables: EpisodeTables) -> list[Number]:
-    """Return the numbers of a figure: rates by suite, how often passing verdicts were right, and CPU
-    times."""
+    """Return the numbers to publish: rates by suite, how often passing verdicts were right, and CPU times."""
     rows = [(r.suite, r) for r in tables.suites] + ([("all", tables.whole)] if len(tables.suites) > 1 else [])
     found = [number for name, row in rows for number in rates(name, _columns(row))]
     if tables.watched:

@@ -1,4 +1,4 @@
-"""Results of an experiment on a benchmark: one record for each episode, written as JSON and read back."""
+"""Results of a benchmark: one record for each episode, written as JSON and read back."""
 
 from __future__ import annotations
 

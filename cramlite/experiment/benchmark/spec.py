@@ -1,4 +1,4 @@
-"""Files of experiments on benchmarks: connection, episodes, classes of failures, published rates."""
+"""Experiment files about a benchmark: its connection, its suites of episodes, classes of failures, published rates."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class PublishedSpec(Spec):
 
 
 class BenchmarkSpec(Spec):
-    """Keys of the file of an experiment on a benchmark.
+    """Keys of an experiment file about a benchmark.
 
     ``benchmark`` is the Python file that connects to the benchmark, and ``plugins`` are those that its episodes need, both beside the
     experiment's file.
@@ -101,7 +101,7 @@ class Episode(Value):
 
 
 class BenchmarkExperiment(ExperimentFile):
-    """File of an experiment on a benchmark that was read and checked."""
+    """Experiment file about a benchmark, read and checked."""
 
     spec: BenchmarkSpec
 
@@ -164,7 +164,7 @@ def _span(part: str) -> Iterable[int]:
 
 
 def read_benchmark(path: Path) -> BenchmarkExperiment:
-    """Read the file of an experiment on a benchmark.
+    """Read an experiment file about a benchmark.
 
     Raises:
         UserError: not YAML, an unknown key, or a wrong value: with file and line.

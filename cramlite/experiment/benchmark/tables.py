@@ -1,4 +1,4 @@
-"""Tables of an experiment on a benchmark: how often its check agreed with a proof, and how many episodes fulfilled it."""
+"""Tables of a benchmark: how often its check agreed with a proof, and how many episodes fulfilled it."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ class Watched(Value):
 
 
 class EpisodeTables(Value):
-    """Tables of an experiment on a benchmark.
+    """Tables of an experiment about a benchmark.
 
     Args:
         passing_was_right: proven programs after which the benchmark's check is true at rest, in unlimited time.
@@ -176,7 +176,7 @@ def row(results: Episodes, suite: str = "", task: int | None = None) -> EpisodeR
 
 
 def _seconds(results: Episodes) -> dict[str, Spread]:
-    """Return, by the name of each measured duration, how it is spread over the episodes."""
+    """Return statistics of each measured duration over the episodes, by the duration's name."""
     named: dict[str, list[float]] = {}
     for r in results:
         for name, value in r.seconds.items():

@@ -1,4 +1,4 @@
-"""Episodes of a benchmark as trials of a run."""
+"""Episodes of a benchmark as trials of an experiment's run."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from .tables import tables
 
 
 class Episodes(Value):
-    """Request to run episodes of a benchmark, as trials.
+    """Episodes of a benchmark that an experiment is to play; each episode is one trial.
 
     Args:
         episodes: none for the tables of what the run directory holds.

@@ -53,7 +53,8 @@ def _row(row: ObjectRow) -> list[str]:
 
 
 def numbers(tables: ObjectTables) -> list[Number]:
-    """Return the rates for each object in the tables as numbers for a figure's YAML file."""
+    """Return the success rates of each object's demonstrations and candidates, as numbers for a figure's YAML
+    file."""
     scales = [c.scale for c in tables.confusions]
     return [number for row in tables.rows for number in rates(row.object, _columns(row, scales))]
 

@@ -54,7 +54,7 @@ class Program(Value):
 
     @property
     def execution(self) -> Execution | None:
-        """Execution with the smallest errors of the twin; None where the candidate has no program."""
+        """Execution at the experiment's smallest scale of errors; None where the candidate has no program."""
         return self.executions[0] if self.executions else None
 
 

@@ -21,7 +21,7 @@ from .trial import run_demonstration
 
 
 class Demonstrations(Value):
-    """Request to run demonstrations of an experiment, as trials.
+    """Demonstrations of an experiment that a run is to carry out; each demonstration is one trial.
 
     Args:
         path: of the experiment's file.

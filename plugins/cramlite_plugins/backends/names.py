@@ -13,7 +13,8 @@ class Names(Struct):
     values: dict[str, str] = field(default_factory=dict)
 
     def name(self, base: str, value: str) -> str:
-        """Return a name for a value: ``base``, with a number behind it if a different value has that name already."""
+        """Return a name for a value: ``base``, with a number at its end if a different value has that name
+        already."""
         name, k = base, 1
         while name in self.values and self.values[name] != value:
             k += 1

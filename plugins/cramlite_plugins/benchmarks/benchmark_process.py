@@ -84,8 +84,9 @@ class BenchmarkEnvironment(Value):
 
 
 class BenchmarkProcess:
-    """Process that simulates episodes and judges them; one attempt each. Its script may import the shipped
-    benchmarks' shared modules.
+    """Process that simulates episodes of a benchmark and judges them; each episode is attempted once.
+
+    Its script may import the shipped benchmarks' shared modules.
 
     Args:
         command: starts it.
@@ -127,11 +128,11 @@ class BenchmarkProcess:
         return str(said["task"])
 
     def scene(self) -> dict[str, Any]:
-        """Return the process's description of the present world."""
+        """Return the benchmark's description of its world as it is now."""
         return self.ask({"ask": "scene"}, self.patience)
 
     def check(self) -> Check:
-        """Check the episode at this moment."""
+        """Ask the benchmark whether the goal holds now, and return its answer."""
         said = self.ask({"ask": "check"}, self.patience)
         try:
             return convert(said, Check)

@@ -86,7 +86,7 @@ def _add_words(rerun: Any, run: RunRecord) -> None:
             for e in run.events for t, word in ((e.start, "begins"), (e.end, "ends"))
         ],
         "contacts": [
-            (float(t), f"{c.a} - {c.b}: {c.force!r} N, lift {c.lift!r} N")
+            (float(t), f"{c.a} - {c.b}: {c.force!r} N, upward {c.lift!r} N")
             for t, all_ in zip(run.rollout.times, run.rollout.touches, strict=True) for c in all_
         ],
     }  # fmt: skip

@@ -374,8 +374,10 @@ def reach_shortfall(robot: Robot, target: Pose) -> str:
 
 
 def reach_gap(robot: Robot, target: Pose) -> tuple[float, str]:
-    """Return the distance of a pose out of reach [m], negative for too near, and a clause with numbers; (0, "")
-    within reach.
+    """Return by how much a pose is out of reach [m], negative if it is too near, with an explanation in
+    numbers.
+
+    It is (0, "") for a pose within reach.
 
     For a six-axis arm whose joints 2 to 4 are parallel, the wrist centre (the origin of frame 5, on
     the axis of joint 6 behind the flange) lies within the annulus that both links and the
@@ -400,7 +402,8 @@ def reach_gap(robot: Robot, target: Pose) -> tuple[float, str]:
 
 
 def _parallel(rows: Table) -> bool:
-    """Whether joints 2, 3 and 4 are parallel and the others meet, as those of a UR."""
+    """Whether the axes of joints 2, 3 and 4 are parallel and all other neighbouring axes intersect, as on a
+    UR arm."""
     return rows[1][2] == rows[2][2] == 0.0 and rows[0][0] == rows[3][0] == rows[4][0] == 0.0
 
 

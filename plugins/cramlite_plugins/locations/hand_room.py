@@ -67,8 +67,8 @@ class HandRoom(Value, dict=True):
 
     @classmethod
     def amid(cls, whole: str, payload: str, belief: Belief, scene: PlanningScene) -> HandRoom:
-        """Return the shapes of a thing and around it, without the payload's, for hands that put the payload
-        there."""
+        """Return the shapes that a hand must not hit when it puts a payload on or in a thing: the thing's and
+        those around it."""
         thing, pose = belief.world.thing(whole), belief.pose(whole)
         low, high = box_around(thing.geoms)
         near = _around(pose.apply((low + high) / 2), float(np.linalg.norm(high - low)) + AROUND, payload, belief)

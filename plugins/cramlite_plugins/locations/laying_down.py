@@ -72,8 +72,9 @@ def _led(answer: Grounding, location: Location, belief: Belief, context: Context
 
 
 def released(shares: list[float], hands: list[Pose]) -> tuple[float, Pose]:
-    """Return the share of a swing at which the hand lets go, and the TCP there: ``LEFT`` [m] above the end of
-    its way down.
+    """Return the share of the payload's swing at which the hand lets go, and the TCP pose there.
+
+    That pose is ``LEFT`` [m] above the end of the hand's way down.
 
     Args:
         shares, hands: as ``rolled`` returns them.

@@ -32,8 +32,8 @@ def _candidates(wanted: Object, belief: Belief, context: Context) -> Iterator[Gr
 
 
 def _entities(wanted: Object, belief: Belief, context: Context) -> list[str]:
-    """Names of candidates: the entity that is asked for, the features of the whole of which a part is asked
-    for, or all things."""
+    """Names of candidates for an object designator: the entity that it names, else the features of the thing
+    that it asks a part of, else all things."""
     if wanted.entity:
         return [wanted.entity]
     if wanted.part_of:

@@ -64,7 +64,7 @@ class Along(Value):
 
 
 class Begun(Value):
-    """Parameters of relations whose path begins at another location.
+    """Parameters of a location designator whose path begins at another location.
 
     Args:
         begin: name of the location where it begins.

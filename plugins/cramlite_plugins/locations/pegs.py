@@ -185,8 +185,10 @@ def _hand(belief: Belief, hole: Pose) -> Pose:
 
 
 def _legs(location: Location, context: Context, corners: list[Pose]) -> Iterator[Leg]:
-    """Legs of the way along the peg, one for each TCP pose in ``corners``; from the tip on the payload may
-    touch the peg, but the hand may not."""
+    """Legs of the hand's way along the peg, one for each TCP pose in ``corners``.
+
+    On all legs but the first the payload may touch the peg, but the hand may not.
+    """
     near = Leg(corners[0], (bound(context, location.of),), clearance=0.0, hand=False)
     for stage, pose in zip(("before the tip", "at the tip", "past its bend", "on the peg", "let down"), corners, strict=True):
         yield replace(near, pose=pose, said=stage) if pose is not corners[0] else Leg(pose, said=stage)

@@ -52,7 +52,7 @@ def ways_back(here: Pose, straight: bool = False) -> list[tuple[str, Pose]]:
 
 
 def lift(location: Location, belief: Belief, context: Context) -> Groundings:
-    """Generate ways up from where the hand is."""
+    """Generate lifts of the hand and its payload: straight up, then up and aside."""
     height, here = asked(location, Up).height_m, tcp(belief, context)
     if belief.held is not None and belief.held.swing is not None:
         yield from _until_it_hangs(here, height, belief, belief.held.swing, context)
@@ -65,7 +65,7 @@ def lift(location: Location, belief: Belief, context: Context) -> Groundings:
 
 
 def _until_it_hangs(here: Pose, height: float, belief: Belief, swing: Swing, context: Context) -> Groundings:
-    """Ways up that are high enough for a payload that swings down in the hand to come off its support."""
+    """Yield lifts that are high enough for a payload that swings down in the hand to come off its support."""
     assert belief.held is not None
     needed = dropped(belief.world.thing(belief.held.thing), here, swing) + OFF
     hanging = replace(belief, held=replace(belief.held, tcp_to_thing=swing.end))

@@ -215,7 +215,8 @@ class PlanningScene(Value):
         return ", ".join(str(self._state(q, *pair)) for pair in self.collisions(q)[:2])
 
     def collision(self, q: Position) -> Collision | None:
-        """Return the deepest collision at a joint position; None where there is none, or where it is beyond a limit."""
+        """Return the deepest collision at a joint position; None without a collision, or outside the joint
+        limits."""
         close = self.collisions(q) if self._inside(q) else ()
         return self._state(q, *close[0]) if close else None
 
@@ -273,7 +274,7 @@ class PlanningScene(Value):
         return all(low <= value <= high for value, (low, high) in zip(q, self.limits, strict=True))
 
     def _keeps(self, q: Position) -> bool:
-        """Whether every pair keeps its required distance."""
+        """Whether at a joint position every pair of bodies keeps its required distance."""
         self._place(q)
         near = self.levels[0].near(self.data)
         return not near or all(d >= self.need.item(g, h) or d >= self._needed(q, g, h) for g, h, d in self._measured(near))

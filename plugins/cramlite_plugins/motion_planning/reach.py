@@ -76,7 +76,8 @@ def make_scene(
 
 
 def uncertainty_margins(belief: Belief) -> dict[str, float]:
-    """Return the distance [m] kept from each thing beyond the clearance, for the uncertainty of its pose."""
+    """Return the distance [m] to keep from each thing, in addition to the clearance, since its pose is
+    uncertain."""
     spread = {name: e.sigma for name, e in belief.poses.items()}
     if belief.held:
         spread[belief.held.thing] = belief.held.sigma
@@ -170,7 +171,7 @@ def traverse(
 
 
 def causes(location: Location, context: Context) -> tuple[str, ...]:
-    """Return the choices that a path from the hand's present pose depends on.
+    """Return the names of the choices in the search on which a path from the hand's present pose depends.
 
     Every place it was led to, the grasp among them, and the reference object.
     """

@@ -83,7 +83,8 @@ def widen(motion: Motion, belief: Belief) -> tuple[Belief, str]:
 
 
 def _force_path(motion: Motion, belief: Belief, context: Context) -> Groundings:
-    """Resolve a motion along a place's path, or between two of its corners, on which the arm gives way sideways."""
+    """Resolve a compliant motion along the path of a place, or a part of that path; the arm gives way across
+    the path."""
     from ..motion_planning.cartesian import line
     from ..motion_planning.reach import tcp
     from .free_motion import place_of
@@ -293,8 +294,10 @@ def _spiral(motion: Motion, play: float, belief: Belief, context: Context) -> tu
 
 
 def force_insert(motion: Motion, belief: Belief, context: Context) -> Groundings:
-    """Push the hole onto the peg by the place's depth; the tool is at the corner of the path where the peg
-    begins to lead the hole."""
+    """Push the hole onto the peg by the depth that the place states.
+
+    The tool starts at the corner of the path from which on the peg guides the hole.
+    """
     from ..motion_planning.cartesian import line
     from .free_motion import place_of
 

@@ -46,7 +46,7 @@ def _back(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundin
     _check_lines(motion, start, context, pivot, _ends(rest))
     steps = [*_open(motion, start, after), *_straight(motion, context, pivot, rest), *_retraced(motion, start, context, lead)]
     kept = replace(start, poses=belief.poses) if belief.poses.keys() == start.poses.keys() else start
-    reason = f"straight to the beginning of the last {len(rest)} steps, then back along the first {len(lead)}"
+    reason = f"straight to where the last {len(rest)} steps began, then back along the path of the first {len(lead)}"
     yield Grounding(tuple(steps), reason, 0.0, kept, key="back")
 
 
@@ -54,7 +54,7 @@ def _check_hand(motion: Motion, start: Belief, after: list[AnyStep]) -> None:
     """Refuse to go back after steps that may have released or taken a thing, since it may be anywhere then."""
     grips = [k for k, s in enumerate(after) if isinstance(s, SetGripper)]
     if start.held and grips:
-        raise Unresolvable(f"'{motion.name}': the gripper moves while it holds '{start.held.thing}'; it cannot begin again")
+        raise Unresolvable(f"'{motion.name}': the gripper moves while it holds '{start.held.thing}', so the steps cannot be tried again")
     taken = next((k for k in grips if after[k].expect == "object"), None)  # type: ignore[union-attr]
     if taken is not None and any(not _sure(s) for s in after[taken + 1 :]):
         raise Unresolvable(f"'{motion.name}': a thing that was grasped may be anywhere when a later step has failed")

@@ -27,8 +27,8 @@ BLOCK = 40
 
 
 class _Points(Value, eq=False):
-    """Measured points near fixtures (N, 3), rays to them, standard deviations [m], and the block of the image
-    of each."""
+    """Measured points near fixtures (N, 3), with camera rays, standard deviations [m], and the square block
+    of the image that each is in."""
 
     at: Floats
     rays: Floats
@@ -106,7 +106,8 @@ def _registered(points: _Points, solids: Sequence[tuple[Geom, Pose]], centre: Fl
 def _clear(
     points: _Points, whole: Pose, solids: Sequence[tuple[Geom, Pose]], limits: Mapping[str, float]
 ) -> tuple[_Points, list[tuple[Geom, Pose]]]:
-    """Points nearest to the solids that no other thing hides or surrounds, and these solids.
+    """Points that a camera sees on solids (shapes of fixtures) which no other thing hides or surrounds, and
+    these solids.
 
     A solid is kept if most of the points nearest to it lie on its surface.
 
@@ -166,7 +167,8 @@ def _twist(whole: Pose, centre: Floats) -> Floats:
 
 
 def _covariance(points: _Points, away: Floats, j: Floats, weight: Floats, prior: Floats) -> tuple[Floats, int]:
-    """Covariance of the camera's estimated motion, and in how many directions the prior tells more than the points.
+    """Covariance of the camera's estimated motion, and the number of directions in which the prior is more
+    certain than the points.
 
     The covariance is that of noise and of the residuals of each block of the image.
     """

@@ -225,8 +225,10 @@ def _two_in_hand(_scene: SymbolicWorld, fact: Fact, other: Fact) -> bool:
 
 
 def _two_places(scene: SymbolicWorld, fact: Fact, other: Fact) -> bool:
-    """Whether two facts put a thing at two fixed places that are apart: over both at once, or, if carried,
-    farther apart than it is long."""
+    """Whether two facts put one thing at two fixed places that are too far apart for it to be at both.
+
+    A thing that lies or hangs on both may bridge a gap up to its length; one that is in a place bridges none.
+    """
     one, two = _put(scene, fact), _put(scene, other)
     if one is None or two is None or one[0] != two[0] or one[1] == two[1]:
         return False

@@ -174,8 +174,10 @@ def _smoothed(times: Floats, values: Floats) -> Floats:
 
 
 def _swings(times: Floats, values: Floats) -> int:
-    """Largest number of strokes in a row that take at most ``SWING`` each; a stroke leads from one index
-    of ``_turns`` to the next."""
+    """Largest number of half swings of a signal in a row that take at most ``SWING`` each.
+
+    A half swing leads from one extreme that ``_turns`` gives to the next.
+    """
     best = row = 0
     for one, other in pairwise(_turns(values.tolist())):
         row = row + 1 if times[other] - times[one] <= SWING else 0

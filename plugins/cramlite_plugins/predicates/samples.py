@@ -90,7 +90,8 @@ class Motion(Samples):
 
     @cached_property
     def _distances(self) -> dict[float, float]:
-        """The farthest that the frame gets from where it is when a window starts [m], by the start of each window."""
+        """Largest distance of the frame from its position at the start of a window [m], by the start of each
+        window."""
         rows, first, begins = self.spans
         offset = self.poses[rows, :3] - self.poses[first, :3]
         squares = np.einsum("ij,ij->i", offset, offset)

@@ -39,18 +39,20 @@ def no_box(phase: Phase, name: str | None, place: str | None) -> str | None:
 
 
 def no_fingers(phase: Phase, *_names: str | None) -> str | None:
-    """Return "no fingers of the hand" where neither finger tips nor an opening were recorded."""
+    """Return "no fingers of the hand" as what is unknown where neither finger tips nor an opening were
+    recorded."""
     return None if len(tips(phase.timeline)) > 1 or "opening" in phase.episode.extras else "no fingers of the hand"
 
 
 def no_effector(phase: Phase, _name: str | None) -> str | None:
-    """Return "who acts", the reason of an unknown predicate, if no effector of the recording is known."""
+    """Return "who acts" as what is unknown for a predicate, if the recording names no effector."""
     known = phase.episode.effector is not None or phase.timeline.entities_of("soma:PrehensileEffector")
     return None if known else "who acts"
 
 
 def no_class(phase: Phase, name: str | None, _class: str | None) -> str | None:
-    """Return "what NAME is", the reason of an unknown predicate, if no class of an entity is known; None otherwise."""
+    """Return "what NAME is" as what is unknown for a predicate, if an entity has no known class; None
+    otherwise."""
     unknown = name in phase.timeline.entities and not phase.timeline.types(name or "")
     return f"what '{name}' is" if unknown else None
 

@@ -52,7 +52,8 @@ class Decision(Value):
 
 
 class CandidateDecisions(Value):
-    """Decisions of one candidate task sequence in order, and its proofs, each after the runs of its twins."""
+    """Decisions of one candidate task sequence in order, and its proofs, each listed after the runs of its
+    twins."""
 
     number: int
     decisions: tuple[Decision, ...]

@@ -57,7 +57,8 @@ def render(done: Finished) -> str:
 
 
 def _rows(found: Interpretation, pairs: list[tuple[Interpreted, Match | None]]) -> tuple[list[TaskRow], list[TaskRow]]:
-    """Tasks by name: those that explain some action, and the others."""
+    """Two lists of table rows, each sorted by name: the tasks that explain some action, and the tasks that
+    explain none."""
     matched = {m.task for a in found.actions for m in a.matches}
     tasks = matched | {r.task for a in found.actions for r in a.rejections}
     rows = [(task, [_cell(task, action, match) for action, match in pairs]) for task in sorted(tasks, key=short)]

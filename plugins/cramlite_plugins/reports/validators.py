@@ -31,7 +31,8 @@ def report_sections() -> Iterable[ReportSection]:
 
 
 def render(done: Finished) -> str:
-    """Render the report's list of the validators' findings, with the files beside the page, as HTML."""
+    """Render the report's table of what the validators found, and its links to the other files of the run
+    directory, as HTML."""
     if done.shown is None:
         return ""
     candidate = done.shown.candidate

@@ -102,8 +102,7 @@ def _gap(own: Floats, under: Floats, i: int, j: int) -> Floats:
 
 
 def _lowest(own: Floats, under: Floats) -> tuple[int, int]:
-    """Shift in cells from which no neighbouring shift lets the thing get lower, searched downhill from the
-    middle."""
+    """Shift of a thing in grid cells at which it sinks lowest, searched downhill from the middle."""
     at = (CELLS, CELLS)
     rise = float(_gap(own, under, *at).max())
     while True:

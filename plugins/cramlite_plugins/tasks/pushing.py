@@ -123,8 +123,10 @@ class Pushing(TaskType):
         )
 
     def effects(self, action: Action, belief: Belief) -> Belief:
-        """Return the belief in which a pushed thing's pose is uncertain by the stroke, or by less if it moved
-        with the fingers."""
+        """Return the belief after a push: the thing's pose is uncertain by the distance pushed.
+
+        The uncertainty is less if the thing moved with the fingers.
+        """
         thing = action.roles["Patient"].entity or ""
         known = belief.poses[thing]
         before_them = action.parameters.get("where") or known.source == CAME_ALONG

@@ -85,7 +85,7 @@ class Ungrasping(TaskType):
 
 
 def _way_in(what: Object) -> str:
-    """Name of the location of the final push on a thing that has tipped over, which moves it farther in."""
+    """Name of the location where the hand pushes a thing that has tipped over farther into its container."""
     return f"pushed_in({what.name})"
 
 

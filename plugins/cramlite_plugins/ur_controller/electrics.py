@@ -111,11 +111,12 @@ def set_runstate_tool_digital_output_to_value(outputId: Any, state: Any) -> None
 
 
 def tool_wrench_limit_disable() -> None:
-    """Switch the tool's wrench limit off, which PolyScope's programs do first; there is none here."""
+    """Do nothing: PolyScope's programs begin by switching off a wrench limit of the tool, which the
+    controller model does not have."""
 
 
 def motion_version_set(version: Any) -> None:
-    """Choose a version of PolyScope's motion laws; there is one here."""
+    """Accept a version number of PolyScope's motion laws; the controller model has one version only."""
     real(version, "motion_version_set's version")
 
 

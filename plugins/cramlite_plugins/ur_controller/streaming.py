@@ -69,7 +69,8 @@ class ToolSpeed(JointSpeed):
 
 
 class Servo(Value):
-    """A first-order approach to a joint target (n,) that may be replaced at any time."""
+    """A motion to a joint target (n,) that slows down exponentially (first-order lag); the target may change
+    at any time."""
 
     start: Floats
     goal: Floats

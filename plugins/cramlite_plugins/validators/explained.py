@@ -47,8 +47,7 @@ def explained_grips(candidate: Candidate) -> list[ExplainedGrip]:
 
 @remembered
 def explained_at(candidate: Candidate) -> list[str]:
-    """Return the name of the payload at each sample, of grips that begin where a task takes the thing; ""
-    for none."""
+    """Return the name of the payload at each sample; "" where no task took the held thing into the hand."""
     assert candidate.rollout is not None
     held = [""] * len(candidate.rollout.times)
     for found in explained_grips(candidate):

@@ -67,12 +67,13 @@ class Payload(Value):
 
 
 def _slack(mass: Floats | float) -> Floats:
-    """Tolerance of the told payload [kg]."""
+    """Tolerance of the payload mass that the controller is told [kg]."""
     return np.maximum(LEAST, SHARE * np.asarray(mass))
 
 
 def _share(told: Floats, hanging: Hanging) -> Floats:
-    """Error of the told payload, as a share of its tolerance; 0 until something is told."""
+    """Error of the payload mass that the controller is told, as a share of its tolerance; 0 until one is
+    told."""
     off = np.maximum(np.maximum(hanging.least - told, told - hanging.most), 0.0) / _slack(hanging.most)
     off[: int(np.argmax(told > 0))] = 0.0
     return np.asarray(off)
@@ -110,8 +111,11 @@ def _empty(thing: Thing) -> float:
 
 
 def _along(rollout: Rollout, grip: Grip) -> Iterator[str]:
-    """Things that move with the payload: in contact with it, or with another such thing, in the middle of
-    the grip, and at rest in the hand's frame."""
+    """Things that are carried along: they touch the payload, or another such thing, halfway through the time
+    of the grip.
+
+    They also stay at rest in the hand's frame.
+    """
     loose = {t.name for t in rollout.world.things if t.movable and t.joint is None} - {grip.thing}
     pairs = [frozenset({thing_of(t.a), thing_of(t.b)}) for t in rollout.touches[(grip.first + grip.last) // 2]]
     found, new = set[str](), {grip.thing}

@@ -319,8 +319,11 @@ def _unmet_in(rule: Rule, clauses: list[Clause], action: Action, ways: Iterable[
 
 
 def _unmet(clauses: Iterable[Clause], action: Action, rule: Rule, phases: Mapping[PhaseName, Phase]) -> Unmet | None:
-    """First condition that no value of the open variables satisfies, with roles bound to the objects that
-    were meant; None if all are satisfied."""
+    """First condition of a rule that cannot be met, with the plan's objects bound to the roles; None if all
+    can be met.
+
+    A condition is met if it holds for some values of the variables that are no roles.
+    """
     bindings: list[dict[str, Any]] = [
         {k: _felt(o.entity or "", phases) for k, o in action.roles.items() if k in rule.roles}
     ]

@@ -50,7 +50,7 @@ def wrongly_rests(candidate: Candidate, thing: Thing, support: Thing) -> str:
 
 
 def borne(rollout: Rollout, thing: str, support: str) -> float:
-    """Return the share of a thing's weight that another bears at the end of a run."""
+    """Return the share of a thing's weight that another thing bears at the end of a run."""
     pairs = ((thing_of(t.a), thing_of(t.b), t.lift) for t in rollout.touches[-1])
     lift = sum(lift if b == thing else -lift for a, b, lift in pairs if {a, b} == {thing, support})
     weight = (rollout.world.thing(thing).mass or 0.0) * GRAVITY

@@ -1,4 +1,5 @@
-"""Validator of steps: each step of the program has code in the text, runs in its turn, and covers its way."""
+"""Validator of steps: each step of the program has code in the text, runs in its turn, and moves as far as it
+should."""
 
 from __future__ import annotations
 
@@ -62,7 +63,7 @@ class Ran(NamedTuple):
 
 
 class Turns(NamedTuple):
-    """Order in which a run went through the stages.
+    """Order in which the stages of a program (groups of steps) ran.
 
     Args:
         ran: number of a stage -> when its code ran.
@@ -222,8 +223,10 @@ def _stretches(each: list[str]) -> Iterator[tuple[str, int, int]]:
 
 
 def _moves(stage: Stage) -> bool:
-    """Whether a stage moves the arm, the fingers or the platform; stages that move nothing may swap places
-    with their neighbours."""
+    """Whether a stage of the program moves the arm, the fingers or the platform.
+
+    The order of stages that move nothing is not checked.
+    """
     return any(not isinstance(s, SetPayload | ZeroSensor | Wait | Control) for s in walk(stage.steps))
 
 

@@ -135,8 +135,10 @@ def _topples(rollout: Rollout, grip: Grip) -> float:
 
 
 def _slid(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
-    """Findings on payloads that were dragged along a surface by a task that slides nothing, except in
-    declared turns."""
+    """Findings on payloads that were dragged along a surface by a task that does not declare to slide them.
+
+    Dragging during a declared turn of the payload in the hand is left out.
+    """
     rollout, tasks, turns = _rollout(candidate), inner_tasks(candidate), declared(candidate)
     for grip, _, _, _, taken in found:
         for task, rows in () if not taken else _stretches(tasks):
@@ -152,8 +154,8 @@ def _slid(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Find
 
 
 def _taken_along(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
-    """Findings on things that the open hand moves along after their release and before they rest, or
-    before their grasp."""
+    """Findings on things that the open hand takes along without holding them: before their grasp, or after
+    their release until they rest."""
     rollout, tasks, limit = _rollout(candidate), inner_tasks(candidate), candidate.limits.bystander_motion
     for grip, wrong, _, _, _ in found:
         rest = min(rests(rollout, grip.thing, grip.last), len(rollout.times) - 1)

@@ -165,7 +165,7 @@ def emit(program: Program, robot: Robot, *, forces: bool) -> Code:
     zeros = _axis_zeros(program, robot)
     if program.late:
         things = ", ".join(t.thing for t in program.late)
-        asked = f"poses that the program asks for at its start, late poses ({things}),"
+        asked = f"late poses ({things}), which the program would ask for when it starts,"
         raise UserError(f"{asked} cannot be written in RAPID yet; take the backend urscript")
     refuse_drives(program, "RAPID")
     out = _Writer(robot, zeros, forces, at=program.start)

@@ -128,7 +128,8 @@ class Arm:
         return list(self.receive.getActualTCPPose())
 
     def force(self) -> list[float]:
-        """Force of the environment on the tool, base axes, without the tare [N]."""
+        """Force of the environment on the tool [N], base axes: the sensor's reading less its value at the
+        last tare."""
         return [f - t for f, t in zip(self.receive.getActualTCPForce()[:3], self.tare, strict=True)]
 
     # What must hold at all times

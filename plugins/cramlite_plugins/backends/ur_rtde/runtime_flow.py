@@ -57,7 +57,7 @@ def monitored(
 
 
 class Side:
-    """Branch that does not move the arm, running in a thread of its own."""
+    """Parallel branch of a program that does not move the arm, running in a thread of its own."""
 
     def __init__(self, arm: Arm, steps: Steps) -> None:
         self.error: Exception | None = None
@@ -78,7 +78,7 @@ class Side:
             self.error = error
 
     def stop(self) -> None:
-        """End the branch; the fingers stop where they are."""
+        """End this parallel branch of the program; the fingers stop where they are."""
         if self.thread.is_alive():
             self.stopped = True
             self.thread.join()

@@ -84,7 +84,7 @@ def check_arm(program: Program, robot: Robot, language: str) -> None:
 
 
 def lacking(text: str, controller: str, version: str) -> Iterator[str]:
-    """List, as clauses, the functions that a program calls and a controller of this version lacks."""
+    """List, in words, the functions that a program calls and a controller of this version lacks."""
     code = "\n".join(line.split("#")[0] for line in text.split("\n"))
     for c in CAPABILITIES:
         if re.search(rf"\b{c.function}\(", code):

@@ -39,7 +39,10 @@ def shaking(poses: Floats, start: int, end: int) -> list[Span]:
 
 
 def _arrived(mean: Floats, start: int, end: int) -> Span:
-    """Cut the ways to the place of shaking and back off a span, by the moving average of the thing's position."""
+    """Shorten a span of shaking to the time at the place of shaking, without the ways there and back.
+
+    The place follows from the moving average of the thing's position.
+    """
     near = np.flatnonzero(np.linalg.norm(mean[start:end] - np.median(mean[start:end], axis=0), axis=1) < SHAKEN_AT)
     return (start + int(near[0]), start + int(near[-1]) + 1) if len(near) else (start, end)
 

@@ -88,7 +88,7 @@ def find_contents(episode: Episode, grid: Grid, things: Sequence[str], hands: Se
 
 
 def _many_alike(episode: Episode, grid: Grid, things: Sequence[str]) -> set[str]:
-    """Names of the things that share the common part of their name with at least ``MANY`` - 1 others.
+    """Names of the things of which there are at least ``MANY`` with the same common part of the name.
 
     A kind is left out if one of it is a vessel that holds ``MANY`` things of a more numerous kind.
     """

@@ -26,7 +26,8 @@ Pairs = Mapping[tuple[str, str], Flags]
 
 
 class Pair(Value):
-    """Contact force and lift of one pair of entities, per sample, (N,) each [N]."""
+    """Contact force of one pair of entities, and upward force of the first on the second, per sample, (N,)
+    each [N]."""
 
     force: Floats
     lift: Floats

@@ -183,8 +183,11 @@ def _cut_short(absence: Dropout, mine: list[Event]) -> set[str]:
 
 
 def _stays(absence: Dropout, event: Event, mended: Episode) -> float:
-    """Return the time [s] until which a state that a dropout ended really lasted, according to the thing's
-    corrected poses."""
+    """Return the time [s] until which a state really lasted, if the recording ends it because its thing was
+    lost by tracking.
+
+    It is read from the thing's corrected poses.
+    """
     partner = next((w for w in _wholes(event, mended) if w != absence.thing), absence.thing)
     times = [t for t in mended.tracks[absence.thing].times.tolist() if absence.start <= t < absence.end]
     until = event.end

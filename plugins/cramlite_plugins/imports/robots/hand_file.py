@@ -185,7 +185,7 @@ def _weights(hand: Driven, signs: Floats) -> Floats:
 
 
 def _limited_stroke(where: Path, linkage: Linkage, opening: tuple[float, float] | None) -> Linkage:
-    """Part of a hand's stroke within the stated opening."""
+    """Return a hand's stroke, cut to the range of openings that the user states."""
     if opening is None:
         return linkage
     from msgspec.structs import replace

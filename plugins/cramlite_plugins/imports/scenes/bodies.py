@@ -41,7 +41,8 @@ class Group(Value):
 
 
 class Grouped(Value):
-    """Groups of a scene, with notes on bodies that were not understood.
+    """Groups of bodies that are fixed to each other, of a whole scene, with notes on bodies that were not
+    understood.
 
     Args:
         groups: in the file's order.

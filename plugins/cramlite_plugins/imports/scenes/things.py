@@ -1,5 +1,8 @@
-"""Conversion of a scene's groups of bodies to things: shape, mass, joint, and features from names, sites and
-geometry."""
+"""Conversion of a scene's bodies to things: bodies that are fixed to each other make one, with shape, mass
+and joint.
+
+Features come from names, sites and geometry.
+"""
 
 from __future__ import annotations
 
@@ -45,7 +48,7 @@ class Made(Value):
 
 
 def make(source: Any, group: Group, name: str, parent: str, meets: bool, stated: StatedJoint) -> Made | None:
-    """Make the thing of a group; None if it has no shape that collides.
+    """Make one thing of bodies that are fixed to each other; None if no shape of theirs collides.
 
     Args:
         source: a ``Source``.
@@ -124,7 +127,7 @@ def _featured(source: Any, group: Group, thing: Thing, shapes: list[Shaped]) -> 
 
 
 def _turns_in_place(thing: Thing) -> bool:
-    """Whether a hinge turns its handle about itself, as that of a knob."""
+    """Whether a thing's hinge turns its handle on the spot, as a knob's does."""
     handle = thing.feature("cram:Handle")
     if thing.joint is None or thing.joint.kind != "hinge" or handle is None:
         return False

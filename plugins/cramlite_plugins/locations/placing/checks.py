@@ -150,7 +150,7 @@ def falls_in(placement: Placement, query: Query) -> str | Refused:
     for name in (o.name for o in query.covers) if placement.height > 0 else ():
         between = footprint(belief.world.thing(name), to * belief.pose(name), 2 * FLAT, placement.height)
         if (overlap := float(footprint(query.thing, to * placement.thing).intersection(between).area)) > 0:
-            said = f"'{name}' is over {1e4 * overlap:.1f} cm2 of it, between it and '{query.entity}': it would come to rest on that"
+            said = f"'{name}' is between the payload and '{query.entity}' over {1e4 * overlap:.1f} cm2: the payload would rest on '{name}'"
             return refusal(said, blocking=(name,))
     return ""
 

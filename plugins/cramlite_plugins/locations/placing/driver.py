@@ -109,7 +109,8 @@ def _by(way: WayOut, cost: float, asked: list[Query]) -> Answers:
 
 
 def _of_group(group: Iterator[Found] | Refused) -> Iterator[tuple[Query | None, Answer, bool]]:
-    """Check the placements of a group until one passes all checks; yield each answer with its query.
+    """Check placements that differ in height or approach until one passes; yield each result with its placing
+    problem.
 
     The last value says whether shapes alone, without the arm, refuse the placement.
 

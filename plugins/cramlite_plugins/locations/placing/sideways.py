@@ -121,8 +121,10 @@ def _attitudes(query: Query, upright: Pose) -> Iterator[tuple[str, Pose]]:
 
 
 def _floors(asked: Sequence[Query], now: Pose, tall: float, low: list[float]) -> Iterator[tuple[Query, Floor]]:
-    """Yield the floors under a roof that is high enough for a payload turned as at a pose, each with its
-    query and an open side.
+    """Yield each floor that is under a roof with enough room for a payload, once for each open side, with its
+    placement query.
+
+    The payload is turned as at the pose ``now``.
 
     The height of the room over each floor that was looked at is appended to ``low`` [m].
     """
@@ -193,7 +195,8 @@ def _level(query: Query, floor: Floor, now: Pose, kind: str) -> Iterator[Placeme
 
 
 def _of_each_step(rows: NDArray[np.intp], few: int) -> list[list[int]]:
-    """Limit the pairs (spot, turn) to try at each distance from a floor's middle: to ``MANY``, or to one if ``few`` > 1.
+    """Limit the pairs (spot, turn) to try at each distance from a floor's middle: to ``MANY``, or to one if
+    ``few`` > 1 asks for few spots.
 
     To simulate how a payload comes to rest at one spot takes some ten runs.
     """

@@ -56,7 +56,7 @@ ACROSS = (0.0, 0.4, -0.4)  # positions across the way in, as shares of half of t
 
 
 class Rest(Value):
-    """Stable pose of a payload on or in the target of a query.
+    """Stable pose of a payload on or in the target of a placing problem.
 
     Args:
         query: with the surface that carries it.
@@ -166,9 +166,11 @@ def _turns(query: Query, now: Pose, offset: Offset, few: tuple[float, ...]) -> t
 
 
 def _settled(query: Query, now: Pose, yaw: float) -> Query:
-    """Copy of a query whose target is the part of an uneven support that will carry the payload turned by ``yaw``.
+    """Return a placing problem whose target is the part of an uneven support that will carry the payload.
 
-    The query itself if its support is level, or if no part of it carries the payload.
+    The payload is turned by ``yaw``.
+
+    The same problem if its support is level, or if no part of it carries the payload.
     """
     if query.under is None:
         return query
@@ -253,7 +255,8 @@ def check_turn(query: Query, asked: Pose) -> None:
 
 
 def with_middle(level: list[Query]) -> list[Query]:
-    """Return the placement queries to try, one for each surface; on a support with a rim its middle comes first.
+    """Return the placing problems to try, one for each surface; on a support with a rim its middle comes
+    first.
 
     Of a movable support with a rim, such as a plate: the middle of its largest surface, then that surface if
     it has room elsewhere.
@@ -318,8 +321,11 @@ def carried_at(thing: Thing, turned: Pose, point: Vector3, belief: Belief) -> fl
 
 
 def _inside_from(query: Query, out: Floats, deep: float, share: float) -> Floats:
-    """Position (3,) in the base frame [m]: ``deep`` inside an opening's edge towards ``out``, sideways by a
-    share of the half width."""
+    """Position (3,) in the base frame [m] of a point of an opening: ``deep`` inwards from the opening's edge
+    on the side ``out``.
+
+    Along that edge it is off the middle by a share of half the width.
+    """
     low, high = np.reshape(query.target.area.bounds, (2, 2))
     way = query.target.pose.inverse().rotate(out)[:2]
     across = np.array([-way[1], way[0]])

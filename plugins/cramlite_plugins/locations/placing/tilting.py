@@ -113,7 +113,7 @@ def _lean(towards: Floats, degrees: float) -> Pose:
 
 
 def _up_and_away(towards: Floats) -> Iterator[Floats]:
-    """Ways up and away from the overhang of an opening."""
+    """Displacements (3,) [m] that lead a payload up and away from the overhang of an opening."""
     for share in SHARES:
         yield RISE * (np.array([0.0, 0.0, 1.0]) - share * towards)
 

@@ -39,7 +39,7 @@ PER_HEIGHT = 0.02  # cost of each height above the lowest
 
 
 class WayOut(Value):
-    """Way of a payload out of a target.
+    """Kind of way on which a payload can leave a target, such as up or through an open side.
 
     Args:
         name: for people.
@@ -109,9 +109,9 @@ def _at_best(asked: list[Query], now: Pose) -> Iterator[Refused]:
 
 
 def prepared(bare: list[Query]) -> list[Query]:
-    """Return the placement queries of a payload that comes from above, with their obstacles.
+    """Return the placing problems of a payload that comes from above, with their obstacles.
 
-    An opening has two queries: one for positions beside its contents and its overhang, one for positions
+    An opening has two problems: one for positions beside its contents and its overhang, one for positions
     anywhere.
     """
     if not bare[0].depth:

@@ -1,4 +1,5 @@
-"""Pushes along a joint: closed fingers before a front, behind a door that stands ajar, or upon the bar of a drawer's handle."""
+"""Pushes along a joint: closed fingers in front of a door or drawer, behind a door that stands ajar, or upon
+the bar of a drawer's handle."""
 
 from __future__ import annotations
 
@@ -85,8 +86,8 @@ def _pushing(
 
 
 def _nearer_first(fronts: Iterable[tuple[Pose, str]], now: Pose) -> Iterator[tuple[Pose, str]]:
-    """Hand poses before a front; of two in a row that differ by half a turn, the one to which the hand turns
-    less comes first."""
+    """Yield hand poses in front of a thing; of two in a row that differ by half a turn, first the one to
+    which the hand turns less."""
     last: tuple[Pose, str] | None = None
     for found in fronts:
         if last is not None and math.isclose(_apart(last[0], found[0]), math.pi, abs_tol=1e-6):
@@ -106,8 +107,11 @@ def _apart(one: Pose, other: Pose) -> float:
 
 
 def _follows(thing: Thing, at: Pose, joints: Joints, share: float, belief: Belief, context: Context) -> Refused | None:
-    """Reason why the arm cannot follow a front that it pushes to a share of its range, obstacles aside; None if
-    it can."""
+    """Reason why the arm cannot follow a front that it pushes to a share of the joint's range; None if it
+    can.
+
+    Obstacles are not checked.
+    """
     path = along_joint(thing, belief, at, share)
     line = plan_straight_line(None, context.robot, joints, path, step_m=COARSE[0], step_rad=COARSE[1])
     return line if isinstance(line, Refused) else None

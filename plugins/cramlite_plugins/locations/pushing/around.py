@@ -108,8 +108,8 @@ def _names(no: Refused | None) -> frozenset[str]:
 
 
 def _traced(start: Point, end: Side, came: dict[Side, Side | None], blame: dict[tuple[Side, Side], Refused]) -> list[Point] | Refused:
-    """Corners and end of the way that a search on the lattice found, or the refusal that names the movable
-    things on it."""
+    """Corners and end of the way that a grid search found for a pushed thing; or a refusal that names the
+    movable things on the way."""
     cells, before = [end], came[end]
     while before is not None:
         cells.append(before)
@@ -162,7 +162,7 @@ def on_a_shorter_way(start: Point, left: Left, alone: Met, hand: Met) -> Refused
 
 
 def _shortened(start: Point, corners: list[Point], met: Met) -> list[Point]:
-    """Remove corners from a way, where the straight way past them is free."""
+    """Remove corners from a path wherever the straight line past them is free."""
     found: list[Point] = []
     while corners:
         straight = [not any(map(met, _between(start, to))) for to in corners]
@@ -197,7 +197,8 @@ def met_alone(belief: Belief, context: Context, entity: str) -> Met:
 def _known(
     world: Itself[World], poses: Itself[Mapping[str, Estimate]], relations: frozenset[Relation], base: Pose, entity: str
 ) -> dict[Point, Refused | None]:
-    """Return the cache of what a thing alone meets at each point, which all hand poses that are tried share.
+    """Return a cache, shared by all hand poses: point in the plane -> what a pushed thing would meet there,
+    hand left out.
 
     It is valid for one state of the world.
     """

@@ -1,5 +1,5 @@
-"""Contacts of hands that push: behind or in a lying thing, before a front, behind a door, or upon the bar of
-a handle."""
+"""Contacts of hands that push: behind or in a lying thing, in front of a door or drawer, behind a door, or
+upon the bar of a handle."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ OVER, DEEP, PLAY = 0.0005, 0.006, 0.001  # finger tips in a thing, over its floo
 SPOTS = ((0.0, 0.0), (0.8, 0.0), (-0.8, 0.0), (0.0, 0.6), (0.8, 0.6), (-0.8, 0.6))
 """Spots on a front: at its handle, towards its edges, and higher."""
 TILTS, TURNS = (0.0, -30.0, -45.0, -60.0), (90.0, -90.0, 0.0, 180.0)
-"""Tilts of a hand before a front about the level line across the front, from above, and its turns about its own axis [deg]:
-first the slim side up."""
+"""Tilts of a hand in front of a door or drawer [deg], about the level line across the front, from above, and
+its turns about its own axis: first the slim side up."""
 FROM_ABOVE = ((0.55, 0.8), (0.8, 0.8), (0.3, 0.8), (0.0, 0.8)), (-70.0, -90.0), tuple(45.0 * k for k in range(8))
 AT_BAR = ((0.0, 0.6), (0.0, 0.75), *FROM_ABOVE[0]), FROM_ABOVE[1], (0.0, 90.0, 180.0, 270.0, 45.0, 135.0, 225.0, 315.0)
 """Spots, tilts and turns of a hand over the upper edge of a front, its fingers alone before it: last, for what turns so far that no hand
@@ -77,7 +77,9 @@ def hands_behind(
 
 
 def hands_in(thing: Thing, pose: Pose, gripper: Gripper, way: Floats, last: Floats) -> Iterator[Hand]:
-    """Yield hand poses with closed fingers inside a thing, just above its floor, that push its rim along ``last`` (3,).
+    """Yield hand poses with closed fingers inside a thing, just above its floor, that push the thing's rim.
+
+    The push at the rim is in the direction ``last`` (3,).
 
     They stay there where they take it along by friction, and else come there in the end, where the rim stops them.
 
@@ -194,8 +196,8 @@ def _against(
     thing: Thing, handle: Feature, pose: Pose, spot: tuple[float, float], turns: tuple[float, float], gripper: Gripper, swings: bool,
     inner: bool = False,
 ) -> tuple[Pose, bool]:
-    """Return a TCP pose of closed fingers ``ALMOST`` [m] before a front, and whether they would hit it even
-    ``OFF`` [m] aside.
+    """Return a TCP pose of closed fingers ``ALMOST`` [m] away from a front, and whether they would hit the
+    front even ``OFF`` [m] aside.
 
     Args:
         spot: how far from its handle, to a side and up, as shares of the way to the edge of the thing.
@@ -223,7 +225,8 @@ def _against(
 
 
 def _facing(handle: Pose, inner: bool) -> tuple[Floats, Floats]:
-    """Direction out of a front (or of its inner side), and the direction up along the front, as unit vectors."""
+    """Direction away from the front of a drawer or door (or from its inner side), and the direction up along
+    the front, as unit vectors."""
     out = np.asarray(handle.rotate((0.0, 0.0, -1.0 if inner else 1.0)))
     return out, np.array([0.0, 0.0, 1.0]) if abs(out[2]) < UPRIGHT else np.asarray(handle.rotate((0.0, 1.0, 0.0)))
 
@@ -252,6 +255,7 @@ def upon(thing: Thing, handle: Feature, pose: Pose, turns: tuple[float, float], 
 
 
 def _turned(out: Floats, up: Floats, turns: tuple[float, float]) -> Pose:
-    """The hand that points into a front, tilted about the level line across it, and turned about its own axis [deg]."""
+    """Orientation of a hand that points at the front of a drawer or door, tilted about the front's level
+    axis, then turned about the hand's own axis [deg]."""
     tilted = Pose.from_axes((0, 0, 0), -out, np.cross(up, out)) * Pose.from_rotvec((0, 0, 0), (math.radians(turns[0]), 0, 0))
     return tilted * Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(turns[1])))

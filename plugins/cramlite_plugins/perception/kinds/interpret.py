@@ -190,7 +190,7 @@ def _partial(scene: Scene, mask: Mask, number: int) -> Iterator[Reading]:
 
 
 def _touching(scene: Scene, mask: Mask, whole: tuple[Floats32, Outline], appearance: Appearance, starts: PoseBatch) -> Reading:
-    """Best pose of a model as one of the things of a cluster of touching things.
+    """Best pose of a model for one of several things that touch each other in the picture.
 
     It is chosen among given poses, these shifted to the ends of the cluster, and their equivalents by the
     model's symmetries.

@@ -57,11 +57,11 @@ def given_back(own: Mask, among: Sequence[Mask]) -> Mask:
 
 
 RING = 4
-"""Pixels beside a part that are looked at: flying pixels are two or three wide."""
+"""Pixels beside a region that are looked at: flying pixels are two or three wide."""
 
 
 def covered(view: View, mask: Mask, front: Mask) -> float:
-    """Return the share of a part's border where the thing that it shows may continue out of sight, 0 to 1.
+    """Return the share of a picture region's border where its thing may continue out of sight, 0 to 1.
 
     That is beside foreground that is not farther away, which may hide more of the thing, and at the picture's
     border.
@@ -80,7 +80,7 @@ def covered(view: View, mask: Mask, front: Mask) -> float:
 
 
 def middles(where: Floats, mask: Mask, number: int, least: float) -> list[Mask]:
-    """Split a cluster of points into parts by k-means (Lloyd, 1982) in the horizontal plane.
+    """Split a cluster of points into regions by k-means (Lloyd, 1982) in the horizontal plane.
 
     Two parts are also sought one above the other. Parts with fewer than ``least`` pixels are left out.
     """

@@ -30,7 +30,7 @@ NEIGHBOURS = ((0, 1), (0, -1), (1, 0), (-1, 0))
 
 
 def segments(inputs: Inputs) -> Mapping[str, Any]:
-    """Segment what stands before the planes that bound the view, along steps and concave edges.
+    """Segment the things in front of the background planes of a view, along steps of depth and concave edges.
 
     Raises:
         Unresolvable: the map has fixtures, on which products hang flush with each other; a known model has a print, by which
@@ -149,7 +149,8 @@ def _joined(labels: Labels, bends: Sequence[Inverse], limits: Mapping[str, float
 
 
 def _grown(labels: Labels, inverse: Inverse, front: Mask, limits: Mapping[str, float]) -> Labels:
-    """Labels spread over the edges between them, each pixel to the neighbour on whose surface it lies."""
+    """Extend labels over unlabelled edge pixels: each pixel takes the label of the neighbour on whose surface
+    it lies."""
     import numpy as np
 
     for _ in range(int(limits["grow"])):

@@ -133,7 +133,7 @@ def _parts(labels: Labels, points: Points32, chroma: Floats32) -> list[_Part]:
 
 
 def _merged(parts: list[_Part], looks: Sequence[Known], parameters: Mapping[str, float]) -> list[_Part]:
-    """Parts of a picture after those were joined that may show one object, the smallest first.
+    """Join parts of a picture that may show one object; return all parts, the smallest first.
 
     Such parts are a box and its tab, or what is seen on both sides of an occluder.
     """

@@ -1,4 +1,5 @@
-"""The order of a parallel gripper, in metres and newtons: an opening, how it is approached, and when the fingers have stopped."""
+"""Command to a parallel gripper, in metres and newtons: an opening, how the fingers approach it, and when
+they have stopped."""
 
 from __future__ import annotations
 
