@@ -1,4 +1,4 @@
-"""The judge of whole tracks: what no task takes, what falls, slides or comes back is refused, and what resembles it passes."""
+"""The validator of whole tracks: what no task takes, what falls, slides or comes back is refused, and what resembles it passes."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from cramlite.model import Finding, Floats, Geom, Joint, MoveLinear, Pose, Swing
 from cramlite.plugin import Allowance, Candidate
 from cramlite_plugins.validators.tracks import BACK, DROP, SLIDES, Tracks
 
-JUDGE = Tracks()
+VALIDATOR = Tracks()
 PARKING = range(OPENED + 20, OPENED + 28)
 
 
@@ -39,14 +39,14 @@ def pinched(thing: str, when: range) -> Candidate:
 
 def refused(of: Candidate) -> Finding:
     """The one objection to a candidate."""
-    (found,) = (f for f in JUDGE.check(of) if not f.passed)
+    (found,) = (f for f in VALIDATOR.check(of) if not f.passed)
     return found
 
 
 def test_a_thing_that_is_taken_carried_and_put_down_is_explained() -> None:
-    assert only(JUDGE, good()).reason == "'block' in the hand 1 times, each time as a task of the plan says"
+    assert only(VALIDATOR, good()).reason == "'block' in the hand 1 times, each time as a task of the plan says"
     idle = touching(range(COUNT), without=lambda t: LEFT in (t.a, t.b))
-    assert only(JUDGE, replace(idle, handovers=())).reason == "nothing was in the hand, each time as a task of the plan says"
+    assert only(VALIDATOR, replace(idle, handovers=())).reason == "nothing was in the hand, each time as a task of the plan says"
 
 
 @pytest.mark.parametrize(("before", "end"), [(0.2, 0.15), (0.15, 0.2)])
@@ -63,39 +63,39 @@ def test_the_way_of_what_no_task_takes_is_told(before: float, end: float) -> Non
 
 @pytest.mark.parametrize("thing", ["cup", "block"])
 def test_a_grip_that_no_task_takes_is_refused(thing: str) -> None:
-    (why,) = said(JUDGE, pinched(thing, PARKING))
+    (why,) = said(VALIDATOR, pinched(thing, PARKING))
     assert f"'{thing}' was in the hand from 4.5 to 4.9 s" in why and "no task" in why
 
 
 def test_a_brush_of_both_pads_is_no_grip() -> None:
-    assert said(JUDGE, pinched("cup", PARKING[:3])) == []
+    assert said(VALIDATOR, pinched("cup", PARKING[:3])) == []
 
 
 def test_of_a_text_without_a_run_the_tasks_roles_say_what_may_be_taken() -> None:
     unknown = replace(good(), handovers=None)
-    assert said(JUDGE, unknown) == []
-    (why,) = said(JUDGE, replace(pinched("cup", PARKING), handovers=None))
+    assert said(VALIDATOR, unknown) == []
+    (why,) = said(VALIDATOR, replace(pinched("cup", PARKING), handovers=None))
     assert "no task that runs then is about it" in why
 
 
 def test_a_task_that_says_nothing_of_handovers_may_take_what_its_roles_name() -> None:
     silent = replace(good(), handovers=())
-    (why,) = said(JUDGE, silent)  # it is let go of in another task than it was taken in
+    (why,) = said(VALIDATOR, silent)  # it is let go of in another task than it was taken in
     assert "no task of the plan takes it then" in why
     once = replace(silent, actions=(replace(silent.actions[0], name="1.Own"),), parts=())
     assert once.code is not None
-    assert said(JUDGE, replace(once, code=replace(once.code, origins={1: "1.Own/all"}))) == []
+    assert said(VALIDATOR, replace(once, code=replace(once.code, origins={1: "1.Own/all"}))) == []
     code, other = replace(once.code, origins={1: "1.Own/all"}), pinched("cup", PARKING)
-    (why,) = said(JUDGE, replace(other, handovers=(), actions=once.actions, parts=(), code=code))
+    (why,) = said(VALIDATOR, replace(other, handovers=(), actions=once.actions, parts=(), code=code))
     assert "'cup' was in the hand" in why
 
 
 def test_fingers_that_open_after_the_retreat_are_refused() -> None:
     late = replace(good(), program=replace(good().program, steps=tuple(Wait(0.1, origin=o) for o in ORIGINS.values())))
-    assert said(JUDGE, late) == []
+    assert said(VALIDATOR, late) == []
     swapped = {**ORIGINS, 5: "4.ParkingArms/move", 9: "3.Placing/PuttingDown/lower"}
     assert late.code is not None
-    (why,) = said(JUDGE, replace(late, code=replace(late.code, origins=swapped)))
+    (why,) = said(VALIDATOR, replace(late, code=replace(late.code, origins=swapped)))
     assert "3.Placing/Releasing/open lets go of it, and 4.ParkingArms/move comes after that" in why
 
 
@@ -104,7 +104,7 @@ def test_what_is_let_go_on_the_way_and_taken_again_is_refused() -> None:
     assert lost.rollout is not None
     opening = lost.rollout.opening.copy()
     opening[40:46] = 0.085
-    why = said(JUDGE, replace(lost, rollout=replace(lost.rollout, opening=opening)))
+    why = said(VALIDATOR, replace(lost, rollout=replace(lost.rollout, opening=opening)))
     assert any("no task of the plan lets go of it then" in w for w in why)
     assert any("was not in the hand from 2.0 to 2.2 s, between 1.Grasping/close and 3.Placing/Releasing/open" in w for w in why)
 
@@ -119,7 +119,7 @@ def lost(rows: range) -> Candidate:
 
 
 def gap(of: Candidate) -> list[Finding]:
-    return [f for f in JUDGE.check(of) if "was not in the hand" in f.reason]
+    return [f for f in VALIDATOR.check(of) if "was not in the hand" in f.reason]
 
 
 def test_a_time_without_a_grip_is_told_of_the_task_in_which_it_begins() -> None:
@@ -154,7 +154,7 @@ def test_what_is_in_the_hand_at_the_start_is_so_for_its_first_half_second(first:
     held = [first <= k < OPENED for k in range(COUNT)]
     rows = tuple((*row, *pads) if now else row for row, now in zip(free, held, strict=True))
     begun = good(touches=rows, opening=np.where(held, 0.06, 0.085))
-    why = said(JUDGE, replace(begun, handovers=(replace(HANDOVERS[0], by=""), HANDOVERS[1])))
+    why = said(VALIDATOR, replace(begun, handovers=(replace(HANDOVERS[0], by=""), HANDOVERS[1])))
     assert any("no task of the plan takes it then" in w for w in why) is not passes
 
 
@@ -165,7 +165,7 @@ def test_code_that_takes_a_thing_may_run_for_one_sample() -> None:
     lines[:25] = 0.0
     lines[TAKEN + 1] = 1.0
     once = good(lines=lines)
-    assert said(JUDGE, once) == []
+    assert said(VALIDATOR, once) == []
     (found,) = gap(replace(once, handovers=(replace(HANDOVERS[0], thing="cup"), replace(HANDOVERS[1], thing="cup"))))
     assert "'cup' was not in the hand from 0.6 to 3.5 s" in found.reason
 
@@ -174,7 +174,7 @@ def test_code_that_takes_a_thing_may_run_for_one_sample() -> None:
 def test_between_handovers_a_thing_is_lost_for_a_fifth_of_a_second_at_most(first: int, count: int, passes: bool) -> None:
     """At once after the fingers closed, and right up to when they open."""
     rows = range(first, first + count) if first == 25 else range(70 - count, 70)
-    wrong = [f for f in JUDGE.check(lost(rows)) if not f.passed]
+    wrong = [f for f in VALIDATOR.check(lost(rows)) if not f.passed]
     gaps = [f for f in wrong if "was not in the hand" in f.reason]
     assert (gaps == []) is passes and all(f.things for f in wrong)
     if gaps:
@@ -185,14 +185,14 @@ def test_between_handovers_a_thing_is_lost_for_a_fifth_of_a_second_at_most(first
 
 def test_who_has_no_code_for_a_handover_is_told_by_others() -> None:
     elsewhere = (HANDOVERS[0], replace(HANDOVERS[1], by="9.Nowhere"))
-    assert all("was not in the hand" not in w for w in said(JUDGE, replace(good(), handovers=elsewhere)))
+    assert all("was not in the hand" not in w for w in said(VALIDATOR, replace(good(), handovers=elsewhere)))
     never = touching(range(COUNT), without=lambda t: LEFT in (t.a, t.b))
-    assert any("was not in the hand" in w for w in said(JUDGE, never))
+    assert any("was not in the hand" in w for w in said(VALIDATOR, never))
     free = tuple(replace(h, optional=True) for h in HANDOVERS)
-    assert said(JUDGE, replace(never, handovers=free)) == []
+    assert said(VALIDATOR, replace(never, handovers=free)) == []
     for k in (0, 1):
         half = tuple(replace(h, optional=n == k) for n, h in enumerate(HANDOVERS))
-        assert said(JUDGE, replace(never, handovers=half)) == []
+        assert said(VALIDATOR, replace(never, handovers=half)) == []
 
 
 def test_what_is_let_go_comes_to_rest_in_three_seconds() -> None:
@@ -202,7 +202,7 @@ def test_what_is_let_go_comes_to_rest_in_three_seconds() -> None:
     way[OPENED - 1 :, 0] += np.linspace(0.0, 0.3, COUNT - OPENED + 1)
     for period, passes in ((0.09, True), (0.15, False)):
         rolls = good(poses={**base.poses, "block": way}, times=np.arange(COUNT) * period)
-        assert (said(JUDGE, rolls) == []) is passes
+        assert (said(VALIDATOR, rolls) == []) is passes
     found = refused(rolls)
     assert "'block', let go at 10.3 s, moved on for 4.5 s, limit 3 s" in found.reason
     assert found.value == pytest.approx(30 * 0.15) and (found.limit, found.unit, found.origin) == (3.0, "s", "3.Placing/PuttingDown")
@@ -210,16 +210,16 @@ def test_what_is_let_go_comes_to_rest_in_three_seconds() -> None:
 
 
 def test_a_contact_that_chatters_is_no_interruption() -> None:
-    assert said(JUDGE, touching(range(40, 43), without=lambda t: LEFT in (t.a, t.b))) == []
+    assert said(VALIDATOR, touching(range(40, 43), without=lambda t: LEFT in (t.a, t.b))) == []
 
 
 def test_a_fall_is_as_deep_as_its_place_says_and_no_deeper() -> None:
     for deeper, passes in ((-0.001, True), (0.001, False)):
         fallen = shifted((0.0, 0.0, -(DROP + deeper)), "block", OPENED + 1)
-        assert (said(JUDGE, fallen) == []) is passes
+        assert (said(VALIDATOR, fallen) == []) is passes
     let_fall = replace(HANDOVERS[1], rest=replace(HANDOVERS[1].rest, fall=0.2)) if HANDOVERS[1].rest else HANDOVERS[1]
     far = shifted((0.0, 0.0, -0.2), "block", OPENED + 1)
-    assert said(JUDGE, replace(far, handovers=(HANDOVERS[0], let_fall))) == []
+    assert said(VALIDATOR, replace(far, handovers=(HANDOVERS[0], let_fall))) == []
     found = refused(far)
     assert found.reason == "'block', let go at 3.5 s, fell by 200 mm, limit 30 mm of 3.Placing/Releasing/open"
     assert found.value == pytest.approx(0.2) and (found.limit, found.unit, found.origin) == (DROP, "m", "3.Placing/PuttingDown")
@@ -238,7 +238,7 @@ def test_what_falls_over_comes_down_by_the_difference_of_its_sides(geoms: tuple[
         world = fallen.rollout.world
         things = tuple(replace(t, geoms=geoms) if t.name == "block" else t for t in world.things)
         tall = replace(fallen, rollout=replace(fallen.rollout, world=replace(world, things=things)))
-        assert (said(JUDGE, tall) == []) is passes
+        assert (said(VALIDATOR, tall) == []) is passes
 
 
 def test_what_came_to_rest_may_sink_by_a_millimetre() -> None:
@@ -247,14 +247,14 @@ def test_what_came_to_rest_may_sink_by_a_millimetre() -> None:
         assert fallen is not None
         way = fallen.poses["block"].copy()
         way[OPENED + 2 :, 2] -= sinks
-        assert said(JUDGE, posed(block=way)) == []
+        assert said(VALIDATOR, posed(block=way)) == []
 
 
 def test_a_fall_is_refused_whatever_else_was_wrong_before() -> None:
     both = pinched("cup", range(2, 8))
     fallen = shifted((0.0, 0.0, -0.2), "block", OPENED + 1)
     assert both.rollout is not None and fallen.rollout is not None
-    why = said(JUDGE, replace(both, rollout=replace(both.rollout, poses=fallen.rollout.poses)))
+    why = said(VALIDATOR, replace(both, rollout=replace(both.rollout, poses=fallen.rollout.poses)))
     assert len(why) == 2 and "'cup' was in the hand" in why[0] and "'block', let go at 3.5 s, fell" in why[1]
 
 
@@ -274,14 +274,14 @@ def free(candidate: Candidate, slides: bool) -> Candidate:
 
 
 def test_a_payload_is_not_dragged_by_a_task_that_slides_nothing() -> None:
-    assert said(JUDGE, free(dragged(SLIDES - 0.001), slides=False)) == []
-    (why,) = said(JUDGE, free(dragged(SLIDES + 0.002), slides=False))
+    assert said(VALIDATOR, free(dragged(SLIDES - 0.001), slides=False)) == []
+    (why,) = said(VALIDATOR, free(dragged(SLIDES + 0.002), slides=False))
     assert "'block' was dragged along 'floor' by 17 mm from 0.5 to 1.2 s, limit 15 mm of a task that slides nothing" in why
     turns = MoveLinear(Pose(), 0.1, 0.5, origin="1.Grasping/close", swing=Swing(Pose(), Pose((0.0, 0.0, 0.1)), (0.0, 0.0, 0.0)))
     for origin, excused in (("1.Grasping/close", True), ("2.PickingUp/lift", False), ("4.ParkingArms/move", False)):
         swings = replace(dragged(0.1), program=replace(good().program, steps=(replace(turns, origin=origin),)))
-        assert (said(JUDGE, free(swings, slides=False)) == []) is excused
-    assert said(JUDGE, free(dragged(0.1), slides=True)) == []
+        assert (said(VALIDATOR, free(swings, slides=False)) == []) is excused
+    assert said(VALIDATOR, free(dragged(0.1), slides=True)) == []
     assert refused(free(dragged(0.1), slides=False)).things
 
 
@@ -296,7 +296,7 @@ def test_a_turn_excuses_a_slide_that_it_meets_at_one_end() -> None:
         code = replace(made.code, origins={**ORIGINS, 2: turn.origin})
         turned = replace(made, rollout=replace(made.rollout, lines=lines), code=code)
         turned = replace(turned, program=replace(turned.program, steps=(turn,)))
-        assert all("was dragged" not in w for w in said(JUDGE, free(turned, slides=False))) is excused
+        assert all("was dragged" not in w for w in said(VALIDATOR, free(turned, slides=False))) is excused
 
 
 def test_a_task_that_slides_nothing_is_asked_behind_one_that_slides() -> None:
@@ -309,7 +309,7 @@ def test_a_task_that_slides_nothing_is_asked_behind_one_that_slides() -> None:
         rows = tuple((*r, Touch("floor", "block", 1.0, 1.0)) for r in base.rollout.touches)
         allowed = {k: replace(a, slides=k != "2.PickingUp") for k, a in base.allowances.items()}
         slid = replace(base, rollout=replace(base.rollout, poses={**base.rollout.poses, "block": way}, touches=rows), allowances=allowed)
-        why = [w for w in said(JUDGE, slid) if "was dragged" in w]
+        why = [w for w in said(VALIDATOR, slid) if "was dragged" in w]
         assert len(why) == dragging
 
 
@@ -319,7 +319,7 @@ def test_a_thing_that_is_pushed_stays_where_it_was_pushed_to() -> None:
         way[70:80, :3] += (0.0, 0.0, 0.3)  # another task ran then
         pushed = posed(cup=way)
         moving = {**pushed.allowances, "4.ParkingArms": Allowance(moves=frozenset({"cup"}))}
-        assert (said(JUDGE, replace(pushed, allowances=moving)) == []) is passes
+        assert (said(VALIDATOR, replace(pushed, allowances=moving)) == []) is passes
 
 
 def test_what_a_task_carries_and_pushes_may_go_to_and_fro_in_the_hand() -> None:
@@ -331,7 +331,7 @@ def test_what_a_task_carries_and_pushes_may_go_to_and_fro_in_the_hand() -> None:
         way[first:, 0] += np.interp(range(first, COUNT), [first, first + 4, first + 8], [0.0, 0.8, 0.0])
         made = posed(block=way)
         moving = {**made.allowances, task: Allowance(moves=frozenset({"block"}))}
-        found = [w for w in said(JUDGE, replace(made, allowances=moving)) if "came back" in w]
+        found = [w for w in said(VALIDATOR, replace(made, allowances=moving)) if "came back" in w]
         assert (found == []) is passes
 
 
@@ -343,7 +343,7 @@ def test_what_is_on_a_joint_and_led_by_the_hand_does_not_come_back() -> None:
         values = np.interp(range(COUNT), [50, 58, 66], [0.0, 1.0, 1.0 - back])
         turned = good(world=replace(base.world, things=things), values={"block": values})
         moving = {**turned.allowances, "3.Placing/PuttingDown": Allowance(moves=frozenset({"block"}))}
-        found = [w for w in said(JUDGE, replace(turned, allowances=moving)) if "came back" in w]
+        found = [w for w in said(VALIDATOR, replace(turned, allowances=moving)) if "came back" in w]
         assert (found == []) is passes
 
 
@@ -357,10 +357,10 @@ def pushed(*knots: tuple[int, tuple[float, float, float]], **changes: Any) -> Ca
 
 def test_a_push_is_from_the_first_sample_of_its_task_to_the_last() -> None:
     start, far = (0.4, -0.35, 0.2), (0.46, -0.35, 0.2)
-    assert said(JUDGE, pushed((80, start), (85, far))) == []
-    assert said(JUDGE, pushed((80, start), (85, far), (98, far), (99, (0.44, -0.35, 0.2)))) != []
-    assert said(JUDGE, pushed((80, start), (81, (0.42, -0.35, 0.2)), (82, (0.408, -0.35, 0.2)))) != []  # nearer to its second place
-    assert said(JUDGE, pushed((80, start), (85, (0.4, -0.35, 0.26)), (90, (0.4, -0.35, 0.23)))) != []  # lifted and set down again
+    assert said(VALIDATOR, pushed((80, start), (85, far))) == []
+    assert said(VALIDATOR, pushed((80, start), (85, far), (98, far), (99, (0.44, -0.35, 0.2)))) != []
+    assert said(VALIDATOR, pushed((80, start), (81, (0.42, -0.35, 0.2)), (82, (0.408, -0.35, 0.2)))) != []  # nearer to its second place
+    assert said(VALIDATOR, pushed((80, start), (85, (0.4, -0.35, 0.26)), (90, (0.4, -0.35, 0.23)))) != []  # lifted and set down again
 
 
 def test_a_push_may_last_for_one_sample() -> None:
@@ -371,7 +371,7 @@ def test_a_push_may_last_for_one_sample() -> None:
     lines[40] = 9.0  # the last line goes on to the end of the run
     lines[41:80] = np.where(lines[41:80] == 3.0, 3.0, lines[41:80])
     once = pushed((39, (0.4, -0.35, 0.2)), (40, (0.46, -0.35, 0.2)), (41, (0.4, -0.35, 0.2)), lines=lines)
-    assert all("came back" not in w for w in said(JUDGE, once))
+    assert all("came back" not in w for w in said(VALIDATOR, once))
 
 
 def test_what_is_pushed_may_turn_to_and_fro() -> None:
@@ -380,7 +380,7 @@ def test_what_is_pushed_may_turn_to_and_fro() -> None:
     way = made.rollout.poses["cup"].copy()
     for k in range(85, 90):
         way[k, 3:] = Pose.from_rotvec((0.0, 0.0, 0.0), (0.0, 0.0, 0.8)).quaternion
-    assert said(JUDGE, replace(made, rollout=replace(made.rollout, poses={**made.rollout.poses, "cup": way}))) == []
+    assert said(VALIDATOR, replace(made, rollout=replace(made.rollout, poses={**made.rollout.poses, "cup": way}))) == []
 
 
 def joined(values: Floats | None) -> Candidate:
@@ -393,17 +393,17 @@ def joined(values: Floats | None) -> Candidate:
 
 
 def test_a_drawer_that_was_closed_stays_as_far_closed() -> None:
-    assert said(JUDGE, joined(np.interp(range(COUNT), [80, 85, 90], [2.0, 0.5, 0.65]))) == []
-    assert said(JUDGE, joined(np.interp(range(COUNT), [80, 85, 90], [2.0, 0.5, 0.75]))) != []
-    assert said(JUDGE, joined(np.interp(range(COUNT), [80, 81, 82], [1.0, 1.4, 1.15]))) != []  # nearer to its second value
+    assert said(VALIDATOR, joined(np.interp(range(COUNT), [80, 85, 90], [2.0, 0.5, 0.65]))) == []
+    assert said(VALIDATOR, joined(np.interp(range(COUNT), [80, 85, 90], [2.0, 0.5, 0.75]))) != []
+    assert said(VALIDATOR, joined(np.interp(range(COUNT), [80, 81, 82], [1.0, 1.4, 1.15]))) != []  # nearer to its second value
 
 
 def test_of_a_drawer_whose_values_nobody_noted_the_place_is_judged() -> None:
-    assert said(JUDGE, joined(None)) == []
+    assert said(VALIDATOR, joined(None)) == []
     made = joined(None)
     assert made.rollout is not None
     way = track((80, (0.4, -0.35, 0.2)), (85, (0.46, -0.35, 0.2)), (90, (0.44, -0.35, 0.2)))
-    (why,) = said(JUDGE, replace(made, rollout=replace(made.rollout, poses={**made.rollout.poses, "cup": way})))
+    (why,) = said(VALIDATOR, replace(made, rollout=replace(made.rollout, poses={**made.rollout.poses, "cup": way})))
     assert "'cup' was moved by 60 mm and came back by 20 mm" in why
 
 
@@ -418,7 +418,7 @@ def test_a_door_that_was_opened_stays_as_far_open() -> None:
             opened = np.interp(range(COUNT), [79, 80, 82, 88, 89], [1.4, 0.5, 0.5, 2.0, 2.0 - back])
             turned = good(world=replace(base.world, things=things), values={"cup": opened})
             moving = {**turned.allowances, "4.ParkingArms": Allowance(moves=frozenset({"cup"}))}
-            wrong = [f for f in JUDGE.check(replace(turned, allowances=moving)) if not f.passed]
+            wrong = [f for f in VALIDATOR.check(replace(turned, allowances=moving)) if not f.passed]
             assert (wrong == []) is passes and all(f.things and f.origin == "4.ParkingArms" for f in wrong)
         (found,) = wrong
         assert found.unit == unit and found.limit == pytest.approx(0.2) and f"came back by {came_back}" in found.reason

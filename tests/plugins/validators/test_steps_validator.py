@@ -108,7 +108,7 @@ THERE = {0: up(0.0), 20: up(0.1), 40: up(0.0)}
 """Where the tool is when A runs for the first twenty samples and B for twenty more."""
 
 
-def test_the_judge_is_asked_of_runs() -> None:
+def test_the_validator_is_asked_of_runs() -> None:
     assert [(v.name, v.cost) for v in validators()] == [("steps", "rollout")]
 
 

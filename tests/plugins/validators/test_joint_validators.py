@@ -125,9 +125,9 @@ def test_a_run_of_one_sample_has_no_speed() -> None:
         poses = {name: rows[:count] for name, rows in base.poses.items()}
         force = np.zeros(count)
         short = replace(base, times=base.times[:count], joints=base.joints[:count], poses=poses, lines=base.lines[:count], force=force)
-        for judge in (JointSpeeds(), ToolSpeed()):
-            assert len(list(judge.check(replace(good(), rollout=short)))) == findings
-            assert list(judge.check(replace(good(), rollout=None))) == []
+        for validator in (JointSpeeds(), ToolSpeed()):
+            assert len(list(validator.check(replace(good(), rollout=short)))) == findings
+            assert list(validator.check(replace(good(), rollout=None))) == []
 
 
 @pytest.mark.parametrize(("speed", "passes"), [(1.49, True), (1.51, False), (20.0, False)])

@@ -1,4 +1,4 @@
-"""Judges that go through every sample of a run end soon after somebody asks them to."""
+"""Validators that go through every sample of a run end soon after somebody asks them to."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def _held(made: Candidate) -> list[Any]:
 
 
 @pytest.mark.parametrize("long", [lambda made: list(bumps(made)), _touched, _pressed, _held])
-def test_a_long_loop_of_a_judge_ends_when_it_is_asked_to(long: Callable[[Candidate], list[Any]]) -> None:
+def test_a_long_loop_of_a_validator_ends_when_it_is_asked_to(long: Callable[[Candidate], list[Any]]) -> None:
     assert isinstance(long(good()), list)
     with pytest.raises(Stopped), pulse(lambda: True):
         long(good())  # another run: what is told of one is kept

@@ -1,4 +1,4 @@
-"""Execution, force peaks, commanded forces and slip: each judge passes a run just inside its limit and refuses one just outside."""
+"""Execution, force peaks, commanded forces and slip: each validator passes a run just inside its limit and refuses one just outside."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_one_that_stopped_did_not(outcome: str) -> None:
     found = only(Execution(), good(outcome=outcome, reason="no contact", lines=np.where(np.arange(COUNT) < 60, LINES, 0.0)))
     assert not found.passed and found.origin == "3.Placing"
     assert found.reason == f"{outcome} at line 5, 3.0 s: no contact"
-    assert found.stopped  # told before what other judges object to
+    assert found.stopped  # told before what other validators object to
 
 
 def test_one_that_never_began_did_not_either() -> None:

@@ -1,6 +1,6 @@
-"""Every judge refuses something that no other does: a run or a program that is good, but for one thing.
+"""Every validator refuses something that no other does: a run or a program that is good, but for one thing.
 
-Runs are written by hand (``short_runs``) and read by the detection that also reads demonstrations; all judges are asked of each.
+Runs are written by hand (``short_runs``) and read by the detection that also reads demonstrations; all validators are asked of each.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def ran(of: Candidate) -> Rollout:
 
 
 def refused(made: Candidate) -> set[str]:
-    """The judges that object to a candidate, each asked by itself: those of its program and those of its run."""
+    """The validators that object to a candidate, each asked by itself: those of its program and those of its run."""
     knowledge, rollout = engine().knowledge, ran(made)
     episode = knowledge.episodes.detect(rollout, "p")
     episode = replace(episode, extras={**episode.extras, "park": np.array(UR5E.home)})
@@ -168,7 +168,7 @@ REFUSES: dict[str, tuple[Callable[[], Candidate], set[str]]] = {
     "tracks": (let_go_elsewhere, set()),
     "steps": (out_of_order, set()),
 }
-"""Judge -> what it refuses, and who else does: no code of a pouring ran, joint limits are among the rules of every program, and a
+"""Validator -> what it refuses, and who else does: no code of a pouring ran, joint limits are among the rules of every program, and a
 motion to where no arm comes is not carried out."""
 
 
@@ -177,11 +177,11 @@ def test_the_run_as_it_is_is_refused_by_none() -> None:
     assert refused(contained(20, 0)) == {"task_rules"}  # a run in which nothing was poured
 
 
-def test_every_judge_is_asked_here() -> None:
+def test_every_validator_is_asked_here() -> None:
     assert {v.name for v in engine().knowledge.validators} == REFUSES.keys()
 
 
 @pytest.mark.parametrize("name", REFUSES)
-def test_every_judge_refuses_what_is_its_own(name: str) -> None:
+def test_every_validator_refuses_what_is_its_own(name: str) -> None:
     made, others = REFUSES[name]
     assert refused(made()) == {name, *others}
