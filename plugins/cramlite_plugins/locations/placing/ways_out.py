@@ -157,10 +157,13 @@ def _rank_toppling(asked: Sequence[Query]) -> int | None:
     return 0 if is_roofed(asked[0]) else None
 
 
+ABOVE = WayOut("from above", _rank_up, up, endless=True)
 SIDEWAYS = WayOut("through its sides", _rank_sideways, sideways, by_hand=True)
+LAID, HUNG = (ABOVE,), (SIDEWAYS,)
+"""Ways onto a thing of a payload that hangs from the fingers: laid down, and released as it hangs."""
 WAYS: Mapping[str, tuple[WayOut, ...]] = {
-    "on": (WayOut("from above", _rank_up, up, endless=True), SIDEWAYS),
-    "in": (WayOut("from above", _rank_up, up, endless=True), WayOut("tilted", _rank_tilted, tilted, by_hand=True), SIDEWAYS),
+    "on": (ABOVE, SIDEWAYS),
+    "in": (ABOVE, WayOut("tilted", _rank_tilted, tilted, by_hand=True), SIDEWAYS),
     "toppled": (WayOut("toppling", _rank_toppling, toppling),),
 }  # fmt: skip
 """Ways out by relation."""
