@@ -49,8 +49,13 @@ def hung(answer: Grounding | Refused, held: Held) -> Grounding | Refused:
     if isinstance(answer, Refused) or held.swing is None:
         return answer
     place, hangs = answer.value, held.tcp_to_thing
-    low = shift(place.pose, (0.0, 0.0, -PRESSED))
-    return replace(answer, value=replace(place, pose=low, swing=Swing(hangs, hangs, held.swing.pivot)))
+    low = shift(place.pose, (0.0, 0.0, -place.release.height_m - PRESSED))
+    settles = (low * hangs).inverse() * place.pose * hangs * place.release.settles
+    led = replace(
+        place, pose=low, via=place.via or (place.pose,), swing=Swing(hangs, hangs, held.swing.pivot),
+        release=replace(place.release, height_m=0.0, settles=settles),
+    )  # fmt: skip
+    return replace(answer, value=led)
 
 
 def _led(answer: Grounding, location: Location, belief: Belief, context: Context) -> Grounding | Refused:

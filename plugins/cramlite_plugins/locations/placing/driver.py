@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from cramlite.model import Belief, Location, Place, Pose, Stage
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
-from ...motion_planning.reach import led_by, taken_at
+from ...motion_planning.reach import bound, led_by, taken_at
 from ..laying_down import hung, laid_down
 from .access import check_open
 from .checks import REACHED, SHAPES, SIDES, first_objection, lowered, opened
@@ -40,10 +40,10 @@ def onto(location: Location, belief: Belief, context: Context) -> Answers:
         yield from placements(location, belief, context)
         return
     stuck, found = list[Unresolvable](), False
-    for answers in (
-        laid_down(location, belief, context, partial(placements, ways=LAID)),
-        (hung(answer, held) for answer in placements(location, belief, context, HUNG)),
-    ):
+    laid = laid_down(location, belief, context, partial(placements, ways=LAID))
+    hanging = (hung(answer, held) for answer in placements(location, belief, context, HUNG))
+    level = belief.thing(bound(context, location.of)).furniture  # on a plate one slides out of the fingers before it lies
+    for answers in (laid, hanging) if level else (hanging, laid):
         try:
             for answer in answers:
                 found = True

@@ -10,7 +10,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from cramlite.model import Belief, Floats, Pose, Remedy, Thing, Value, Vector3
+from cramlite.model import Belief, Floats, Pose, Remedy, Thing, Value
 from cramlite.plugin import Context, Refused, Unresolvable
 
 from ...kinematics.kinematics import reach_gap, reach_shortfall
@@ -19,13 +19,14 @@ from ...motion_planning.reach import shift, taken_at
 from ...shapes.bounds import box_around, centre_of_mass, corners, height, lowest, support
 from ...shapes.box_overlaps import overlaps
 from ...shapes.roofs import has_a_roof, has_own_roof, open_sides, roof_over, roofed
-from ...shapes.standing_up import carrying_faces, stood_up
-from ...shapes.surfaces import LEVEL, Surface, surfaces
+from ...shapes.standing_up import stood_up
+from ...shapes.surfaces import Surface, surfaces
 from ..antipodal import Hands
 from ..hand_room import HandRoom
 from ..later import brings
 from ..pushing.contacts import STEEP
 from ..reached import Arm
+from .attitudes import attitudes
 from .checks import at_rest
 from .query import Groups, Placement, Query, openings
 from .stable_poses import TURNLESS, about_vertical, as_asked, carried_at, check_turn
@@ -39,13 +40,6 @@ ASIDE = (0.0, 0.3, -0.3, 0.1, -0.1, 0.2, -0.2)
 room on 15 mm of it."""
 TURNS = (0.0, 10.0, -10.0, 20.0, -20.0, 5.0, -5.0)  # of the hand from pointing straight inwards [deg]
 PARTS = (0.0, 0.15, 0.4, 1.0)  # of a way out at which boxes about hand and payload have to be free
-PITCHES = (0.0, 20.0)  # of a hand that points inwards, downwards [deg]
-LEVEL_FINGERS, UPRIGHT_FINGERS = ((0.0, 1.0, 0.0), (0.0, -1.0, 0.0)), ((0.0, 0.0, 1.0), (0.0, 0.0, -1.0))
-"""Closing directions of a hand that points inwards."""
-STEEPER = (0.0, 10.0, 20.0, 30.0, 40.0)
-"""Pitches of a hand whose fingers are one above the other [deg]: a hand is broad in that direction, and over a floor it has
-room only from above."""
-FLAT_FALL = math.radians(30.0)  # lean of a flat thing from lying, from which it falls flat once released
 PIECES = 12  # of a payload at most, each of which is looked at
 FEW = 2  # steps of one, where all grips of a thing are looked at
 COARSE = 0.01  # between openings of hands that are looked at together [m]
@@ -104,7 +98,7 @@ def sideways(asked: list[Query]) -> Groups:
         upright = as_asked(stood_up(first.thing, first.now), first.where)
     if first.where.attitude:
         check_turn(first, upright)
-    for kind, now in _attitudes(first, upright):
+    for kind, now in attitudes(first, upright):
         tall = height(first.thing, now) + 2 * HIGH
         for query, floor in _floors(asked, now, tall, low):
             found = True
@@ -115,44 +109,6 @@ def sideways(asked: list[Query]) -> Groups:
         yield Refused("anywhere", "no room for boxes about hand and payload, wherever on the floor they are")
     if not found:
         raise _too_high(first, max(low, default=0.0), height(first.thing, upright) + 2 * HIGH)
-
-
-def _attitudes(query: Query, upright: Pose) -> Iterator[tuple[str, Pose]]:
-    """Orientations of a payload, each with a kind of stable pose: upright, and as held by a hand that points
-    inwards."""
-    turned = not query.where.attitude and query.thing.filling is None and not query.held.carries
-    stands = "within" if query.depth else "on"
-    if query.held.swing is None:
-        yield stands, upright
-    for pitch, across in product(PITCHES if turned and query.held.swing is None else (), LEVEL_FINGERS):
-        now = _pointing(query, pitch, across)
-        yield stands if stood_up(query.thing, now).distance(now)[1] <= TURNLESS else "dropped", now
-    faces = _faces(query) if turned else []
-    for pitch, across in product(STEEPER if turned else (), UPRIGHT_FINGERS):
-        now = _pointing(query, pitch, across)
-        lean = min((math.acos(min(1.0, -float(now.rotate(face)[2]))) for face in faces), default=math.pi)
-        if lean <= FLAT_FALL:
-            yield stands if lean <= LEVEL else "dropped", now
-
-
-def _faces(query: Query) -> list[Floats]:
-    """Outward normals (3,) of the faces on which a payload may come to lie; of one that hangs from the fingers, of that on which
-    it lay when it was taken."""
-    faces, swing = carrying_faces(query.thing), query.held.swing
-    if swing is None or not faces:
-        return faces
-    down = swing.start.inverse().rotate((0.0, 0.0, 1.0))
-    return [max(faces, key=lambda face: float(face @ down))]
-
-
-def _pointing(query: Query, pitch: float, across: Vector3) -> Pose:
-    """Pose of a payload in a hand that points along x and downwards by an angle [deg].
-
-    Args:
-        across: direction (3,) nearest to which the fingers close.
-    """
-    ahead = (math.cos(math.radians(pitch)), 0.0, -math.sin(math.radians(pitch)))
-    return Pose.from_axes(query.hand(query.now).position, ahead, np.cross(across, ahead)) * query.held.tcp_to_thing
 
 
 def _floors(asked: Sequence[Query], now: Pose, tall: float, low: list[float]) -> Iterator[tuple[Query, Floor]]:
@@ -290,7 +246,7 @@ def _free(
         found = np.einsum("ntij,njk->ntik", spin, axes)[:, None]
         return np.broadcast_to(found, (*shape, 3, 3)).reshape(-1, 3, 3)
 
-    every = [(spread(np.tile(m - foot, shape[:1] + (1,))), turned(np.tile(t, (*shape[:1], 1, 1))), half) for m, t, half in boxes]
+    every = [(spread(np.tile(m - foot, (*shape[:1], 1))), turned(np.tile(t, (*shape[:1], 1, 1))), half) for m, t, half in boxes]
     reached = Hands(spread(hands.positions - foot), turned(hands.turns))
     (whole, axes, half), *parts = every
     far = support(floor.whole, floor.at, floor.out) + BEFORE_IT - whole @ floor.out

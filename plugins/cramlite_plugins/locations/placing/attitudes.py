@@ -1,0 +1,69 @@
+"""Attitudes in which a hand that points inwards holds a payload: upright, and leaning with its far edge down."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import product
+
+import numpy as np
+
+from cramlite.model import Floats, Pose, Vector3
+
+from ...shapes.standing_up import carrying_faces, stood_up
+from ...shapes.surfaces import LEVEL
+from .query import Query
+from .stable_poses import TURNLESS
+
+PITCHES = (0.0, 20.0)  # of a hand that points inwards, downwards [deg]
+LEVEL_FINGERS, UPRIGHT_FINGERS = ((0.0, 1.0, 0.0), (0.0, -1.0, 0.0)), ((0.0, 0.0, 1.0), (0.0, 0.0, -1.0))
+"""Closing directions of a hand that points inwards."""
+STEEPER = (0.0, 10.0, 20.0, 30.0, 40.0, 50.0)
+"""Pitches of a hand whose fingers are one above the other [deg]: a hand is broad in that direction, and over a floor it has
+room only from above."""
+FLAT_FALL = math.radians(32.0)  # lean of a flat thing from lying, from which it falls flat once released
+
+
+def attitudes(query: Query, upright: Pose) -> Iterator[tuple[str, Pose]]:
+    """Orientations of a payload, each with a kind of stable pose: upright, and as held by a hand that points
+    inwards."""
+    turned = not query.where.attitude and query.thing.filling is None and not query.held.carries
+    stands = "within" if query.depth else "on"
+    if query.held.swing is None:
+        yield stands, upright
+    for pitch, across in product(PITCHES if turned and query.held.swing is None else (), LEVEL_FINGERS):
+        now = _pointing(query, pitch, across)
+        yield stands if stood_up(query.thing, now).distance(now)[1] <= TURNLESS else "dropped", now
+    for lean, now in far_edge_down(query) if turned else ():
+        yield stands if lean <= LEVEL else "dropped", now
+
+
+def far_edge_down(query: Query) -> Iterator[tuple[float, Pose]]:
+    """Orientations of a payload between fingers that are one above the other, each with its lean from lying flat [rad], up to
+    ``FLAT_FALL``: the hand points along x, and the less downwards the earlier it comes."""
+    faces = _faces(query)
+    for pitch, across in product(STEEPER, UPRIGHT_FINGERS):
+        now = _pointing(query, pitch, across)
+        lean = min((math.acos(min(1.0, -float(now.rotate(face)[2]))) for face in faces), default=math.pi)
+        if lean <= FLAT_FALL:
+            yield lean, now
+
+
+def _faces(query: Query) -> list[Floats]:
+    """Outward normals (3,) of the faces on which a payload may come to lie; of one that hangs from the fingers, of that on which
+    it lay when it was taken."""
+    faces, swing = carrying_faces(query.thing), query.held.swing
+    if swing is None or not faces:
+        return faces
+    down = swing.start.inverse().rotate((0.0, 0.0, 1.0))
+    return [max(faces, key=lambda face: float(face @ down))]
+
+
+def _pointing(query: Query, pitch: float, across: Vector3) -> Pose:
+    """Pose of a payload in a hand that points along x and downwards by an angle [deg].
+
+    Args:
+        across: direction (3,) nearest to which the fingers close.
+    """
+    ahead = (math.cos(math.radians(pitch)), 0.0, -math.sin(math.radians(pitch)))
+    return Pose.from_axes(query.hand(query.now).position, ahead, np.cross(across, ahead)) * query.held.tcp_to_thing
