@@ -25,6 +25,7 @@ from .checks import SHAPES, at_rest, first_objection
 from .edge_first import edge_first
 from .positions import free_for, positions_on, radius
 from .query import Found, Groups, Placement, Query, covers, is_roofed, lying_in, standing_on
+from .short_of_it import short_of_it
 from .sideways import sideways
 from .stable_poses import (
     Rest,
@@ -163,12 +164,16 @@ def _rank_toppling(asked: Sequence[Query]) -> int | None:
 
 
 ABOVE = WayOut("from above", _rank_up, up, endless=True)
+def _rank_short(asked: Sequence[Query]) -> int | None:
+    return 1 if is_roofed(asked[0]) else None
+
+
 SIDEWAYS = WayOut("through its sides", _rank_sideways, sideways, by_hand=True)
 LAID, HUNG = (ABOVE,), (SIDEWAYS, WayOut("edge first", _rank_edge_first, edge_first, by_hand=True))
 """Ways onto a thing of a payload that hangs from the fingers: laid down, and released as it hangs."""
 WAYS: Mapping[str, tuple[WayOut, ...]] = {
     "on": (ABOVE, SIDEWAYS),
     "in": (ABOVE, WayOut("tilted", _rank_tilted, tilted, by_hand=True), SIDEWAYS),
-    "toppled": (WayOut("toppling", _rank_toppling, toppling),),
+    "toppled": (WayOut("toppling", _rank_toppling, toppling), WayOut("short of it", _rank_short, short_of_it)),
 }  # fmt: skip
 """Ways out by relation."""
