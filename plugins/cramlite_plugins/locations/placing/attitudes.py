@@ -25,38 +25,40 @@ FLAT_FALL = math.radians(32.0)  # lean of a flat thing from lying, from which it
 
 
 def attitudes(query: Query, upright: Pose) -> Iterator[tuple[str, Pose]]:
-    """Orientations of a payload, each with a kind of stable pose: upright, and as held by a hand that points
-    inwards."""
+    """Generate orientations of a payload, each with a kind of stable pose: upright, and as held by a hand that points inwards; of
+    one that hangs from the fingers those with its far edge down."""
     turned = not query.where.attitude and query.thing.filling is None and not query.held.carries
     stands = "within" if query.depth else "on"
-    if query.held.swing is None:
-        yield stands, upright
-    for pitch, across in product(PITCHES if turned and query.held.swing is None else (), LEVEL_FINGERS):
+    if query.held.swing is not None:
+        for lean, now in far_edge_down(query) if turned else ():
+            yield stands if lean <= LEVEL else "dropped", now
+        return
+    yield stands, upright
+    for pitch, across in product(PITCHES if turned else (), LEVEL_FINGERS):
         now = _pointing(query, pitch, across)
         yield stands if stood_up(query.thing, now).distance(now)[1] <= TURNLESS else "dropped", now
-    for lean, now in far_edge_down(query) if turned else ():
-        yield stands if lean <= LEVEL else "dropped", now
 
 
 def far_edge_down(query: Query) -> Iterator[tuple[float, Pose]]:
-    """Orientations of a payload between fingers that are one above the other, each with its lean from lying flat [rad], up to
-    ``FLAT_FALL``: the hand points along x, and the less downwards the earlier it comes."""
-    faces = _faces(query)
-    for pitch, across in product(STEEPER, UPRIGHT_FINGERS):
+    """Generate orientations of a payload that hangs from fingers one above the other, each with its lean from lying flat [rad].
+
+    The lean is at most ``FLAT_FALL``. The hand points along x, and the less downwards the earlier it comes.
+    """
+    face = _face(query)
+    for pitch, across in product(STEEPER if face is not None else (), UPRIGHT_FINGERS):
         now = _pointing(query, pitch, across)
-        lean = min((math.acos(min(1.0, -float(now.rotate(face)[2]))) for face in faces), default=math.pi)
+        lean = math.acos(max(-1.0, min(1.0, -float(now.rotate(face)[2]))))
         if lean <= FLAT_FALL:
             yield lean, now
 
 
-def _faces(query: Query) -> list[Floats]:
-    """Outward normals (3,) of the faces on which a payload may come to lie; of one that hangs from the fingers, of that on which
-    it lay when it was taken."""
+def _face(query: Query) -> Floats | None:
+    """Outward normal (3,) of the face on which a hanging payload lay when it was taken; None if it has none to lie on."""
     faces, swing = carrying_faces(query.thing), query.held.swing
-    if swing is None or not faces:
-        return faces
+    if swing is None:
+        return None
     down = swing.start.inverse().rotate((0.0, 0.0, 1.0))
-    return [max(faces, key=lambda face: float(face @ down))]
+    return max(faces, key=lambda face: float(face @ down), default=None)
 
 
 def _pointing(query: Query, pitch: float, across: Vector3) -> Pose:

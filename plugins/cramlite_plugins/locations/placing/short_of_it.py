@@ -6,10 +6,10 @@ What carries it in front goes on under the overhang, as a table does under a she
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
 from itertools import product
 
 import numpy as np
+from msgspec.structs import replace
 
 from cramlite.model import Floats, Pose
 from cramlite.plugin import Refused
@@ -38,11 +38,16 @@ def short_of_it(asked: list[Query]) -> Groups:
     upright = stood_up(query.thing, query.now)
     for out in open_sides(query.whole, query.at, query.target, -query.depth / 2):
         turns = _across(query, upright, out)
-        for deep, share, short in product(DEEPS, ACROSS, SHORT):
-            to = inside_from(query, out, deep, share)
-            said = f"{1000 * short:.0f} mm before where it is pushed, {1000 * deep:.0f} mm in, at {100 * share:+.0f} % across"
-            for lies in _carried(query, turns, to, short * out):
-                none = False
+        for deep, share in product(DEEPS, ACROSS):
+            to, said = inside_from(query, out, deep, share), f"{1000 * deep:.0f} mm in, at {100 * share:+.0f} % across"
+            for short, turned in product(SHORT, turns):
+                lies = _carried(query, turned, to, short * out)
+                if lies is None:
+                    continue
+                none, no = False, query.scene.met(query.belief.base() * query.hand(shift(lies, (0.0, 0.0, KEPT))), False)
+                if no is not None:
+                    yield replace(no.of(said), reason=f"not lying there: {no.reason}")
+                    break
                 yield iter([(query, _before(query, lies, short * out, out, said))])
     if none:
         yield Refused("short of it", f"what carries it before '{query.entity}' does not go on under its roof")
@@ -55,21 +60,17 @@ def _across(query: Query, upright: Pose, out: Floats) -> list[Pose]:
     return [turned[k] for k in sorted(range(HEADINGS), key=lambda k: (round(along[k], 2), k))[:FEW]]
 
 
-def _carried(query: Query, turns: Sequence[Pose], to: Floats, off: Floats) -> Iterator[Pose]:
-    """Poses of a payload with its origin over a point (3,), if it has room there, and what carries it is as high as what carries it
-    before that."""
-    for turned in turns:
-        there, before = (carried_at(query.thing, turned, tuple((to + by).tolist()), query.belief) for by in (0.0 * off, off))
-        if there is None or before is None or abs(there - before) > FLAT:
-            return
-        lies = Pose((float(to[0]), float(to[1]), there - lowest(query.thing, turned)), turned.quaternion)
-        if query.scene.met(query.belief.base() * query.hand(shift(lies, (0.0, 0.0, KEPT))), False) is not None:
-            return
-        yield lies
+def _carried(query: Query, turned: Pose, to: Floats, off: Floats) -> Pose | None:
+    """Pose of a payload with its origin over a point (3,); None if what carries it there is not as high as what carries it before."""
+    there, before = (carried_at(query.thing, turned, tuple((to + by).tolist()), query.belief) for by in (0.0 * off, off))
+    if there is None or before is None or abs(there - before) > FLAT:
+        return None
+    return Pose((float(to[0]), float(to[1]), there - lowest(query.thing, turned)), turned.quaternion)
 
 
-def _before(query: Query, lies: Pose, off: Floats, out: Floats, name: str) -> Placement:
+def _before(query: Query, lies: Pose, off: Floats, out: Floats, said: str) -> Placement:
     """Placement before the overhang, with the pose to which the payload is pushed as the one in which it comes to lie."""
+    name = f"put down {1000 * math.hypot(*off):.0f} mm before where it is pushed, {said}"
     thing = shift(lies, off + KEPT * np.array([0.0, 0.0, 1.0]))
     pose = query.hand(thing)
     back = pose * Pose((0.0, 0.0, -BACK))

@@ -17,6 +17,9 @@ from cramlite.plugin import Refused, Unresolvable
 
 from ...kinematics.kinematics import inverse
 from ...motion_planning.reach import shift
+from ...shapes.bounds import height
+from ...shapes.roofs import roof_over
+from ...shapes.standing_up import stood_up
 from ..from_aside import slants
 from ..parameters import Where
 from .access import COVERS, covered, goes_in_upright
@@ -165,7 +168,12 @@ def _rank_toppling(asked: Sequence[Query]) -> int | None:
 
 ABOVE = WayOut("from above", _rank_up, up, endless=True)
 def _rank_short(asked: Sequence[Query]) -> int | None:
-    return 1 if is_roofed(asked[0]) else None
+    query = asked[0]
+    if not is_roofed(query):
+        return None
+    low = query.target.pose.apply((0.0, 0.0, -query.depth))
+    room = roof_over(query.whole, query.at, tuple(low.tolist()))
+    return 1 if height(query.thing, stood_up(query.thing, query.now)) < room else None
 
 
 SIDEWAYS = WayOut("through its sides", _rank_sideways, sideways, by_hand=True)
