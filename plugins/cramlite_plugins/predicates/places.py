@@ -49,7 +49,7 @@ def all_predicates() -> tuple[Predicate, ...]:
             possible=lambda timeline: len(tips(timeline)) > 1, unknown=unknowns.no_fingers,
         ),
         Predicate(
-            "in_or_above", 2, in_or_above, cost=5, doc="A thing is over the footprint of another, not below its floor, or in its cavity.",
+            "in_or_above", 2, in_or_above, cost=5, doc="A thing is over the footprint of another, not below its floor.",
             fluent=fluents.IN_OR_ABOVE, unknown=unknowns.no_box,
         ),
         Predicate(
@@ -161,17 +161,16 @@ def in_or_above(phase: Phase, name: str | None, place: str | None) -> Iterator[R
     """Evaluate in_or_above(Thing, Place): the thing's origin is over the bottom of the place's box and, seen
     from above, within the box.
 
-    Thing's origin, in Place's frame, is within its box seen from above and over its bottom, or in a cavity of Place that
-    reaches out of that box, as the room under a shelf without a bottom board does. Places without a size are left out.
+    Thing's origin, in Place's frame, is within its box seen from above and over its bottom. Places without a size are
+    left out.
     """
     for below in [place] if place is not None else things(phase):
         corners = box_of(phase, below)
         if corners is None:
             continue
-        inside = {one for one, _ in in_cavity(phase, name, below)}
         for above in [name] if name is not None else things(phase):
             point = relative_position(phase, below, above, phase.end)
-            if above != below and point is not None and (_over(point, *corners) or above in inside):
+            if above != below and point is not None and _over(point, *corners):
                 yield above, below
 
 

@@ -288,7 +288,7 @@ def toppled(query: Query, upright: Pose, out: Floats, lean: float) -> Iterator[t
         return
     area = query.target.area.buffer(-WELL_IN)
     for deep, share in product(np.arange(DEEPEST, WELL_IN, -STEP).tolist(), ACROSS):
-        by = inside_from(query, out, deep, share) - over[0].position
+        by = _inside_from(query, out, deep, share) - over[0].position
         by[2] = low - lowest(query.thing, turned)
         lies = shift(over[0], by)
         x, y, z = map(float, query.target.pose.inverse().apply(lies.position))
@@ -315,8 +315,8 @@ def carried_at(thing: Thing, turned: Pose, point: Vector3, belief: Belief) -> fl
     return height if math.isfinite(height) else None
 
 
-def inside_from(query: Query, out: Floats, deep: float, share: float) -> Floats:
-    """Return a position (3,) in the base frame [m]: ``deep`` inside an opening's edge towards ``out``, sideways by a
+def _inside_from(query: Query, out: Floats, deep: float, share: float) -> Floats:
+    """Position (3,) in the base frame [m]: ``deep`` inside an opening's edge towards ``out``, sideways by a
     share of the half width."""
     low, high = np.reshape(query.target.area.bounds, (2, 2))
     way = query.target.pose.inverse().rotate(out)[:2]

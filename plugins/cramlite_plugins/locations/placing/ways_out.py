@@ -17,9 +17,6 @@ from cramlite.plugin import Refused, Unresolvable
 
 from ...kinematics.kinematics import inverse
 from ...motion_planning.reach import shift
-from ...shapes.bounds import height
-from ...shapes.roofs import roof_over
-from ...shapes.standing_up import stood_up
 from ..from_aside import slants
 from ..parameters import Where
 from .access import COVERS, covered, goes_in_upright
@@ -28,7 +25,6 @@ from .checks import SHAPES, at_rest, first_objection
 from .edge_first import edge_first
 from .positions import free_for, positions_on, radius
 from .query import Found, Groups, Placement, Query, covers, is_roofed, lying_in, standing_on
-from .short_of_it import short_of_it
 from .sideways import sideways
 from .stable_poses import (
     Rest,
@@ -167,21 +163,12 @@ def _rank_toppling(asked: Sequence[Query]) -> int | None:
 
 
 ABOVE = WayOut("from above", _rank_up, up, endless=True)
-def _rank_short(asked: Sequence[Query]) -> int | None:
-    query = asked[0]
-    if not is_roofed(query):
-        return None
-    low = query.target.pose.apply((0.0, 0.0, -query.depth))
-    room = roof_over(query.whole, query.at, tuple(low.tolist()))
-    return 1 if height(query.thing, stood_up(query.thing, query.now)) < room else None
-
-
 SIDEWAYS = WayOut("through its sides", _rank_sideways, sideways, by_hand=True)
 LAID, HUNG = (ABOVE,), (SIDEWAYS, WayOut("edge first", _rank_edge_first, edge_first, by_hand=True))
 """Ways onto a thing of a payload that hangs from the fingers: laid down, and released as it hangs."""
 WAYS: Mapping[str, tuple[WayOut, ...]] = {
     "on": (ABOVE, SIDEWAYS),
     "in": (ABOVE, WayOut("tilted", _rank_tilted, tilted, by_hand=True), SIDEWAYS),
-    "toppled": (WayOut("toppling", _rank_toppling, toppling), WayOut("short of it", _rank_short, short_of_it)),
+    "toppled": (WayOut("toppling", _rank_toppling, toppling),),
 }  # fmt: skip
 """Ways out by relation."""

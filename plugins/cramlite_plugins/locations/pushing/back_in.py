@@ -28,7 +28,6 @@ CAME_OUT = 0.1
 FURTHER = 0.008
 """Extra way of the fingers beyond the believed pose of the thing [m]: it may lie a little farther in, and the fingers are to
 touch it in the end."""
-LEANS = (0.0, 45.0)  # of the hand from straight down [deg]: leaning it reaches farther in under a roof
 AHEAD = 0.1  # of a thing, a point that gives the way [m]
 
 
@@ -51,7 +50,7 @@ def ways_in(entity: str, ahead: Vector3, belief: Belief, context: Context) -> It
     place, or the refusal."""
     thing, pose, way = belief.thing(entity), belief.pose(entity), np.asarray(ahead)
     there = shift(pose, AHEAD * way)
-    for _, near, opening, turn in hands_behind(thing, pose, APART, context.robot.gripper, SPOT, there, (0.0,), LEANS):
+    for _, near, opening, turn in hands_behind(thing, pose, APART, context.robot.gripper, SPOT, there, (0.0,)):
         at, end = shift(near, -CAME_OUT * way), shift(near, (GAP + FURTHER) * way)
         place = Place(at, shift(at, (0.0, 0.0, ABOVE)), opening, (0.0, 0.0, -1.0), (end,), thing=entity)
         yield f"hand {turn}", _not_led(place, belief, context) or place

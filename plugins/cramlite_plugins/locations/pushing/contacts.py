@@ -62,30 +62,18 @@ Hand = tuple[Floats, Pose, float, str]
 
 
 def hands_behind(
-    thing: Thing, pose: Pose, apart: float, gripper: Gripper, area: Feature, frame: Pose, shares: Sequence[float] = SHARES,
-    leans: Sequence[float] = (0.0,),
+    thing: Thing, pose: Pose, apart: float, gripper: Gripper, area: Feature, frame: Pose, shares: Sequence[float] = SHARES
 ) -> Iterator[Hand]:
-    """Generate hands whose fingers are behind a thing, as far open as a share of the thing's width.
-
-    Args:
-        leans: of the hand from pointing straight down to pointing ahead [deg].
-    """
+    """Generate hands whose fingers are behind a thing, as far open as a share of the thing's width."""
     low, top = -support(thing, pose, -UP), support(thing, pose, UP)
-    for lean, share, turn in itertools.product(leans, shares, HALVES):
+    for share, turn in itertools.product(shares, HALVES):
         way = towards(pose, area, frame, share)
         ahead, across, hand = _axes(way, turn)
-        hand, (s, c) = Pose.from_rotvec((0, 0, 0), tuple((-math.radians(lean) * across).tolist())) * hand, _sine_cosine(lean)
         back, left, right = (support(thing, pose, v) for v in (-ahead, across, -across))
         opening = min(gripper.opening[1], max(gripper.opening[0], apart * (left + right)))
-        reach, deep = (c * gripper.pad[0] + s * gripper.pad[1]) / 2, (c * gripper.pad[1] + s * gripper.pad[0]) / 2
-        start = -(back + GAP + reach) * ahead + (left - right) / 2 * across
-        x, y, z = (float(v) for v in start + (low + LOW * (top - low) + deep) * UP)
-        leaning = f", leaning {lean:.0f} deg" if lean else ""
-        yield way, replace(hand, position=(x, y, z)), opening, f"turned {turn:.0f} deg{leaning}"
-
-
-def _sine_cosine(angle: float) -> tuple[float, float]:
-    return math.sin(math.radians(angle)), math.cos(math.radians(angle))
+        start = -(back + GAP + gripper.pad[0] / 2) * ahead + (left - right) / 2 * across
+        x, y, z = (float(v) for v in start + (low + LOW * (top - low) + gripper.pad[1] / 2) * UP)
+        yield way, replace(hand, position=(x, y, z)), opening, f"turned {turn:.0f} deg"
 
 
 def hands_in(thing: Thing, pose: Pose, gripper: Gripper, way: Floats, last: Floats) -> Iterator[Hand]:
