@@ -99,8 +99,8 @@ class RequestParser:
                     yield from self._predicates(theme, begin)
 
     def _complements(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
-        """Yield clauses of a verb and its object together with the words behind them: an amount, a place, or
-        an adverb or adjective."""
+        """Yield clauses made of a verb, its object and the words that follow: an amount, a place, an adverb
+        or an adjective."""
         if frame.amount:
             yield from self._amounts(frame, verb, theme, at)
         elif frame.place:
@@ -114,7 +114,8 @@ class RequestParser:
             yield from ((self._clause(frame, (*verb, *a), theme), end) for a in frame.after for end in starts(self.words, at, (a,)))
 
     def _posed(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
-        """Yield places with a state before or after them: "upside down on the tray"."""
+        """Yield phrases of a place and a state, in either order: "upside down on the tray", "on the tray
+        upside down"."""
         for unary in self.frames.unary:
             for begin in starts(self.words, at, unary.stated) if self.words[at : at + 1] and self.words[at] not in english.PLACED else ():
                 yield from ((replace(c, state=unary.phrase), end) for c, end in self._places(frame, verb, theme, begin))
@@ -202,7 +203,7 @@ class RequestParser:
                 yield self._clause(frame, verb, theme, amount=f"{number[1]} {unit}"), k + 1 + (not number[2])
 
     def _centre(self, at: int) -> Iterator[int]:
-        """Yield the position after words for the middle of a thing: "from the tray's centre"."""
+        """Yield the word index after a phrase for the middle of a thing: "from the tray's centre"."""
         for start in starts(self.words, at, english.OF):
             for noun, end in self._nouns.nouns(start, joined=False):
                 if noun.sides == ("middle",) or any(k.words[:1] == ("middle",) for k in noun.links):

@@ -87,8 +87,9 @@ def _led(answer: Grounding, location: Location, belief: Belief, context: Context
 
 
 def released(shares: list[float], hands: list[Pose]) -> tuple[float, Pose]:
-    """Return the share of a swing at which the hand lets go, and the TCP there: ``LEFT`` [m] above the end of
-    its way down.
+    """Return the share of the payload's swing at which the hand lets go, and the TCP pose there.
+
+    That pose is ``LEFT`` [m] above the end of the hand's way down.
 
     Args:
         shares, hands: as ``rolled`` returns them.
@@ -138,6 +139,6 @@ def _angle(swing: Swing) -> float:
 
 
 def dropped(thing: Thing, hand: Pose, swing: Swing) -> float:
-    """Return the height that the payload's lowest point loses below the hand from lying to hanging [m]."""
+    """Return how much farther below the hand the payload's lowest point is when it hangs than when it lies [m]."""
     lowest: Sequence[float] = [float(np.min(corners(thing, hand * at)[:, 2])) for at in (swing.start, swing.end)]
     return lowest[0] - lowest[1]

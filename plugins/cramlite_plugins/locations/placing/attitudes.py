@@ -25,8 +25,11 @@ FLAT_FALL = math.radians(32.0)  # lean of a flat thing from lying, from which it
 
 
 def attitudes(query: Query, upright: Pose) -> Iterator[tuple[str, Pose]]:
-    """Generate orientations of a payload, each with a kind of stable pose: upright, and as held by a hand that points inwards; of
-    one that hangs from the fingers those with its far edge down."""
+    """Generate orientations in which to release a payload: upright, and as a hand that points inwards holds it.
+
+    One that hangs from the fingers is released with its far edge down. Each has a kind of placement: "on" or "within" for a payload
+    that then stands, "dropped" for one that falls over.
+    """
     turned = not query.where.attitude and query.thing.filling is None and not query.held.carries
     stands = "within" if query.depth else "on"
     if query.held.swing is not None:

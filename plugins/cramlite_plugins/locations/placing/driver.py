@@ -127,8 +127,10 @@ def _by(way: WayOut, cost: float, asked: list[Query]) -> Answers:
 
 
 def _of_group(group: Iterator[Found] | Refused) -> Iterator[tuple[Query | None, Answer, bool]]:
-    """Check a group of placements until one passes all checks: yield every answer with its query, and
-    whether shapes alone refuse the group.
+    """Check placements that differ in height or approach until one passes; yield each result with its placing
+    problem.
+
+    The last value says whether shapes alone, without the arm, refuse the placement.
 
     From a stand-off that is blocked no other height is tried, but from aside.
     """
@@ -176,8 +178,8 @@ def place_at(placement: Placement, query: Query) -> Place:
 
 
 def _no_room(refused: list[Refused], query: Query, there: Iterable[str]) -> Unresolvable:
-    """Refusal if shapes refuse every placement: the first refusal of each check, and the choices that it
-    depends on."""
+    """Refusal if every placement fails a check of shapes, without the arm: first failure of each check, and
+    what it depends on."""
     named = {thing for name in (*SIDES, "near") if (thing := getattr(query.where, name))}
     named |= {*there, *(name for no in refused for name in no.blocking or () if isinstance(name, str))}
     bindings = query.context.bindings

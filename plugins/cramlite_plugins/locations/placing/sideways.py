@@ -112,8 +112,10 @@ def sideways(asked: list[Query]) -> Groups:
 
 
 def _floors(asked: Sequence[Query], now: Pose, tall: float, low: list[float]) -> Iterator[tuple[Query, Floor]]:
-    """Yield the floors under a roof that is high enough for a payload turned as at a pose, each with its
-    query and an open side.
+    """Yield each floor that is under a roof with enough room for a payload, once for each open side, with its
+    placement query.
+
+    The payload is turned as at the pose ``now``.
 
     The height of the room over each floor that was looked at is appended to ``low`` [m].
     """
@@ -161,8 +163,11 @@ def _too_high(query: Query, room: float, needed: float) -> Unresolvable:
 
 
 def _level(query: Query, floor: Floor, now: Pose, kind: str) -> Iterator[Placement]:
-    """Placements on a floor from its middle outwards, with the hand pointing inwards; a payload that is not
-    released upright gets its simulated rest pose. If all are out of reach, one is kept for the refusal."""
+    """Generate placements on a floor from its middle outwards, with the hand pointing inwards.
+
+    A payload that is not released upright gets its simulated rest pose. If all are out of reach, one is kept
+    for the refusal.
+    """
     few = 1 if kind != "dropped" else FEW
     first = _at(query, floor, now, kind, floor.spots()[0], 0.0)
     if reach_gap(query.context.robot, first.before)[0] > BEYOND:
@@ -181,7 +186,8 @@ def _level(query: Query, floor: Floor, now: Pose, kind: str) -> Iterator[Placeme
 
 
 def _of_each_step(rows: NDArray[np.intp], few: int) -> list[list[int]]:
-    """Limit the pairs (spot, turn) to try at each distance from a floor's middle: to ``MANY``, or to one if ``few`` > 1.
+    """Limit the pairs (spot, turn) to try at each distance from a floor's middle: to ``MANY``, or to one if
+    ``few`` > 1 asks for few spots.
 
     To simulate how a payload comes to rest at one spot takes some ten runs.
     """

@@ -40,7 +40,7 @@ PER_HEIGHT = 0.02  # cost of each height above the lowest
 
 
 class WayOut(Value):
-    """Way of a payload out of a target.
+    """Kind of way on which a payload can leave a target, such as up or through an open side.
 
     Args:
         name: for people.
@@ -72,8 +72,10 @@ def up(asked: list[Query]) -> Groups:
 
 
 def _from_above(rest: Rest) -> Iterator[Found]:
-    """Placements of a stable pose at each release height, straight from above and obliquely: under another
-    drawer a drawer has room only for oblique ways."""
+    """Yield placements of a stable pose at each release height, with a way straight down and oblique ways.
+
+    Under another drawer, a drawer has room only for oblique ways.
+    """
     query = rest.query
     for k, (over, above) in enumerate(rest.heights):
         thing = shift(rest.thing, (0.0, 0.0, over))
@@ -91,7 +93,7 @@ def _from_above(rest: Rest) -> Iterator[Found]:
 
 
 def _may_be_there(placement: Placement, query: Query) -> bool:
-    """Whether hand and payload have room at a place that is within reach, wherever they come from."""
+    """Whether hand and payload have room at a place within reach, whatever the way there."""
     if not inverse(query.context.robot, placement.pose, seed=query.belief.joints):
         return False
     return query.scene.met(query.belief.base() * placement.pose) is None
@@ -108,9 +110,9 @@ def _at_best(asked: list[Query], now: Pose) -> Iterator[Refused]:
 
 
 def prepared(bare: list[Query]) -> list[Query]:
-    """Return the queries of a payload that comes from above, with their obstacles.
+    """Return the placing problems of a payload that comes from above, with their obstacles.
 
-    An opening has two queries: one for positions beside its contents and its overhang, one for positions
+    An opening has two problems: one for positions beside its contents and its overhang, one for positions
     anywhere.
     """
     if not bare[0].depth:
@@ -120,7 +122,7 @@ def prepared(bare: list[Query]) -> list[Query]:
 
 
 def beside_content(query: Query) -> Query:
-    """Return the query of an opening with its contents and overhang as obstacles.
+    """Return a query for places in an opening that counts the opening's contents and overhang as obstacles.
 
     A smaller clearance is kept from them if there is no room for the payload otherwise.
     """
