@@ -48,10 +48,12 @@ def far_edge_down(query: Query) -> Iterator[tuple[float, Pose]]:
     The lean is at most ``FLAT_FALL``. The hand points along x, and the less downwards the earlier it comes.
     """
     face = _face(query)
-    for pitch, across in product(STEEPER if face is not None else (), UPRIGHT_FINGERS):
+    if face is None:
+        return
+    for pitch, across in product(STEEPER, UPRIGHT_FINGERS):
         now = _pointing(query, pitch, across)
-        lean = math.acos(max(-1.0, min(1.0, -float(now.rotate(face)[2]))))
-        if lean <= FLAT_FALL:
+        x, _, z = now.rotate(face)
+        if x <= math.sin(LEVEL) and (lean := math.acos(max(-1.0, min(1.0, -float(z))))) <= FLAT_FALL:
             yield lean, now
 
 

@@ -33,8 +33,10 @@ Answers = Iterator[Answer]
 
 
 def onto(location: Location, belief: Belief, context: Context) -> Answers:
-    """Generate placements on a thing: of a payload that hangs from the fingers laid down from above, or through a
-    side as it hangs."""
+    """Generate placements on a thing; a payload that hangs from the fingers is laid down, or released as it hangs.
+
+    Onto a thing that can move, such as another plate, it is first tried as it hangs: laid down it slides out of the fingers there.
+    """
     held = belief.held
     if held is None or held.swing is None:
         yield from placements(location, belief, context)
@@ -42,11 +44,10 @@ def onto(location: Location, belief: Belief, context: Context) -> Answers:
     stuck, found = list[Unresolvable](), False
     laid = laid_down(location, belief, context, partial(placements, ways=LAID))
     hanging = (hung(answer, held) for answer in placements(location, belief, context, HUNG))
-    level = belief.thing(bound(context, location.of)).furniture  # on a plate one slides out of the fingers before it lies
-    for answers in (laid, hanging) if level else (hanging, laid):
+    for answers in (laid, hanging) if belief.thing(bound(context, location.of)).furniture else (hanging, laid):
         try:
             for answer in answers:
-                found = True
+                found = found or isinstance(answer, Grounding)
                 yield answer
         except Unresolvable as no:
             stuck.append(no)
@@ -84,7 +85,7 @@ def _merged(stuck: list[Unresolvable], location: Location, tasks: tuple[str, ...
     because = dict.fromkeys(name for no in stuck for name in (location.of or "", *no.because, *tasks))
     blocking = dict.fromkeys(name for no in stuck for name in no.blocking or ())
     remedy = next((no.remedy for no in stuck if no.remedy is not None), None)
-    return Unresolvable("; ".join(no.reason for no in stuck), tuple(because), blocking=tuple(blocking), remedy=remedy)
+    return Unresolvable("; ".join(dict.fromkeys(no.reason for no in stuck)), tuple(because), blocking=tuple(blocking), remedy=remedy)
 
 
 def _by(way: WayOut, cost: float, asked: list[Query]) -> Answers:

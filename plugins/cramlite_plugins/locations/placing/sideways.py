@@ -260,7 +260,7 @@ def _free(
     rows, wide = np.arange(len(far)), np.repeat(openings, len(points) * len(turns))
     for part in PARTS:
         by = part * far[rows, None] * floor.out
-        met = overlaps(around.others, whole[rows] + by, axes[rows], half + CLEARANCE).any(axis=1)
+        met = np.asarray(overlaps(around.others, whole[rows] + by, axes[rows], half + CLEARANCE).any(axis=1))
         if parts and met.any():
             met[met] = _any_met(around, parts, rows[met], by[met])
         rows = rows[~met]
