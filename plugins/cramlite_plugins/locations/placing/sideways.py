@@ -232,10 +232,7 @@ def _free(
         turns: of the hands from pointing straight inwards [rad].
     """
     points = np.array([point for point, _ in floor.spots(few)])
-    facing = math.atan2(-floor.out[1], -floor.out[0]) - np.arctan2(hands.approach[:, 1], hands.approach[:, 0])
-    angles, zero = facing[:, None] + turns, np.zeros((len(openings), len(turns)))
-    c, s = np.cos(angles), np.sin(angles)
-    spin = np.stack([c, -s, zero, s, c, zero, zero, zero, zero + 1.0], -1).reshape(*angles.shape, 3, 3)
+    spin = _inwards(floor, hands, turns)
     x, y, _ = centre_of_mass(thing) @ now.rotation.T + now.position
     foot, shape = np.array([x, y, now.position[2] + lowest(thing, now) - HIGH]), (len(openings), len(points), len(turns))
     if not len(openings):
@@ -270,6 +267,15 @@ def _free(
     free = np.zeros(len(far), bool)
     free[rows] = True
     return free.reshape(shape)
+
+
+def _inwards(floor: Floor, hands: Hands, turns: Floats) -> Floats:
+    """Turns about the vertical, as matrices (n, turns, 3, 3), after which hands (n) point inwards, but for ``turns`` [rad]."""
+    facing = math.atan2(-floor.out[1], -floor.out[0]) - np.arctan2(hands.approach[:, 1], hands.approach[:, 0])
+    angles = facing[:, None] + turns
+    c, s, zero = np.cos(angles), np.sin(angles), np.zeros(angles.shape)
+    found: Floats = np.stack([c, -s, zero, s, c, zero, zero, zero, zero + 1.0], -1).reshape(*angles.shape, 3, 3)
+    return found
 
 
 def _any_met(around: HandRoom, parts: Sequence[tuple[Floats, Floats, Floats]], rows: NDArray[np.intp], by: Floats) -> NDArray[np.bool_]:
