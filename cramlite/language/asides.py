@@ -103,7 +103,8 @@ class Asides:
         known = any(map(self._known, subject)) or subject[0] in ("it", "they", "those", "these")
         if not known and subject[0] in english.POSSESSIVE:
             return True
-        copular = rest[0] in english.COPULAR and not self._about(rest)
+        way = self._frames.preposition_ends(rest, 1)[:1]  # "is in the way of the drawer"
+        copular = rest[0] in english.COPULAR and (not self._about(rest) or any(self._abstract(rest[e:]) for e in way))
         placed = self._placed(span) or self._stated(span)
         denied = {*span} & english.NEGATIVE and any(map(self._known, span))
         obliged = {*rest} & english.OBLIGING
@@ -190,7 +191,7 @@ class Asides:
             for end in self._frames.verb_ends(span, k)[:1]:
                 rest = span[end:]
                 its = bool(rest) and (rest[0] in english.PRONOUNS or (rest[0] in english.THE and any(map(self._known, rest[1:4]))))
-                subject = k > 0 and (span[k - 1] in english.PERSONS | english.AUXILIARY or adverb(span[k - 1]))
+                subject = k > 0 and (span[k - 1] in english.PERSONS | english.AUXILIARY | {"not"} or adverb(span[k - 1]))
                 if its and not subject and not starts(span, 0, english.INDIFFERENT):
                     return True
         return False
@@ -202,7 +203,8 @@ class Asides:
     def _commands(self, span: Words) -> bool:
         """Check whether words begin with the verb of a request, directly or after a polite phrase."""
         ends = (*self._frames.verb_ends(span, 0), *starts(span, 0, english.SWAP))
-        polite = starts(span, 0, english.POLITE)[:1]
+        perfect = span[1:2] == ("have",) and any(self._frames.participles(span, 2))  # "you have left it open"
+        polite = starts(span, 0, english.POLITE)[:1] if not perfect else ()
         return any(e < len(span) or e > 1 for e in ends) or any(self._frames.verb_ends(span, e) for e in polite)
 
     def _measured(self, span: Words) -> bool:
@@ -219,10 +221,13 @@ class Asides:
             for end in self._frames.preposition_ends(span, k)[:1]:
                 rest = span[end:]
                 if rest and (rest[0] in (*english.THE, *english.ONE, *english.PRONOUNS) or any(map(self._noun, rest[:2]))):
-                    abstract = any(singular_in(w, english.ABSTRACT) for w in rest[:3]) and not any(map(self._known, rest[:3]))
-                    if not abstract:
+                    if not self._abstract(rest):
                         return True
         return False
+
+    def _abstract(self, rest: Words) -> bool:
+        """Check whether words begin with a noun that is no thing, such as one of time or manner."""
+        return any(singular_in(w, english.ABSTRACT) for w in rest[:3]) and not any(map(self._known, rest[:3]))
 
 
 def adverb(word: str) -> bool:

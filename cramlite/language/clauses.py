@@ -180,13 +180,15 @@ class ClauseParser(RequestParser):
                     for other, last in self._nouns.nouns(begin, joined=False):
                         both = Noun(f"{theme.said} and {other.said}", members=(theme, other), joined="and", several=True)
                         yield swap(both), last
-        for theme, end in self._nouns.nouns(at):
+        for theme, end in (n for k in (*starts(self.words, at, english.WISH), at) for n in self._nouns.nouns(k)):
             for start in starts(self.words, end, english.SWAP) if theme.several else ():
                 yield from ((swap(theme), last) for last in starts(self.words, start, english.SWAPPED))
 
     def _named(self, at: int) -> Iterator[Found]:
         """Yield noun phrases without a verb, to which later pronouns refer: "find the cup and ...", "the cup:
         ..."."""
+        for start in starts(self.words, at, english.GOING):
+            yield from ((Clause("", (), noun, relation="going"), end) for noun, end in self._nouns.nouns(start))
         for start in (*starts(self.words, at, english.PREPARE), at):
             for noun, end in self._nouns.nouns(start):
                 ends = starts(self.words, end, english.WILL_DO)

@@ -92,7 +92,10 @@ class NounParser:
                 yield Noun(" ".join(phrase), pronoun="them", several=True), at + len(phrase)
         alone = not after or after in self._ends or after in english.LATER or word in ("it", "them", "they")
         if word in english.PRONOUNS and alone:
-            yield Noun(word, pronoun=word, several=english.PRONOUNS[word]), at + 1
+            noun = Noun(word, pronoun=word, several=english.PRONOUNS[word])
+            for link, end in self._related(at + 1, at + 1, 1) if after == "from" else ():
+                yield replace(noun, links=(link,)), end
+            yield noun, at + 1
         for end in starts(self.words, at, english.NONE):
             if self.words[end - 1] == "them" or (word == "neither" and end == at + 1 and after in self._ends):
                 yield Noun(self.text(at, end), quantity="none", pronoun="them", several=True), end
@@ -227,6 +230,11 @@ class NounParser:
         if deep < DEEP and len(noun.links) < 3:
             for link, last in self._links(end, deep):
                 yield from self._linked(at, replace(noun, links=(*noun.links, link)), last, deep)
+            for begin in starts(self.words, end, english.APPOSED):  # "the tin, the one on the left, ..."
+                for more, last in self._linked(begin, Noun(""), begin, deep + 1):
+                    if more.links and self.words[last : last + 1] in ((), *((w,) for w in english.STOPS)):
+                        comma = self.words[last : last + 1] == (",",)
+                        yield from self._linked(at, replace(noun, links=(*noun.links, *more.links)), last + comma, deep + 1)
         owned = replace(noun, said=self.text(at, end))
         if self.words[end : end + 1] == ("'s",) and deep < DEEP:
             for last in self._cores(end + 1):
@@ -250,6 +258,7 @@ class NounParser:
         for start in dict.fromkeys((*starts(self.words, begin, english.THAT), begin)):
             yield from self._sides(start, deep)
             yield from self._relations(start, deep)
+        yield from ((Link("here", self.words[begin:end]), end) for end in starts(self.words, begin, english.POINTED))
         if begin != at and begin < len(self.words) and self.words[begin] in self.states:
             yield Link("state", (self.words[begin],)), begin + 1
         end = begin

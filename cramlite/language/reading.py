@@ -64,7 +64,7 @@ class Reading:
         found: list[_Row] = []
         for number, clause in enumerate(clauses):
             self.at = number
-            if clause.relation in ("aside", "same"):
+            if clause.relation in ASIDES:
                 self._overhear(clause)
                 continue
             stated = [replace(clause, phrases=(clause.state,), place=None, beside=None)] if clause.state is not None else []
@@ -114,6 +114,8 @@ class Reading:
     def _overhear(self, clause: Clause) -> None:
         """Remember the things that an aside names, for later pronouns; refuse an apposition ("both mugs, the
         red and the blue one") that names other things than those before it."""
+        if clause.relation == "going":
+            return self._mention(clause, self._its.things(clause.theme, lambda _: True, self._mentions).names, ())
         if clause.relation == "same":
             named = {*self._its.things(clause.theme, lambda _: True, self._mentions).names}
             last = [{*map(thing_of, g)} for g in (*self._mentions.themes[-1:], *self._mentions.places[-1:])]
@@ -121,20 +123,20 @@ class Reading:
             if named not in (*last, every):
                 raise Refusal(UNREAD, f"'{clause.theme.said}' is named, and nothing is asked for it")
             return
-        names: list[str] = []
+        groups: list[tuple[str, ...]] = []
         for noun in clause.theme.members:
             try:
                 found = self._its.things(noun, lambda _: True, self._mentions)
             except Refusal:
                 continue
-            names += found.names if len(found.names) == 1 else ()
-        if names:
+            groups += [] if found.some else [found.names]
+        if groups:
             self._mentions = replace(self._mentions, words=clause.theme.members[0].words, earlier=self._mentions.words)
-            self._mention(clause, tuple(names[:1]), tuple(names[1:]))
+            self._mention(clause, groups[0], tuple(n for group in groups[1:] for n in group))
 
     def _check(self, clauses: Sequence[Clause], found: Sequence[_Row]) -> None:
         """Refuse clauses that name things without a request, and goals that contradict each other."""
-        clauses = [c for c in clauses if c.relation not in ("aside", "same")]
+        clauses = [c for c in clauses if c.relation not in ASIDES]
         for clause, after in zip(clauses, (*clauses[1:], None), strict=True):
             nouns = [n for n in (after.theme, after.place, after.beside and after.beside.nouns[0]) if n] if after is not None else []
             if not (clause.phrases or clause.told or clause.relation == "swap") and not any(n.pronoun or n.elided for n in nouns):
@@ -397,7 +399,9 @@ class Reading:
 
 
 OR = " or "
-_OPEN_WAYS = frozenset({"to", "towards", "at", "over to", "toward"})
+ASIDES = ("aside", "same", "going")
+"""Relations of clauses that ask for no goal: what is left out, named again, or where the robot shall go."""
+_OPEN_WAYS = frozenset({"to", "towards", "at", "over to", "toward", "there"})
 """Prepositions that leave open whether it is on or in."""
 
 

@@ -17,7 +17,7 @@ Found = tuple[Clause, int]
 """A request, and the position behind it."""
 THERE = (
     ("in there", "in"), ("off there", "off"), ("out of there", "out of"), ("from there", "from"), ("inside", "in"), ("in", "in"),
-    ("there", ""), ("on top", "on"), ("on there", "on"),
+    ("there", "to"), ("on top", "on"), ("on there", "on"), ("on the top", "on"), ("at the top", "on"), ("on the very top", "on"),
 )  # fmt: skip
 """Adverbs in the place of a place, each with its preposition."""
 RESPECTIVELY = (("respectively",), (",", "respectively"))
@@ -85,6 +85,8 @@ class RequestParser:
         several = len({f.phrase for f, *_ in self.frames.verbs(verb, 0) if f.converse and f.after}) > 1
         words = ("to",) if several else verb  # "fill" leaves open whether it is in or on the place
         for place, end in self._nouns.nouns(at):
+            if place.words == english.ANYTHING and place.links and place.links[0].nouns:  # "whatever is on it"
+                place = place.links[0].nouns[0]
             if frame.after:
                 themes = (t for start in starts(self.words, end, frame.after) for t in self._nouns.nouns(start))
                 yield from ((self._clause(frame, verb, theme, place, "phrase", words), last) for theme, last in themes)
@@ -120,7 +122,8 @@ class RequestParser:
                 yield from ((replace(c, state=unary.phrase), end) for c, end in self._places(frame, verb, theme, begin))
         for clause, last in self._places(frame, verb, theme, at):
             for unary in self.frames.unary:
-                yield from ((replace(clause, state=unary.phrase), end) for end in starts(self.words, last, unary.stated))
+                begin = last + (self.words[last : last + 1] == (",",))
+                yield from ((replace(clause, state=unary.phrase), end) for end in starts(self.words, begin, unary.stated))
 
     def _together(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
         """Yield clauses that put things beside one another: "the tin and the can side by side on the
@@ -174,8 +177,9 @@ class RequestParser:
         for text, word in THERE:
             phrase = tuple(text.split())
             end = at + len(phrase)
-            if self.words[at:end] == phrase and (not word or tuple(word.split()) in frame.prepositions):
-                yield self._clause(frame, verb, theme, Noun(spoken(phrase), pronoun="there"), "phrase", phrase[:1]), end
+            if self.words[at:end] == phrase and tuple(word.split()) in frame.prepositions and (frame.region or word != "to"):
+                how = english.TOP_WORD if phrase[-1] == "top" else phrase[:1]
+                yield self._clause(frame, verb, theme, Noun(spoken(phrase), pronoun="there"), "phrase", how), end
         if not frame.region:
             return
         for end in starts(self.words, at, english.ORIGIN):

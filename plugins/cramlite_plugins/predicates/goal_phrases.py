@@ -226,6 +226,7 @@ HELD = (
         "THING held", _held, asked=(
             f"{HOLD} THING", f"take|get|lift|bring|fetch|pull|pick|carry THING {AWAY}",
             f"take|get|lift|hold|keep|have|put|grab THING {IN_HAND}",
+            "bring|give|hand|pass|get|carry|take|fetch THING to_me|to_us|over_to_me|over_to_us|over_here|here",
         ), about=_loose,
     ),
 )  # fmt: skip
@@ -250,7 +251,8 @@ IN_PLACE = (GoalPhrase("THING in PLACE", _in, STANDS, (f"{BRING} THING {INTO} PL
 OPENED = (
     GoalPhrase(
         "THING open", _is_open, ("is", "stands"),
-        (OPEN_UP, "pull|slide|swing|push|draw|make|leave|get|throw|yank|keep|set THING open|out|wide_open|opened"), _jointed,
+        (OPEN_UP, "pull|slide|draw THING out", "pull|slide|swing|push|draw|make|leave|get|throw|yank|keep|set|turn THING open|wide_open|opened"),
+        _jointed,
     ),
     GoalPhrase(
         "THING open by AMOUNT", _opened_by, ("is", "stands"),
