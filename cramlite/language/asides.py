@@ -137,7 +137,7 @@ class Asides:
         go", "by tonight"."""
         if self._measured(span):
             return False
-        if all(adverb(w) for w in span):
+        if all(adverb(w) and not self._known(w) for w in span):
             return True
         if span[0] == "for" and len(span) > 1:
             return True
@@ -163,7 +163,7 @@ class Asides:
         hoping that", "do not forget to"."""
         for k in range(at + 2, min(at + 12, len(self.words))):
             span = self.words[at:k]
-            if span[-1] == ":" and not (any(map(self._known, span)) or self._placed(span) or self._stated(span)):
+            if span[-1] == ":" and not (self._placed(span) or self._stated(span) or {*span} & english.NEGATIVE):
                 yield k
             if self.words[k - 1] in english.STOPS:
                 return

@@ -163,6 +163,8 @@ GOING = _patterns("going")
 """Words before where the robot shall go."""
 DEGREE, POINTED = _patterns("degree"), _patterns("pointed")
 """Words before a state that is only told, and words by which a thing is pointed at."""
+ERECT = _set("erect")
+"""Verbs whose "up" says how a thing shall stand."""
 APPOSED, BASED = _patterns("apposed"), _patterns("based")
 """Words before a further description of what was just named, and words behind the lowest thing of a stack."""
 AMOUNTING = _set("amounting")

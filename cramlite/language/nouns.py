@@ -99,7 +99,7 @@ class NounParser:
         for end in starts(self.words, at, english.NONE):
             if self.words[end - 1] == "them" or (word == "neither" and end == at + 1 and after in self._ends):
                 yield Noun(self.text(at, end), quantity="none", pronoun="them", several=True), end
-        if word == "one" and alone:
+        if word == "one" and alone and self.words[at - 1 : at] not in (("that",), ("this",)):
             yield Noun(word, quantity="a", elided=True), at + 1
         if word in ("everything", "anything", "nothing") or (word == "all" and after in ("that", *self._ends)):
             quantity = {"anything": "a", "nothing": "none"}.get(word, "all")
@@ -126,6 +126,8 @@ class NounParser:
         if at < len(self.words) and self.words[at] in self._names and self.words[at] in english.FUNCTION:
             yield from self._linked(at, Noun("", (self.words[at],)), at + 1, deep)
         start, noun = self._quantified(at)
+        if {*self.words[start : start + 1]} & self._names & english.FUNCTION and {*self.words[start + 1 : start + 2]} <= self._ends:
+            yield from self._linked(at, replace(noun, words=(self.words[start],)), start + 1, deep)
         if {*self.words[start : start + 1]} & self._names & english.FUNCTION and {*self.words[start + 1 : start + 2]} & english.FURNITURE:
             yield from self._linked(at, replace(noun, words=self.words[start : start + 2]), start + 2, deep)
         yield from self._two_sides(at, start, noun)
@@ -204,7 +206,7 @@ class NounParser:
                 other = True
             elif word in english.NUMBERS and (other or sides) and core[k - 1] not in self._names:
                 count = english.NUMBERS[word]
-            elif word in english.ORDINALS and k < len(core):
+            elif word in english.ORDINALS and not (len(core) == 1 and word in self._names):
                 ordinal = english.ORDINALS[word]
             elif word in english.SIZES:
                 size = english.SIZES[word]

@@ -87,7 +87,7 @@ class Places:
     def _before(self, noun: Noun, words: Words, phrase: GoalPhrase, themes: tuple[str, ...], mentions: Mentions) -> Referents:
         """Return the place to which a pronoun refers: the last one named that suits the goal phrase."""
         pairs = zip(reversed(mentions.places), reversed(mentions.themes), strict=True)
-        upon = words == TOP_WORD  # "on top of it" is on what was put, not on where it was put
+        upon = words == TOP_WORD or noun.pronoun == "that"  # "on top of it" is on what was put, not on where it was put
         groups = [g for place, theme in pairs for g in ((theme, place) if upon else (place, theme))]
         order = [g for g in groups if len(g) == 1 and not set(map(thing_of, g)) & set(themes)]
         hollow = [g for g in order if any(map(self._inward, self._its.scene.world.thing(thing_of(g[0])).features))]

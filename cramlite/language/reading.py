@@ -11,6 +11,7 @@ from msgspec.structs import replace
 from ..base.errors import UserError
 from ..base.value import Value
 from ..model.entity_name import thing_of
+from .english import TOP_WORD
 from .mentions import Mentions, Referents
 from .nouns import spoken
 from .places import Places, meaningful
@@ -57,6 +58,7 @@ class Reading:
         self._brief, self._free = brief, free
         self._its, self._fluents, self._places = resolver, fluents, Places(resolver)
         self._mentions = Mentions()
+        self._announced: frozenset[str] = frozenset()
         self.at = 0
 
     def literals(self, clauses: Sequence[Clause]) -> tuple[Literal, ...]:
@@ -88,6 +90,8 @@ class Reading:
         found = self._without_told(found)
         if not found:
             raise Refusal(UNREAD, "it names things and asks for nothing")
+        if left := sorted(self._announced - self._mentions.every):
+            raise Refusal(UNREAD, f"{listed(left, 'and')} is named, and nothing is asked for it")
         self._check(clauses, found)
         goals = {row.literal.goal: row.literal for row in found}
         return tuple(one for goal, one in goals.items() if not any(other.startswith(f"{goal} ") and OR not in other for other in goals))
@@ -115,7 +119,12 @@ class Reading:
         """Remember the things that an aside names, for later pronouns; refuse an apposition ("both mugs, the
         red and the blue one") that names other things than those before it."""
         if clause.relation == "going":
-            return self._mention(clause, self._its.things(clause.theme, lambda _: True, self._mentions).names, ())
+            self._mention(clause, self._its.things(clause.theme, lambda _: True, self._mentions).names, ())
+            return
+        if clause.relation == "ahead":
+            named = {n for noun in clause.theme.members for n in self._its.things(noun, lambda _: True, self._mentions).names}
+            self._announced |= named
+            return
         if clause.relation == "same":
             named = {*self._its.things(clause.theme, lambda _: True, self._mentions).names}
             last = [{*map(thing_of, g)} for g in (*self._mentions.themes[-1:], *self._mentions.places[-1:])]
@@ -255,6 +264,8 @@ class Reading:
             raise Refusal(UNREAD, f"'{clause.said}' does not go with a place such as {places.names[0]}")
         if len(places.names) > 1 and places.some != 1:
             raise Refusal(OPEN, f"'{places.said}' are {listed(list(places.names), 'and')}; say which thing goes where")
+        if clause.place is not None and clause.place.pronoun and clause.words == TOP_WORD and len(themes.names) > 1:
+            raise Refusal(OPEN, f"'{clause.theme.said}' are {themes.listed}; say which one is on top of which")
         themes = themes if clause.amount else self._from_there(clause, phrase, themes, places)
         goals = []
         for theme in themes.names:
@@ -399,8 +410,8 @@ class Reading:
 
 
 OR = " or "
-ASIDES = ("aside", "same", "going")
-"""Relations of clauses that ask for no goal: what is left out, named again, or where the robot shall go."""
+ASIDES = ("aside", "ahead", "same", "going")
+"""Relations of clauses that ask for no goal: what is left out, announced, named again, or where the robot shall go."""
 _OPEN_WAYS = frozenset({"to", "towards", "at", "over to", "toward", "there"})
 """Prepositions that leave open whether it is on or in."""
 

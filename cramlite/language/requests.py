@@ -47,6 +47,13 @@ class RequestParser:
         nouns = (clause.theme, clause.place, *(clause.beside.nouns if clause.beside is not None else ()))
         return all(self._known(n) for n in nouns if n is not None)
 
+    def _courtesies(self, at: int, *tables: english.Phrases) -> tuple[int, ...]:
+        """Return the end positions of phrases that change nothing, longest first; "first" is none where it is
+        a name."""
+        if self.words[at : at + 1] and self.words[at] in english.ORDINALS and self.words[at] in self._names:
+            return ()
+        return tuple(sorted((e for table in tables for e in starts(self.words, at, table)), reverse=True))
+
     def _contrasted(self, at: int) -> Iterator[int]:
         """Yield the position after a contrast, whose words are not meant: "not in the basket" in "on the
         tray, not in the basket"."""
@@ -106,7 +113,7 @@ class RequestParser:
         if frame.amount:
             yield from self._amounts(frame, verb, theme, at)
         elif frame.place:
-            for begin in self._between(at):
+            for begin in self._between(at, erect=bool({*verb} & english.ERECT)):
                 yield from self._places(frame, verb, theme, begin)
             yield from self._posed(frame, verb, theme, at)
             yield from self._together(frame, verb, theme, at)
@@ -117,6 +124,10 @@ class RequestParser:
 
     def _posed(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
         """Yield places with a state before or after them: "upside down on the tray"."""
+        if {*verb} & english.ERECT and self.words[at : at + 1] == ("up",):  # "stand it up on the tray"
+            upright = (f for f in self.frames.unary if ("upright",) in f.stated)
+            yield from ((replace(c, state=f.phrase), end) for f in upright for c, end in self._places(frame, verb, theme, at + 1))
+            return
         for unary in self.frames.unary:
             for begin in starts(self.words, at, unary.stated) if self.words[at : at + 1] and self.words[at] not in english.PLACED else ():
                 yield from ((replace(c, state=unary.phrase), end) for c, end in self._places(frame, verb, theme, begin))
@@ -133,14 +144,14 @@ class RequestParser:
             alone = [(self._clause(frame, verb, theme), begin)] if frame.beside else []
             yield from ((replace(c, relation="together"), end) for c, end in (*placed, *alone))
 
-    def _between(self, at: int) -> tuple[int, ...]:
+    def _between(self, at: int, *, erect: bool = False) -> tuple[int, ...]:
         """Return the positions after a verb's object at which a place may begin; adverbs and commas may be
-        skipped."""
+        skipped, but not the "up" of "stand it up"."""
         ends = [at]
         if self.words[at : at + 1] == (",",):
             ends.append(at + 1)
-        for k in (at, *starts(self.words, at, english.CLOSING)):
-            if k < len(self.words) and self.words[k] in ("down", "back", "up", "so", "over", "right", "directly", "that", ",", "away"):
+        for k in (at, *self._courtesies(at, english.CLOSING)):
+            if k < len(self.words) and not (erect and self.words[k] == "up") and self.words[k] in ("down", "back", "up", "so", "over", "right", "directly", "that", ",", "away"):
                 ends.append(k + 1)
             ends.append(k)
         ends += [e + (self.words[e : e + 1] == (",",)) for e in self._contrasted(at + (self.words[at : at + 1] == (",",)))]
@@ -154,11 +165,16 @@ class RequestParser:
                 clause = self._clause(frame, verb, theme, place, "phrase", self.words[at:start])
                 yield clause, end
                 yield from ((replace(clause, paired=True), last) for last in starts(self.words, end, RESPECTIVELY))
+                whole = next((k.nouns[0] for k in place.links if k.relation == "of" and k.nouns), None)
+                if place.sides == ("middle",) and not place.words and whole is not None:
+                    clause = replace(clause, place=whole)  # "in the middle of the tray, within 3 cm"
                 for begin in starts(self.words, end + (self.words[end : end + 1] == (",",)), english.WITHIN):
                     for amid in self.frames.amid:
                         for amount, behind in self._amounts(amid, verb, theme, begin):
                             near = replace(clause, phrases=(amid.phrase,), amount=amount.amount)
-                            yield from ((near, last) for last in (*starts(self.words, behind, english.CENTRAL), *self._centre(behind)))
+                            told = (*starts(self.words, behind, english.SUITS), behind) if clause.place is whole else ()
+                            ends = (*starts(self.words, behind, english.CENTRAL), *self._centre(behind), *told)
+                            yield from ((near, last) for last in ends)
                 if frame.beside:
                     yield from ((replace(clause, beside=link), last) for link, last in self._nouns.beside(end))
         yield from self._adverbs(frame, verb, theme, at)

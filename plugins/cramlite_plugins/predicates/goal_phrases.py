@@ -185,7 +185,8 @@ BRING = (
     "hang_up|mount|seat|perch|serve|sit|house|plop|plunk|park|plant|squeeze|lower|tidy|put_away|put_up|stack_up|pile_up|chuck|fling|sling|lob|"
     "hurl|pitch|cast|bung|sweep|scoop|cram|jam|wedge|stuff|ram|dunk|dip|nestle|install|lodge|situate|settle|bin|box|shelve|fit|plonk|ditch|"
     "hide|secure|keep|home|land|roll|drop_down|pop_down|lay_out|set_out|sort|line_up|group|combine|build|assemble|clear|add|tidy_away|"
-    "clear_away|rest_up|prop|lean|station|set_up|transplant|dispose_of|discard|toss_away|throw_away"
+    "clear_away|rest_up|prop|lean|station|set_up|transplant|dispose_of|discard|toss_away|throw_away|"
+    "gather_up|collect_up|round_up|scoop_up|lift_up|take_up|move_up|bring_up|carry_up"
 )
 """The same, and verbs of throwing and of loading (9.7, 17.1), where a preposition says how it shall be there."""
 TAKE = (
@@ -196,7 +197,7 @@ TAKE = (
 HOLD = (
     "pick_up|pick|grab|grasp|take|lift|lift_up|hold|get|fetch|grip|seize|get_hold_of|take_hold_of|collect|raise|hold_on_to|take_up|"
     "bring_me|hand_me|give_me|pass_me|hand_over|catch_hold_of|lay_hold_of|grab_hold_of|clutch|clasp|snatch|hang_on_to|keep_hold_of|retrieve|"
-    "take_out|get_out|bring_out|lift_out|fish_out|pull_out|take_down|get_down|bring_down|lift_down|lift_off|unhook|bring_us|get_me|fetch_me|hoist|hoist_up|pick_me_up|scoop_up|snatch_up|carry|hold_up|grab_onto|hold_onto|hold_fast|clench|pinch|pluck|recover"
+    "take_out|get_out|bring_out|lift_out|fish_out|pull_out|take_down|get_down|bring_down|lift_down|lift_off|unhook|bring_us|get_me|fetch_me|hoist|hoist_up|pick_me_up|scoop_up|gather|gather_up|round_up|snatch_up|carry|hold_up|grab_onto|hold_onto|hold_fast|clench|pinch|pluck|recover"
 )
 """Verbs of holding (15.1), and of giving to people."""
 UPON = "on|onto|on_top_of|upon|over|on_to|across|up_on|down_on|back_on"
