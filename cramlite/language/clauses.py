@@ -67,7 +67,7 @@ class ClauseParser(RequestParser):
             yield from self._rest(start + 1, (*before[:-1], *(Clause("", (), c.theme, told=True) for c in before[-1:])), brief)
         plain = self._separated(at)
         asked = self._clauses(plain) if plain != start else ()
-        meant = [e + 1 for e in self._contrasted(start) if self.words[e : e + 1] == (",",)]  # "not the tin, the can ..."
+        meant = [e + 1 for k in dict.fromkeys((start, plain)) for e in self._contrasted(k) if self.words[e : e + 1] == (",",)]  # "not the tin, the can ..."
         asked = (*asked, *(c for e in dict.fromkeys(meant) for c in (*self._clauses(e), *(self._stated(e) if brief else ()))))
         further = self._stated(start) if brief else self._brief(start, toward=True)
         found = dict.fromkeys((*self._clauses(start), *asked, *self._remnants(at, start, before, later=later), *further))
@@ -312,7 +312,7 @@ class ClauseParser(RequestParser):
         for start in starts(self.words, at, english.HOLDS):
             for theme, end in self._nouns.nouns(start):
                 ends = starts(self.words, end, (("on", "it"), ("in", "it"), ("inside",), ("on",), ("in",)))
-                for last in (*ends, *(() if self.words[at : at + 1] in (("need",), ("needs",)) else (end,))):
+                for last in (*ends, *(() if self.words[at : at + 1] in (("need",), ("needs",), ("want",), ("wants",)) else (end,))):
                     for frame in (f for f in self.frames.placing if f.region and ("to",) in f.prepositions):
                         yield self._clause(frame, self.words[at:start], theme, place, "phrase", ("to",)), last
         for frame, verb, _, end in (*self.frames.verbs(self.words, at), *self.frames.participles(self.words, at)):

@@ -163,6 +163,10 @@ GOING = _patterns("going")
 """Words before where the robot shall go."""
 DEGREE, POINTED = _patterns("degree"), _patterns("pointed")
 """Words before a state that is only told, and words by which a thing is pointed at."""
+UP_TO = _set("up to")
+"""Words between the ends of a range of numbers."""
+GROUPS = _set("groups")
+"""Nouns for several things together."""
 ERECT = _set("erect")
 """Verbs whose "up" says how a thing shall stand."""
 APPOSED, BASED = _patterns("apposed"), _patterns("based")

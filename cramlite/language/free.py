@@ -90,7 +90,9 @@ class FreeParser(ClauseParser):
         """Return noun phrases after a comma that only name the things before it in other words: "both
         blocks, the red and the blue one"."""
         nouns = self._nouns.nouns(at + 1) if self.words[at : at + 1] in ((",",), ("!",)) else ()
-        return tuple((Clause("", (), n, relation=SAME), end) for n, end in nouns if self._known(n) and not n.pronoun)
+        same = ((n, end) for n, end in nouns if self._known(n) and (n.several or not n.pronoun))
+        meant = ((n, e) for n, end in same for e in (*starts(self.words, end, (("i", "mean"), ("that", "is"))), end))
+        return tuple((Clause("", (), n, relation=SAME), end) for n, end in meant)
 
     def _aside_of(self, said: Words, at: int, end: int) -> Clause:
         """Return an aside as a clause, with the things that it names, to which later pronouns may refer."""

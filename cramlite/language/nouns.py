@@ -87,7 +87,7 @@ class NounParser:
     def _pronouns(self, at: int) -> Iterator[Found]:
         word = self.words[at] if at < len(self.words) else ""
         after = self.words[at + 1] if at + 1 < len(self.words) else ""
-        for phrase in (("both", "of", "them"), ("all", "of", "them"), ("them", "both"), ("them", "all"), ("all", "of", "it")):
+        for phrase in (("both", "of", "them"), ("all", "of", "them"), ("them", "both"), ("them", "all"), ("they", "both"), ("they", "all"), ("all", "of", "it")):
             if self.words[at : at + 3][: len(phrase)] == phrase:
                 yield Noun(" ".join(phrase), pronoun="them", several=True), at + len(phrase)
         alone = not after or after in self._ends or after in english.LATER or word in ("it", "them", "they")
@@ -237,6 +237,10 @@ class NounParser:
                     if more.links and self.words[last : last + 1] in ((), *((w,) for w in english.STOPS)):
                         comma = self.words[last : last + 1] == (",",)
                         yield from self._linked(at, replace(noun, links=(*noun.links, *more.links)), last + comma, deep + 1)
+            for begin in starts(self.words, end + 1, english.CONTRAST) if self.words[end : end + 1] == (",",) else ():
+                for _, last in self.nouns(begin, deep + 1, joined=False):  # "the red block, not the blue one, ..."
+                    if self.words[last : last + 1] == (",",):
+                        yield from self._linked(at, noun, last + 1, deep + 1)
         owned = replace(noun, said=self.text(at, end))
         if self.words[end : end + 1] == ("'s",) and deep < DEEP:
             for last in self._cores(end + 1):
@@ -311,7 +315,7 @@ class NounParser:
         link = Link("side", (english.SIDES[word], self.words[at]))
         if self.words[end : end + 1] == ("of",):
             for noun, last in self.nouns(end + 1, deep + 1, joined=False):
-                yield replace(link, nouns=(noun,)), last
+                yield (link if {*noun.words[-1:]} & english.GROUPS else replace(link, nouns=(noun,))), last
         yield link, end
 
     def _relations(self, at: int, deep: int) -> Iterator[tuple[Link, int]]:

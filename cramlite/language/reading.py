@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from ..base.errors import UserError
 from ..base.value import Value
 from ..model.entity_name import thing_of
-from .english import TOP_WORD
+from .english import ANYTHING, TOP_WORD
 from .mentions import Mentions, Referents
 from .nouns import spoken
 from .places import Places, meaningful
@@ -80,14 +80,14 @@ class Reading:
                 found = self._alternative(clause, rows, found, clauses[number - 1])
                 continue
             for row in rows:
-                same = [f for f in found if f.themes == row.themes and f.clause is not row.clause]
+                same = [f for f in found if f.themes == row.themes and f.clause is not row.clause and f.literal.goal != row.literal.goal]
                 if not self._brief:
                     moved = self._free and row.clause.place is not None and clause.relation == "phrase"
                     same = [f for f in same if moved and f.clause.place is not None]
                 if clause.theme.pronoun and any(not self._superseded(f, row, clauses, number) for f in same):
                     raise Refusal(FALSE, f"'{row.literal.goal}' is a second goal for {listed([*row.themes], 'and')}; say both with verbs")
                 found = [*(f for f in found if not self._superseded(f, row, clauses, number)), row]
-        found = self._without_told(found)
+        found = self._without_left(self._without_told(found))
         if not found:
             raise Refusal(UNREAD, "it names things and asks for nothing")
         if left := sorted(self._announced - self._mentions.every):
@@ -109,6 +109,13 @@ class Reading:
         """Return the goals without statements that precede a request and are already true in the scene."""
         asked = max((k for k, row in enumerate(found) if not row.clause.told), default=-1)
         return [row for k, row in enumerate(found) if not (row.clause.told and k < asked and self._so(row))]
+
+    def _without_left(self, found: Sequence[_Row]) -> list[_Row]:
+        """Return the goals without those that a thing shall leave a place, if another goal takes it elsewhere."""
+        meant = [(row, self._meaning(row)) for row in found]
+        gone = {row.themes for row, one in meant if one is not None and one.needs and row.clause.place is not None}
+        leaves = [row for row, one in meant if one is not None and one.without and not (one.needs or one.shown)]
+        return [row for row in found if not (row.themes in gone and any(row is other for other in leaves))]
 
     def _so(self, row: _Row) -> bool:
         """Check whether the statement of a clause, which may be a denial, is true in the present scene."""
@@ -151,6 +158,9 @@ class Reading:
             if not (clause.phrases or clause.told or clause.relation == "swap") and not any(n.pronoun or n.elided for n in nouns):
                 raise Refusal(UNREAD, f"'{clause.theme.said}' is named, and nothing is asked for it")
         goals = {row.literal.goal for row in found}
+        for one, other in ((g.split(), h.split()) for g, h in combinations(sorted(goals), 2)):
+            if len(one) == len(other) == 3 and one[1] == other[1] == "on" and (one[0], one[2]) == (other[2], other[0]):
+                raise Refusal(FALSE, f"{one[0]} and {other[0]} cannot be on each other")
         for goal in sorted(g for g in goals if f"not {g}" in goals):
             raise Refusal(FALSE, f"'{goal}' is asked for, and that it shall not be so")
         meant = [(row, self._meaning(row)) for row in found]
@@ -262,7 +272,8 @@ class Reading:
             raise Refusal(FALSE, f"'{clause.said}' is said of nothing that there is")
         if clause.words and " ".join(clause.words) in _OPEN_WAYS and not phrase.suits(self._its.scene, themes.names[0], places.names[0]):
             raise Refusal(UNREAD, f"'{clause.said}' does not go with a place such as {places.names[0]}")
-        if len(places.names) > 1 and places.some != 1:
+        contents = clause.theme.words == ANYTHING and any(k.relation == "at" for k in clause.theme.links)
+        if len(places.names) > 1 and places.some != 1 and not contents:
             raise Refusal(OPEN, f"'{places.said}' are {listed(list(places.names), 'and')}; say which thing goes where")
         if clause.place is not None and clause.place.pronoun and clause.words == TOP_WORD and len(themes.names) > 1:
             raise Refusal(OPEN, f"'{clause.theme.said}' are {themes.listed}; say which one is on top of which")
@@ -270,7 +281,8 @@ class Reading:
         goals = []
         for theme in themes.names:
             amount = (clause.amount,) if clause.amount else ()
-            ways = [self._said(phrase, (theme, p, *amount)) for p in places.names if thing_of(p) != theme]
+            wheres = [p for p in places.names if thing_of(p) != theme and not (contents and not self._its.anywhere(theme, thing_of(p)))]
+            ways = [self._said(phrase, (theme, p, *amount)) for p in wheres]
             if clause.beside is not None and ways:
                 form, _ = self._places.beside(clause.beside, clause.phrases, theme, self._mentions, thing_of(places.names[0]))
                 ways = [form.replace("THING", theme)]

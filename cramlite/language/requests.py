@@ -158,6 +158,8 @@ class RequestParser:
         return tuple(dict.fromkeys(ends))
 
     def _places(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
+        if {*verb} & english.ERECT and self.words[at : at + 1] == ("up",):
+            return
         for start in starts(self.words, at, frame.prepositions):
             for place, end in self._nouns.nouns(start):
                 if self.words[at:start] in english.TO and ((place.sides and not place.words) or not (frame.region or verb)):
