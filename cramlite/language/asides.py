@@ -220,9 +220,9 @@ class Asides:
         for k in range(len(span)):
             for end in self._frames.preposition_ends(span, k)[:1]:
                 rest = span[end:]
-                if rest and (rest[0] in (*english.THE, *english.ONE, *english.PRONOUNS) or any(map(self._noun, rest[:2]))):
-                    if not self._abstract(rest):
-                        return True
+                begun = rest and (rest[0] in (*english.THE, *english.ONE, *english.PRONOUNS) or any(map(self._noun, rest[:2])))
+                if begun and not self._abstract(rest):
+                    return True
         return False
 
     def _abstract(self, rest: Words) -> bool:

@@ -67,7 +67,8 @@ class ClauseParser(RequestParser):
             yield from self._rest(start + 1, (*before[:-1], *(Clause("", (), c.theme, told=True) for c in before[-1:])), brief)
         plain = self._separated(at)
         asked = self._clauses(plain) if plain != start else ()
-        meant = [e + 1 for k in dict.fromkeys((start, plain)) for e in self._contrasted(k) if self.words[e : e + 1] == (",",)]  # "not the tin, the can ..."
+        meant = [e for k in dict.fromkeys((start, plain)) for e in self._contrasted(k)]
+        meant = [e + 1 for e in meant if self.words[e : e + 1] == (",",)]  # "not the tin, the can ..."
         asked = (*asked, *(c for e in dict.fromkeys(meant) for c in (*self._clauses(e), *(self._stated(e) if brief else ()))))
         further = self._stated(start) if brief else self._brief(start, toward=True)
         found = dict.fromkeys((*self._clauses(start), *asked, *self._remnants(at, start, before, later=later), *further))
@@ -236,6 +237,8 @@ class ClauseParser(RequestParser):
             comma = end + (self.words[end : end + 1] == (",",))
             if noun.quantity == "none" or starts(self.words, comma, english.TOO):
                 yield replace(last, theme=noun, denied=last.denied or noun.quantity == "none"), end
+        for start in starts(self.words, at, english.SO_DOES) if self.words[at - 1] == "so" else ():  # "so does the can"
+            yield from ((replace(last, theme=noun), end) for noun, end in self._nouns.nouns(start))
         joined = bool({"and", "then", "but"} & {*self.words[since:at], self.words[at - 1]})
         if joined or self.words[at - 1] == ",":
             yield from self._further(last, at, places=joined or last.place is None)

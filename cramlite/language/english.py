@@ -163,6 +163,8 @@ GOING = _patterns("going")
 """Words before where the robot shall go."""
 DEGREE, POINTED = _patterns("degree"), _patterns("pointed")
 """Words before a state that is only told, and words by which a thing is pointed at."""
+SO_DOES = _patterns("so does")
+"""Words before a thing of which the same is asked."""
 UP_TO = _set("up to")
 """Words between the ends of a range of numbers."""
 GROUPS = _set("groups")

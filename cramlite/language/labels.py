@@ -13,7 +13,19 @@ from ..model.world import Thing
 from ..ontology.foundation import OBJECT
 from ..ontology.prefixes import local_name
 from ..ontology.taxonomy import Synonyms, words_of
-from .english import FURNITURE, GENERAL, MATERIALS, PACKAGES, REGIONS, SHADES, SIDES, TECHNICAL, UNCOLOURED, Words, singular
+from .english import (
+    FURNITURE,
+    GENERAL,
+    MATERIALS,
+    PACKAGES,
+    REGIONS,
+    SHADES,
+    SIDES,
+    TECHNICAL,
+    UNCOLOURED,
+    Words,
+    singular,
+)
 
 SHAPES = {"box": "block", "cylinder": "cylinder", "sphere": "ball"}
 """Shape of a geom -> the noun for it."""

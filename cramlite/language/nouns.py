@@ -87,7 +87,8 @@ class NounParser:
     def _pronouns(self, at: int) -> Iterator[Found]:
         word = self.words[at] if at < len(self.words) else ""
         after = self.words[at + 1] if at + 1 < len(self.words) else ""
-        for phrase in (("both", "of", "them"), ("all", "of", "them"), ("them", "both"), ("them", "all"), ("they", "both"), ("they", "all"), ("all", "of", "it")):
+        every = (("both", "of", "them"), ("all", "of", "them"), ("all", "of", "it"))
+        for phrase in (*every, *((they, both) for they in ("they", "them") for both in ("both", "all"))):
             if self.words[at : at + 3][: len(phrase)] == phrase:
                 yield Noun(" ".join(phrase), pronoun="them", several=True), at + len(phrase)
         alone = not after or after in self._ends or after in english.LATER or word in ("it", "them", "they")
@@ -101,8 +102,8 @@ class NounParser:
                 yield Noun(self.text(at, end), quantity="none", pronoun="them", several=True), end
         if word == "one" and alone and self.words[at - 1 : at] not in (("that",), ("this",)):
             yield Noun(word, quantity="a", elided=True), at + 1
-        if word in ("everything", "anything", "nothing") or (word == "all" and after in ("that", *self._ends)):
-            quantity = {"anything": "a", "nothing": "none"}.get(word, "all")
+        if word in ("everything", "anything", "nothing", "something") or (word == "all" and after in ("that", *self._ends)):
+            quantity = {"anything": "a", "something": "a", "nothing": "none"}.get(word, "all")
             yield from self._linked(at, Noun("", english.ANYTHING, quantity), at + 1 + (after == "else"), 1)
         if word in ("those", "these"):
             yield from ((n, end) for n, end in self._linked(at, Noun("", english.ANYTHING, "all"), at + 1, 1) if n.links)

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from ..base.errors import UserError
 from ..base.value import Value
 from ..model.entity_name import thing_of
-from .english import ANYTHING, TOP_WORD
+from .english import TOP_WORD
 from .mentions import Mentions, Referents
 from .nouns import spoken
 from .places import Places, meaningful
@@ -158,9 +158,9 @@ class Reading:
             if not (clause.phrases or clause.told or clause.relation == "swap") and not any(n.pronoun or n.elided for n in nouns):
                 raise Refusal(UNREAD, f"'{clause.theme.said}' is named, and nothing is asked for it")
         goals = {row.literal.goal for row in found}
-        for one, other in ((g.split(), h.split()) for g, h in combinations(sorted(goals), 2)):
-            if len(one) == len(other) == 3 and one[1] == other[1] == "on" and (one[0], one[2]) == (other[2], other[0]):
-                raise Refusal(FALSE, f"{one[0]} and {other[0]} cannot be on each other")
+        for low, high in ((g.split(), h.split()) for g, h in combinations(sorted(goals), 2)):
+            if low[1:2] == high[1:2] == ["on"] and low[2:] == high[:1] and high[2:] == low[:1]:
+                raise Refusal(FALSE, f"{low[0]} and {high[0]} cannot be on each other")
         for goal in sorted(g for g in goals if f"not {g}" in goals):
             raise Refusal(FALSE, f"'{goal}' is asked for, and that it shall not be so")
         meant = [(row, self._meaning(row)) for row in found]
@@ -207,7 +207,7 @@ class Reading:
         if not clause.phrases:
             self._its.needless += 1
             named = self._its.things(clause.theme, lambda _: True, self._mentions)
-            self._mention(clause, named.names, (), open=named.some == 1)
+            self._mention(clause, named.names, (), some=named.some)
             self._mentions = replace(self._mentions, words=clause.theme.words or self._mentions.words)
             return []
         phrase = clause.phrases[0]
@@ -216,13 +216,13 @@ class Reading:
             self._mentions = replace(self._mentions, words=clause.theme.words, earlier=self._mentions.words)
         if clause.place is None:
             rows = self._unary(clause, phrase, themes)
-            self._mention(clause, themes.names, (), open=themes.some == 1)
+            self._mention(clause, themes.names, (), some=themes.some)
             return rows
         if clause.relation == "phrase":
             themes = self._without_carried(clause, themes)
             places = self._places.at(clause.place, clause.words, phrase, themes.names, self._mentions)
             rows = self._placed(clause, phrase, themes, places)
-            self._mention(clause, themes.names, places.names, open=themes.some == 1)
+            self._mention(clause, themes.names, places.names, some=themes.some)
             return rows
         return self._spots(clause, themes)
 
@@ -272,8 +272,8 @@ class Reading:
             raise Refusal(FALSE, f"'{clause.said}' is said of nothing that there is")
         if clause.words and " ".join(clause.words) in _OPEN_WAYS and not phrase.suits(self._its.scene, themes.names[0], places.names[0]):
             raise Refusal(UNREAD, f"'{clause.said}' does not go with a place such as {places.names[0]}")
-        contents = clause.theme.words == ANYTHING and any(k.relation == "at" for k in clause.theme.links)
-        if len(places.names) > 1 and places.some != 1 and not contents:
+        leaves = len(places.names) > 1 and self._leaves(phrase, themes.names[0], places.names[0])
+        if len(places.names) > 1 and places.some != 1 and not leaves:
             raise Refusal(OPEN, f"'{places.said}' are {listed(list(places.names), 'and')}; say which thing goes where")
         if clause.place is not None and clause.place.pronoun and clause.words == TOP_WORD and len(themes.names) > 1:
             raise Refusal(OPEN, f"'{clause.theme.said}' are {themes.listed}; say which one is on top of which")
@@ -281,7 +281,7 @@ class Reading:
         goals = []
         for theme in themes.names:
             amount = (clause.amount,) if clause.amount else ()
-            wheres = [p for p in places.names if thing_of(p) != theme and not (contents and not self._its.anywhere(theme, thing_of(p)))]
+            wheres = [p for p in places.names if thing_of(p) != theme and not (leaves and not self._its.anywhere(theme, thing_of(p)))]
             ways = [self._said(phrase, (theme, p, *amount)) for p in wheres]
             if clause.beside is not None and ways:
                 form, _ = self._places.beside(clause.beside, clause.phrases, theme, self._mentions, thing_of(places.names[0]))
@@ -297,10 +297,7 @@ class Reading:
 
         Refuse things that are not there, unless the sentence put them there before.
         """
-        if not meaningful(phrase, self._its, themes.names[0], places.names[0]):
-            return themes
-        condition = phrase.meaning(self._its.scene, themes.names[0], places.names[0])
-        if condition.needs or condition.shown or not condition.without or {*themes.names} & self._mentions.put:
+        if not self._leaves(phrase, themes.names[0], places.names[0]) or {*themes.names} & self._mentions.put:
             return themes
         there = tuple(t for t in themes.names if any(self._its.anywhere(t, thing_of(p)) for p in places.names))
         if there and (clause.theme.quantity == "all" or clause.theme.several):
@@ -309,6 +306,13 @@ class Reading:
             at = f"is not on or in {listed([*places.names])}"
             raise Refusal(ABSENT, f"{listed([*themes.names], 'and')} {at}, so it cannot be taken from there")
         return themes
+
+    def _leaves(self, phrase: GoalPhrase, theme: str, place: str) -> bool:
+        """Check whether a goal phrase only says that a thing shall no longer be at a place."""
+        if not meaningful(phrase, self._its, theme, place):
+            return False
+        condition = phrase.meaning(self._its.scene, theme, place)
+        return bool(condition.without) and not (condition.needs or condition.shown)
 
     def _spots(self, clause: Clause, themes: Referents) -> list[_Row]:
         """Return goals with a place beside or under things."""
@@ -367,15 +371,15 @@ class Reading:
         left = list(things)
         return " ".join(left.pop(0) if w.isupper() else w for w in phrase.form.split())
 
-    def _mention(self, clause: Clause, themes: tuple[str, ...], places: tuple[str, ...], *, open: bool = False) -> None:
+    def _mention(self, clause: Clause, themes: tuple[str, ...], places: tuple[str, ...], *, some: int = 0) -> None:
         words = self._mentions.words or (clause.place.words if clause.place is not None else ())
         themes = tuple(dict.fromkeys(self._whole(n, clause) for n in themes))
         put = self._mentions.put | ({*themes} if clause.place is not None else set())
-        some = self._mentions.some | ({themes} if open else set())
+        chosen = self._mentions.some | ({(themes, some)} if some else set())
         its = self._mentions
         where = clause.place.words[-1:] if clause.place is not None else ()
         groups = (*its.themes, themes), (*its.places, places)
-        self._mentions = Mentions(*groups, words, its.earlier, where or its.where, frozenset(put), some)
+        self._mentions = Mentions(*groups, words, its.earlier, where or its.where, frozenset(put), chosen)
 
     def _whole(self, name: str, clause: Clause) -> str:
         """Return the name of the thing that the sentence named, if one of the thing's parts is meant: the
@@ -411,7 +415,9 @@ class Reading:
         """Return the state that a goal requires; None for a denial, an alternative or a free choice."""
         if row.clause.denied or row.clause.either:
             return None
-        names = [w for w in row.literal.goal.split() if thing_of(w) in self._its.scene.types]
+        goal = row.literal.goal.split()
+        goal = [row.themes[0], *goal[3:]] if goal[1] == "of" else goal  # "2 of Tin on tray"
+        names = [w for w in goal if thing_of(w) in self._its.scene.types]
         slots = len([w for w in row.phrase.form.split() if w.isupper()])
         slots -= bool(row.clause.amount)
         things = [*names[:slots], *([row.clause.amount] if row.clause.amount else [])]

@@ -26,7 +26,10 @@ if TYPE_CHECKING:
     from .space import Space
 
 About = Callable[[str], bool]
-FILTERS = ("phrase", "of", "with", "under", "state", "colour", "left of", "right of", "in front of", "behind", "between", "at", "except", "here")
+FILTERS = (
+    *("phrase", "of", "with", "under", "state", "colour", "left of", "right of", "in front of", "behind", "between", "at", "except"),
+    "here",
+)
 
 
 class Resolver:
@@ -70,9 +73,9 @@ class Resolver:
             names = tuple(dict.fromkeys(n for m in members for n in m.names))
             return Referents(noun.said, names, some=int(noun.joined == "or"))
         if noun.pronoun:
-            found = self._meant_before(noun, about, mentions)
-            self._kept(list(found.names), noun, mentions)
-            return found
+            meant = self._meant_before(noun, about, mentions)
+            self._kept(list(meant.names), noun, mentions)
+            return meant
         found = self.pool(noun, about, mentions)
         before = [n for n in found if n in mentions.every - mentions.put]
         one = noun.quantity == "the" and not (noun.several or noun.count or noun.other) and len(before) == 1
@@ -225,7 +228,8 @@ class Resolver:
 
     def _relates(self, name: str, other: str, link: Link) -> bool:
         if link.relation == "phrase":
-            loosely = link.words == ("from",) or ({*link.words} <= INWARD and not self._hollow(other))  # "in the cupboard", of one that is modelled as a board
+            taken = link.words in (("from",), ("out", "of"))
+            loosely = taken or ({*link.words} <= INWARD and not self._hollow(other))  # "in the cupboard", which is modelled as a board
             return self.holds(link.words, name, other) or (loosely and self.anywhere(name, other))
         if link.relation == "of":
             joint = self.scene.world.thing(name).joint
@@ -374,8 +378,9 @@ class Resolver:
             wholes = tuple(dict.fromkeys(map(thing_of, group)))
             return wholes if all(map(about, wholes)) else tuple(self._parts(wholes, about))
 
-        if not noun.several and mentions.themes and mentions.themes[-1] in mentions.some:
-            return Referents(noun.said, mentions.themes[-1], some=1)
+        last_some = next((n for group, n in mentions.some if group == mentions.themes[-1]), 0)
+        if last_some and noun.several == (last_some > 1):
+            return Referents(noun.said, mentions.themes[-1], some=last_some)
         if noun.several:
             last: tuple[tuple[str, ...], ...] = (*(mentions.themes[-1:]), *(mentions.places[-1:]))
             together = tuple(dict.fromkeys(n for g in last for n in map(thing_of, g) if about(n)))

@@ -11,13 +11,15 @@ from . import english
 from .english import Words, starts
 from .frames import Frame, Frames
 from .nouns import NounParser, spoken
+from .phrases import Phrases
 from .tree import Clause, Link, Noun
 
 Found = tuple[Clause, int]
 """A request, and the position behind it."""
 THERE = (
     ("in there", "in"), ("off there", "off"), ("out of there", "out of"), ("from there", "from"), ("inside", "in"), ("in", "in"),
-    ("there", "to"), ("on top", "on"), ("on there", "on"), ("on the top", "on"), ("at the top", "on"), ("on the very top", "on"),
+    *((text, "") for text in ("there", "up there", "over there", "down there")), ("on top", "on"),
+    ("on there", "on"), ("on the top", "on"), ("at the top", "on"), ("on the very top", "on"),
 )  # fmt: skip
 """Adverbs in the place of a place, each with its preposition."""
 RESPECTIVELY = (("respectively",), (",", "respectively"))
@@ -47,7 +49,7 @@ class RequestParser:
         nouns = (clause.theme, clause.place, *(clause.beside.nouns if clause.beside is not None else ()))
         return all(self._known(n) for n in nouns if n is not None)
 
-    def _courtesies(self, at: int, *tables: english.Phrases) -> tuple[int, ...]:
+    def _courtesies(self, at: int, *tables: Phrases) -> tuple[int, ...]:
         """Return the end positions of phrases that change nothing, longest first; "first" is none where it is
         a name."""
         if self.words[at : at + 1] and self.words[at] in english.ORDINALS and self.words[at] in self._names:
@@ -69,7 +71,10 @@ class RequestParser:
     def _imperative(self, at: int, *, participle: bool = False) -> Iterator[Found]:
         verbs = self.frames.participles if participle else self.frames.verbs
         for frame, verb, particle, end in verbs(self.words, at):
-            end += self.words[end : end + 1] in (("me",), ("us",))
+            given = self.words[end : end + 1] in (("me",), ("us",))
+            end += given
+            if given and ("from",) in frame.prepositions:
+                continue  # "get me the tin from the tray" wants it held
             if frame.converse:
                 yield from self._converse(frame, verb, end)
                 continue
@@ -151,7 +156,8 @@ class RequestParser:
         if self.words[at : at + 1] == (",",):
             ends.append(at + 1)
         for k in (at, *self._courtesies(at, english.CLOSING)):
-            if k < len(self.words) and not (erect and self.words[k] == "up") and self.words[k] in ("down", "back", "up", "so", "over", "right", "directly", "that", ",", "away"):
+            plain = k < len(self.words) and not (erect and self.words[k] == "up")
+            if plain and self.words[k] in ("down", "back", "up", "so", "over", "right", "directly", "that", ",", "away"):
                 ends.append(k + 1)
             ends.append(k)
         ends += [e + (self.words[e : e + 1] == (",",)) for e in self._contrasted(at + (self.words[at : at + 1] == (",",)))]
@@ -195,8 +201,9 @@ class RequestParser:
         for text, word in THERE:
             phrase = tuple(text.split())
             end = at + len(phrase)
-            if self.words[at:end] == phrase and tuple(word.split()) in frame.prepositions and (frame.region or word != "to"):
-                how = english.TOP_WORD if phrase[-1] == "top" else phrase[:1]
+            ways = {("on",), ("in",)} if not word else {tuple(word.split())}
+            if self.words[at:end] == phrase and (word or frame.region) and ways & {*frame.prepositions}:
+                how = english.TOP_WORD if phrase[-1] == "top" else phrase[:1] if word else ("there",)
                 yield self._clause(frame, verb, theme, Noun(spoken(phrase), pronoun="there"), "phrase", how), end
         if not frame.region:
             return

@@ -245,15 +245,17 @@ CONTENTS = "the_contents_of|contents_of|what_is_in|what_is_inside|whatever_is_in
 POURED = (
     GoalPhrase("VESSEL poured into VESSEL", _poured_into, asked=(
         "pour|pour_out|empty|tip|decant|drain|tip_out VESSEL into|in|out_into|to|over_into|across_into VESSEL",
-        f"pour|empty|tip|transfer|decant|drain|get|move|put {CONTENTS} VESSEL into|in|to|over_into VESSEL",
+        f"pour|empty|tip|transfer|decant|drain|get|move|put {CONTENTS} VESSEL into|in|to|over_into|out_into VESSEL",
     ), about=_loose),
 )
 IN_PLACE = (GoalPhrase("THING in PLACE", _in, STANDS, (f"{BRING} THING {INTO} PLACE", OPEN_WAY, LOAD), _loose, _is_hollow),)
 OPENED = (
     GoalPhrase(
         "THING open", _is_open, ("is", "stands"),
-        (OPEN_UP, "pull|slide|draw THING out", "pull|slide|swing|push|draw|make|leave|get|throw|yank|keep|set|turn THING open|wide_open|opened"),
-        _jointed,
+        (
+            OPEN_UP, "pull|slide|draw THING out", "open|swing|throw|push|pull THING wide",
+            "pull|slide|swing|push|draw|make|leave|get|throw|yank|keep|set|turn THING open|wide_open|opened",
+        ), _jointed,
     ),
     GoalPhrase(
         "THING open by AMOUNT", _opened_by, ("is", "stands"),
