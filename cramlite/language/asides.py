@@ -104,8 +104,9 @@ class Asides:
         if not known and subject[0] in english.POSSESSIVE:
             return True
         way = self._frames.preposition_ends(rest, 1)[:1]  # "is in the way of the drawer"
-        copular = rest[0] in english.COPULAR and (not self._about(rest) or any(self._abstract(rest[e:]) for e in way))
-        placed = self._placed(span) or self._stated(span)
+        acted = rest[2:3] == ("by",) and rest[1].endswith("ed") and not any(self._frames.participles(rest, 1))  # "is blocked by"
+        copular = rest[0] in english.COPULAR and (not self._about(rest) or acted or any(self._abstract(rest[e:]) for e in way))
+        placed = not acted and (self._placed(span) or self._stated(span))
         denied = {*span} & english.NEGATIVE and any(map(self._known, span))
         obliged = {*rest} & english.OBLIGING
         if rest[0] in english.PAST and not any(map(self._known, subject)):

@@ -88,6 +88,8 @@ class NounParser:
         word = self.words[at] if at < len(self.words) else ""
         after = self.words[at + 1] if at + 1 < len(self.words) else ""
         every = (("both", "of", "them"), ("all", "of", "them"), ("all", "of", "it"))
+        if word == "all" and after in english.NUMBERS and self.words[at + 2 : at + 4] == ("of", "them"):
+            yield Noun(self.text(at, at + 4), pronoun="them", several=True, count=english.NUMBERS[after]), at + 4
         for phrase in (*every, *((they, both) for they in ("they", "them") for both in ("both", "all"))):
             if self.words[at : at + 3][: len(phrase)] == phrase:
                 yield Noun(" ".join(phrase), pronoun="them", several=True), at + len(phrase)

@@ -236,7 +236,8 @@ class Reading:
 
     def _together(self, clause: Clause) -> list[_Row]:
         """Return the goals by which several things stand side by side: each further one next to the first."""
-        first, *others = clause.theme.members
+        named = self._its.things(clause.theme, lambda n: self._its.scene.world.thing(n).movable, self._mentions).names
+        first, *others = clause.theme.members or [Noun(n, (n.lower(),)) for n in named]
         parts = [replace(clause, theme=first, relation="phrase")] if clause.place is not None else []
         for other in others:
             beside = Link("next to", clause.words, (first,))

@@ -176,6 +176,7 @@ def _sided(words: Words) -> Words:
     said = " ".join(words)
     said = re.sub(r"\b(?:to|on|at|by|onto) (?:its|their|his|her) (left|right)(?: hand)?(?: side)?\b", r"to the \1 of it", said)
     said = re.sub(r"\ba (?:couple|pair)(?: of)?\b", "two", said)
+    said = re.sub(r"\bthere (should|must|shall) not be any\b", r"there \1 be no", said)
     said = re.sub(r"\b(?:can|could|may) (?:i|we) (?:have|get)\b", "give me", said)
     said = re.sub(r"\b((?:the|my|your|this|that) \w+) 's contents?\b", r"the contents of \1", said)
     said = re.sub(r"\bat least (?=a |one |two |three |four |five |\d)", "", said)

@@ -186,7 +186,7 @@ BRING = (
     "hurl|pitch|cast|bung|sweep|scoop|cram|jam|wedge|stuff|ram|dunk|dip|nestle|install|lodge|situate|settle|bin|box|shelve|fit|plonk|ditch|"
     "hide|secure|keep|home|land|roll|drop_down|pop_down|lay_out|set_out|sort|line_up|group|combine|build|assemble|clear|add|tidy_away|"
     "clear_away|rest_up|prop|lean|station|set_up|transplant|dispose_of|discard|toss_away|throw_away|"
-    "gather_up|collect_up|round_up|scoop_up|lift_up|take_up|move_up|bring_up|carry_up"
+    "gather_up|collect_up|round_up|unstack|scoop_up|lift_up|take_up|move_up|bring_up|carry_up"
 )
 """The same, and verbs of throwing and of loading (9.7, 17.1), where a preposition says how it shall be there."""
 TAKE = (
@@ -221,7 +221,7 @@ CLOSE = (
 STOP = "turn_off|switch_off|stop|deactivate|power_off|shut_off|shut_down|disable|extinguish|turn_out|flip_off|power_down|kill|cut_off THING"
 TURN = "turn|switch|set|flip|make|get"
 AWAY = "down|up|out|down_from_there|from_there|out_of_there|out_from_under_there|away"
-IN_HAND = "in_your_hand|in_the_hand|in_hand|in_your_gripper|in_the_gripper|between_your_fingers|in_the_air"
+IN_HAND = "in_my_hand|in_our_hands|in_my_hands|in_your_hand|in_the_hand|in_hand|in_your_gripper|in_the_gripper|between_your_fingers|in_the_air"
 HELD = (
     GoalPhrase(
         "THING held", _held, asked=(
