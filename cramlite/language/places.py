@@ -159,6 +159,8 @@ class Places:
         upon = [n for n, f in named.items() if not self._inward(f)]
         top = [n for n in upon if "top" in _words(n)]
         one = top if len(upon) > 1 else upon
+        if len(self._its.scene.world.thing(name).features) == 1:
+            return name  # it has no other place
         return str(EntityName(name, one[0])) if len(one) == 1 else name
 
     def _inside(self, name: str, noun: Noun, named: dict[str, Feature]) -> str:

@@ -221,7 +221,9 @@ CLOSE = (
 STOP = "turn_off|switch_off|stop|deactivate|power_off|shut_off|shut_down|disable|extinguish|turn_out|flip_off|power_down|kill|cut_off THING"
 TURN = "turn|switch|set|flip|make|get"
 AWAY = "down|up|out|down_from_there|from_there|out_of_there|out_from_under_there|away"
-IN_HAND = "in_my_hand|in_our_hands|in_my_hands|in_your_hand|in_the_hand|in_hand|in_your_gripper|in_the_gripper|between_your_fingers|in_the_air"
+IN_HAND = (
+    "in_my_hand|in_our_hands|in_my_hands|in_your_hand|in_the_hand|in_hand|in_your_gripper|in_the_gripper|between_your_fingers|in_the_air"
+)
 HELD = (
     GoalPhrase(
         "THING held", _held, asked=(
