@@ -24,7 +24,7 @@ from typing import Protocol
 from ..base.value import Value, replace
 from ..model.entity_name import thing_of
 from ..ontology.taxonomy import Taxonomy
-from .conditions import Atom, Every, Not, Variable, atoms
+from .conditions import Atom, Condition, Every, Not, Or, Variable, atoms
 from .fluents import PLAIN, Fluent
 from .matching import Match
 from .ranking import (
@@ -115,12 +115,17 @@ def _implied(
 
 
 def _facts(rule: Rule, match: Match, phase: PhaseName, denied: bool) -> frozenset[Fact]:
+    """Relations of a phase that its conditions, or alternatives of these, ask for or deny."""
     found: set[Fact] = set()
     for clause in rule.clauses:
-        if clause.phase == phase and isinstance(clause.condition, Not | Every) == denied:
-            asked = clause.condition.given if isinstance(clause.condition, Every) else clause.condition
-            found |= {_fact(atom, match) for atom in atoms(asked)}
+        for part in _alternatives(clause.condition) if clause.phase == phase else ():
+            if isinstance(part, Not | Every) == denied:
+                found |= {_fact(atom, match) for atom in atoms(part.given if isinstance(part, Every) else part)}
     return frozenset(found)
+
+
+def _alternatives(condition: Condition) -> tuple[Condition, ...]:
+    return condition.options if isinstance(condition, Or) else (condition,)
 
 
 def _fact(atom: Atom, match: Match) -> Fact:

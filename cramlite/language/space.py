@@ -110,6 +110,10 @@ class Space:
         ]  # fmt: skip
         return max(found)[1] if found else ""
 
+    def is_under(self, name: str, other: str) -> bool:
+        """Check whether a thing is below another and, seen from above, overlaps it."""
+        return self.gap(name, other) == 0 and self._boxes[name][1][2] < self._boxes[other][0][2] + MARGIN
+
     def gap(self, one: str, other: str) -> float:
         """Return the distance between two things, seen from above [m]; 0 where one is over the other."""
         (a, b), (c, d) = self._boxes[one], self._boxes[other]

@@ -116,8 +116,8 @@ class PlanningProblem(Value, eq=False):
     def within(self, scope: Scope) -> PlanningProblem:
         """Return the problem in which a refused task becomes possible only by changes that the limits
         ``scope`` permit."""
-        blocked = tuple(b.left_shut() for b in self.blocked) if scope.left_shut else self.blocked
-        return replace(self, blocked=tuple(b.while_others_stay() for b in blocked) if scope.others_moved else blocked)
+        blocked = tuple(b.while_others_stay() for b in self.blocked) if scope.others_moved else self.blocked
+        return replace(self, blocked=tuple(b.left_shut() for b in blocked) if scope.left_shut else blocked)
 
     def _asked_about(self, facts: frozenset[Fact]) -> frozenset[Fact]:
         """Return the facts of predicates that the conditions of rules name."""

@@ -271,7 +271,7 @@ def with_middle(level: list[Query]) -> list[Query]:
     own = replace(first, obstacles=tuple(o for o in first.obstacles if o.name == thing.name))
     spots = (shift(stood(own, now, (0.0, 0.0), yaw), (0.0, 0.0, ONTO[0][0])) for yaw in YAWS)
     within = any(not clear(Placement("", spot, spot, spot, ONTO[0][0]), own) for spot in spots)
-    return [amid, first] if within and not free_for(first, now).is_empty else [amid]
+    return [amid, replace(first, settles=True)] if within and not free_for(first, now).is_empty else [amid]
 
 
 def toppled(query: Query, upright: Pose, out: Floats, lean: float) -> Iterator[tuple[Pose, Pose, str]]:
