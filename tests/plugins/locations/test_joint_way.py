@@ -149,7 +149,7 @@ def unminded(*things: Thing) -> tuple[Belief, Context]:
 
 
 def only_advised(*things: Thing) -> tuple[Belief, Context]:
-    """The same where a judge of them only advises, and nobody permits to push them."""
+    """The same where a validator of them only advises, and nobody permits to push them."""
     belief, context = asked(*things)
     return belief, replace(context, limits=JudgingLimits(advisory=("bystanders",)))
 

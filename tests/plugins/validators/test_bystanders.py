@@ -65,7 +65,7 @@ def moving(name: str, task: str, of: Candidate) -> Candidate:
     return replace(of, allowances={**of.allowances, task: Allowance(moves=frozenset({name}))})
 
 
-# Judge
+# Validator
 
 
 def test_the_run_as_it_is_passes_and_says_who_got_furthest() -> None:

@@ -36,7 +36,7 @@ SIDES: Mapping[str, tuple[int, float]] = {
 OFF_WALLS = 0.008
 """Distance of an outline from the walls between which the thing is let down [m]: a streamed arm is up to 5 mm off its path."""
 WELL_IN = 0.008  # of an origin from the edge of its region [m]: a thing that is let go shifts by a few millimetres
-WITHIN = 0.002  # of an origin at rest from both ends of its region's height [m]: the judge of goals asks for half of that
+WITHIN = 0.002  # of an origin at rest from both ends of its region's height [m]: the validator of goals asks for half of that
 LEVEL = 45.0  # of closing or approach direction from level, up to which something falls out of a hand [deg]: friction of 1 holds on less
 STANDS = math.radians(3.0)  # what leans by no more has come to stand
 OFF_PATH = 0.004  # how far beside its place what is let go may be [m]: where an arm has arrived
