@@ -1,5 +1,7 @@
-"""Asides of a sentence: reasons, purposes, comments and addresses, which ask for nothing; they are
-recognised by their form."""
+"""Asides of a sentence, which ask for nothing: reasons, purposes, comments, and words that address somebody.
+
+They are recognised by their form.
+"""
 
 from __future__ import annotations
 
@@ -16,8 +18,8 @@ LONG = 24
 
 
 class Asides:
-    """Finder of the asides in one sentence: parts that ask for nothing, such as reasons, comments and
-    addresses.
+    """Finder of the asides in one sentence: parts that ask for nothing, such as reasons, comments and words
+    that address somebody.
 
     What could change a goal is no aside: a place, a state, an amount, or what is asked for or denied.
 
@@ -33,7 +35,8 @@ class Asides:
         self._states = frames.states.keys() - english.AUXILIARY
 
     def ends(self, at: int) -> Iterator[int]:
-        """Generate where an aside that begins at a position may end, the longest first."""
+        """Generate the word indices at which an aside (a remark) that begins at a given word may end, the
+        longest aside first."""
         k = at
         while k < len(self.words) and self.words[k] in (*english.STOPS, "and", "but"):
             k += 1
@@ -49,8 +52,8 @@ class Asides:
         yield from self._matrices(k)
 
     def _bounds(self, at: int) -> list[int]:
-        """Return the positions at which an aside that begins at a position may end: at punctuation, or
-        before a word that joins clauses."""
+        """Return the word indices at which an aside (a remark) that begins at a given word may end: at
+        punctuation, or at a word that joins clauses."""
         found = []
         for k in range(at + 1, min(at + LONG, len(self.words)) + 1):
             stop = k == len(self.words) or self.words[k] in english.STOPS
@@ -114,7 +117,7 @@ class Asides:
         return not (placed or denied or obliged or (known and not copular))
 
     def _tells(self, span: Words, k: int) -> bool:
-        """Check whether the word at a position is a verb, and no name of a thing in the scene."""
+        """Check whether the word at an index is a verb, and no name of a thing in the scene."""
         return not self._known(span[k]) and self._is_verb(span, k)
 
     def _is_verb(self, span: Words, k: int) -> bool:
@@ -182,7 +185,7 @@ class Asides:
     # What could change a goal
 
     def _open_ended(self, span: Words) -> bool:
-        """Check whether words end with an article or the like, so that the noun behind it would be cut off."""
+        """Check whether words end with an article or the like, so that a noun must follow."""
         return span[-1] in english.THE - english.PRONOUNS.keys() | {"a", "an"} and len(span) > 1
 
     def _requests(self, span: Words) -> bool:
@@ -237,7 +240,7 @@ def adverb(word: str) -> bool:
 
 
 def singular_in(word: str, words: frozenset[str]) -> bool:
-    """Check whether a noun, or its singular, is among words."""
+    """Check whether a noun, or its singular, is in a set of words."""
     return word in words or english.singular(word) in words
 
 

@@ -110,13 +110,14 @@ class ClauseParser(RequestParser):
         return ()
 
     def _separated(self, at: int) -> int:
-        """Return the position after the separators that stand at a position: commas, "and", "but"."""
+        """Return the index of the word after the separators (commas, "and", "but") that begin at word ``at``."""
         while at < len(self.words) and self.words[at] in (*english.STOPS, "and", "but"):
             at += 1
         return at
 
     def _polite(self, at: int) -> tuple[int, bool]:
-        """Return the position after polite phrases at a position, and whether one of them says "later"."""
+        """Return the index of the word after polite phrases that begin at word ``at``, and whether one of
+        them says "later"."""
         start, later = at, False
         while start < len(self.words):
             found = self._courtesies(start, english.POLITE, english.CLOSING)

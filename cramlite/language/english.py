@@ -17,7 +17,7 @@ _TABLES: Mapping[str, Any] = yaml.safe_load((Path(__file__).parent / "english.ya
 
 
 def _phrases(text: str) -> tuple[Words, ...]:
-    """Return the phrases of a table's text, longest first."""
+    """Split a text at "|" into phrases, and return them, the longest first."""
     found = {tuple(p.split()) for p in text.split("|")}
     return tuple(sorted(found, key=lambda p: (-len(p), p)))
 
@@ -35,7 +35,7 @@ def _set(name: str) -> frozenset[str]:
 
 
 def _by_word(name: str) -> dict[str, Any]:
-    """Return word -> meaning from a table that lists the words of each meaning."""
+    """Return the meaning of each word, from a table that lists the words of each meaning."""
     return {word: meaning for meaning, words in _TABLES[name].items() for word in words.split()}
 
 

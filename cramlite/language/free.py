@@ -87,15 +87,18 @@ class FreeParser(ClauseParser):
         return self._aside[at]
 
     def _repeated(self, at: int) -> tuple[Found, ...]:
-        """Return noun phrases after a comma that only name the things before it in other words: "both
-        blocks, the red and the blue one"."""
+        """Return noun phrases after a comma that only repeat in other words what was named: "both blocks, the
+        red and the blue one"."""
         nouns = self._nouns.nouns(at + 1) if self.words[at : at + 1] in ((",",), ("!",)) else ()
         same = ((n, end) for n, end in nouns if self._known(n) and (n.several or not n.pronoun))
         meant = ((n, e) for n, end in same for e in (*starts(self.words, end, (("i", "mean"), ("that", "is"))), end))
         return tuple((Clause("", (), n, relation=SAME), end) for n, end in meant)
 
     def _aside_of(self, said: Words, at: int, end: int) -> Clause:
-        """Return an aside as a clause, with the things that it names, to which later pronouns may refer."""
+        """Return an aside, which asks for nothing, as a ``Clause`` with the things that it names.
+
+        Later pronouns may refer to these things.
+        """
         named, k = list[Noun](), at
         while k < end:
             found = [(n, e) for n, e in self._nouns.nouns(k, joined=False) if e <= end and n.words and not n.links and self._known(n)]
@@ -134,8 +137,10 @@ class FreeParser(ClauseParser):
     # Free order
 
     def _free(self, at: int, k: int, heard: Heard) -> Iterator[Found]:
-        """Yield the requests, with parts in any order, that begin at position ``at``; ``heard`` has the
-        parts found before position ``k``."""
+        """Yield the requests that begin at word ``at``; their parts (verb, thing, place) may come in any order.
+
+        ``heard`` are the parts that were found up to word ``k``.
+        """
         yield from ((clause, k) for clause in self._made(heard))
         word = self.words[k] if k < len(self.words) and k < at + REACH else ""
         if not word or (word in english.JOINTS - english.LIGHT and k > at):
@@ -159,8 +164,8 @@ class FreeParser(ClauseParser):
         yield from self._heard_state(at, k, heard)
 
     def _behind_denial(self, at: int) -> tuple[int, ...]:
-        """Return the end positions of prepositions and words for states that begin at a position, which
-        follows a word such as "not"."""
+        """Return the word indices right after prepositions and states (such as "open") that begin at a word
+        after "not"."""
         return (*self.frames.preposition_ends(self.words, at), *(e for f in self.frames.unary for e in starts(self.words, at, f.stated)))
 
     def _heard_verb(self, at: int, k: int, heard: Heard) -> Iterator[Found]:

@@ -123,7 +123,7 @@ class Labels(Value, dict=True):
         return self._describe(name, normal(words)) and self.exact(name, words)
 
     def by_name(self, name: str, words: Words) -> bool:
-        """Check whether a thing's name contains all colours that are among some words."""
+        """Check whether a thing's name contains all colour words of a phrase."""
         own, _ = _parts(name)
         return {*normal(words)} & {*COLOURS} <= {*own}
 
@@ -133,7 +133,7 @@ class Labels(Value, dict=True):
         return not self.of[name].colours - set(normal(words))
 
     def unknown(self, words: Words) -> Words:
-        """Return the words that name nothing in the scene or in the ontologies."""
+        """Return those of some words that name nothing in the scene or in the ontologies."""
         return tuple(w for w in words if not {w, singular(w)} & self.vocabulary and not re.fullmatch(r"[\d/_]+", w))
 
     def _describe(self, name: str, words: Iterable[str]) -> bool:

@@ -53,5 +53,5 @@ class Mentions(Value):
 
     @property
     def every(self) -> frozenset[str]:
-        """Names of all things that were named so far."""
+        """Names of all things that the sentence has named so far."""
         return frozenset(thing_of(n) for group in (*self.themes, *self.places) for n in group)

@@ -176,7 +176,7 @@ class NounParser:
         return k, Noun("", quantity=quantity or "the", count=count)
 
     def _cores(self, start: int) -> Iterator[int]:
-        """Yield the positions at which the words of a name may end; "yellow and white mug" has an "and"
+        """Yield the word indices at which the name of a thing may end; "yellow and white mug" has an "and"
         inside."""
         ends, k = [], start
         while k < len(self.words) and k - start < MOST and self.words[k] not in self._ends:
@@ -192,7 +192,7 @@ class NounParser:
             yield start
 
     def _named(self, noun: Noun, core: Words) -> Noun | None:
-        """Return a noun phrase with given words; None if they join two sides by "and" or name nothing."""
+        """Return a noun phrase for given words, such as "left white mug"; None if they name two sides or no thing."""
         k = core.index("and") if "and" in core else 0
         if k and core[k - 1] in english.SIDES:
             return None
@@ -260,8 +260,10 @@ class NounParser:
             yield from self._related(begin, at, deep)
 
     def _related(self, begin: int, at: int, deep: int) -> Iterator[tuple[Link, int]]:
-        """Yield the relations that begin at a position, such as "that is on the stove"; a bare side, state or
-        colour only after "that is"."""
+        """Yield the relations that begin at a position of a sentence, such as "on the stove" or "that is open".
+
+        A side, state or colour alone, such as "open", is a relation only after "that is".
+        """
         if begin != at and begin < len(self.words) and self.words[begin] in english.SIDES and self.words[begin + 1 : begin + 2] != ("of",):
             yield from self._side_of(self.words[begin], begin, begin + 1, deep)
         for start in dict.fromkeys((*starts(self.words, begin, english.THAT), begin)):
@@ -290,8 +292,7 @@ class NounParser:
         return self.words[at] in COLOURS or self.words[at] in english.SHADES
 
     def _sides(self, at: int, deep: int) -> Iterator[tuple[Link, int]]:
-        """Yield positions among other things: "on the left", "at the back of the table", "from the table's
-        centre"."""
+        """Yield relations that tell a side: "on the left", "at the back of the table", "from the table's centre"."""
         for start in starts(self.words, at, english.AMONG):
             k = start
             while k < len(self.words) and self.words[k] in ("the", "very", "far", "most", "extreme", "your", "my"):
@@ -342,8 +343,8 @@ class NounParser:
                     yield Link(relation, phrase, (noun,)), end
 
     def _on_it(self, at: int) -> tuple[int, ...]:
-        """Return the positions after a redundant "on it", "in it" or "inside" at the end of a relation, and
-        the position itself."""
+        """Return the word indices at which a relation may end: the given one, and those after a redundant "on
+        it", "in it" or "inside" there."""
         said = tuple(tuple(text.split()) for text in ("on it", "in it", "inside", "on top", "inside it", "on_top_of it"))
         return (*starts(self.words, at, said), at)
 

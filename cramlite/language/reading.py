@@ -40,7 +40,7 @@ class Literal(Value):
 
 
 class _Row(NamedTuple):
-    """Goal of one clause, with the things that it is about."""
+    """Goal for which one clause of a sentence asks, with the things that it is about."""
 
     clause: Clause
     phrase: GoalPhrase
@@ -62,7 +62,7 @@ class Reading:
         self.at = 0
 
     def literals(self, clauses: Sequence[Clause]) -> tuple[Literal, ...]:
-        """Return the goals of all clauses, without those that a later clause replaces."""
+        """Return the goals for which the clauses of a sentence ask, except a goal that a later clause replaces."""
         found: list[_Row] = []
         for number, clause in enumerate(clauses):
             self.at = number
@@ -85,7 +85,7 @@ class Reading:
                     moved = self._free and row.clause.place is not None and clause.relation == "phrase"
                     same = [f for f in same if moved and f.clause.place is not None]
                 if clause.theme.pronoun and any(not self._superseded(f, row, clauses, number) for f in same):
-                    raise Refusal(FALSE, f"'{row.literal.goal}' is a second goal for {listed([*row.themes], 'and')}; say both with verbs")
+                    raise Refusal(FALSE, f"'{row.literal.goal}' is a second goal for {listed([*row.themes], 'and')}; use a verb for each")
                 found = [*(f for f in found if not self._superseded(f, row, clauses, number)), row]
         found = self._without_left(self._without_told(found))
         if not found:
@@ -100,13 +100,14 @@ class Reading:
         """Return the goals, with another one as an alternative to the last of them: "hold the block or put
         it on the shelf"."""
         if len(rows) != 1 or not found or found[-1].clause is not before:
-            raise Refusal(OPEN, f"'{clause.said}' is said in the place of several goals; say for each what else will do")
+            raise Refusal(OPEN, f"'{clause.said}' is an alternative to several goals; say for each goal what may replace it")
         last, other = found[-1].literal, rows[0].literal
         both = Literal(f"{last.goal}{OR}{other.goal}", (*last.origins, *other.origins))
         return [*found[:-1], found[-1]._replace(clause=replace(before, either=True), literal=both)]
 
     def _without_told(self, found: Sequence[_Row]) -> list[_Row]:
-        """Return the goals without statements that precede a request and are already true in the scene."""
+        """Return the goals without the statements that come earlier in the sentence than a request and are
+        already true in the scene."""
         asked = max((k for k, row in enumerate(found) if not row.clause.told), default=-1)
         return [row for k, row in enumerate(found) if not (row.clause.told and k < asked and self._so(row))]
 
@@ -123,8 +124,11 @@ class Reading:
         return meaning is not None and self._its.true(meaning) != row.clause.denied
 
     def _overhear(self, clause: Clause) -> None:
-        """Remember the things that an aside names, for later pronouns; refuse an apposition ("both mugs, the
-        red and the blue one") that names other things than those before it."""
+        """Remember the things that an aside (a remark in the sentence) names, for later pronouns.
+
+        An apposition ("both mugs, the red and the blue one") is refused if it names other things than the
+        phrase that it repeats.
+        """
         if clause.relation == "going":
             self._mention(clause, self._its.things(clause.theme, lambda _: True, self._mentions).names, ())
             return
@@ -151,7 +155,8 @@ class Reading:
             self._mention(clause, groups[0], tuple(n for group in groups[1:] for n in group))
 
     def _check(self, clauses: Sequence[Clause], found: Sequence[_Row]) -> None:
-        """Refuse clauses that name things without a request, and goals that contradict each other."""
+        """Refuse parts of a sentence that name a thing but ask for nothing, and goals that contradict each
+        other."""
         clauses = [c for c in clauses if c.relation not in ASIDES]
         for clause, after in zip(clauses, (*clauses[1:], None), strict=True):
             nouns = [n for n in (after.theme, after.place, after.beside and after.beside.nouns[0]) if n] if after is not None else []
@@ -187,7 +192,7 @@ class Reading:
         one, other = themes.names
         (mine, here), (its, there) = (self._places.now(n) for n in themes.names)
         if here == there:
-            raise Refusal(FALSE, f"{one} and {other} are both on or in {here}; say what shall be left of what")
+            raise Refusal(FALSE, f"{one} and {other} are both on or in {here}; say which one shall be to the left of the other")
         if other in (here, thing_of(here)) or one in (there, thing_of(there)):
             raise Refusal(FALSE, f"one of {one} and {other} is on the other; say what shall be on what")
         self._mention(clause, themes.names, ())
@@ -227,8 +232,8 @@ class Reading:
         return self._spots(clause, themes)
 
     def _without_carried(self, clause: Clause, themes: Referents) -> Referents:
-        """Return the things that a pronoun refers to, without those that an earlier clause put onto one of
-        the others."""
+        """Return the things that a pronoun refers to, except a thing that an earlier clause of the sentence
+        put onto another of them."""
         before = zip(self._mentions.themes, self._mentions.places, strict=True)
         put = {t for group, places in before for t in group if {*places} & {*themes.names}}
         left = tuple(n for n in themes.names if n not in put)
@@ -270,7 +275,7 @@ class Reading:
 
     def _placed(self, clause: Clause, phrase: GoalPhrase, themes: Referents, places: Referents) -> list[_Row]:
         if not (themes.names and places.names):
-            raise Refusal(FALSE, f"'{clause.said}' is said of nothing that there is")
+            raise Refusal(FALSE, f"'{clause.said}' is about no thing that the scene has")
         if clause.words and " ".join(clause.words) in _OPEN_WAYS and not phrase.suits(self._its.scene, themes.names[0], places.names[0]):
             raise Refusal(UNREAD, f"'{clause.said}' does not go with a place such as {places.names[0]}")
         leaves = len(places.names) > 1 and self._places.leaves(phrase, themes.names[0], places.names[0])
@@ -346,8 +351,8 @@ class Reading:
         return [_Row(clause, phrase, (theme,), Literal(goal, kept)) for theme, goal in goals]
 
     def _number(self, clause: Clause, goals: Sequence[tuple[str, str]], some: int) -> str:
-        """Return the goal for a number of things of one class: "two cans on the tray"; the class must have no
-        other things."""
+        """Return the goal for a number of things of one class, "two cans on the tray"; refuse it if the
+        scene has more of them."""
         scene, themes = self._its.scene, {theme for theme, _ in goals}
         others = {t.name for t in scene.world.things} - themes
         class_ = scene.types[next(iter(sorted(themes)))]

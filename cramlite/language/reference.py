@@ -188,7 +188,7 @@ class Resolver:
     # By relations
 
     def _related(self, names: list[str], link: Link, mentions: Mentions) -> list[str]:
-        """Return those of some things that are in a relation to others, such as "on the stove"."""
+        """Return those of the named things to which a relation applies, such as "on the stove"."""
         if link.relation == "colour":
             return [n for n in names if self.labels.describes(n, link.words)]
         if link.relation == "state":
@@ -215,13 +215,13 @@ class Resolver:
         return [n for n in names if n not in left_out.names]
 
     def _having(self, names: list[str], noun: Noun) -> list[str]:
-        """Return those of some things that have a feature, such as a hole."""
+        """Return those of the named things that have a certain feature, such as a hole."""
         word = noun.words[-1:]
         its = {n: self.scene.world.thing(n).features for n in names}
         return [n for n, features in its.items() if word and any(word[0] in words_of(local_name(f.type)) for f in features)]
 
     def _hollow(self, place: str) -> bool:
-        """Check whether a place has a cavity, its own or that of a mounted part."""
+        """Check whether a thing, or a part that is mounted on it by a joint, has a cavity."""
         world = self.scene.world
         parts = (t for t in world.things if t.name == place or (t.joint is not None and t.joint.parent == place))
         return any("inside" in self.scene.taxonomy.fillers(f.type, BEARS) for t in parts for f in t.features)
@@ -267,7 +267,8 @@ class Resolver:
     # By position among others
 
     def _placed(self, names: list[str], noun: Noun, mentions: Mentions) -> list[str]:
-        """Return those of some things that a size, a side or an ordinal selects."""
+        """Return those of the named things that match a noun phrase's size, side or ordinal: "big",
+        "left", "second"."""
         if noun.size:
             names = self._sized(names, noun)
         sides = [(s, None) for s in noun.sides] + [(k.words[0], k) for k in noun.links if k.relation == "side"]
@@ -301,7 +302,7 @@ class Resolver:
         best = max(size.values())
         found = [n for n in names if size[n] >= best - 0.05 * abs(best)]
         if len(found) == 1 and self._sizes.setdefault(found[0], noun.size) == -noun.size:
-            raise Refusal(FALSE, f"'{noun.said}' is the same {found[0]} that was told by its size before")
+            raise Refusal(FALSE, f"'{noun.said}' means {found[0]}, which the sentence called by the opposite size before")
         if len(found) == len(names) > 1 and not noun.several:
             raise Refusal(FALSE, f"'{noun.said}': {listed(names, 'and')} are of one size, within 5 %")
         return found

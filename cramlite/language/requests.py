@@ -113,8 +113,8 @@ class RequestParser:
                     yield from self._predicates(theme, begin)
 
     def _complements(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
-        """Yield clauses of a verb and its object together with the words behind them: an amount, a place, or
-        an adverb or adjective."""
+        """Yield clauses made of a verb, its object and the words that follow: an amount, a place, an adverb
+        or an adjective."""
         if frame.amount:
             yield from self._amounts(frame, verb, theme, at)
         elif frame.place:
@@ -128,7 +128,8 @@ class RequestParser:
             yield from ((self._clause(frame, (*verb, *a), theme), end) for a in frame.after for end in starts(self.words, at, (a,)))
 
     def _posed(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
-        """Yield places with a state before or after them: "upside down on the tray"."""
+        """Yield phrases of a place and a state, in either order: "upside down on the tray", "on the tray
+        upside down"."""
         if {*verb} & english.ERECT and self.words[at : at + 1] == ("up",):  # "stand it up on the tray"
             upright = (f for f in self.frames.unary if ("upright",) in f.stated)
             yield from ((replace(c, state=f.phrase), end) for f in upright for c, end in self._places(frame, verb, theme, at + 1))
@@ -231,7 +232,7 @@ class RequestParser:
                 yield self._clause(frame, verb, theme, amount=f"{number[1]} {unit}"), k + 1 + (not number[2])
 
     def _centre(self, at: int) -> Iterator[int]:
-        """Yield the position after words for the middle of a thing: "from the tray's centre"."""
+        """Yield the word index after a phrase for the middle of a thing: "from the tray's centre"."""
         for start in starts(self.words, at, english.OF):
             for noun, end in self._nouns.nouns(start, joined=False):
                 if noun.sides == ("middle",) or any(k.words[:1] == ("middle",) for k in noun.links):

@@ -74,7 +74,7 @@ def centre(box: Box) -> tuple[float, float, float]:
 
 
 class Space:
-    """Positions of things as a view sees them.
+    """Positions of things relative to a viewpoint, from which left, right and front are told.
 
     Args:
         world: with the things at their believed poses.

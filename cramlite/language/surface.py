@@ -101,7 +101,7 @@ class Surface:
         return (words,)
 
     def _marked(self, words: Words, at: int) -> int:
-        """Return the position after the words that announce a self-correction, such as "no" or "I mean"."""
+        """Return the word index after a phrase that announces a self-correction, such as "no" or "I mean"."""
         end, strong = at, False
         while end < len(words):
             ends = starts(words, end, english.REPAIRS)
@@ -137,7 +137,7 @@ class Surface:
         return sorted(k for k in every if k < len(words) and not (k - 1 in every and words[k - 1] in english.THE))
 
     def _ended(self, words: Words, at: int) -> int:
-        """Return the position after a plain noun phrase that begins at a position."""
+        """Return the index of the word after a plain noun phrase that begins at word ``at``."""
         k = at + 1
         while k < len(words) and words[k] not in STOPS and words[k] != "and" and not self._preposition(words, k):
             k += 1
@@ -197,7 +197,7 @@ def _without_prelude(words: Words) -> Words:
 
 
 def _stopped(words: Words) -> Words:
-    """Reduce several separators in a row, which removed fillers leave, to one."""
+    """Reduce several punctuation marks in a row, which are left where filler words were removed, to one."""
     found: list[str] = []
     for word in words:
         unsaid = word == "," and found[-1:] and found[-1] in ("the", "a", "an", "my", "on", "in", "into", "onto", "to")

@@ -41,12 +41,12 @@ def all_predicates() -> tuple[Predicate, ...]:
 
 
 def stands_upright(phase: Phase, name: str | None) -> Iterator[Row]:
-    """Evaluate stands_upright(Thing), at the end of the phase."""
+    """Evaluate stands_upright(Thing): its z axis points up at the end of the phase."""
     return _oriented(phase, name, 1.0)
 
 
 def stands_upside_down(phase: Phase, name: str | None) -> Iterator[Row]:
-    """Evaluate stands_upside_down(Thing), at the end of the phase."""
+    """Evaluate stands_upside_down(Thing): its z axis points down at the end of the phase."""
     return _oriented(phase, name, -1.0)
 
 
@@ -58,7 +58,7 @@ def _oriented(phase: Phase, name: str | None, way: float) -> Iterator[Row]:
 
 
 def faces(phase: Phase, name: str | None, other: str | None) -> Iterator[Row]:
-    """Evaluate faces(Thing, Other), at the end of the phase."""
+    """Evaluate faces(Thing, Other): Thing's front looks at Other's origin at the end of the phase."""
     for one in [name] if name is not None else things(phase):
         here = pose_of(phase, one, phase.end)
         for another in [other] if other is not None else things(phase):

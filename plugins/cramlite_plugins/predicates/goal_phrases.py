@@ -45,7 +45,10 @@ def _held(_scene: SymbolicWorld, thing: str) -> GoalCondition:
 
 
 def _on(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
-    """Goal of a thing on a place: hanging where that has a peg, else supported; on a region, as in it."""
+    """Goal of a thing on a place: hanging if the place has a peg, else supported by it.
+
+    If the place is a region, the goal is the same as for "in".
+    """
     if place != thing_of(place):
         return _at_region(scene, thing, place)
     peg = scene.world.thing(place).feature(PEG)
@@ -54,7 +57,7 @@ def _on(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
 
 
 def _amid(scene: SymbolicWorld, thing: str, place: str, amount: str) -> GoalCondition:
-    """Goal of a thing on a whole other one, their origins at most a distance apart, seen from above."""
+    """Goal of a thing on another one, their origins at most a distance apart, seen from above."""
     if place != thing_of(place):
         raise UserError(f"'on ... within' needs a whole thing, not a part: '{thing_of(place)}'.")
     most = _quantity(amount, "length")
@@ -74,15 +77,17 @@ def _quantity(amount: str, kind: str) -> float:
 
 
 def _off(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
-    """Goal of leaving a place; the thing may be in the hand."""
+    """Goal that a thing is no longer on a place; it may still be in the hand."""
     if place != thing_of(place):
         raise UserError(f"'off' needs a whole thing, not a part: '{thing_of(place)}'.")
     return GoalCondition(without=frozenset(_on(scene, thing, place).needs))
 
 
 def _in(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
-    """Goal of a thing in a place: for planning it is enough to be over it; of a container a run must show that the thing is
-    inside."""
+    """Goal of a thing in a place; for planning it is enough that the thing is above the place.
+
+    If the place has a cavity, a run must show that the thing is inside.
+    """
     if place != thing_of(place):
         return _at_region(scene, thing, place)
     on_peg = scene.world.thing(place).feature(PEG) is not None
@@ -92,8 +97,10 @@ def _in(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
 
 
 def _at_region(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
-    """Goal of a region: a cavity, or an area of a surface, of a thing that has several; a run must show in
-    which."""
+    """Goal of a thing in a named region of another thing: in a cavity, or on an area of a surface.
+
+    A run must show that it is in that region, and not in another one.
+    """
     whole, region = thing_of(place), EntityName.parse(place).part
     features = {f.name: f for f in scene.world.thing(whole).features if f.type in REGIONS}
     if region not in features:
