@@ -84,7 +84,7 @@ class Reading:
                 if not self._brief:
                     moved = self._free and row.clause.place is not None and clause.relation == "phrase"
                     same = [f for f in same if moved and f.clause.place is not None]
-                if clause.theme.pronoun and any(not self._superseded(f, row, clauses, number) for f in same):
+                if (clause.theme.pronoun or clause.theme.elided) and any(not self._superseded(f, row, clauses, number) for f in same):
                     raise Refusal(FALSE, f"'{row.literal.goal}' is a second goal for {listed([*row.themes], 'and')}; use a verb for each")
                 found = [*(f for f in found if not self._superseded(f, row, clauses, number)), row]
         found = self._without_left(self._without_told(found))
