@@ -100,7 +100,7 @@ def _let(name: str, key: str, value: float, unit: str) -> Remedy:
         value: that the limit must be to let it [unit].
     """
     let = f"'limits: {{{key}: {math.ceil(value)} {unit}}}' in the scenario"
-    says = f"'{name}' moves though no task moves it: put it farther from the others, or, where that does no harm, {let}"
+    says = f"'{name}' moves though no task moves it: put it farther from other things, or, if its motion does no harm, permit it by {let}"
     return Remedy(f"{key} {name}", says, value)
 
 
