@@ -52,7 +52,7 @@ class Tracks(Value):
         if not wrong:
             things = sorted({f.grip.thing for f in found})
             what = f"{', '.join(map(repr, things))} in the hand {len(found)} times" if found else "nothing was in the hand"
-            yield Finding(self.name, True, f"{what}, each time as a task of the plan says")
+            yield Finding(self.name, True, f"{what}, always as the tasks of the plan say")
 
 
 def _rollout(candidate: Candidate) -> Rollout:

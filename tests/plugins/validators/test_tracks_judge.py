@@ -44,9 +44,9 @@ def refused(of: Candidate) -> Finding:
 
 
 def test_a_thing_that_is_taken_carried_and_put_down_is_explained() -> None:
-    assert only(JUDGE, good()).reason == "'block' in the hand 1 times, each time as a task of the plan says"
+    assert only(JUDGE, good()).reason == "'block' in the hand 1 times, always as the tasks of the plan say"
     idle = touching(range(COUNT), without=lambda t: LEFT in (t.a, t.b))
-    assert only(JUDGE, replace(idle, handovers=())).reason == "nothing was in the hand, each time as a task of the plan says"
+    assert only(JUDGE, replace(idle, handovers=())).reason == "nothing was in the hand, always as the tasks of the plan say"
 
 
 @pytest.mark.parametrize(("before", "end"), [(0.2, 0.15), (0.15, 0.2)])

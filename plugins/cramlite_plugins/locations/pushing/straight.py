@@ -178,7 +178,7 @@ def pushed_to(location: Location, belief: Belief, context: Context) -> Iterator[
     if isinstance(there, Refused):
         yield _stopped(there, location, entity)
     else:
-        yield Grounding(there, f"{1000 * there.carried.pushed_m if there.carried else 0.0:.0f} mm straight on", key="on")
+        yield Grounding(there, f"push it {1000 * there.carried.pushed_m if there.carried else 0.0:.0f} mm straight on", key="on")
 
 
 def _stopped(no: Refused, location: Location, entity: str, way: str = "on") -> Refused:
