@@ -206,7 +206,7 @@ def _around(location: Location, belief: Belief, context: Context, entity: str) -
             yield _stopped(there, location, entity, key)
         else:
             followed = True
-            yield Grounding(there, f"a way with {len(corners) - 1} corners, free for {key}", 0.1 * k, key=key)
+            yield Grounding(there, f"a way with {len(corners) - 1} corners, free up to {key}", 0.1 * k, key=key)
     if not followed and (shorter := on_a_shorter_way((x, y), left, alone, hand)):
         yield _stopped(shorter, location, entity)
 
