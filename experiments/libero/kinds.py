@@ -76,7 +76,7 @@ def main() -> None:
         try:
             write_kind(kind, fixture, out / ups.get(kind, "z") / kind)
         except (KeyError, FileNotFoundError) as error:
-            print(f"{kind}: left out, the benchmark has no model of it ({error})")
+            print(f"{kind}: left out, since LIBERO has no model file of it ({error})")
         else:
             print(f"{kind}: {'a fixture' if fixture else 'an object'}")
 

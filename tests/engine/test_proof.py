@@ -137,7 +137,7 @@ def test_one_that_fails_at_an_edge_is_refused_with_that_edge_and_the_others_are_
     verdict = late([validator], simulator)
     assert not verdict.passed and words(verdict) == [("run", True), ("run", True), ("late_pose", True), ("late_pose", False)]
     wrong = verdict.findings[-1]
-    assert wrong.reason == "with 'block' +0, +10 mm and -11 deg off: run: as written" and wrong.origin == "1.Grasping"
+    assert wrong.reason == "with 'block' +0, +10 mm and -11 deg from its planned pose: run: as written" and wrong.origin == "1.Grasping"
     assert len(simulator.asked) == 3
     assert validator.asked[-1].world.thing("block").pose != good().world.thing("block").pose  # what is believed there
 

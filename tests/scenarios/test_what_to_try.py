@@ -67,7 +67,7 @@ FAILING = {
     ),
     "a place that is taken": (
         _with("goal: [red on plate]", RED, PLATE, POST),
-        "there is no room for 'red' beside 'post' on or in 'plate', where outlines and gap overlap by 16.0 cm2: have 'post' put elsewhere",
+        "there is no room for 'red' beside 'post' on or in 'plate': their outlines and the gap between them overlap by 16.0 cm2",
     ),
     "something in the way": (
         find_scenario("tasks/opening_blocked").read_text(),

@@ -41,10 +41,10 @@ def worth(tables: EpisodeTables) -> list[str]:
     known = tables.refusal_was_wrong
     lines = [f"- A passing verdict was right, in the benchmark's physics and at rest: {tables.passing_was_right.text}."]
     lines += [f"- Episodes without a program: {tables.refusals}."]
-    lines += [f"- Episodes whose benchmark died, counted in no rate: {tables.apart}."] if tables.apart else []
+    lines += [f"- Episodes in which the process of the benchmark died, counted in no rate: {tables.apart}."] if tables.apart else []
     said = "not known: none was played (`--attempt-refused`)"
     if known.total:
-        said = f"{known.text} of the episodes in which a refused program was run all the same"
+        said = f"{known.text} of the episodes in which a refused program was run nevertheless"
     return [*lines, f"- A refusal was wrong: {said}."]
 
 

@@ -624,7 +624,7 @@ def test_an_origin_that_would_be_over_the_end_of_its_region_is_refused(reaches: 
         return
     found, ended = answers(on("box", region="level"), belief)
     assert not any(isinstance(a, Grounding) for a in found) and ended is not None
-    assert "mm too high for 'box/level', which reaches 20 mm above the surface in it" in ended.reason
+    assert "mm too high for 'box/level', which reaches 20 mm above the surface under it" in ended.reason
     assert "mm too little for the origin of" in str(ended.remedy)
 
 

@@ -94,7 +94,7 @@ def test_a_joint_turns_no_faster_than_it_can(share: float, passes: bool, way: fl
     most = UR5E.velocity[0]
     found = only(JointSpeeds(), turned(way * share * most))
     assert found.passed is passes and found.value == pytest.approx(share * most) and found.limit == most
-    assert found.reason == f"shoulder_pan at most {share * most:.2f} rad/s of {most:.2f} rad/s"
+    assert found.reason == f"shoulder_pan reached {share * most:.2f} rad/s, limit {most:.2f} rad/s"
 
 
 def test_at_its_speed_with_what_a_servo_overshoots_it_passes() -> None:
@@ -112,10 +112,10 @@ def test_each_joint_has_its_own_speed() -> None:
     joints[40] += np.array([0.5, 0.5, 2.9, 0.5, 5.1, 0.5]) * STEP
     joints[41:] += np.array([0.5, 0.5, 2.9, 0.5, 5.1, 0.5]) * 2 * STEP
     found = only(JointSpeeds(), replace(good(joints=joints), robot=robot))
-    assert found.passed and found.reason.startswith(f"{UR5E.joints[4]} at most 5.10 rad/s of 5.00")
+    assert found.passed and found.reason.startswith(f"{UR5E.joints[4]} reached 5.10 rad/s, limit 5.00")
     joints[40:] = np.array(UR5E.home) + np.array([0.95, 0.5, 0.5, 0.5, 0.5, 3.0]) * STEP * np.array([[1.0], *[[2.0]] * (COUNT - 41)])
     found = only(JointSpeeds(), replace(good(joints=joints), robot=robot))
-    assert found.passed and found.reason.startswith(f"{UR5E.joints[0]} at most 0.95 rad/s of 1.00"), "the share counts, not the speed"
+    assert found.passed and found.reason.startswith(f"{UR5E.joints[0]} reached 0.95 rad/s, limit 1.00"), "the share counts, not the speed"
 
 
 def test_a_run_of_one_sample_has_no_speed() -> None:
@@ -134,7 +134,7 @@ def test_a_run_of_one_sample_has_no_speed() -> None:
 def test_the_tool_is_no_faster_than_a_controller_lets_it(speed: float, passes: bool) -> None:
     found = only(ToolSpeed(), led(speed))
     assert found.passed is passes and found.value == pytest.approx(speed) and (found.limit, found.unit) == (1.5, "m/s")
-    assert found.reason == f"the tool at most {speed:.2f} m/s of 1.5 m/s (factory preset)" and found.origin == "2.PickingUp"
+    assert found.reason == f"the tool reached {speed:.2f} m/s, limit 1.5 m/s (factory preset)" and found.origin == "2.PickingUp"
 
 
 def test_a_sample_that_is_a_cycle_late_is_no_speed() -> None:

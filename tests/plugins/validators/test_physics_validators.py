@@ -55,7 +55,7 @@ def test_one_that_never_began_did_not_either() -> None:
 def test_a_task_that_stops_at_its_limit_may_exceed_it_by_what_stopping_takes(newtons: float, passes: bool) -> None:
     found = only(ForcePeak(), good(force=forced(k55=newtons)))
     assert (found.passed, found.origin) == (passes, "3.Placing/PuttingDown")
-    assert found.reason == f"peak {newtons} N at 2.8 s, limit 28.75 N of 3.Placing/PuttingDown (25 N, and 15% while the arm stops)"
+    assert found.reason == f"peak {newtons} N at 2.8 s, limit 28.75 N of 3.Placing/PuttingDown (25 N, plus 15% while the arm stops)"
 
 
 @pytest.mark.parametrize(("newtons", "passes"), [(60.0, True), (60.001, False)])
