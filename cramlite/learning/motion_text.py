@@ -1,4 +1,4 @@
-"""Source text for a learned motion in the module of a package: its path, parameters, steps and predicate."""
+"""Python source text for the module of a learned task: its path, parameters, steps and predicate."""
 
 from __future__ import annotations
 
@@ -17,8 +17,9 @@ PRESSED = (
 
 
 def motion_words(proposal: Proposal, name: str) -> Mapping[str, str]:
-    """Return the words of the module's template for a task that is done by a learned motion; empty for other
-    tasks.
+    """Return the texts for the placeholders of a module's template, for a task that is done by a learned motion.
+
+    There are none for other tasks.
 
     Args:
         name: of the package.
@@ -53,7 +54,7 @@ def _hook(made: str) -> str:
 
 
 def said(proposal: Proposal) -> str:
-    """Return a sentence on the motion of a proposal; "" if known tasks alone explain the task."""
+    """Return a sentence that describes the motion of a learned task; "" if known tasks alone explain the task."""
     if proposal.rest is not None:
         return f"At the end the hand rests for {proposal.rest.duration_s:g} s."
     if proposal.moving is None:
@@ -82,8 +83,10 @@ def path_text(path: ShownPath) -> str:
 
 
 def _steps(path: ShownPath, mover: str, about: str) -> list[str]:
-    """Return the lines of a decomposition: move above the path's start, down, along the path, and up; on a surface
-    once for each stroke."""
+    """Return lines of Python that lead the hand above the path's start, down, along the path, and up again.
+
+    On a surface they do so once for each stroke.
+    """
     lines = [
         f'moved, about = action.roles["{mover}"], action.roles["{about}"]',
         "if belief.held is None or belief.held.thing != moved.entity:",

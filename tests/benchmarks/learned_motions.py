@@ -154,7 +154,7 @@ def robot_does(engine: Engine, motion: str, robot: str, seed: int, folder: Path)
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("motions", nargs="*", default=[*WORLDS])
+    parser.add_argument("motions", nargs="*", default=[*DONE])
     parser.add_argument("--first", type=int, default=11)
     parser.add_argument("--count", type=int, default=10)
     parser.add_argument("--robots", nargs="+", default=[*BASES])

@@ -32,7 +32,7 @@ from cramlite.plugin import Candidate, UserError
 from cramlite.testing import check_plugin
 
 ENGINE = Engine()
-TASKS = [*TOLD]
+TASKS = [*DONE]
 
 
 @cache

@@ -30,7 +30,7 @@ ACCELERATION = 1.2
 
 
 class GripLoad(Value):
-    """Load of a gripper's two pads, with the friction that holds it.
+    """What the two pads of a gripper have to hold, and the friction with which they hold it.
 
     Args:
         thing: what is gripped.
@@ -90,7 +90,9 @@ def grip_of(held: Held, world: World, gripper: Gripper) -> GripLoad:
     return GripLoad(thing, mass, world.physics.pad_friction, thing.least_friction, math.hypot(x, z), gripper)
 
 
-def grip_force(grip: GripLoad, asked: float, context: Context, of_thing: tuple[str, ...], within: tuple[str, ...]) -> tuple[float, str]:
+def grip_force(
+    grip: GripLoad, asked: float, context: Context, of_thing: tuple[str, ...], within: tuple[str, ...], most: float = math.inf
+) -> tuple[float, str]:
     """Return the force of each pad [N] and its source; a force that was asked for is kept, up to what the
     thing bears.
 
@@ -98,6 +100,7 @@ def grip_force(grip: GripLoad, asked: float, context: Context, of_thing: tuple[s
         asked: 0 for what the weight needs [N].
         of_thing: names of the objects that the thing is: another thing, not another place, changes what it weighs.
         within: names of the actions that it is asked within: no other choice changes what is asked for.
+        most: bound of a force that was not asked for [N]: what a motion's push would need beyond it is not given.
 
     Raises:
         Unresolvable: the gripper cannot press so, the thing bears less than the gripper's least, or its weight needs more than
@@ -110,7 +113,7 @@ def grip_force(grip: GripLoad, asked: float, context: Context, of_thing: tuple[s
         raise Unresolvable(reason, within, {"force_N": asked, "least_N": low, "most_N": high}, blocking=())
     if not asked and grip.least > limit:
         raise _too_weak(grip, limit, why, (*of_thing, *within))
-    wanted = asked or max(low, grip.wanted)
+    wanted = asked or max(low, min(grip.wanted, max(grip.least, most)))
     instead = f" instead of {wanted:g} N, {why}" if wanted > limit else ""
     force = min(wanted, limit)
     source = _doubt(grip, force) if asked else f" for {grip}"
@@ -118,13 +121,13 @@ def grip_force(grip: GripLoad, asked: float, context: Context, of_thing: tuple[s
 
 
 def _doubt(grip: GripLoad, force: float) -> str:
-    """Return a clause that doubts that a stated grip force carries the thing; "" if it does."""
+    """Return a doubt, in words, whether a stated grip force carries the thing; "" if it does."""
     carried = 2 * grip.friction * force
     return f", which carries {carried:.1f} N: doubtful for {grip}" if carried < GRAVITY * grip.mass else ""
 
 
 def _limit(grip: GripLoad, context: Context, because: tuple[str, ...]) -> tuple[float, str]:
-    """Highest force of a pad [N], and why: the gripper's, or that of the thing."""
+    """Largest force that a pad may exert [N], and whether the gripper or the thing sets this limit."""
     low, high = grip.gripper.force
     borne = most_borne(grip.thing, context)
     limit, why = min((high, f"the most of gripper '{grip.gripper.type}'"), borne or (math.inf, ""), key=lambda x: x[0])
@@ -135,7 +138,8 @@ def _limit(grip: GripLoad, context: Context, because: tuple[str, ...]) -> tuple[
 
 
 def most_borne(thing: Thing, context: Knowing) -> tuple[float, str] | None:
-    """Return the highest force of a pad on a thing [N], and its source; None without a limit."""
+    """Return the largest force that a pad may exert on a thing [N], and the source of this limit; None
+    without a limit."""
     limits = list[tuple[float, str]]()
     if (said := lowest([thing], "cram:maximumGripForce", context)) is not None:
         limits.append((said.value, str(said)))

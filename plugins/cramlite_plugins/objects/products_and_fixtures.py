@@ -18,6 +18,7 @@ from .controls import knob, latch, switch
 from .furniture import cabinet, door, drawer
 from .mesh_thing import mesh_thing
 from .rack import rack
+from .threads import jar, screw_lid
 from .vessels import bottle, bowl, can, jug, lid, mug
 
 Size = tuple[Length, Length, Length]
@@ -78,7 +79,7 @@ def block(
 
 
 def _ring(radius: float, height: float, rgba: Colour) -> tuple[Geom, ...]:
-    """Boxes tangent to the hole's circle: no gap between them, and none reaches into the circle."""
+    """Return the boxes around a hole: tangent to its circle, without a gap between them."""
     half = (TAB_RIM / 2, (radius + TAB_RIM) * math.tan(math.pi / TAB_SIDES), TAB_THICKNESS / 2)
     geoms = []
     for k in range(TAB_SIDES):
@@ -230,6 +231,8 @@ MODELS: Mapping[str, Callable[..., Thing]] = {
     "mug": mug,
     "jug": jug,
     "lid": lid,
+    "jar": jar,
+    "screw_lid": screw_lid,
     "mesh": mesh_thing,
     "cabinet": cabinet,
     "drawer": drawer,

@@ -53,7 +53,7 @@ def is_thing(scene: SymbolicWorld, entity: str) -> bool:
 
 
 def is_flat(scene: SymbolicWorld, entity: str) -> bool:
-    """Evaluate flat(Thing) in a symbolic world, of movable things."""
+    """Evaluate flat(Thing) in a symbolic world: a movable thing is too low for fingers to grip it from the side."""
     thing = scene.world.thing(entity) if is_thing(scene, entity) else None
     return thing is not None and thing.movable and bool(thing.geoms) and low(np.ptp(corners(thing, thing.pose), axis=0))
 
@@ -141,7 +141,7 @@ def _tops(scene: SymbolicWorld) -> list[tuple[str, Floats, Floats]]:
 
 
 def _stacked(thing: Thing, scene: SymbolicWorld, boxes: list[tuple[str, Floats, Floats]]) -> str | None:
-    """Movable support of another thing, or the thing that it leans on; None without one."""
+    """Movable thing that another thing stands on or leans on; None without one."""
     (low, high) = next(((low, high) for name, low, high in boxes if name == thing.name), (None, None))
     if low is None or high is None:
         return None
@@ -231,8 +231,10 @@ def _two_in_hand(_scene: SymbolicWorld, fact: Fact, other: Fact) -> bool:
 
 
 def _two_places(scene: SymbolicWorld, fact: Fact, other: Fact) -> bool:
-    """Whether two facts put a thing at two fixed places that are apart: over both at once, or, if carried,
-    farther apart than it is long."""
+    """Whether two facts put one thing at two fixed places that are too far apart for it to be at both.
+
+    A thing that lies or hangs on both may bridge a gap up to its length; one that is in a place bridges none.
+    """
     one, two = _put(scene, fact), _put(scene, other)
     if one is None or two is None or one[0] != two[0] or one[1] == two[1]:
         return False
