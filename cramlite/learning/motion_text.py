@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from ..model.shown_path import ShownPath
 from .proposal import Proposal
 from .shown_rest import ShownRest
+from .turn_text import turn_said, turn_words
 
 PRESSED = (
     ("press_n", "12.0", "what a block needs to keep its contact in simulation; a recording of poses says no force"),
@@ -25,6 +26,8 @@ def motion_words(proposal: Proposal, name: str) -> Mapping[str, str]:
     """
     if proposal.rest is not None:
         return _rest_words(proposal.rest, name)
+    if proposal.turning is not None:
+        return turn_words(*proposal.turning, name)
     if proposal.moving is None:
         return {}
     motion, mover, about = proposal.moving
@@ -56,6 +59,8 @@ def said(proposal: Proposal) -> str:
     """Return a sentence on the motion of a proposal; "" if known tasks alone explain the task."""
     if proposal.rest is not None:
         return f"At the end the hand rests for {proposal.rest.duration_s:g} s."
+    if proposal.turning is not None:
+        return turn_said(*proposal.turning)
     if proposal.moving is None:
         return ""
     motion, mover, about = proposal.moving
