@@ -1,4 +1,4 @@
-"""Random goals: the literals that a scene offers, and the rules for goals that need no simulator.
+"""Random goals: the parts (literals) that a scene offers, and rules against contradictory goals without a simulator.
 
 A literal is a tuple as LIBERO's parser has it: ("on", "plate_1", "flat_stove_1_cook_region"). Nothing of cramlite or LIBERO is imported:
 the generators of LIBERO's problems and of kitchens share it.
@@ -112,8 +112,8 @@ def in_order(goal: Sequence[Literal], owner: Mapping[str, str]) -> list[Literal]
 
 
 def signature(goal: Iterable[Literal], kind: Callable[[str], str]) -> frozenset[Literal]:
-    """Return a goal with each thing and region named by its kind, so that goals of different scenes can be
-    compared.
+    """Return a goal with the name of each thing and region replaced by its kind, to compare goals of
+    different scenes.
 
     Args:
         kind: of a thing or region: its name without the number of the instance.
@@ -134,12 +134,12 @@ def fits(thing: Sequence[float], target: Sequence[float]) -> bool:
 
 
 def kind_of(goal: Iterable[Literal]) -> str:
-    """Return the kind of a goal: "In + Open", say."""
+    """Return the predicates of a goal as a text such as "In + Open", by which goals are counted."""
     return " + ".join(sorted(NAMES[p[0]] for p in goal))
 
 
 def words(goal: Iterable[Literal]) -> str:
-    """Return a goal as the sentence that a problem file has as its language."""
+    """Return a goal as an English sentence such as "open the drawer", for a problem file of LIBERO."""
     said = {"on": "put the {} on the {}", "in": "put the {} in the {}", "open": "open the {}", "close": "close the {}",
             "turnon": "turn on the {}", "turnoff": "turn off the {}"}  # fmt: skip
     return " and ".join(said[p[0]].format(*(n.replace("_", " ") for n in p[1:])) for p in goal)

@@ -31,7 +31,7 @@ class CramliteError(Exception):
 
 
 def _cut(found: re.Match[str]) -> str:
-    """Return the beginning and the end of a long text, with its number of characters between them."""
+    """Return the beginning and the end of a long text, and between them how many characters the whole text has."""
     return f"{found[0][:BEGINNING]}... ({len(found[0])} characters) ...{found[0][-END:]}"
 
 
@@ -40,7 +40,7 @@ class UserError(CramliteError):
 
 
 class ProcessGone(UserError):
-    """Loss of the process that stands for a robot or a judge: it ended, or replies no more."""
+    """Error: a process that acts as a robot or as the judge of a benchmark has ended, or no longer replies."""
 
 
 class NoSolution(CramliteError):
@@ -88,7 +88,7 @@ class Unresolvable(Exception):
     def because_of_earlier_tasks(
         cls, reason: str, also: tuple[str, ...] = (), *, blocking: InTheWay = None, collision: object = None, remedy: object = None
     ) -> Unresolvable:
-        """Return an infeasibility that other choices for the earlier tasks might avoid.
+        """Make the error of a designator that is infeasible, and might not be after other choices for earlier tasks.
 
         Such choices are the objects, places and motions of these tasks.
 
@@ -121,7 +121,7 @@ LONGEST_LIST = 60
 
 
 def nearest(name: str, valid: object) -> str:
-    """Return a clause that lists the valid names, the most similar first: "did you mean 'x'? valid are: ...".
+    """List the valid names for a message, the most similar first: "did you mean 'x'? valid are: ...".
 
     Of more than ``LONGEST_LIST`` names only the nearest few are listed.
     """

@@ -79,8 +79,9 @@ def check_xml(path: Path, content: str | bytes, visit: Visit | None = None) -> N
 
 
 def _bytes(text: str) -> bytes:
-    """Encode an XML text as UTF-8, without the byte order mark and blanks at its start; the line ends
-    there are kept, so that line numbers stay true.
+    """Encode an XML text as UTF-8, without the byte order mark and the blanks at its start.
+
+    Line breaks at its start are kept, so that line numbers stay true.
 
     Hyphens inside comments become equals signs.
     """

@@ -31,7 +31,7 @@ class LazyNames:
 
     @cached_property
     def homes(self) -> Mapping[str, str]:
-        """Public name -> module of the package that defines it, as a relative import."""
+        """Dictionary from each public name to the module of the package that defines it, as a relative import."""
         import ast
         import linecache
 

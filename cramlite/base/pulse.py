@@ -1,4 +1,4 @@
-"""Pulse of long work: the work asks regularly whether to go on, and reports what it is doing.
+"""Interruption and progress of long work: the work asks regularly whether to stop, and reports what it is doing.
 
 Whoever wants to end work passes a function that says so (``pulse``); what takes long calls ``checkpoint`` several times a
 second, however deep it is. Nothing but the end of the work depends on it: decisions are the same with and without.
@@ -22,7 +22,7 @@ ASKED = 0.05
 
 
 class Stopped(BaseException):
-    """Stop of work that its caller no longer wants.
+    """Exception that ends work whose result the caller no longer wants.
 
     It is no ``Exception``, so that no code takes it for a plugin's defect.
     """
@@ -69,11 +69,11 @@ class Pulse:
         self.ended_in: Work | None = None
 
     def asked_to_stop(self) -> bool:
-        """Check whether this pulse's work is to end, or that of the outer pulse."""
+        """Check whether this work, or the work of which it is a part, is to stop."""
         return self._stop() or (self._outer is not None and self._outer.asked_to_stop())
 
     def beat(self) -> None:
-        """Ask whether to go on and report the current work, unless both were done less than ``ASKED`` ago.
+        """Raise ``Stopped`` if the work is to stop, else report its progress; at most once every ``ASKED`` seconds.
 
         Raises:
             Stopped: the work is to end.
@@ -93,7 +93,9 @@ _PULSE: ContextVar[Pulse | None] = ContextVar("pulse", default=None)
 
 @contextmanager
 def pulse(stop: Stop, tell: Callable[[Work | None], None] = lambda _: None) -> Iterator[Pulse]:
-    """Give the work in this block a pulse; inside a generator no ``yield`` may be in the block.
+    """Let the work in this block be stopped by one function, and report its progress to another one.
+
+    Inside a generator no ``yield`` may be in the block.
 
     Args:
         stop, tell: as ``Pulse`` has them.

@@ -58,14 +58,14 @@ def parse_quantity(value: Any, kind: str) -> float:
 
 
 def beyond_reason(value: float, kind: str) -> str:
-    """Return a clause on why a number in SI units is implausible; empty if it is plausible."""
+    """Say why a number in SI units is implausible; empty if it is plausible."""
     if abs(value) <= MOST[kind]:
         return ""
     return f"beyond reason: {_A[kind]} here is at most {MOST[kind]:g} {_SI[kind]}, so a unit or a power of ten is wrong"
 
 
 def beyond_reason_by_name(name: str, value: float) -> str:
-    """Return a clause on why a parameter's value is implausible; empty if it is plausible.
+    """Say why a parameter's value is implausible; empty if it is plausible.
 
     The limit is that of the unit with which the name ends, such as "speed_m_s"; a name without a unit has no
     limit.

@@ -36,8 +36,7 @@ def find_scenario(name: str) -> Path:
 
 
 def _yaml_files_near(path: Path) -> list[str]:
-    """Return the paths of the YAML files in the folder of a path; relative paths where the given path is
-    relative."""
+    """Return the paths of the YAML files that lie in the same folder as a file."""
     return [str(p) for pattern in ("*.yaml", "*.yml") for p in path.parent.glob(pattern)]
 
 

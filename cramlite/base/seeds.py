@@ -24,5 +24,5 @@ def whole_seed(seed: object) -> int:
         UserError: it is no whole number from 0.
     """
     if not isinstance(seed, SupportsIndex) or isinstance(seed, bool) or index(seed) < 0:
-        raise UserError(f"The seed is {seed!r}; it is a whole number: 0 (the world as written) or more.")
+        raise UserError(f"The seed is {seed!r}; it must be a whole number: 0 (the world as written) or more.")
     return index(seed)

@@ -31,7 +31,7 @@ class Spec(BaseModel):
 
 
 def read_value(kind: Any, value: Any) -> Any:
-    """Convert a value to a type by the rules that hold for the fields of a ``Spec``.
+    """Convert a value to a type; refuse infinite numbers, and truth values in the place of numbers.
 
     Args:
         kind: a type, or ``Length`` and the like.

@@ -20,7 +20,7 @@ class Stopwatch:
         self._open: list[float] = []
 
     def restart(self) -> None:
-        """Set all stages to zero."""
+        """Reset the CPU time of every stage to zero."""
         self._spent = {}
 
     def read(self) -> dict[str, float]:
@@ -55,7 +55,7 @@ class Stopwatch:
             yield item
 
     def around(self, wrapped: Any, **stages: str) -> Any:
-        """Wrap an object so that the CPU time of some of its methods is counted: method=stage."""
+        """Wrap an object so that the CPU time of some methods is counted; ``stages`` maps method to stage."""
         return _Timed(wrapped, self, stages)
 
 

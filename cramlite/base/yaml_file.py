@@ -108,7 +108,7 @@ KINDS = {
 
 
 def _complaint(problem: ErrorDetails) -> str:
-    """Clause on pydantic's complaint, in words for the author of a YAML file."""
+    """Say what pydantic complains about, in words for the author of a YAML file."""
     kind, said, given = problem["type"], problem["msg"], problem["input"]
     if kind == "too_short":
         least = problem["ctx"]["min_length"]

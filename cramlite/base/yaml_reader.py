@@ -64,8 +64,7 @@ def read(text: str) -> Any:
 
 
 def _check(text: str) -> None:
-    """Check depth and size of a YAML text from its parser events; an alias counts as much as the node that it
-    repeats."""
+    """Check the depth and size of a YAML text from its parser events; an alias counts with all that it repeats."""
     open_: list[_Part] = [_Part("")]
     done: dict[str, _Part] = {}
     events: Iterator[Any] = iter(yaml.parse(text, Reader))
@@ -90,8 +89,10 @@ def _check(text: str) -> None:
 
 
 def _mark(event: Any) -> Any:
-    """Return the start mark of a parser event, untyped, because libyaml's and PyYAML's marks have different
-    types."""
+    """Return the position in the YAML text at which a parser event starts.
+
+    Its type is not declared, because libyaml's and PyYAML's marks have different types.
+    """
     return event.start_mark
 
 

@@ -1,1 +1,1 @@
-"""The command line: one module for each larger command, named like the command."""
+"""The command line: one module for each large command, of the same name, and some for several small commands."""

@@ -84,7 +84,8 @@ def interpret_answer(engine: Engine, episode: Path) -> dict[str, Any]:
 
 
 def solution_answer(solution: Solution) -> dict[str, Any]:
-    """Return plan, text, bound objects and findings of a proven program, and which tasks achieve each part of its goal."""
+    """Return a proven program as an answer: plan, text, chosen things, findings, and the tasks that
+    achieve each goal."""
     from ..planning.goal_parts import goal_answers
 
     bound = solution.candidate.bindings

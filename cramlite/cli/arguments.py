@@ -18,10 +18,10 @@ RENAMED = {"--wants": "--attributes"}
 
 
 class Add(Protocol):
-    """Callable that declares a command: its name, and the function that runs it."""
+    """Protocol of the function with which a module declares a command: its name, and the function that runs it."""
 
     def __call__(self, name: str, run: Command, *, asks_plugins: bool = True) -> argparse.ArgumentParser:
-        """Return the parser of the declared command, to which its own arguments are added.
+        """Declare a command and return its argument parser, to which the caller adds the command's own options.
 
         With ``asks_plugins`` the command loads plugins by itself.
         """
@@ -84,6 +84,6 @@ def plugin_choice(arguments: argparse.Namespace) -> PluginChoice:
         if file.stem in arguments.block:
             raise UserError(
                 f"'--plugin {file}' asks for the plugin '{file.stem}', and '--block {file.stem}' blocks it; leave one of them "
-                "out. If the file is to stand for an installed plugin of that name, rename the file."
+                "out. If the file is to replace an installed plugin of that name, rename the file."
             )
     return PluginChoice(tuple(arguments.plugin), tuple(arguments.block), tuple(arguments.prefer))

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def calibrate(arguments: argparse.Namespace) -> int:
-    """Calibrate a camera from a folder of pictures, or write the board for them.
+    """Calibrate a camera by pictures of a printed board or of known fixtures, or write the board to be printed.
 
     Raises:
         UserError: OpenCV is not installed, or what is read cannot tell where the camera is.
@@ -103,7 +103,7 @@ def _by_fixtures(scenario: Path | None, arguments: argparse.Namespace) -> int:
 
 
 def flange_of(robot: str | None, where: Path, knowledge: Knowledge) -> FlangeOf:
-    """Return the function from joints to the flange's pose in the base frame of a robot."""
+    """Return a function from a robot's joint positions to the pose of its flange in the robot's base frame."""
     from ..model.view import Intrinsics
     from ..model.world import Camera, RobotMount, World
     from ..plugin.catalogue import pick
@@ -125,7 +125,7 @@ def flange_of(robot: str | None, where: Path, knowledge: Knowledge) -> FlangeOf:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``calibrate`` with its arguments."""
+    """Add the command ``calibrate``, with its arguments, to the command line."""
     command = add("calibrate", calibrate)
     folder = "pictures with calibration.yaml, which says board, robot and poses; with --view a scenario"
     command.add_argument("folder", type=Path, nargs="?", help=folder)

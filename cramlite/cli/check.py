@@ -101,8 +101,10 @@ def _planned(scenario: Scenario, setting: Setting, knowledge: Knowledge) -> Plan
 
 
 def _shown(scenario: Scenario, setting: Setting, engine: Engine) -> Plan:
-    """Return the likeliest reading of the demonstration for which the scenario has all things; things that a
-    camera is still to find count as present."""
+    """Return the plan of the likeliest reading of the demonstration that the scenario has all things for.
+
+    Things that a camera is still to find count as there.
+    """
     from ..engine.search_in_setting import are_there
     from ..planning.budget import budget_of
     from ..planning.diagnosis import nearest_miss
@@ -119,7 +121,7 @@ def _shown(scenario: Scenario, setting: Setting, engine: Engine) -> Plan:
     if found is None:
         miss = nearest_miss(trace.entries)
         raise UserError(
-            f"{place}: the scenario has no things for the demonstration, {plans[0]}: "
+            f"{place}: the scenario has no things for the demonstration, read as {plans[0]}: "
             f"{f'{miss.designator}: {miss.reason}' if miss else 'no thing fits'}."
         )
     return found
@@ -178,6 +180,6 @@ def _check(arguments: argparse.Namespace) -> int:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``check`` with its arguments."""
+    """Add the command ``check``, with its arguments, to the command line."""
     check = add("check", _check)
     check.add_argument("file", help="a scenario's file or name, a rule file, or a program's text")

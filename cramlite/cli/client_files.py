@@ -104,7 +104,7 @@ class ClientFiles(Value):
 
     @property
     def run_names(self) -> list[str]:
-        """Names of the runs, in order."""
+        """Names of the runs, in alphabetical order."""
         from ..base.run_directory import MANIFEST
 
         return sorted(p.parent.name for p in self.runs.glob(f"*/{MANIFEST}") if not p.parent.is_symlink())

@@ -1,4 +1,4 @@
-"""``cramlite compare``: a real arm's RTDE log beside the run that was proven."""
+"""``cramlite compare``: compares a real arm's RTDE log with the simulated run in which its program was proven."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ def _compare(arguments: argparse.Namespace) -> int:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``compare`` with its arguments."""
+    """Add the command ``compare``, with its arguments, to the command line."""
     compare = add("compare", _compare)
     compare.add_argument("run_folder", type=Path, metavar="run", help="a folder that resolve, or execute --out, wrote")
     compare.add_argument(

@@ -111,7 +111,7 @@ def memory() -> Examined:
 
 
 def graphics() -> Examined:
-    """Check for the OpenGL libraries, which only the optional part open3d needs; cramlite draws by ray tracing."""
+    """Check for the OpenGL libraries, which only the optional package open3d needs."""
     from ctypes.util import find_library
 
     away = [f"lib{name}" for name in ("GL", "EGL") if not find_library(name)]
@@ -121,7 +121,7 @@ def graphics() -> Examined:
 
 
 def fonts() -> Examined:
-    """Check that Pillow can draw text with its own font; HTML reports use the fonts of the browser."""
+    """Check that Pillow was built with FreeType, so that it can draw text with its own font."""
     from PIL import features
 
     if features.check("freetype2"):
@@ -155,7 +155,8 @@ def _plugins(plugins: PluginChoice) -> Examined:
 
 
 def _requirements(extra: str) -> list[Requirement]:
-    """Libraries that cramlite requires, always or for an extra."""
+    """Return the Python packages that cramlite always requires or, given the name of a pip extra, those of
+    the extra."""
     from packaging.requirements import Requirement
 
     found = [Requirement(text) for text in metadata.requires(OURS) or ()]
@@ -185,7 +186,7 @@ def _unusable(name: str) -> str:
 
 
 def _not_running(planner: str) -> str:
-    """Why the planner of goals does not solve a problem of one action; "" if it does."""
+    """Try the PDDL planner on a problem of one action; return why it cannot be run, or "" if it can."""
     from ..base.errors import CramliteError
     from ..planning.symbolic_planner import examine_planner
 
@@ -234,7 +235,7 @@ def _show(examined: list[Examined]) -> None:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``doctor`` with its arguments."""
+    """Add the command ``doctor``, with its arguments, to the command line."""
     doctor = add("doctor", _doctor)
     doctor.add_argument(
         "--json", action="store_true", help="print as JSON: what, state and found of each line"

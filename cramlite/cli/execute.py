@@ -42,7 +42,7 @@ def execute_program(
     plugins: PluginChoice = INSTALLED,
     json_output: bool = False,
 ) -> int:
-    """Run a program's text on the controller model and say how it ended; with a plan or a goal, judge it, too.
+    """Run a program's text on the controller model, say how it ended, and judge it if a plan or a goal is given.
 
     Args:
         program: the text, e.g. ``program.script`` of a run directory.
@@ -84,7 +84,7 @@ def execute_program(
 def drive_robot(
     program: Path, *, on: str, out: Path | None = None, plugins: PluginChoice = INSTALLED, json_output: bool = False
 ) -> int:
-    """Run a typed program on the robot that a process answers for, and say how it ended.
+    """Send the motions of a typed program to a process that acts as the robot, and say how the run ended.
 
     Args:
         program: the text, e.g. ``program.json`` of a run directory; for a robot from a file, the run's ``world.json`` lies beside it.
@@ -105,7 +105,7 @@ def drive_robot(
     vacant(out)
     text = read_text(program)
     if not is_program_text(text):
-        raise UserError(f"{program}: a robot process is sent the motions of a typed program; write one with 'resolve --backend stream'.")
+        raise UserError(f"{program}: --on runs typed programs (JSON) only; write one with 'resolve --backend stream'.")
     with naming(program):
         kind = read_program(text).program.robot_type
         file = _robots_file(program, kind, knowledge)
@@ -120,8 +120,9 @@ def drive_robot(
 
 
 def _robots_file(program: Path, kind: str, knowledge: Knowledge) -> RobotFile | None:
-    """Return the file that a program's robot was read from, as ``world.json`` beside the program states
-    it; None for a plugin's robot type.
+    """Return the file that describes a program's robot, as ``world.json`` beside the program names it.
+
+    None for a robot type that a plugin declares.
 
     Raises:
         UserError: no plugin declares it, and no world beside it says where it is from.
@@ -139,8 +140,7 @@ def _robots_file(program: Path, kind: str, knowledge: Knowledge) -> RobotFile | 
 
 
 def _with_file(rollout: Rollout, file: RobotFile | None) -> Rollout:
-    """Return the run with the robot's file entered in its world, since readers of a recorded run need the
-    robot's geometry."""
+    """Return a run whose world names the file of its robot, from which readers of the run take the robot's shape."""
     mounts = tuple(replace(m, file=file) for m in rollout.world.robots)
     return replace(rollout, world=replace(rollout.world, robots=mounts))
 
@@ -247,7 +247,7 @@ def _controller(arguments: argparse.Namespace) -> int:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``execute``, ``controller`` with their arguments."""
+    """Add the commands ``execute`` and ``controller``, with their arguments, to the command line."""
     execute = add("execute", _execute)
     execute.add_argument("program", type=Path, help="the text, such as program.script of a run directory")
     execute.add_argument(

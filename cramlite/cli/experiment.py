@@ -83,7 +83,7 @@ def _plugins(arguments: argparse.Namespace) -> PluginChoice:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``experiment`` with its arguments."""
+    """Add the command ``experiment``, with its arguments, to the command line."""
     experiment = add("experiment", _experiment)
     experiment.add_argument("experiment", help="a file, its folder, or the name of a shipped one")
     experiment.add_argument("--set", default="", metavar="NAME", help="which demonstrations (default main)")

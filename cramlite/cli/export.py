@@ -1,4 +1,4 @@
-"""``cramlite export``: writes a recorded run in a format that other programs open."""
+"""``cramlite export``: writes a recorded run in a format that other software opens."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def _export(arguments: argparse.Namespace) -> int:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``export`` with its arguments."""
+    """Add the command ``export``, with its arguments, to the command line."""
     export = add("export", _export)
     export.add_argument(
         "run_dir", type=Path, metavar="RUN", help="a run directory of resolve, or a folder of execute --out"

@@ -35,7 +35,7 @@ def _goal(arguments: argparse.Namespace) -> int:
 
 
 def _show(scenario: Scenario, engine: Engine, arguments: argparse.Namespace) -> int:
-    """Print plans, with why each task is there."""
+    """Print the plans that achieve a scenario's goal, with the reason for each of their tasks."""
     from ..planning.goal_parts import PART, goal_answers
     from ..planning.task_sequences import plans_for_goal
     from ..planning.trace import Trace
@@ -94,7 +94,7 @@ def _problem(scenario: Scenario, engine: Engine, seed: int) -> PlanningProblem:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``goal`` with its arguments."""
+    """Add the command ``goal``, with its arguments, to the command line."""
     goal = add("goal", _goal)
     goal.add_argument("scenario", help="a scenario file with a goal, or the name of a shipped one")
     goal.add_argument(

@@ -1,4 +1,4 @@
-"""``cramlite import``: a scene that another program wrote becomes the beginning of a scenario."""
+"""``cramlite import``: a scene file such as an MJCF becomes the beginning of a scenario."""
 
 from __future__ import annotations
 
@@ -78,8 +78,7 @@ def _report(path: Path, scene: ImportedScene, classes: dict[str, Proposal]) -> l
 def _scenario(
     arguments: argparse.Namespace, packages: dict[str, Path], robot: str, classes: dict[str, Proposal], jointed: str
 ) -> str:
-    """Text of a scenario with comments on what is left to do, such as to correct the joint of the thing
-    ``jointed``."""
+    """Write a scenario for an imported scene, with comments on what a person still has to correct."""
     folder = arguments.out.resolve().parent
     name = re.sub(r"\W", "_", arguments.out.stem, flags=re.ASCII)
     name = name if name[:1].isalpha() else f"scene_{name}"
@@ -99,7 +98,8 @@ def _scenario(
 
 
 def _start(goal: list[str]) -> list[str]:
-    """Start of the scenario: the stated goal, else a list of tasks to fill in."""
+    """Return the YAML lines that state the goal of a new scenario or, without a goal, an empty list of
+    tasks to fill in."""
     if goal:
         return ["goal:", *(f"  - {_quoted(sentence)}" for sentence in goal)]
     return ["# What is to be done, such as {task: TASK, Patient: THING}; see 'cramlite tasks'.", "tasks: []"]
@@ -123,7 +123,7 @@ def _quoted(text: str) -> str:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``import`` with its arguments."""
+    """Add the command ``import``, with its arguments, to the command line."""
     command = add("import", import_scene)
     command.add_argument("scene", type=Path, help="an MJCF or URDF file")
     command.add_argument("--out", type=Path, metavar="FILE", help="write a scenario there; else only say what is understood")

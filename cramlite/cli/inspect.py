@@ -134,7 +134,7 @@ def _explain(arguments: argparse.Namespace) -> int:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``interpret``, ``tasks``, ``plugins``, ``explain``, ``schema``, ``ontology``, ``new`` with their arguments."""
+    """Add the commands that inspect, such as ``tasks`` and ``explain``, with their arguments, to the command line."""
     interpret = add("interpret", _interpret)
     interpret.add_argument("episode", type=Path, help="an episode (NEEM): folder or file")
     interpret.add_argument(

@@ -131,7 +131,7 @@ def _of_scenario(scenario: Scenario, knowledge: Knowledge, place: World) -> Purp
     open_ones = [o.name for a in plan.actions for o in a.roles.values() if not o.entity]
     if open_ones or any(a.task not in knowledge.tasks for a in plan.actions):
         what = f"which thing '{open_ones[0]}' is" if open_ones else "what its rules decide"
-        why = f"the scenario does not say {what}, which is only found when it is resolved"
+        why = f"the scenario leaves open {what}, which is only found when it is resolved"
         raise UserError(f"{scenario.where('tasks')}: {why}; give the run directory of 'cramlite resolve'.")
     return Purpose(plan=plan, actions=plan.actions, limits=limits)
 
@@ -229,7 +229,7 @@ def add_purpose(command: argparse.ArgumentParser) -> None:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``judge`` with its arguments."""
+    """Add the command ``judge``, with its arguments, to the command line."""
     judge = add("judge", _judge)
     judge.add_argument("program", type=Path, help="the text, URScript or a typed program as JSON")
     judge.add_argument(

@@ -1,4 +1,4 @@
-"""``cramlite learn``: a task is learned from demonstrations, and written as a package."""
+"""``cramlite learn``: learns a task from demonstrations, and writes it as a folder with a task plugin."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MOST = 10
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``learn`` with its arguments."""
+    """Add the command ``learn``, with its arguments, to the command line."""
     learn = add("learn", _learn)
     learn.add_argument("episodes", nargs="+", type=Path, metavar="EPISODE", help="demonstrations of the task, 1 to 10")
     learn.add_argument("--task", required=True, metavar="NAME", help="name of the task, in small letters, e.g. stirring")

@@ -18,7 +18,7 @@ DENSITY = 500.0
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``library`` with its arguments."""
+    """Add the command ``library``, with its arguments, to the command line."""
     library = add("library", _library)
     library.add_argument("action", choices=["add"], help="add the kinds of a folder to a library")
     library.add_argument("folders", nargs="+", type=Path, metavar="FOLDER", help="with OBJ, GLB, PLY, STL or MJCF files, also below")
@@ -26,7 +26,7 @@ def add_commands(add: Add) -> None:
     library.add_argument("--scale", type=float, default=1.0, help="from the unit of mesh files to metres, e.g. 0.001 (default 1)")
     library.add_argument(
         "--density", type=float, default=DENSITY,
-        help=f"density of kinds whose files state no mass [kg/m3], default {DENSITY:g}",
+        help=f"density of object models whose files state no mass [kg/m3], default {DENSITY:g}",
     )  # fmt: skip
     library.add_argument(
         "--up", choices=["x", "y", "z", "down-x", "down-y", "down-z"], default="",
@@ -56,7 +56,7 @@ def _library(arguments: argparse.Namespace) -> int:
         kinds += len(built.kinds)
     if not kinds:
         searched = ", ".join(map(str, arguments.folders))
-        raise UserError(f"No file in {searched} could be read as a kind: OBJ, GLB, PLY, STL, OFF and MJCF files are read.")
+        raise UserError(f"No file in {searched} could be read as a kind of object: OBJ, GLB, PLY, STL, OFF and MJCF files are read.")
     print(f"{counted(kinds, 'kind')} in {arguments.out}; use them in a scenario by 'models: [{arguments.out}]'.")
     return 0
 
@@ -67,7 +67,7 @@ def _lines(built: BuiltLibrary) -> list[str]:
         said = "; ".join(f"'{file}': {why.rstrip('.')}" for file, why in built.refused.items())
         lines.append(f"Refused, {counted(len(built.refused), 'file')}: {said}.")
     if built.parts:
-        lines.append(f"{counted(built.parts, 'more file')} {'is a part' if built.parts == 1 else 'are parts'} of these kinds.")
+        lines.append(f"{counted(built.parts, 'more file')} {'is a part' if built.parts == 1 else 'are parts'} of these kinds of objects.")
     return lines
 
 
@@ -78,5 +78,5 @@ def _kind(kind: KnownKind) -> list[str]:
     head = f"{kind.name}{' (unchanged)' if kind.kept else ''}: {size} mm, {kind.triangles:,} triangles, {texture}"
     lines = [head, f"  mass {weight}; up {kind.up}"]
     if kind.joints:
-        lines.append(f"  joints: {', '.join(kind.joints)}; the kind is rigid, with its joints at zero")
+        lines.append(f"  joints: {', '.join(kind.joints)}; the model is rigid, with its joints at zero")
     return [*lines, *(f"  {note}" for note in kind.notes)]

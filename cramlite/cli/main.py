@@ -1,4 +1,4 @@
-"""Entry point of the command line: run a command; an error becomes one paragraph and an exit code."""
+"""Entry point of the command line: run a command; an error is printed as one paragraph, with an exit code."""
 
 from __future__ import annotations
 
@@ -110,15 +110,16 @@ def parser(asked: Collection[str] = COMMANDS.keys()) -> argparse.ArgumentParser:
 
 
 def _check_common_options(arguments: argparse.Namespace) -> None:
-    """Check the seed, and that the chosen plugins exist, also for commands that ask no plugin."""
+    """Check the seed and the options that choose plugins, also for commands that load no plugins."""
     whole_seed(getattr(arguments, "seed", 0))
     if not arguments.asks_plugins and (arguments.plugin or arguments.block or arguments.prefer):
         plugin_choice(arguments).registry()
 
 
 def _start_lightly() -> None:
-    """Set up garbage collection and pydantic's plugins for a process that runs only one command; importing
-    this module sets neither.
+    """Set up garbage collection and pydantic's plugins for a process that runs only one command.
+
+    Importing this module does neither.
 
     Most objects stay, modules first of all: of the CPU time of ``cramlite check`` looking for cycles took 8 % (after every
     700 new objects), and 15 % once more at the end, for nothing; the thresholds are mypy's. For plugins of its own
@@ -143,7 +144,8 @@ def _leave() -> None:
 
 
 def _bug(error: BaseException) -> str:
-    """Message about an unforeseen defect, with its place; CRAMLITE_DEBUG=1 shows everything."""
+    """Return the message about a defect of cramlite, with its place in the code; with CRAMLITE_DEBUG=1
+    raise the error."""
     import os
 
     if os.environ.get("CRAMLITE_DEBUG"):

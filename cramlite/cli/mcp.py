@@ -80,7 +80,7 @@ def _mcp(arguments: argparse.Namespace) -> int:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``mcp`` with its arguments."""
+    """Add the command ``mcp``, with its arguments, to the command line."""
     mcp = add("mcp", _mcp)
     mcp.add_argument(
         "--folder", type=Path, default=Path(),

@@ -1,6 +1,7 @@
 """MCP server: the engine as tools and resources for clients of the Model Context Protocol (modelcontextprotocol.io).
 
-What a client gives are names of scenarios, episodes and runs, seeds, goals, and scenarios as data. No tool takes a program's text, a
+What a client gives are names of scenarios, episodes and runs, seeds, goals, and scenarios as data. No MCP
+tool takes a program's text, a
 joint value or a pose to go to, so that the only way to motion is a program that this server proved, in the world that it was proven for
 (``proven_runs``). Names and texts that come from files are data in the answers; none becomes part of a tool's description or of the
 server's instructions.
@@ -117,7 +118,7 @@ def _uri(run: str, file: str) -> str:
 
 
 def _data(value: Any) -> Any:
-    """Plain JSON values of an answer."""
+    """Convert an answer to plain JSON values."""
     return json.loads(plain_json(value))
 
 
@@ -164,7 +165,8 @@ class Tools:
         )
 
     async def resolve(self, ctx: Context[Any, Any], scenario: Named, seed: int = 0, goal: list[str] | None = None, say: str = "") -> Answer:
-        """Prove a program in simulation, and give the name of its run. It is not executed; takes up to minutes.
+        """Prove a program for a scenario in simulation, and give the name of its run. It is not executed;
+        takes up to minutes.
 
         The world is that of a scenario: its name, or the scenario itself, as an object or as YAML text. 'goal' holds sentences such as
         "tin on tray", about its things, of a form that list_goals names; they stand for what the scenario starts from. Without them it
@@ -177,7 +179,7 @@ class Tools:
         return await self._work(ctx, partial(self._resolved, scenario, seed, asked))
 
     async def explain(self, run: str, designator: str = "") -> Answer:
-        """Say how the program of a run was decided on: all designators, or one, e.g. object_1."""
+        """Explain how the program of a run was decided on: every designator, or only a given one, e.g. object_1."""
         from ..planning.trace import read_trace
         from .trace_text import trace_text
 
@@ -205,8 +207,9 @@ class Tools:
             executor.kill()
 
     async def run_watched(self, ctx: Context[Any, Any], run: str) -> Answer:
-        """Run the proven program of a run in simulation, watched: where the world changes, go on with what is proven from there. Gives
-        the time line of faults, notices (class, step, thing, numbers), decisions and resumptions."""
+        """Run the proven program of a run in simulation; where the world changes, prove the rest from
+        there and run it, too. Gives the time line of faults, notices (class, step, thing, numbers),
+        decisions and resumptions."""
         return await self._work(ctx, lambda say, stop: self._went_on(run, say))
 
     def _went_on(self, run: str, say: Say) -> Answer:
@@ -290,7 +293,7 @@ def _until_stopped(do: Callable[[Say, Stop], T], say: Say, stop: Stop) -> T:
 
 
 def make_server(engine: Engine, files: ClientFiles) -> Server:
-    """Make the server of an engine, with its tools and resources."""
+    """Make the MCP server that offers an engine to language models, with its MCP tools and resources."""
     runs = ProvenRuns(engine, files)
     its = Tools(engine, files, runs)
     looks: list[Callable[..., Any]] = [
@@ -312,7 +315,7 @@ def _tool(function: Callable[..., Any], *, read_only: bool) -> Tool:
 
 
 def _files(folder: Path) -> list[str]:
-    """Names of those files of a run that are there, and are no symbolic links."""
+    """Return the names of a run's report and other files, as far as they exist and are no symbolic links."""
     return [n for n in (REPORT, *FILES) if (folder / n).is_file() and not (folder / n).is_symlink()]
 
 

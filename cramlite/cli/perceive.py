@@ -132,7 +132,7 @@ def _perceive(arguments: argparse.Namespace) -> int:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``perceive`` with its arguments."""
+    """Add the command ``perceive``, with its arguments, to the command line."""
     perceive = add("perceive", _perceive)
     perceive.add_argument("view", help="a scenario with a camera, or a recorded view that a plugin reads")
     perceive.add_argument(

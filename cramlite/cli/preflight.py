@@ -263,7 +263,7 @@ def _places(flight: Flight) -> list[str]:
 def _late_tolerance(late: LatePose) -> str:
     metres, radians = late.tolerance
     asks = "as planned; the program asks for the pose when it runs"
-    return f"{asks}, and stops if that is more than {1000 * metres:.0f} mm or {math.degrees(radians):.0f} deg from the planned one"
+    return f"{asks}, and stops if it is more than {1000 * metres:.0f} mm or {math.degrees(radians):.0f} deg from the planned pose"
 
 
 def _left_out() -> list[str]:
@@ -301,7 +301,7 @@ def _preflight(arguments: argparse.Namespace) -> int:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``preflight`` with its arguments."""
+    """Add the command ``preflight``, with its arguments, to the command line."""
     command = add("preflight", _preflight)
     command.add_argument("program", type=Path, help="a run directory, or a text, of which less is known")
     command.add_argument(

@@ -40,8 +40,10 @@ class Progress:
             print(line, file=sys.stderr, flush=True)
 
     def _is_due(self, text: str) -> bool:
-        """Check whether a line is printed where there is no terminal: each event at once, lines of progress
-        at growing intervals."""
+        """Check whether a progress line is to be printed now, where the output is no terminal.
+
+        An event is printed at once, lines about work that goes on at growing intervals.
+        """
         now = time.monotonic()
         if not isinstance(text, NowDone):
             if text.startswith(SHOWN):

@@ -61,7 +61,7 @@ class Asked(Value):
         return scenario.with_goal(self.goal) if self.goal else scenario
 
     def key(self, scenario: Scenario, setting: Setting, engine: Engine) -> dict[str, Any]:
-        """Return the key of a run: files, seed, plugins, stated goal and world."""
+        """Return the inputs that identify a run: its files, seed, plugins, goal and world."""
         said = {"goal": list(self.goal)} if self.goal else {}
         given = {} if scenario.path.is_file() else {"given": self.scenario}
         return run_key(scenario, setting, None, engine) | said | given
@@ -170,7 +170,8 @@ class ProvenRuns:
 
 
     def go_on(self, name: str, say: Say) -> tuple[list[Moment], str]:
-        """Run a proven program, watched, in its scenario's world; after a deviation prove the rest from there, and run that.
+        """Run a proven program in its scenario's world; where it deviates from the proof, prove the rest from
+        there and run that.
 
         Returns:
             Its time line, which is written into its run, too; and why it could not go on, "" where it came to its end.
@@ -221,7 +222,7 @@ def _first(engine: Engine, reading: Reading, setting: Setting, run: RunDirectory
 
 
 def _write(run: RunDirectory, solution: Solution, engine: Engine, seed: int, say: Say) -> str:
-    """Write the files of a run; return the hash of those that its execution depends on."""
+    """Write the files of a run; return the hash of the files on which executing its program depends."""
     from ..report import write_report
 
     write_solution(run, solution, engine, seed)

@@ -57,7 +57,7 @@ def _record(arguments: argparse.Namespace) -> int:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``record`` with its arguments."""
+    """Add the command ``record``, with its arguments, to the command line."""
     record = add("record", _record)
     record.add_argument("scenario", help="a scenario file, or the name of a shipped one")
     record.add_argument(

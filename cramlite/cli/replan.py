@@ -44,7 +44,8 @@ def execute_and_replan(
     json_output: bool = False,
     verbose: bool = False,
 ) -> int:
-    """Run a program of a run directory; after a stop, resolve the rest from readings or pictures, and continue.
+    """Run a program of a run directory; after each stop, observe the world, resolve the rest of the plan, and
+    continue.
 
     Args:
         scenario: that the program was made from; with ``poses: camera`` its camera looks where a program stops by itself, else poses are
@@ -100,8 +101,10 @@ def execute_and_replan(
 
 
 def _stretches(going_on: GoingOn, first: Attempt, rounds: int, moments: list[Moment]) -> Iterator[Round]:
-    """Yield the rounds (one run each) of an execution with replanning, and keep its time line so far in
-    ``moments``."""
+    """Yield the rounds (one run each) of an execution with replanning.
+
+    ``moments`` holds the time line so far.
+    """
     from ..engine.time_line import time_line
 
     done: list[Stretch] = []
@@ -140,9 +143,16 @@ def _write_round(folder: Path, done: Round, name: str, engine: Engine, *, episod
 def _first_attempt(program: Path, scenario: Scenario, engine: Engine, world: str, seed: int) -> Attempt:
     """Program and plan of a run directory, in the world of its execution."""
     from ..engine import replanning
+    from ..engine.intent import FILE, read_intent
+    from ..engine.judging import Purpose, candidate_of_text
     from ..model.program_json import read_program
 
     beside = {name: read_text(program.parent / name) for name in ("program.json", "plan.json")}
     typed = read_program(beside["program.json"]).program
     plan, code = replanning.planned(read_text(program), typed, beside["plan.json"], scenario, engine, seed)
-    return replanning.Attempt(plan, typed, code, read_world(world, engine.knowledge, seed))
+    attempt = replanning.Attempt(plan, typed, code, read_world(world, engine.knowledge, seed))
+    if not (program.parent / FILE).is_file():  # of an older version: its rest is resolved anew
+        return attempt
+    purpose = Purpose(read_intent(program.parent))
+    candidate, _ = candidate_of_text(code.text, attempt.world, purpose, engine.knowledge)
+    return replace(attempt, candidate=replace(candidate, plan=plan, proven=None))

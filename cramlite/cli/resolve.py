@@ -1,4 +1,4 @@
-"""``cramlite resolve``: from a scenario to a run directory."""
+"""``cramlite resolve``: searches for a proven program for a scenario, and writes it into a run directory."""
 
 from __future__ import annotations
 
@@ -95,8 +95,8 @@ def resolve_scenario(
 def _accepted_solution(
     run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, say: Progress, came: Signals, *, report: bool
 ) -> Solution | None:
-    """Return the first proven program after its execution in the real world, where one is declared, and write
-    its files.
+    """Return the first proven program and write its files, after its execution in the real world if the
+    scenario declares one.
 
     If nothing was proven, write the report about the search and return None.
     """
@@ -118,7 +118,7 @@ def _accepted_solution(
 def _interrupted_behind(
     run: RunDirectory, solution: Solution, setting: Setting, engine: Engine, came: Signals, *, report: bool
 ) -> Interrupted:
-    """Return the error for a signal that came after a program was proven; write the program's files, and its
+    """Return the error for Ctrl+C or SIGTERM after a program was proven; write the program's files, and its
     report without drawings."""
     write_solution(run, solution, engine, setting.seed)
     if report:
@@ -130,8 +130,8 @@ def _interrupted_behind(
 
 
 def _started_from(scenario: Scenario, demonstration: Path | None, plan: Path | None, meant: str | None) -> Scenario:
-    """Return the scenario with the demonstration, plan or reading that the command line states in place of
-    its own start."""
+    """Return the scenario with the demonstration, plan or reading from the command line instead of those
+    in its file."""
     scenario = scenario.demonstrated_by(demonstration) if demonstration else scenario
     scenario = scenario.planned_by(plan) if plan else scenario
     return scenario.read_as(meant) if meant else scenario
@@ -277,8 +277,7 @@ def _finish(run: RunDirectory, solution: Solution, engine: Engine, say: Progress
 
 
 def _earlier_trace(run: RunDirectory) -> Trace:
-    """Return the beginning of an interrupted run's trace, which is about its refused candidates only, so
-    that these are not tried again."""
+    """Return that part of an interrupted run's trace that is about refused candidates, which are not tried again."""
     if not run.refused:
         return Trace()
     entries = read_trace(run.path / "trace.json").entries
@@ -306,7 +305,7 @@ def _resolve(arguments: argparse.Namespace) -> int:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``resolve`` with its arguments."""
+    """Add the command ``resolve``, with its arguments, to the command line."""
     resolve = add("resolve", _resolve)
     resolve.add_argument("scenario", help="a scenario file, or the name of a shipped one")
     resolve.add_argument("--out", type=Path, help="run directory; default runs/SCENARIO-SEED")

@@ -114,8 +114,10 @@ def _execution(execution: Execution | None) -> dict[str, Any] | None:
 
 
 def twins_json(found: TwinVerdict | None) -> dict[str, Any] | None:
-    """Return the results of a program in twins; None if it ran in none. The drawn numbers are in
-    verdict.json."""
+    """Return how many of a program's runs in twins succeeded, and why others failed; None if it ran in no twin.
+
+    The errors that were drawn for the twins are in verdict.json.
+    """
     if found is None:
         return None
     return {
@@ -125,13 +127,15 @@ def twins_json(found: TwinVerdict | None) -> dict[str, Any] | None:
 
 
 def _reason(solution: Solution) -> str:
-    """Return the reason of the proof's verdict, or that of the execution's verdict if the execution failed."""
+    """Return why a program failed in its first execution or, if it did not, the reason of the verdict on
+    its proof."""
     failed = solution.execution is not None and not solution.succeeded
     return f"first execution: {solution.execution.verdict.reason}" if failed and solution.execution else solution.verdict.reason
 
 
 def failure_summary(trace: Trace, run: RunDirectory, engine: Engine, seed: int) -> dict[str, Any]:
-    """Return the summary of a search that proved nothing, with the same keys as that of a proven program."""
+    """Return the summary of a search that found no proven program, with the keys that the summary of a
+    program has."""
     return {
         "solved": False, "proven": False, "headline": "No solution", "execution": None,
         "directory": str(run.path), "seed": seed, "candidate": None, "plan": None,

@@ -1,5 +1,4 @@
-"""A sentence on the command line: its option ``--say``, the scenario that starts from it, and the goals
-that it means."""
+"""Sentences on the command line: the option ``--say``, a scenario with a sentence as its goal, and what it means."""
 
 from __future__ import annotations
 
@@ -44,7 +43,9 @@ def said_of(arguments: argparse.Namespace) -> Said | None:
 
 
 def said_in(path: Path, said: Said | None) -> Scenario:
-    """Read a scenario, with a sentence as its start if there is one; the file then needs no start of its own.
+    """Read a scenario and, if a sentence is given, put it in the place of its goal.
+
+    The scenario's file then needs no goal or tasks of its own.
 
     Raises:
         UserError: as ``read_scenario``.
@@ -57,7 +58,7 @@ def said_in(path: Path, said: Said | None) -> Scenario:
 
 
 def understood_text(scenario: Scenario, setting: Setting, knowledge: Knowledge) -> Iterator[str]:
-    """Generate the meaning of the sentences of a scenario's goal, a line for each goal.
+    """Yield one line for each English sentence in a scenario's goal: how the sentence was understood.
 
     Raises:
         NotUnderstood: a sentence is ambiguous, false of the scene, or in words that are not known.

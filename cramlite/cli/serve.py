@@ -57,7 +57,8 @@ class Refused(Exception):
 
 
 class OpenSearch(Value):
-    """Search of a ``resolve`` request, which a ``next`` request continues to the following program."""
+    """Search that a ``resolve`` request began, and that a ``next`` request continues until the next proven
+    program."""
 
     solutions: Iterator[Solution]
     engine: Engine
@@ -132,7 +133,7 @@ class Service:
         id_ = params.get("id")
         if not _is_id(id_) or id_ is None or id_ not in self._open | set(self._found):
             waiting = ", ".join(repr(i) for i in [*self._open, *self._found]) or "none"
-            said = f"'id' is that of a request whose search goes on, not {id_!r}; there are: {waiting}"
+            said = f"'id' must be that of a request whose search goes on, not {id_!r}; there are: {waiting}"
             raise Refused(WRONG_PARAMS, said, asked)
         self._cancelled.add(id_)
         return {"cancelled": id_}
@@ -175,7 +176,7 @@ class Service:
         return interpret_answer(self.engine, Path(_text(params, "episode")))
 
     def _resolve(self, id_: Any, params: dict[str, Any]) -> Any:
-        """The first proven program; ``next`` with this request's id gives the following ones."""
+        """Return the first proven program of a search; ``next`` with this request's id gives the following ones."""
 
         def progress(text: str) -> None:
             self._say({"id": id_, "progress": text})
@@ -192,15 +193,19 @@ class Service:
         return self._one(self._of(params))
 
     def _of(self, params: dict[str, Any]) -> Id:
-        """Return the request id of the search that a request refers to by 'of'; the search must still be
-        open."""
+        """Return the id of the ``resolve`` request that a request names by 'of'; that search must not have
+        ended."""
         asked: Id = params.get("of")
         if not _is_id(asked) or asked not in self._found:
             raise Refused(WRONG_PARAMS, f"'of' is the id of a 'resolve' whose search can go on, not {asked!r}")
         return asked
 
     def _run(self, id_: Any, params: dict[str, Any]) -> Any:
-        """Run the latest program of a search in simulation, watched, and go on where the world changes; each notice is told at once."""
+        """Run the latest program of a search in simulation; where the world changes, prove the rest from
+        there and run it, too.
+
+        Each notice is sent to the client at once.
+        """
         from msgspec import to_builtins
 
         from ..engine.going_on import GoingOn
@@ -323,7 +328,10 @@ def serve(engine: Engine) -> int:
 
 
 def _watch(out: int, hang_up: Callable[[], None]) -> None:
-    """Call ``hang_up`` when the reader of a pipe is gone; a write to the pipe would show that late, or never."""
+    """Wait until the process that reads a pipe is gone, then call ``hang_up``.
+
+    A write to the pipe would show that late, or never.
+    """
     import select
 
     if hasattr(select, "poll"):
@@ -334,7 +342,10 @@ def _watch(out: int, hang_up: Callable[[], None]) -> None:
 
 
 def _close_quietly(out: IO[str]) -> None:
-    """Close standard output; Python would complain at its end about a reader that is gone."""
+    """Close standard output without an error if the process that read it is gone.
+
+    Python would complain about that when it ends.
+    """
     import os
 
     try:
@@ -349,5 +360,5 @@ def _serve(arguments: argparse.Namespace) -> int:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``serve`` with its arguments."""
+    """Add the command ``serve``, with its arguments, to the command line."""
     add("serve", _serve)

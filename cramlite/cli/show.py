@@ -48,7 +48,7 @@ def _show(arguments: argparse.Namespace) -> int:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``show`` with its arguments."""
+    """Add the command ``show``, with its arguments, to the command line."""
     show = add("show", _show)
     show.add_argument("scenario", metavar="SCENARIO", help="a scenario file, or the name of a shipped one")
     show.add_argument("--out", type=Path, metavar="FILE", help="picture to write; default: the scenario's name and .png, here")

@@ -1,4 +1,4 @@
-"""Signals that end a command: Ctrl+C, and SIGTERM of ``timeout``, job queues and CI."""
+"""Process signals that end a command: Ctrl+C, and SIGTERM of ``timeout``, job queues and CI."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ KILLED = 128
 
 
 class Interrupted(CramliteError):
-    """Exception that ends a command after a signal such as Ctrl+C; its message says what was found until then.
+    """Exception that ends a command after a signal such as Ctrl+C; its message says what was found before.
 
     Args:
         message: one paragraph.
@@ -30,14 +30,14 @@ class Interrupted(CramliteError):
 
 
 class Signals:
-    """Record of received signals; long work asks it whether to end."""
+    """Record of received process signals; long work asks it whether to end."""
 
     def __init__(self) -> None:
         self.number = 0
         """The first signal that came; 0 for none."""
 
     def one(self) -> bool:
-        """Check whether a signal came."""
+        """Check whether a process signal such as Ctrl+C came."""
         return self.number != 0
 
     def take(self, number: int, frame: FrameType | None) -> None:

@@ -150,7 +150,7 @@ def _query(arguments: argparse.Namespace) -> int:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``query`` with its arguments."""
+    """Add the command ``query``, with its arguments, to the command line."""
     query = add("query", _query)
     query.add_argument(
         "sparql", metavar="SPARQL",

@@ -76,7 +76,7 @@ def first_execution_failed(solution: Solution, run: Path, scenario: Scenario) ->
 
 
 def findings_text(verdict: Verdict, remarks: Iterable[str]) -> str:
-    """Format the findings about a text that ran."""
+    """Format a verdict about a program: whether it passed, and what each validator found."""
     lines = [f"    --  {r}" for r in remarks]
     outcome = "Refused" if not verdict.passed else "Passed, with advice" if verdict.advice else "Passed"
     return "\n".join([f"{outcome}:", *_finding_lines(verdict), *lines])
@@ -175,7 +175,7 @@ def rollout_json(rollout: Rollout) -> dict[str, Any]:
 
 
 def rollout_text(rollout: Rollout) -> str:
-    """Return the program's own log and its end, as text."""
+    """Format a run as text: messages and faults with their times, how it ended, peak force, last poses of things."""
     said = sorted([*rollout.messages, *(replace(f, text=f"fault: {f.text}") for f in rollout.faults)], key=lambda m: m.time)
     lines = [f"{m.time:8.2f} s  {m.text}" for m in said]
     data = rollout_json(rollout)

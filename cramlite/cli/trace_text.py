@@ -64,11 +64,16 @@ class _Tree(Value):
         return back and (bool(self.kept) or self.rivals[entry.number] > 1)
 
     def indent(self, entry: Entry) -> int:
-        """Return the indentation of a trace entry: its depth, and one step more unless it is a question."""
+        """Return the indentation of a trace entry: its depth, and 1 more unless it opens the grounding of
+        a designator."""
         return self.depth(entry) + (entry.outcome != "asked" and entry.parent > 0)
 
     def depth(self, entry: Entry) -> int:
-        """Depth in the tree of the question that an entry belongs to, without recursion: a search may be a thousand questions long."""
+        """Return the depth of a trace entry in the printed tree: 2 for each dropped alternative above it that
+        was one of several.
+
+        Without recursion, since a search may be a thousand questions long.
+        """
         chain = []
         while entry.number not in self.depths and entry.parent:
             chain.append(entry)
@@ -92,7 +97,7 @@ class _Tree(Value):
             yield f"   {why}"
 
     def _why_given_up(self, entry: Entry) -> str:
-        """Nearest miss among the decisions after a choice; empty for a choice without alternatives."""
+        """Say why a choice was given up: the nearest miss that followed from it; "" if it was the only alternative."""
         miss = nearest_miss(self.entries[entry.number : self.ends[entry.number] - 1]) if self.rivals[entry.number] > 1 else None
         return f"given up: {miss.designator}: {rounded(miss.reason)}" if miss else ""
 

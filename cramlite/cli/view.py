@@ -168,7 +168,7 @@ def open_browser(url: str) -> bool:
 
 
 def no_browser(url: str) -> str:
-    """Return the advice for a computer without a browser."""
+    """Return text for a person without a browser on this computer: how to open the viewer's address elsewhere."""
     port = url.rstrip("/").rpartition(":")[2]
     return (
         f"No browser could be opened here. Open {url} yourself; from another computer, after 'ssh -L {port}:localhost:{port} "
@@ -191,7 +191,7 @@ def _view(arguments: argparse.Namespace) -> int:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``view`` with its arguments."""
+    """Add the command ``view``, with its arguments, to the command line."""
     view = add("view", _view)
     view.add_argument("directory", type=Path, metavar="RUN", help="a folder of 'resolve --out' or 'execute --out'")
     view.add_argument("--world", help="a run directory, its world.json, or a scenario, where RUN holds no world; default RUN/world.json")

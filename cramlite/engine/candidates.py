@@ -70,7 +70,8 @@ class CandidateSequence(Value, eq=False):
     group: ExecutorGroup | None = None
 
     def attempts(self, group: ExecutorGroup | None = None) -> Iterator[Solution]:
-        """Generate complete programs with their verdicts, lazily; refused ones are among them.
+        """Generate the complete programs of this task sequence, lazily: proven and refused ones, each with
+        its verdict.
 
         Args:
             group: runs them in twins; None for the engine's own processes.
@@ -109,15 +110,17 @@ class CandidateSequence(Value, eq=False):
 
     @property
     def spent(self) -> dict[str, Any]:
-        """Search work spent on this task sequence so far (counts, limits and tasks objected to), which
-        ``resume`` can restore."""
+        """Search work spent on this task sequence so far, from which ``resume`` can go on.
+
+        It has counts, limits, and the tasks to which validators objected.
+        """
         effort = self.effort
         counted = {"breadth": effort.breadth, "expanded": effort.expanded, "proofs": effort.proofs, "capped": int(effort.capped)}
         return counted | {"objected": sorted(effort.objected or ())}
 
     def resume(self, spent: Mapping[str, Any] | None) -> bool:
-        """Restore the search work of an interrupted run if it tried at least as many alternatives as this
-        search would; return whether it did."""
+        """Restore the search work of an interrupted run; return False if that run tried fewer alternatives
+        than this one."""
         if spent is None or spent["breadth"] < self.effort.breadth:
             return False
         self.effort.expanded, self.effort.proofs = spent["expanded"], spent["proofs"]
@@ -129,8 +132,10 @@ class CandidateSequence(Value, eq=False):
 def doubted_last(
     plans: Iterable[tuple[Plan, TaskSequence | None]], tried: Sequence[CandidateSequence], trace: Trace
 ) -> Iterator[tuple[Plan, TaskSequence | None]]:
-    """Order task sequences: those last that read a demonstrated action as a task which failed validation in
-    all programs of an earlier sequence.
+    """Yield task sequences; one with a reading to which validators objected in an earlier sequence comes
+    last.
+
+    That is a demonstrated action read as a task to which validators objected in all programs of that sequence.
 
     Args:
         tried: is asked before each.
@@ -152,7 +157,7 @@ def doubted_last(
 def attempts(
     search: Search, plan: Plan, setting: Setting, knowledge: Knowledge, group: ExecutorGroup
 ) -> Iterator[tuple[Candidate, Verdict]]:
-    """Generate complete programs for a plan with their verdicts, lazily; refused ones are among them.
+    """Generate the complete programs of a plan, lazily: proven and refused ones, each with its verdict.
 
     Args:
         group: runs them in twins; a stop or an error ends its processes.
@@ -202,8 +207,7 @@ def _attempts(
 def _judged(
     candidate: Candidate, search: Search, setting: Setting, knowledge: Knowledge, group: ExecutorGroup
 ) -> tuple[Candidate, Verdict]:
-    """Complete program with its verdict, for which it runs in the believed world, and if it passes there in
-    twins.
+    """Prove a program: run it in the believed world and, if it passes there, in twins; return it with its verdict.
 
     The time of each goes to the trace.
     """
@@ -242,8 +246,10 @@ def _trace_twins(trace: Trace, verdict: Verdict) -> None:
 
 
 def _candidate(plan: Plan, state: State, setting: Setting, knowledge: Knowledge) -> Candidate:
-    """Assemble the program of a fully grounded state, and call the plugins' hook ``on_step`` for each of its
-    steps."""
+    """Assemble a program from a search state in which all designators are grounded.
+
+    The plugins' hook ``on_step`` is called for each of its steps.
+    """
     candidate = assemble(plan, state, setting, knowledge)
     candidate = parametric(candidate, setting.late)
     for step in candidate.program.steps:

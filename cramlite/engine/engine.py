@@ -195,7 +195,10 @@ class Engine:
         reading = self.read(goal)
         scenario, engine = reading.goal, self._for(reading.goal)
         if not isinstance(scenario, Scenario):
-            raise UserError(f"A setting is that of a scenario, not of {type(scenario).__name__}: pass read_scenario(path).")
+            raise UserError(
+                f"A setting (world, robot, backend, belief) is that of a scenario, not of {type(scenario).__name__}: pass "
+                "read_scenario(path)."
+            )
         budget_of(scenario)  # what is wrong with it is said before any work
 
         def likeliest(before: Setting) -> Plan | None:
@@ -215,8 +218,9 @@ class Engine:
         stop: Stop = lambda: False,
         **unknown: Never,
     ) -> Iterator[Solution]:
-        """Generate programs for a goal that were proven in the belief and its twins (``Setting.doubts``),
-        lazily. ``execute`` tells how one fares in the real world.
+        """Generate programs for a goal that were proven in the believed world and in its twins, lazily.
+
+        ``execute`` tells how one of them fares in the real world.
 
         They are the attempts that passed, of all ``candidates``: that gives those that were refused, too.
 
@@ -330,7 +334,9 @@ class Engine:
         if isinstance(goal, Scenario):
             return replace(setting or self.setting(reading, seed=seed), title=goal.spec.title, asked=asked_text(goal.spec))
         if isinstance(goal, str | Path):
-            raise UserError(f"'{goal}' is text: pass read_scenario(path), or Goal((\"block on shelf\",)) with a setting.")
+            raise UserError(
+                f"'{goal}' is text: pass read_scenario(path), or Goal((\"block on shelf\",)) with setting=engine.setting(scenario)."
+            )
         if setting is None:
             raise UserError("A goal that is not a scenario needs a setting: pass setting=engine.setting(scenario).")
         return replace(setting, title="", asked=_asked(goal))
@@ -338,8 +344,10 @@ class Engine:
     def plans(
         self, goal: AnyGoal | Reading, setting: Setting, trace: Trace, progress: Progress = lambda _: None, **unknown: Never
     ) -> Iterator[tuple[Plan, TaskSequence | None]]:
-        """Generate the plans of a goal, best first; each plan of a demonstration with the task sequence that
-        the demonstration was read as."""
+        """Generate the plans of a goal, best first.
+
+        A plan from a demonstration comes with the task sequence as which the demonstration was read.
+        """
         from ..planning.task_goals import Goal, plan_from_tasks
         from ..planning.task_sequences import plans_for_goal, plans_from_interpretation
         from ..scenario.scenario import Scenario
@@ -360,8 +368,10 @@ class Engine:
 
 
 def _too_wide(episode: Episode) -> str:
-    """Explain why an episode has no events, or that its lengths may not be in metres, since something moved
-    farther than people do; "" if neither."""
+    """Return a hint at why an episode has no events: the recorded reason, or lengths that seem not to be metres.
+
+    "" if there is none.
+    """
     if said := [r.why for r in episode.repairs if r.what == NOT_INFERRED]:
         return f" No events were inferred: {said[-1]}."
     ways = ((float((t.poses[:, :3].max(axis=0) - t.poses[:, :3].min(axis=0)).max()), n) for n, t in episode.tracks.items() if len(t.times))
@@ -372,7 +382,10 @@ def _too_wide(episode: Episode) -> str:
 
 
 def _refuse(unknown: Mapping[str, object]) -> None:
-    """Raise TypeError for an unknown argument; for 'world' it says that 'setting' is the argument to give."""
+    """Raise TypeError for an argument that the method does not have.
+
+    For 'world' the message names 'setting' as the argument to give.
+    """
     for name in unknown:
         instead = "; the setting is given as setting=engine.setting(scenario)" if name == "world" else ""
         raise TypeError(f"there is no argument '{name}'{instead}")
@@ -387,7 +400,7 @@ def _budget(goal: object) -> Budget:
 def _to_try(
     plans: Iterable[tuple[Plan, TaskSequence | None]], most: int, trace: Trace
 ) -> Iterator[tuple[int, Plan, TaskSequence | None]]:
-    """Task sequences within the budget, numbered from 1; the trace says why others are left out."""
+    """Yield plans, numbered from 1, until the budget of task sequences is spent, which the trace then records."""
     for number, (plan, sequence) in enumerate(plans, 1):
         if number > most:
             trace.spent("sequences", most, f"{most} task sequences were tried, the rest left out")

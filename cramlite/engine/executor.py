@@ -37,7 +37,7 @@ class ExecutorDied(Exception):
 
 
 class Executor(Struct):
-    """Executing process; started when it is first asked, and again when it died.
+    """Process that executes program texts; it is started at the first request, and anew after it has died.
 
     Args:
         plugins: of its engine.
@@ -63,7 +63,7 @@ class Executor(Struct):
             self._say(self.plugins)
 
     def run(self, text: str, world: World, seed: int) -> tuple[Rollout, float]:
-        """Run a text in a world; return the rollout, and its CPU time [s].
+        """Run a program text in a world; return the rollout, and the CPU time that it took [s].
 
         The first run's time includes the start of the process.
 
@@ -83,8 +83,10 @@ class Executor(Struct):
         return rollout, seconds
 
     def interrupt(self) -> None:
-        """Interrupt the present run, so that it is answered with an error, and keep the process; on systems
-        without such signals the run goes on to its end."""
+        """Interrupt the run in the executing process, which then answers with an error, and keep the process.
+
+        On systems without such a signal the run goes on to its end.
+        """
         if self._process is not None and ENDS_RUN is not None:
             self._process.send_signal(ENDS_RUN)
 
@@ -140,7 +142,7 @@ class _Interrupted:
 
 
 def _serve(asked: BinaryIO, answers: BinaryIO) -> None:
-    """Run the texts that the caller sends to the executing process, until it sends no further one, or has
+    """Run program texts that the caller sends to this process, until the caller sends no further one, or has
     ended."""
     parent, interrupted = os.getppid(), _Interrupted()
     try:
@@ -163,7 +165,7 @@ def _serve(asked: BinaryIO, answers: BinaryIO) -> None:
 
 
 def _loaded(plugins: PluginChoice) -> Knowledge | Exception:
-    """Load the plugins and the simulator's libraries; return the plugins' knowledge, or the error."""
+    """Load the plugins and the simulator's libraries; return what the plugins declare, or the error."""
     from ..model.world import World
     from ..plugin.catalogue import Knowledge
 

@@ -34,7 +34,9 @@ def processes_here() -> int:
 
 
 def in_order(submit: Callable[[World, int], Future[T]], places: Iterator[tuple[World, int]], ahead: int) -> Iterator[Future[T]]:
-    """Submit one run after another, lazily, and yield them in this order; those that nobody asks for are cancelled.
+    """Submit runs one after another, lazily, and yield their futures in this order.
+
+    Runs that were submitted, and whose results the caller does not take, are cancelled.
 
     Args:
         ahead: so many are under way beside the one that is waited for.
@@ -98,8 +100,10 @@ class ExecutorGroup:
             mine.leave()
 
     def stop(self) -> None:
-        """End all processes; the next request starts new ones, and an interrupted run of another list starts
-        anew."""
+        """End all processes; the next request starts new ones.
+
+        A run of another list that is interrupted by this is begun anew.
+        """
         for one in self._all:
             one.end()
 
@@ -109,7 +113,7 @@ class ExecutorGroup:
 
     @contextmanager
     def _idle_ones(self, count: int) -> Iterator[list[Executor]]:
-        """Take at most ``count`` idle processes, which get no run within this block."""
+        """Reserve at most ``count`` idle processes within this block, so that they get no run."""
         idle: list[Executor] = []
         with suppress(Empty):
             while len(idle) < count:
@@ -177,7 +181,8 @@ class _List:
 
 
 def _ended(processes: Sequence[Executor], threads: ThreadPoolExecutor, owner: int) -> None:
-    """End the processes, since nobody has the group any more; a fork of their owner leaves them alone."""
+    """End the processes of a group that nobody uses any more; do nothing in a process that was forked from
+    their owner."""
     if os.getpid() != owner:
         return
     threads.shutdown(wait=False, cancel_futures=True)  # this may be one of them

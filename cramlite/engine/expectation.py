@@ -1,4 +1,5 @@
-"""Expectation of a run: the readings of its proof, line by line, and how far a run may differ."""
+"""Expected sensor readings of a run, line by line, from the run that proved its program; and how far they
+may differ."""
 
 from __future__ import annotations
 
@@ -46,7 +47,7 @@ MOVING = 0.02
 
 
 class Noise(Value):
-    """Noise of readings: standard deviations.
+    """Noise of sensor readings, as standard deviations.
 
     Args:
         position: of things [m].
@@ -165,8 +166,9 @@ def _held(proof: Rollout, sample: int) -> str:
 
 
 class RunWatch:
-    """Watcher that reports where a run's readings deviate from those of its proof; see
-    ``cramlite.model.readings.Watch``.
+    """Watcher that reports where the sensor readings of a run deviate from those of the run that proved its program.
+
+    See ``cramlite.model.readings.Watch``.
 
     Args:
         expected: of the program.
@@ -206,9 +208,16 @@ class RunWatch:
         return self.notice
 
     def rest(self, readings: Readings) -> None:
-        """Keep the readings of the arm at rest after a run as the run's last ones, with sensor noise
-        added."""
+        """Take sensor readings at rest after a run as the run's last readings; noise is added to them."""
         self.last = self._noisy(readings) if readings.poses is not None else readings
+
+    @property
+    def nothing_moved(self) -> bool:
+        """Whether the last readings show every thing and the fingers where the proof had them in that line."""
+        now = self.last
+        if now is None or now.poses is None:
+            return False
+        return not any(self._hand(now)) and not any(n for name in self.expected.loose for n in self._thing(name, now))
 
     def _noisy(self, readings: Readings) -> Readings:
         if not (self.noise.position or self.noise.turn or self.noise.force):
@@ -307,7 +316,8 @@ class RunWatch:
         return self._said(kind, now, f"'{name}' is {1000 * off:.0f} mm {what}, more than {1000 * limit:.0f} mm", name, off, limit, "m")
 
     def _lean(self, name: str, pose: Pose, rows: list[int]) -> float:
-        """Return the least angle between a thing's axis as read and in samples of the proof [rad]."""
+        """Return the least angle between the measured z axis of a thing and its z axis in samples of the
+        proof [rad]."""
         w, x, y, z = self.expected.poses[name][rows, 3:].T
         axes = np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], axis=1)
         return float(np.arccos(np.clip(axes @ pose.rotation[:, 2], -1.0, 1.0)).min())

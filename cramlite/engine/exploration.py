@@ -1,5 +1,5 @@
-"""Exploration before a plan: occluders are opened or put aside, and the camera looks there, until all wanted
-things were seen.
+"""Exploration before a plan: the robot opens or puts aside occluders and looks behind or into them, until all
+wanted things were seen.
 
 Opening, putting aside and looking become the first steps of every program. The picture is taken of the real world as these steps
 leave it, once they were proven in what is believed.
@@ -43,7 +43,7 @@ LEAST, ENOUGH = 4, 0.5
 
 
 class Reveal(Value, eq=False):
-    """Way to see a hidden place.
+    """Means to see a hidden place: which thing hides it, and which tasks uncover it and look.
 
     Args:
         name: of the thing that hides it.
@@ -111,7 +111,10 @@ def _opening(container: Thing, setting: Setting, knowledge: Knowledge) -> Reveal
 
 
 def _asides(setting: Setting, knowledge: Knowledge) -> list[Reveal]:
-    """Occluders before unknown places, those that hide most first."""
+    """Ways to see what is hidden behind movable things: put a thing aside, then look.
+
+    The thing that hides most comes first.
+    """
     from ..perception.unseen import hidden_behind, places_above
 
     found: list[Reveal] = []
@@ -162,8 +165,10 @@ def is_meant(setting: Setting, scenario: Scenario, plan: Plan | None, knowledge:
 
 
 def _revealed(setting: Setting, reveal: Reveal, knowledge: Knowledge) -> Setting:
-    """Return the setting after a proven program has revealed a place and the camera has looked; ``look``
-    states a failure."""
+    """Prove and run a program that uncovers a hidden place; return the setting after the camera has looked there.
+
+    If that fails, the setting's ``look`` has the reason.
+    """
     from ..perception.active_perception import look_into
 
     seen, trace = setting.look, Trace()
@@ -189,8 +194,10 @@ def _shut(setting: Setting, container: str, why: str) -> Setting:
 
 
 def _proven(setting: Setting, reveal: Reveal, knowledge: Knowledge, trace: Trace) -> Iterator[tuple[State, Candidate]]:
-    """Generate ways to reveal a place and to bring the camera to a view of it, each proven in the belief,
-    where an unseen place counts as filled."""
+    """Generate proven ways to uncover a hidden place and to bring the camera to a view of it.
+
+    In the proof the unseen place counts as filled by a body.
+    """
     from ..perception.unseen import unknown_body
 
     if reveal.points is not None:

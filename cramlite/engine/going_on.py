@@ -1,5 +1,5 @@
-"""Continuation of an execution when the world changes, for ``cramlite execute --replan`` with poses from
-readings.
+"""Continuation of an execution after the world has changed, for ``cramlite execute --replan`` with sensors
+that report poses.
 
 A program runs while a watcher compares what is read with what its proof showed. Where that deviates the arm brakes, belief takes what
 was read, with what is in the hand, and the rest is resolved from there and proven. Nothing moves that was not proven from what is
@@ -15,15 +15,14 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from ..base.errors import NoSolution, Unresolvable, UserError
+from ..base.errors import NoSolution, UserError
 from ..base.value import Value
-from ..model.designator_name import freed_name, is_part_of, task_of
-from ..model.designators import Action
+from ..model.designator_name import task_of
 from ..model.fault import FaultKind
 from ..model.readings import Deviation, Notice
 from ..model.rollout import world_after_run
 from ..model.steps import MoveJoints
-from ..planning.budget import budget_of
+from ..planning.budget import Budget, budget_of
 from ..planning.failure import brief_failure_text, failure_text
 from ..planning.planning_problem import planning_problem
 from ..planning.task_goals import Goal
@@ -32,13 +31,15 @@ from ..scenario.faults import foreseen
 from ..scenario.worlds import corrected
 from .candidates import attempts
 from .expectation import EXACT, SIGMAS, Noise, RunWatch, expectation
+from .proof import prove
 from .read_belief import real_after, world_as_read
 from .replanning import SLOW, Attempt, Round, Say, way_back
+from .rest_of_plan import rests_of_plan
+from .rest_of_program import rest_of
 from .search_in_setting import search_in
 from .setting import with_load
 
 if TYPE_CHECKING:
-    from ..model.plan import Plan
     from ..model.rollout import Rollout
     from ..model.world import World
     from ..plugin.protocols import Candidate
@@ -84,8 +85,12 @@ TO_DO: Mapping[Deviation, str] = {
 """Advice to a person where nothing more can be proven."""
 
 
+AT_ONCE = {"expansions": 50, "proofs": 2, "sequences": 3}
+"""Budget of a search where the arm was stopped: searches that found a program there took at most 32 expansions of a task sequence."""
+
+
 class Stretch(Value):
-    """Executed stretch between two decisions: a run, the notice that ended it, and the decision.
+    """Part of an execution with replanning: one run, the notice that ended it, and what was decided then.
 
     Args:
         round: the run, with its program and ``rollout``.
@@ -101,7 +106,7 @@ class Stretch(Value):
 
     @property
     def to_do(self) -> str:
-        """Remedy that a person can apply after a notice, as a clause; "" without one."""
+        """What a person can do after a notice, in words; "" without a notice."""
         return TO_DO[self.notice.kind] if self.notice else ""
 
 
@@ -145,17 +150,16 @@ class GoingOn:
 
         When the iterator has ended, ``setting`` is what was left.
         """
-        before, self.goal, code = solution.setting, None, solution.candidate.code
-        assert code is not None
+        before, self.goal = solution.setting, None
         real = before.real or before.world
         self.setting, last = replace(before, real=None), None
-        for last in self.stretches(Attempt(solution.plan, solution.program, code, real), most):
+        for last in self.stretches(_attempt(solution.candidate, real), most):
             yield last
         if last is not None:
             self._leave(last, real=before.real is not None)
 
     def _leave(self, last: Stretch, *, real: bool) -> None:
-        """Set the setting's world and robot to where the last run ended."""
+        """Update the believed world and the robot to how the last run left them."""
         rollout, world = last.round.rollout, self.setting.world
         left = world_after_run(rollout, world)
         stays = {t.name for t in left.things if _apart(world.thing(t.name).pose.position, t.pose.position) <= STILL}
@@ -164,7 +168,8 @@ class GoingOn:
         self.setting = replace(self.setting, world=left, relations=relations, real=now)
 
     def stretches(self, first: Attempt, most: int) -> Iterator[Stretch]:
-        """Run a program, and go on from where it was stopped, with at most ``most`` programs.
+        """Run a program, and go on with further ones from where it was stopped; ``most`` programs at most,
+        the first included.
 
         Yields:
             Each stretch when it has ended; the last one reached the goal, or was cancelled.
@@ -200,8 +205,10 @@ class GoingOn:
         return self.opened < len(self.scenario.spec.then)
 
     def _stage(self, done: Round, watch: RunWatch) -> tuple[Attempt | None, str]:
-        """Return the first program for the next stage, or for the stage's alternative, that was proven in the
-        world of the last readings; None with the reasons."""
+        """Return a proven program for the next stage of the scenario's 'then', else for that stage's 'else'.
+
+        Programs are proven in the world of the last readings. None, with the reasons, if none is found.
+        """
         self._believe(done, watch)
         number, self.opened, self.goal, why = self.opened, self.opened + 1, None, list[str]()
         world = real_after(done.rollout, done.attempt.world, self.setting.world.robots[0].holds)
@@ -216,7 +223,7 @@ class GoingOn:
                 why.append(str(error))
                 continue
             if found is not None and found.candidate.code is not None:
-                return Attempt(found.plan, found.program, found.candidate.code, world), f"resolves what comes then ({key}): {found.plan}"
+                return _attempt(found.candidate, world), f"resolves what comes then ({key}): {found.plan}"
             why.append(self._failure(trace, self.engine.registry.faults))
         return None, f"{CLOSED}. {' '.join(why)}"
 
@@ -228,7 +235,7 @@ class GoingOn:
         return watch, Round(attempt, simulator.execute(text, attempt.world, robots, mount=mount, seed=self.seed, watch=watch))
 
     def _noticed(self, watch: RunWatch, done: Round) -> Notice | None:
-        """Return the notice of why a stretch ended; None where it reached the goal."""
+        """Return the notice that says why a run did not reach the goal; None if it reached it."""
         outcome, ran = done.rollout.outcome, [k for k, line in enumerate(done.rollout.lines) if line > 0]
         at = float(done.rollout.times[min(ran[-1] + 1, len(done.rollout.times) - 1) if ran else -1])
         if outcome == "noticed":
@@ -270,8 +277,10 @@ class GoingOn:
         return self._next(done, watch, notice)
 
     def _next(self, done: Round, watch: RunWatch, notice: Notice) -> tuple[Attempt | None, str]:
-        """Return the next program, proven in the world of the last readings, and why it was chosen; None, and
-        why there is none."""
+        """Return the next program and why it was chosen, or None and why there is none.
+
+        It is proven in the world of the last sensor readings.
+        """
         assert watch.last is not None
         if watch.last.poses is None:
             return None, "there are no readings; when they are back, execute again with --replan"
@@ -284,12 +293,18 @@ class GoingOn:
         if self.goal is not None and holds is None and self._holds(watch):
             return None, REACHED
         hand = f", with '{holds.thing}' in the hand" if holds else ""
-        for candidate in self._candidates(done):
-            assert candidate.code is not None
-            return Attempt(candidate.plan, candidate.program, candidate.code, world), f"goes on from here{hand}: {candidate.plan}"
-        back = self._back(done, world) if done.step != BACK else None
+        rest = self._same_program(done, world) if watch.nothing_moved and notice.kind is not Deviation.GOAL_CHANGED else None
+        if rest is not None:
+            return rest, f"goes on with the rest of the same program{hand}: all things are where its proof had them"
+        whole, stopped = budget_of(self.scenario), done.step != BACK
+        candidate = next(self._candidates(done, _at_once(whole) if stopped else whole), None)
+        back = self._back(done, world) if candidate is None and stopped else None
         if back is not None:
             return back, f"the arm goes back the way it came{hand}: no program was proven from here"
+        if candidate is None and stopped:
+            candidate = next(self._candidates(done, whole), None)
+        if candidate is not None:
+            return _attempt(candidate, world), f"goes on from here{hand}: {candidate.plan}"
         return None, f"no program was proven from here{hand}. {self._failure(self.trace, self.engine.registry.faults)}"
 
     def _believe(self, done: Round, watch: RunWatch) -> None:
@@ -308,9 +323,20 @@ class GoingOn:
         if done.step != BACK:
             self.at, self.step = next((k for k, n in enumerate(names) if n == task_of(done.step)), 0), done.step
 
-    def _candidates(self, done: Round) -> Iterator[Candidate]:
+    def _same_program(self, done: Round, world: World) -> Attempt | None:
+        """Return the rest of the program that was stopped; None if it cannot be finished from here, or its proof fails."""
+        proven, setting = done.attempt.candidate, self.setting
+        rest = rest_of(proven, done.step, setting) if proven is not None else None
+        if rest is None:
+            return None
+        ran, verdict = prove(rest, self.engine.knowledge, setting.backend, self.seed)
+        said = f"rest of the same program from {done.step} on"
+        self.trace.add(0, "rest", said, "proven" if verdict.passed else "failed", "engine", verdict.reason, kind="proof")
+        return _attempt(ran, world) if verdict.passed and ran.code is not None else None
+
+    def _candidates(self, done: Round, budget: Budget) -> Iterator[Candidate]:
         """Generate programs for the rest of the plan that were proven in the belief, best first."""
-        setting, engine, budget = self.setting, self.engine, budget_of(self.scenario)
+        setting, engine = self.setting, self.engine
         if self.goal is not None:
             try:
                 found = engine.resolve(Goal(self.goal), setting=setting, seed=self.seed, budget=budget, trace=self.trace)
@@ -318,36 +344,9 @@ class GoingOn:
             except UserError as error:
                 self.trace.add(0, "goal", " and ".join(self.goal), "impossible", "engine", str(error), kind="goal")
             return
-        for plan in self._rests(done.attempt.plan):
+        for plan in rests_of_plan(done.attempt.plan, self.at, self.step, setting, engine.knowledge):
             search = search_in(setting, engine.knowledge, budget, self.trace)
             yield from (c for c, verdict in attempts(search, plan, setting, engine.knowledge, engine.executors) if verdict.passed)
-
-    def _rests(self, plan: Plan) -> Iterator[Plan]:
-        """Possible remainders of a plan after a stop, shortest first.
-
-        With a payload: the task under way and all later ones; instead of that task its parts from the one under way, or
-        from a later one on; or the later tasks alone. With an empty hand: the tasks from the one under way or an earlier one on.
-        """
-        at, actions = self.at, plan.actions
-        if self.setting.world.robots[0].holds is None:
-            yield from (replace(plan, actions=actions[k:]) for k in range(at, -1, -1))
-            return
-        yield replace(plan, actions=actions[at:])
-        parts = self._parts(actions[at]) if isinstance(actions[at], Action) else ()
-        first = next((k for k, p in enumerate(parts) if is_part_of(self.step, p.name)), 0)
-        rests = [(*parts[k:], *actions[at + 1 :]) for k in range(first, len(parts))]
-        yield from (replace(plan, actions=tuple(_renamed(a) for a in rest)) for rest in (*rests, actions[at + 1 :]) if rest)
-
-    def _parts(self, action: Action) -> tuple[Action, ...]:
-        """Return the tasks that a task consists of, by its type's first decomposition for an empty hand."""
-        mount, *others = self.setting.world.robots
-        empty = replace(self.setting, world=replace(self.setting.world, robots=(replace(mount, holds=None), *others)))
-        task = self.engine.knowledge.tasks.get(action.task)
-        try:
-            way = next(iter(task.decompose(action, empty.belief())), None) if task else None
-        except Unresolvable:
-            return ()
-        return tuple(s for s in way.steps if isinstance(s, Action)) if way else ()
 
     def _back(self, done: Round, world: World) -> Attempt | None:
         """Return a program that leads the arm back along its recorded path; None if a run in the belief shows
@@ -368,16 +367,22 @@ class GoingOn:
         return Attempt(done.attempt.plan, program, code, world) if proof.outcome == "finished" and still else None
 
 
-def _renamed(item: Action) -> Action:
-    """Return an action that is a part of a task, renamed as a task of its own."""
-    return replace(item, name=freed_name(item.name))
+def _at_once(whole: Budget) -> Budget:
+    """Return the budget of a first search after a stop: the arm had better go back than wait for a longer one."""
+    return replace(whole, **{name: min(most, getattr(whole, name)) for name, most in AT_ONCE.items()})
+
+
+def _attempt(candidate: Candidate, world: World) -> Attempt:
+    """Return a proven program to be run in a world."""
+    assert candidate.code is not None
+    return Attempt(candidate.plan, candidate.program, candidate.code, world, candidate)
 
 
 def _stopped(number: int, notice: Notice | None, decision: str) -> str:
     """Reason why an execution ends, for people."""
     if notice is None:
-        return f"Round {number} came to its end. The arm stands still: {decision}"
-    return f"Round {number} was stopped by {notice}. The arm stands still: {decision}. To do: {TO_DO[notice.kind]}."
+        return f"The program of round {number} came to its end. The arm stands still: {decision}"
+    return f"The program of round {number} was stopped by {notice}. The arm stands still: {decision}. To do: {TO_DO[notice.kind]}."
 
 
 def _declared(done: Round) -> bool:

@@ -51,7 +51,7 @@ class Purpose(Value):
 
 
 class JudgedRun(Value):
-    """Outcome of judging: the run of a text, and its findings.
+    """Outcome of judging: the run of a program text, and its findings.
 
     Args:
         remarks: what was not judged, or could not be told for sure; for people.
@@ -64,7 +64,7 @@ class JudgedRun(Value):
 
 
 def judge_text(text: str, world: World, purpose: Purpose, knowledge: Knowledge, seed: int) -> JudgedRun:
-    """Run a text and judge it.
+    """Run a program text and judge the run.
 
     Args:
         world: it runs in; its first robot is the one that acts.
@@ -74,13 +74,13 @@ def judge_text(text: str, world: World, purpose: Purpose, knowledge: Knowledge, 
         UserError: the text cannot run at all, a goal is none, or no line leads to a task of the plan.
     """
     text, anew = _laid_out(text)
-    candidate, remarks = _candidate(text, world, purpose, knowledge)
+    candidate, remarks = candidate_of_text(text, world, purpose, knowledge)
     rollout = knowledge.simulator.execute(text, world, knowledge.robots_of(world), mount=world.robots[0].name, seed=seed)
     return _judged(text, replace(candidate, rollout=rollout), (*anew, *remarks), purpose, knowledge)
 
 
 def judge_rollout(text: str, rollout: Rollout, purpose: Purpose, knowledge: Knowledge) -> JudgedRun:
-    """Judge a run of a text.
+    """Judge the recorded run of a program text.
 
     Args:
         rollout: of that very text, one step a line; its world is the one that it ran in.
@@ -88,7 +88,7 @@ def judge_rollout(text: str, rollout: Rollout, purpose: Purpose, knowledge: Know
     Raises:
         UserError: a goal is none, or no line leads to a task of the plan.
     """
-    candidate, remarks = _candidate(text, rollout.world, purpose, knowledge)
+    candidate, remarks = candidate_of_text(text, rollout.world, purpose, knowledge)
     return _judged(text, replace(candidate, rollout=rollout), remarks, purpose, knowledge)
 
 
@@ -107,8 +107,7 @@ def _judged(text: str, candidate: Candidate, remarks: tuple[str, ...], purpose: 
 
 
 def _laid_out(text: str) -> tuple[str, tuple[str, ...]]:
-    """Return the text with each step on a line of its own, and a remark if it had to be written anew for
-    that."""
+    """Rewrite a program text so that each step has a line of its own; return it, with a remark if that changed it."""
     if not is_program_text(text) or (anew := laid_out(text)) == text:
         return text, ()
     old, new = (read_program(t) for t in (text, anew))
@@ -121,9 +120,11 @@ def _laid_out(text: str) -> tuple[str, tuple[str, ...]]:
     return anew, (f"{said} ({', '.join(told[:LISTED])}{more})",)
 
 
-def _candidate(text: str, world: World, purpose: Purpose, knowledge: Knowledge) -> tuple[Candidate, tuple[str, ...]]:
-    """Return the text as a candidate of the plan that it is judged by, or of an empty plan, with remarks on
-    lines whose task is a guess."""
+def candidate_of_text(text: str, world: World, purpose: Purpose, knowledge: Knowledge) -> tuple[Candidate, tuple[str, ...]]:
+    """Return a program text as a candidate for the plan or goal that it is judged by.
+
+    With it come remarks on lines whose task is a guess.
+    """
     intent = purpose.intent
     scene = symbolic_world(world, knowledge.taxonomy)
     plan = intent.kept.plan if intent else purpose.plan or Plan("goal", (), ())
@@ -174,7 +175,7 @@ def _remarks(origins: Origins, by_labels: bool) -> tuple[str, ...]:
 
 
 def _typed(text: str, ran: Candidate, purpose: Purpose, knowledge: Knowledge) -> tuple[list[Finding], tuple[str, ...]]:
-    """Findings of validators of the typed program, if the text is one."""
+    """Findings of the validators that look at a typed program; for a text without a typed program, a note instead."""
     if is_program_text(text):
         return findings_of(replace(ran, program=read_program(text).program), knowledge, rollout=False), ()
     if purpose.intent is not None and text == purpose.intent.kept.code.text:
@@ -184,7 +185,7 @@ def _typed(text: str, ran: Candidate, purpose: Purpose, knowledge: Knowledge) ->
 
 
 def _by_goal(candidate: Candidate, knowledge: Knowledge) -> list[Finding]:
-    """Findings of validators that judge a text by its goal alone."""
+    """Findings of validators that judge a program text by its goal alone."""
     names = [v.name for v in knowledge.validators if isinstance(v, GoalValidator) and v.by_goal]
     return findings_of(candidate, knowledge, rollout=True, only=names)
 

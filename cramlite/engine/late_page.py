@@ -1,5 +1,7 @@
-"""Access to the report of a solution: the report's package is imported only when a page is asked for, since
-it lies above the engine."""
+"""Report of a solution, written by a package that is imported only when a page is asked for.
+
+That package lies in a layer above the engine.
+"""
 
 from __future__ import annotations
 

@@ -27,8 +27,7 @@ UNMOVED = SetGripper | SetPayload | Wait | ZeroSensor
 
 
 def parametric(candidate: Candidate, late: Mapping[str, Tolerance]) -> Candidate:
-    """Make a candidate's program parametric: its motions follow the late things, whose poses it asks for at
-    run time.
+    """Make a program ask at run time for the poses of things that are known only then (late things), and follow them.
 
     Args:
         late: thing -> how far from the planned pose the program must still work [m, rad].
@@ -52,8 +51,10 @@ def parametric(candidate: Candidate, late: Mapping[str, Tolerance]) -> Candidate
 
 
 def _following(program: Program, robot: Robot, thing: str, about: set[str]) -> Program:
-    """Make steps relative to the pose of a thing that is asked for at run time: those from the first task
-    about the thing to the first free motion that carries it."""
+    """Make the steps that depend on a thing's pose relative to it; the pose is asked for when the program runs.
+
+    These are the steps from the first task about the thing to the first free motion that carries it.
+    """
     steps: list[AnyStep] = []
     firsts = {s.first: s for s in program.sections}
     sections: list[Section] = []

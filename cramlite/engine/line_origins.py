@@ -100,8 +100,7 @@ def _code_lines(text: str) -> Iterator[_Line]:
 
 
 def _of_each(lines: Sequence[_Line], original: Code) -> list[str]:
-    """Return the origin of each line of code: that of the step which the line belongs to; "" after the last
-    line of a step's code."""
+    """Return, for each line of code, the designator of the step that it belongs to; "" after a step's last line."""
     ends = [k for k, line in enumerate(original.text.splitlines(), 1) if not line.strip()]
     begins = sorted(original.origins)
     found = []
@@ -148,8 +147,10 @@ def _replaced(line: _Line, old: Sequence[_Line], own: Sequence[str]) -> str | No
 
 
 def _begins(each: Sequence[str | None], lines: Sequence[_Line]) -> Origins:
-    """Return the lines at which the origin (the step's designator) changes, and those whose origin is only
-    assumed to be that of the line before."""
+    """Return the lines at which the origin (the step's designator) changes, and those whose origin is a guess.
+
+    The guess is that a line belongs to the step of the line before it.
+    """
     found, guessed, now = dict[int, str](), list[int](), ""
     for line, origin in zip(lines, each, strict=True):
         if origin is None:

@@ -58,12 +58,13 @@ class Flight(Value):
 
     @property
     def peaks(self) -> RunPeaks | None:
-        """Peaks of the run; None where nothing moved."""
+        """Highest measured speeds and forces of the run, and the ranges of its joints; None where nothing moved."""
         return peaks_of(self.rollout)
 
     @property
     def twins(self) -> tuple[RunPeaks, ...]:
-        """Peaks of the program's successful runs in twins, at full speed; none if this is a dry run."""
+        """Peak values (``RunPeaks``) of the program's successful runs in twins, at full speed; none if this
+        is a dry run."""
         runs = self.verdict.twins.twins if self.verdict is not None and self.verdict.twins is not None else ()
         return tuple(t.peaks for t in runs if t.peaks is not None and t.succeeded) if self.speed == 1.0 else ()
 
@@ -102,7 +103,7 @@ class Check(Value):
 
     @property
     def most(self) -> float:
-        """Largest value reached in any run."""
+        """Largest value of the limited quantity that any run reached, in twins included."""
         return max(self.reaches, self.in_twins or 0.0)
 
     @property
@@ -112,8 +113,11 @@ class Check(Value):
 
     @property
     def setting(self) -> float | None:
-        """Value to set on the controller: above that of any run, and no more than the limit; None for a
-        quantity without such a setting."""
+        """Safety limit to set on the controller: above the largest value of any run, and at most the
+        permitted limit.
+
+        None for a quantity without such a setting.
+        """
         if not self.safety:
             return None
         wanted = MARGIN * self.most
@@ -136,7 +140,7 @@ def flight_of_run(run: Path, knowledge: Knowledge) -> Flight:
     robot = pick("robot", knowledge.robots_of(intent.kept.world), intent.program.robot_type)
     if not (run / "rollout.npz").is_file():
         raise UserError(
-            f"'{run}' has no recorded run, since the text of its robot cannot be run here; so nothing was measured that could be "
+            f"'{run}' has no recorded run, since programs in its language cannot be run here; so nothing was measured that could be "
             "shown. Give 'program.json', the typed program, with --world."
         )
     _require_unaltered(run, intent)
@@ -171,7 +175,7 @@ def flight_of_text(text: str, world: World, knowledge: Knowledge, seed: int) -> 
 
 
 def dry_run(flight: Flight, share: float, world: World, knowledge: Knowledge, seed: int) -> Flight:
-    """Write a program anew at a share of its speed, run that text and judge it by the program's intent.
+    """Write a program's text for a share of its speed, run it, and judge the run by what the program is for.
 
     Args:
         share: above 0 and up to 1.
@@ -205,7 +209,7 @@ def _written(program: Program, flight: Flight, knowledge: Knowledge) -> Code:
 
 
 def checks(flight: Flight, own: Mapping[str, float]) -> Iterator[Check]:
-    """Yield the program's value for each limit.
+    """Yield a check for each limit: the value that the program reaches, and the limit.
 
     Args:
         own: limits of the user, by a name of ``OWN``; in place of the robot's and the program's.
@@ -252,7 +256,8 @@ def strongest_grip(program: Program) -> float:
 
 
 def covered(draws: Iterable[Draw]) -> dict[str, list[tuple[float, float, str]]]:
-    """Return, of each source of error, the largest that was drawn, the largest that could have been, and the unit."""
+    """Return for each source of error the largest error drawn in the twins, the largest possible one, and
+    the unit."""
     found: dict[tuple[str, str, float], float] = {}
     for draw in draws:
         key = draw.source, draw.unit, round(draw.size, 6)

@@ -38,14 +38,15 @@ TARE = 0.2
 
 
 def about(program: Program, robot: Robot) -> float:
-    """Return the estimated duration of a program [s], with the first of several branches, guarded motions
-    at full length, and sharp corners."""
+    """Estimate the duration of a program [s].
+
+    Of several branches the first counts, guarded motions have their full length, and the arm stops at each corner.
+    """
     return _Clock(program, robot).whole(program.steps)
 
 
 class _Clock:
-    """Estimator of the time that steps take one after the other, with the joint position that the arm has
-    reached."""
+    """Estimator of the time that successive steps take, which keeps track of the arm's joint position."""
 
     def __init__(self, program: Program, robot: Robot) -> None:
         self._tcp, self._robot, self._at = program.tcp, robot, program.start
@@ -100,8 +101,10 @@ def _in_place(step: AnyStep) -> float:
 
 
 def _drive(step: Drive) -> float:
-    """Return the duration of a drive's legs from the second on [s], since no step states where the platform
-    started."""
+    """Return the duration of all legs of a drive but the first [s].
+
+    That of the first leg is unknown, since no step states where the platform started.
+    """
     return sum(
         max(
             _trapezoid(math.dist(a[:2], b[:2]), step.speed, step.acceleration),

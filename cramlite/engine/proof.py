@@ -36,14 +36,14 @@ from .setting import Setting
 
 
 def assemble(plan: Plan, end: State, setting: Setting, knowledge: Knowledge) -> Candidate:
-    """Assemble the typed program of a fully grounded state of a plan in a setting."""
+    """Assemble the typed program from a plan's search state in which every designator is grounded."""
     belief, robot = setting.belief(), setting.robot
     used = sorted({thing_of(v) for v in end.bindings.values() if isinstance(v, str)})
     snapshots = tuple(
         Snapshot(thing, belief.pose(thing), belief.poses[thing].source) for thing in used if thing in belief.poses
     )
     gripper = robot.gripper
-    mass, center = _on_the_flange(belief, gripper)
+    mass, center = load_on_the_flange(belief, gripper)
     program = Program(
         name=re.sub(r"\W", "_", setting.name),
         robot=belief.robot,
@@ -67,8 +67,8 @@ def assemble(plan: Plan, end: State, setting: Setting, knowledge: Knowledge) -> 
     )  # fmt: skip
 
 
-def _on_the_flange(belief: Belief, gripper: Gripper) -> tuple[float, Vector3]:
-    """Load of the flange at the start: the mass [kg], and its centre in the flange's frame [m]."""
+def load_on_the_flange(belief: Belief, gripper: Gripper) -> tuple[float, Vector3]:
+    """Return the load of the flange at the start: the mass [kg], and its centre in the flange's frame [m]."""
     mass, moment = gripper.mass, gripper.mass * np.array([0.0, 0.0, gripper.tcp.position[2] / 2])
     for name, pose in belief.in_hand().items():
         own = belief.world.thing(name).mass or 0.0
@@ -118,7 +118,7 @@ def _prove(
 
 
 def _code(answer: object) -> Code:
-    """Return a backend's answer, checked to be ``Code``.
+    """Check that a backend returned ``Code`` (a program text with the origins of its lines), and return it.
 
     Raises:
         WrongAnswer: it is not; names what it is.
@@ -131,7 +131,7 @@ def _code(answer: object) -> Code:
 def run_and_judge(
     candidate: Candidate, text: Code, world: World, knowledge: Knowledge, seed: int
 ) -> tuple[Candidate, list[Finding]]:
-    """Run a text of a candidate in a world, once.
+    """Run a candidate's program text once in a world, and judge the run.
 
     Returns:
         The candidate with the rollout and its episode, and the findings of the validators of rollouts.
@@ -142,7 +142,8 @@ def run_and_judge(
 
 
 def judge_run(candidate: Candidate, text: Code, rollout: Rollout, knowledge: Knowledge) -> tuple[Candidate, list[Finding]]:
-    """Judge a run of a candidate's text that was simulated elsewhere; return what ``run_and_judge`` returns."""
+    """Judge a run of a candidate's program text that was simulated elsewhere; return what ``run_and_judge``
+    returns."""
     episode = knowledge.episodes.detect(rollout, candidate.program.name)
     parked = np.array(candidate.robot.home)
     episode = replace(episode, extras={**episode.extras, "park": parked})
@@ -166,7 +167,7 @@ def _at_the_edges(candidate: Candidate, text: Code, knowledge: Knowledge, seed: 
 
 
 def text_that_runs(candidate: Candidate, backend: Backend) -> Code | None:
-    """Return the runnable code of a candidate: its own text, the typed program in its place, or None."""
+    """Return the text of a candidate that the simulator can run: its own, else the typed program; None if neither."""
     if backend.executable or candidate.code is None:
         return candidate.code
     return typed_code(candidate.program) if _stands_in(backend) else None
@@ -186,7 +187,7 @@ def _remark(backend: Backend) -> str:
     said = own or f"text of backend '{backend.name}' cannot be run here"
     if _stands_in(backend):
         return f"{said}; its typed program ran on the controller model instead"
-    return f"{said}; its program was checked, its text was not"
+    return f"{said}; its typed program was checked, its text did not run"
 
 
 def findings_of(
@@ -241,7 +242,7 @@ def _findings(answer: object) -> list[Finding]:
 
 
 def conflict_of(verdict: Verdict, state: State) -> Conflict:
-    """Return the choices that a failed proof depends on.
+    """Return the choices of a search that may have made a proof fail.
 
     They are objects, places and decompositions up to the task that failed.
 
@@ -268,8 +269,10 @@ def conflict_of(verdict: Verdict, state: State) -> Conflict:
 
 
 def _led_past(verdict: Verdict, state: State) -> frozenset[str]:
-    """Return the places that the arm only passed, except in tasks for which an objection names things in
-    the way."""
+    """Return the places that the arm only passed through, if the objections of a verdict are about things.
+
+    Places of tasks are left out in which an objection names things that stand in the way.
+    """
     if not any(f.things for f in verdict.objections):
         return frozenset()
     met = {task_of(f.origin) for f in verdict.objections if f.blocking}

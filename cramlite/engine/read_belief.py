@@ -62,7 +62,10 @@ def in_hand(things: Iterable[Thing], readings: Readings, closed: float) -> InHan
 
 
 def real_after(rollout: Rollout, world: World, holds: InHand | None) -> World:
-    """Return the real world as a run left it, with its pending faults; fingers that pressed go on pressing."""
+    """Return the real world as a run left it, with the faults that have not happened yet.
+
+    Fingers that pressed go on pressing.
+    """
     left = world_after_run(rollout, world)
     faults = left_over(world.faults, (m.text for m in rollout.faults), float(rollout.times[-1]))
     gone = {f.thing for f in world.faults if f.kind is FaultKind.MISSING and f not in faults}
@@ -82,12 +85,13 @@ def _possible(thing: Thing, read: Pose) -> Pose:
 
 
 def _is_read(thing: Thing) -> bool:
-    """Check whether a thing without a reading counts as gone; furniture and things on joints do not."""
+    """Check whether a thing is gone from the world if sensors do not report it: one that moves freely, not
+    on a joint."""
     return thing.movable and thing.joint is None
 
 
 def _width(thing: Thing, readings: Readings) -> float:
-    """Width of a thing between the fingers, by its boxes near the tool centre point [m]."""
+    """Width of a thing between the fingers [m], by the boxes around those of its geoms near the tool centre point."""
     along, point = np.array(readings.across), np.array(readings.tool.position)
     near = [g for g, box in zip(thing.geoms, boxes(thing), strict=True) if _off(point, box) <= REACH]
     placed = [(thing.pose * g.pose, np.array(g.half_extents)) for g in near]
@@ -101,6 +105,6 @@ def _off(point: Floats, box: Box) -> float:
 
 
 def _gap(thing: Thing, tool: Pose) -> float:
-    """Distance of the tool centre point from the nearest box of a thing [m]."""
+    """Distance of the tool centre point from the nearest of the boxes around a thing's geoms [m]."""
     point = np.array(tool.position)
     return min(_off(point, box) for box in boxes(thing))

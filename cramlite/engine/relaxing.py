@@ -35,7 +35,7 @@ CLOSE = 0.35
 
 
 class Change(Value):
-    """Change of a setting in one direction, whose amount is still open.
+    """Displacement of the robot's base or of a thing in one direction, by an amount that is still open.
 
     Args:
         says: what is changed, without how much: "the base of 'arm' nearer to 'cup'".
@@ -48,7 +48,7 @@ class Change(Value):
     thing: str = ""
 
     def of(self, setting: Setting, steps: int) -> Setting:
-        """Return the setting after the change by a number of steps of ``STEP`` metres."""
+        """Return a setting (world and robot) after the displacement by a number of steps of ``STEP`` metres."""
         x, y, z = (STEP * steps * v for v in self.way)
         off = Pose((x, y, z))
         world = setting.world
@@ -70,8 +70,8 @@ class Relaxation(Value):
     steps: int
 
     def __str__(self) -> str:
-        """Return the change as a clause, with the smallest amount that makes the scenario solvable, and one
-        step less, for which nothing was proven."""
+        """Describe the change: the smallest amount that makes the scenario solvable, and the next smaller
+        one, with which no program was proven."""
         return f"{self.change.says} by {1000 * STEP * self.steps:.0f} mm; by {1000 * STEP * (self.steps - 1):.0f} mm nothing was proven"
 
 
@@ -112,8 +112,10 @@ def changes(scenario: Scenario, setting: Setting) -> Iterator[Change]:
 
 
 def _smallest(solves: Callable[[int], bool], most: int) -> int:
-    """Return the smallest number of steps that makes the scenario solvable, found by doubling and halving; 0
-    if none up to ``most`` does."""
+    """Return by how many steps at least a scenario must be changed to be solvable; 0 if ``most`` steps are too few.
+
+    The number is found by doubling and halving.
+    """
     low, high = 0, 1
     while high <= most and not solves(high):
         low, high = high, 2 * high
@@ -128,7 +130,7 @@ def _smallest(solves: Callable[[int], bool], most: int) -> int:
 def _solves(
     change: Change, steps: int, scenario: Scenario, setting: Setting, engine: Engine, budget: Budget, say: Callable[[str], None]
 ) -> bool:
-    """Check whether a program is proven in the setting after a change."""
+    """Check whether some program is proven after the robot's base or a thing is displaced by a number of steps."""
     try:
         changed = change.of(setting, steps)
         engine.knowledge.simulator.check(changed.world, engine.knowledge.robots_of(changed.world))

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from ..model.program import Code, Program
     from ..model.rollout import Rollout
     from ..model.world import World
+    from ..plugin.protocols import Candidate
     from ..scenario.scenario import Scenario
     from .engine import Engine
 
@@ -46,16 +47,18 @@ class Attempt(Value):
         plan: what it carries out.
         program, code: the program and its text.
         world: as it really is when it starts, the robot's posture included.
+        candidate: that was proven; None where nobody knows what the program's tasks were grounded to.
     """
 
     plan: Plan
     program: Program
     code: Code
     world: World
+    candidate: Candidate | None = None
 
 
 class Round(Value):
-    """Executed round: a run and how it ended."""
+    """Round of an execution with replanning: one run of a program, and how it ended."""
 
     attempt: Attempt
     rollout: Rollout

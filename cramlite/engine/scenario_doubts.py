@@ -1,4 +1,4 @@
-"""Plausibility check of a scenario before any search: settings that are possible, and seldom meant."""
+"""Plausibility check of a scenario before any search: values that are possible, but probably mistakes."""
 
 from __future__ import annotations
 
@@ -36,15 +36,16 @@ def doubts(scenario: Scenario, setting: Setting, knowledge: Knowledge) -> list[s
 
 
 def doubts_of_files(scenario: Scenario, setting: Setting) -> list[str]:
-    """Return doubts about the files that robot and things were read from."""
+    """Return what the importers of the robot's and the things' files noted as doubtful, with the line in
+    the scenario."""
     source, read = scenario.where("world" if scenario.spec.world else "robot"), _read(scenario, setting)
     things = (f"thing '{t.name}': {note}" for t in setting.world.things if t.name in read for note in t.notes)
     return [*(f"{source}: {note}" for note in setting.world.notes), *things]
 
 
 def changes_of_things(scenario: Scenario, setting: Setting) -> list[str]:
-    """Return notes on the things that no scene file describes, such as repairs of their meshes and
-    corrections from pictures."""
+    """Return notes on things that were not read from the scene's file, such as repairs of meshes,
+    corrections by pictures."""
     read = _read(scenario, setting)
     return [f"thing '{t.name}': {note}" for t in setting.world.things if t.name not in read for note in t.notes]
 
@@ -58,8 +59,7 @@ def _read(scenario: Scenario, setting: Setting) -> frozenset[str]:
 
 
 def _camera(scenario: Scenario, setting: Setting, knowledge: Knowledge) -> Iterator[str]:
-    """Return a doubt about the camera's pose if the first picture shows that the camera is not where it is
-    believed."""
+    """Yield a warning if the first picture shows that the camera is not at the pose where it is believed."""
     first = setting.look.pictures[0] if setting.look and setting.look.pictures else None
     if first is not None and (off := camera_warning(first.view, first.fixtures, knowledge, first.robot)):
         yield f"{scenario.where('camera')}: {off}"

@@ -81,7 +81,7 @@ class Setting(Value):
         return belief.grasped(held_at_start(mount.holds, belief, self.carried)) if mount.holds else belief
 
     def symbolic(self, taxonomy: Taxonomy) -> SymbolicWorld:
-        """Return the symbolic world at the start, as task planning takes it."""
+        """Return the symbolic state at the start for task planning: things, relations, and the thing in the hand."""
         holds = next((robot.holds.thing for robot in self.world.robots if robot.holds), "")
         return replace(symbolic_world(self.now, taxonomy, self.relations), in_hand=holds)
 
@@ -92,7 +92,8 @@ class Setting(Value):
         return replace(self.world, things=tuple(t.moved_to(since[t.name]) if t.name in since else t for t in self.world.things))
 
     def start(self, plan: Plan) -> State:
-        """Return the initial search state of a plan: at home, or where the robot stands since it looked.
+        """Return the state in which the search for a plan begins: the start or, after exploration, where the
+        robot stopped.
 
         The steps that led there are part of it.
         """

@@ -76,7 +76,7 @@ def setting_of(
 def _seen(
     scenario: Scenario, written: Setting, knowledge: Knowledge, told: Queries, likeliest: Likeliest, now: World | None
 ) -> Setting:
-    """Return the setting as the scenario's camera sees it: a movable thing is believed only if it was seen.
+    """Return the setting with those movable things only that the scenario's camera has seen, at the poses it found.
 
     The camera looks for the ``told`` queries, else for the objects of the likeliest plan. For a goal, whose
     plan needs the pictures, it looks at all furniture, and then in and behind closed things.

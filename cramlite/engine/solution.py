@@ -151,7 +151,7 @@ class Solution(Value):
         return self.candidate.rollout, self.knowledge
 
     def setting_after(self) -> Setting:
-        """Return the setting as this solution's run left it: things where they came to rest, the robot at its start again.
+        """Return the setting after this solution's run: things where they came to rest, the robot at its start again.
 
         What is believed is left as the proof predicts it, the real world as the execution left it.
 

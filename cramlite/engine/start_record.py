@@ -1,4 +1,4 @@
-"""Setting before any run, as a recorded run of one sample, so that runs and settings are drawn alike."""
+"""Recorded run of a single sample that shows the world before any run, so that it is drawn as a run is."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def start_record(setting: Setting) -> Rollout:
-    """Return one sample of the believed world at its start, the robot where it begins."""
+    """Return a recording with a single sample: the believed world and the robot before anything moves."""
     mount, belief = setting.world.robots[0], setting.belief()
     poses = {t.name: _row(t.pose) for t in setting.world.things if t.movable}
     poses |= {str(EntityName(mount.name, "base")): _row(mount.base)}

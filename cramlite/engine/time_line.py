@@ -22,13 +22,13 @@ if TYPE_CHECKING:
 FILE = "time_line.json"
 What = Literal["fault", "notice", "decision", "resumption", "end"]
 CLASSES = {"fault": "Fault", "decision": "Decision", "resumption": "Resumption"}
-"""Class of a moment in cramlite's ontology; a notice has its own."""
+"""Class of a time line's entry in cramlite's ontology; a notice has its own."""
 INSTANT = 0.001
 """Length of an event that is an instant [s]."""
 
 
 class Moment(Value):
-    """Moment of an execution.
+    """Entry in the time line of an execution: a fault, notice, decision or resumption, or the end.
 
     Args:
         time: since the first program's start, while programs ran [s]: thinking takes none of it.
@@ -51,13 +51,14 @@ class Moment(Value):
     thing: str = ""
 
     def __str__(self) -> str:
-        """Return the moment of an execution as a line of text."""
+        """Return the entry as a line of text."""
         spent = f" ({self.thought:.1f} s of CPU time)" if self.what == "decision" else ""
         return f"{self.time:8.2f} s  round {self.round}  {self.what:<10} {self.said}{spent}"
 
 
 def time_line(stretches: Iterable[Stretch]) -> Iterator[Moment]:
-    """Generate the moments of an execution in order."""
+    """Generate the entries of an execution's time line: faults, notices, decisions, resumptions and the end,
+    in order."""
     begun = 0.0
     for number, stretch in enumerate(stretches, 1):
         rollout = stretch.round.rollout
@@ -78,8 +79,8 @@ def time_line(stretches: Iterable[Stretch]) -> Iterator[Moment]:
 
 
 def events_of(moments: Iterable[Moment], round_: int, rollout: Rollout) -> tuple[Event, ...]:
-    """Return what happened around one run of an execution with replanning, as situations of its episode:
-    faults, notices, decisions and the resumption."""
+    """Return the faults, notices, decisions and resumption around one run of an execution with replanning,
+    as events."""
     things, found = {t.name for t in rollout.world.things}, list[Event]()
     for number, moment in enumerate(moments):
         kind = moment.notice.kind if moment.notice else CLASSES.get(moment.what)

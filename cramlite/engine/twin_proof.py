@@ -62,7 +62,8 @@ class Doubtful(Value):
         return draw_twin(setting.world, setting.relations, setting.robot, errors, seed, sight_of(setting))
 
     def runs(self, places: Iterator[tuple[World, int]]) -> Generator[tuple[Finding | None, RunPeaks | None]]:
-        """Run the program in worlds, lazily; yield the first objection to each run, or None, and its peaks."""
+        """Run the program in worlds, lazily; yield the first objection to each run, or None, and the peak
+        values of the run."""
         with closing(self.group.runs(self.text.text, places)) as runs:
             for rollout in runs:
                 yield self._objection(rollout), None if isinstance(rollout, str) else peaks_of(rollout)
@@ -155,7 +156,8 @@ def over(twins: int, done: int, began: float, seconds: float) -> float:
 
 
 def _places(doubtful: Doubtful, seeds: list[int], twins: list[Twin]) -> Iterator[tuple[World, int]]:
-    """World and seed of one twin after another; each is drawn when there is a process for it."""
+    """Yield the world and seed of one twin after another; a twin's errors are drawn only when a process is
+    free for it."""
     for seed in seeds:
         twins.append(doubtful.twin(seed, doubtful.setting.doubts.errors))
         yield twins[-1].world, seed

@@ -1,4 +1,4 @@
-"""Figures: measured numbers with commit, seeds and machine; a file each, from which the page of figures is
+"""Figures: measured numbers with commit, seeds and machine; a file each, from which a page of the docs is
 made."""
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ class Number(Spec):
 
     @property
     def height(self) -> float:
-        """Value of the number: its rate, else its plain value."""
+        """Value to plot: the rate if the number is one, else the plain value."""
         return self.hits / self.of if self.hits is not None and self.of else self.value or 0.0
 
 
@@ -94,7 +94,7 @@ class Published(Spec):
 
 
 class Plot(Spec):
-    """Titles of the two axes of a figure's diagram, which shows the numbers that have an ``x``."""
+    """Titles of the two axes of a diagram of measured numbers, which shows the numbers that have an ``x``."""
 
     x: str
     y: str
@@ -138,7 +138,7 @@ _ONLY_IF = ("changed", "given", "plot", "about")
 
 
 def read_figure(path: Path) -> Figure:
-    """Read the file of a figure.
+    """Read a file of measured numbers.
 
     Raises:
         UserError: not YAML, an unknown key, a wrong value, or an interval that does not belong to its rate: with file and line.
@@ -153,8 +153,10 @@ def read_figure(path: Path) -> Figure:
 
 
 def figure_text(figure: Figure) -> str:
-    """Return the text of a figure's file: YAML with one number on each line; equal figures give equal
-    texts."""
+    """Return the text of a file of measured numbers: YAML with one number on each line.
+
+    Equal numbers and circumstances give equal texts.
+    """
     data = figure.model_dump(mode="json")
     head = [f"{key}: {_flow(value)}" for key, value in data.items() if key not in _ROWS and (value or key not in _ONLY_IF)]
     rows = [line for key in _ROWS if data[key] for line in (f"{key}:", *(f"  - {_flow(_without_empty(row))}" for row in data[key]))]
@@ -162,7 +164,7 @@ def figure_text(figure: Figure) -> str:
 
 
 def write_figure(path: Path, measured: Figure) -> Figure:
-    """Write the file of a figure; hand-written parts of an existing one stay.
+    """Write a file of measured numbers; hand-written parts of an existing one stay.
 
     Returns:
         What was written.

@@ -1,4 +1,5 @@
-"""Circumstances of a measurement, such as commit, machine and command; and conversion of rates and values to a figure's numbers."""
+"""Conditions of a measurement, such as commit, machine and command, for the file of a figure; and the
+figure's numbers."""
 
 from __future__ import annotations
 
@@ -21,24 +22,26 @@ SIGNIFICANT = 4
 
 
 def rate(what: str, hits: int, of: int, part: str = "", *, x: float | None = None, note: str = "") -> Number:
-    """Return the figure's number for a rate of hits among trials."""
+    """Return the entry for a rate of hits among trials in a file of measured numbers."""
     return Number(what=what, part=part, hits=hits, of=of, x=x, note=note)
 
 
 def rates(what: str, columns: dict[str, Rate]) -> list[Number]:
-    """Return a row of a figure's numbers, one for each rate with at least one trial."""
+    """Return a row of entries for a file of measured numbers, one for each rate with at least one trial."""
     return [rate(what, found.hits, found.total, part) for part, found in columns.items() if found.total]
 
 
 def value(what: str, found: float, unit: str = "", part: str = "", *, x: float | None = None, note: str = "") -> Number:
-    """Return the figure's number for a value with a unit, rounded to ``SIGNIFICANT`` digits."""
+    """Return the entry for a value with a unit in a file of measured numbers, rounded to ``SIGNIFICANT``
+    digits."""
     return Number(what=what, part=part, value=float(f"{found:.{SIGNIFICANT}g}"), unit=unit, x=x, note=note)
 
 
 def figure_now(
     title: str, command: str, numbers: Iterable[Number], *, seeds: str | None = None, seen: Seen | None = None, cpu_s: float | None = None
 ) -> Figure:
-    """Return a figure with the commit, machine and CPU time of the measurement that this process just made.
+    """Return measured numbers with the commit, machine and CPU time of the measurement that this process just
+    made.
 
     Args:
         cpu_s: of it all; that of this process and of those that it waited for, where nothing is said.
@@ -58,8 +61,8 @@ def figure_now(
 
 
 def revision(root: Path) -> tuple[str | None, bool]:
-    """Return the commit of a checkout, and whether files other than figures differ from it; (None, False)
-    outside of a checkout."""
+    """Return the commit of a checkout, and whether files other than those of measured numbers differ from it;
+    (None, False) outside of a checkout."""
     top = git(root, "rev-parse", "--show-toplevel")
     if top is None or Path(top).resolve() != root.resolve():
         return None, False
@@ -76,7 +79,7 @@ def git(root: Path, *arguments: str) -> str | None:
 
 
 def machine() -> str:
-    """Return a clause that names processor type, cores, load, and versions of Python and MuJoCo."""
+    """Name the processor type, cores, load, and versions of Python and MuJoCo, as part of a sentence."""
     load = f", load {os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else ""
     versions = f"Python {platform.python_version()}, MuJoCo {version('mujoco')}"
     return f"{platform.machine()}, {os.cpu_count()} cores{load}; {versions}"
@@ -95,7 +98,7 @@ def repeated(program: str, arguments: Sequence[str], without: Sequence[str] = ("
 
 
 def check_figure_file(path: Path | None) -> None:
-    """Refuse a path to which no figure can be written, before anything is measured.
+    """Refuse a path to which no file of measured numbers can be written, before anything is measured.
 
     Raises:
         UserError: it has another ending, is a folder, or is there and no figure.

@@ -1,4 +1,4 @@
-"""Order to run an experiment: its trials, the folder of the results, and the number of processes."""
+"""Request to run an experiment: its trials, the folder of the results, and the number of processes."""
 
 from __future__ import annotations
 
@@ -58,8 +58,10 @@ class Trials(Hashable, Protocol):
         """Names of the trials that the run was asked for, in order."""
 
     def key(self) -> dict[str, Any]:
-        """Return the key of the results: files, seeds and code; number and place of workers are no part of
-        it."""
+        """Return the key that identifies the results: their files, seeds and code.
+
+        Number and place of workers are no part of it.
+        """
 
     def prepare(self) -> None:
         """Check that all trials can run, before the first one begins."""
@@ -81,7 +83,7 @@ class Trials(Hashable, Protocol):
 
 
 class Order(Value):
-    """Order to run an experiment's trials in a run directory.
+    """Request to run an experiment's trials in a run directory.
 
     Args:
         out: run directory.
@@ -103,5 +105,5 @@ class Order(Value):
 
     @property
     def store(self) -> Store:
-        """Store of the run's results."""
+        """Store in which the experiment's run keeps the results of its trials."""
         return Store(self.out, self.trials.folder, self.trials.result)

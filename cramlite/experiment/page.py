@@ -13,7 +13,7 @@ from ..plugin.catalogue import Knowledge
 
 
 def page(package: str | None, title: str, **values: Any) -> str:
-    """Render the page of a kind of trials as HTML.
+    """Render the HTML page of an experiment, with the template ``tables.html.j2`` of a package as its body.
 
     Args:
         package: whose ``tables.html.j2`` is the body.

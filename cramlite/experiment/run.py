@@ -26,7 +26,7 @@ MOST_LOST = 3
 
 
 def run_experiment(order: Order, say: Callable[[str], None]) -> dict[str, Any]:
-    """Run the trials of an order that have no result yet.
+    """Run the trials of an experiment that have no result in its run directory yet.
 
     Args:
         say: is told a line for each trial.

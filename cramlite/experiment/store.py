@@ -46,11 +46,11 @@ class Store:
         return write_whole(self.folder(trial) / name, content)
 
     def save(self, trial: str, value: Any, piece: str = "result") -> None:
-        """Write a value of a trial as JSON; the last one is the trial's result."""
+        """Write a piece of a trial's results to the JSON file of that name; the piece "result" ends the trial."""
         self.write(trial, f"{piece}.json", as_json(value))
 
     def read(self, trial: str, piece: str, kind: type[T]) -> T | None:
-        """Read a value of a trial; None if it is not there.
+        """Read a piece of a trial's results from the JSON file of that name; None if there is no such file.
 
         Raises:
             UserError: it is damaged.
@@ -81,12 +81,12 @@ class Store:
         self.write(trial, how, str(os.getpid()))
 
     def unmark(self, trial: str, *marks: str) -> None:
-        """Remove marks from a trial's folder."""
+        """Remove mark files from a trial's folder; without names the one that says that the trial has begun."""
         for mark in marks or (BEGUN,):
             (self.folder(trial) / mark).unlink(missing_ok=True)
 
     def marked(self, how: str) -> list[str]:
-        """Return the trials whose folder has a mark of a kind but no result."""
+        """Return the trials without a result whose folder has a marker file of a given name."""
         found = sorted(p.parent for p in self.trials.glob(f"*/{how}"))
         return [folder.name for folder in found if not (folder / "result.json").exists()]
 
@@ -140,7 +140,7 @@ def locked(path: Path) -> IO[str]:
 
 
 def run_key(experiment: str, files: Iterable[Path], registry: Registry, **asked: Any) -> dict[str, Any]:
-    """Return the key of the results of a run, equal on every machine that would give the same results.
+    """Return the key that identifies a run's results; it is equal on every machine that would give the same ones.
 
     Args:
         files: that the experiment reads.

@@ -24,7 +24,7 @@ from typing import Protocol
 from ..base.value import Value, replace
 from ..model.entity_name import thing_of
 from ..ontology.taxonomy import Taxonomy
-from .conditions import Atom, Every, Not, Variable, atoms
+from .conditions import Atom, Condition, Every, Not, Or, Variable, atoms
 from .fluents import PLAIN, Fluent
 from .matching import Match
 from .ranking import (
@@ -74,7 +74,7 @@ LOOKED_AT = 20_000
 
 
 class Read(Protocol):
-    """Protocol of an action with its readings."""
+    """Interface of an action with its readings, the tasks that it may have been."""
 
     @property
     def matches(self) -> tuple[Match, ...]:
@@ -115,12 +115,17 @@ def _implied(
 
 
 def _facts(rule: Rule, match: Match, phase: PhaseName, denied: bool) -> frozenset[Fact]:
+    """Relations of a phase that its conditions, or alternatives of these, ask for or deny."""
     found: set[Fact] = set()
     for clause in rule.clauses:
-        if clause.phase == phase and isinstance(clause.condition, Not | Every) == denied:
-            asked = clause.condition.given if isinstance(clause.condition, Every) else clause.condition
-            found |= {_fact(atom, match) for atom in atoms(asked)}
+        for part in _alternatives(clause.condition) if clause.phase == phase else ():
+            if isinstance(part, Not | Every) == denied:
+                found |= {_fact(atom, match) for atom in atoms(part.given if isinstance(part, Every) else part)}
     return frozenset(found)
+
+
+def _alternatives(condition: Condition) -> tuple[Condition, ...]:
+    return condition.options if isinstance(condition, Or) else (condition,)
 
 
 def _fact(atom: Atom, match: Match) -> Fact:
@@ -129,7 +134,7 @@ def _fact(atom: Atom, match: Match) -> Fact:
 
 
 def passive(rule: Rule) -> bool:
-    """Check whether a rule denies events during the action and requires none.
+    """Check whether a rule forbids events during the action, such as motion of the arm, and requires none.
 
     What happens is said by predicates without arguments: that the arm moves, that the gripper does.
     """
@@ -174,8 +179,7 @@ def candidates(
 
 
 def _undecided(matches: Sequence[Match], claimed: Sequence[Claims]) -> list[Claims]:
-    """Return the claims of each reading of an action, in which alternative unknown fillers are replaced by
-    "_".
+    """Return the claims of each reading of an action, with "_" for a role's filler where several are possible.
 
     Of several unknown fillers of a role only one can be right, so a claim about one of them is left open.
     """
@@ -225,8 +229,8 @@ def _options(
 def _untold(
     action: Read, claimed: Sequence[Claims], match: Match | None, claim: Claims, taxonomy: Taxonomy, name: float, wide: bool = False
 ) -> DescriptionLength:
-    """Return the length of all changes, moves and labels of an action that its chosen reading does not
-    explain [bits]."""
+    """Return the description length [bits] of what the chosen reading leaves unexplained in an action:
+    changes, moved things, its label."""
     changes = _distinct(f for c in claimed for f in c.changes)
     left = sum(not _among(f, claim.changes) for f in changes)
     mine = {thing_of(f) for f in match.roles.values()} if match is not None else set()
@@ -236,8 +240,8 @@ def _untold(
 
 
 def generic(matches: Sequence[Match], said_: Sequence[Claims], rules: Mapping[str, Rule], taxonomy: Taxonomy) -> frozenset[int]:
-    """Return the numbers of the readings by shipped rules that give way to a more specific reading by a
-    user's own rule.
+    """Return the numbers of those readings by shipped rules that a more specific reading by a user's own rule
+    replaces.
 
     A reading by a rule that does not come with cramlite is more specific than one by a rule that does if it explains all the
     changes that the other explains, and its task is a kind of the other's, or its rule says of what class a thing must be of
@@ -284,8 +288,10 @@ def _claims_of(rules: Mapping[str, Rule], match: Match) -> Claims:
 
 
 def explains_ends(claim: Claims, readings: Iterable[Claims]) -> bool:
-    """Check condition 4 of coherence: a reading that does something explains the end of every relation
-    whose end another reading of the action explains."""
+    """Check that a reading of an action ends every relation that another reading of the action ends.
+
+    A reading by which nothing happens need not. This is condition 4 of coherence.
+    """
     return claim.passive or all(_among(f, claim.ends) for c in readings for f in c.ends)
 
 
@@ -342,8 +348,11 @@ def _among(fact: Fact, facts: Iterable[Fact]) -> bool:
 
 
 def _presupposed(at: Choice, claim: Claims, begins: Sayers, ends: Sayers) -> Iterator[Demand]:
-    """Yield the constraints of condition 1: if earlier actions may have begun (or ended) a relation that a reading
-    presupposes, the last of them must be read as beginning (or ending) it."""
+    """Yield constraints on relations that a reading presupposes: the last earlier action that may have begun
+    (or ended) one must be read as doing so.
+
+    This is condition 1 of coherence.
+    """
     for facts, sayers in ((claim.needs, begins), (claim.denies, ends)):
         for fact in facts:
             before = [c for c in sayers(fact) if c[0] < at[0]]
@@ -352,16 +361,23 @@ def _presupposed(at: Choice, claim: Claims, begins: Sayers, ends: Sayers) -> Ite
 
 
 def _lasting(k: int, said: Iterable[Claims], begins: Sayers, ends: Sayers) -> Iterator[Demand]:
-    """Yield the constraints of condition 2: a relation that an action may have begun, and no later action may
-    end, must be begun by a chosen reading."""
+    """Yield constraints on relations that last to the end of the demonstration: some chosen reading must
+    begin each.
+
+    They are those that action ``k`` may have begun and no later action may end. This is condition 2 of
+    coherence.
+    """
     for fact in {f for c in said for f in c.begins}:
         if not any(c[0] > k for c in ends(fact)):
             yield Demand(None, frozenset(c for c in begins(fact) if c[0] >= k))
 
 
 def _closed(at: Choice, claim: Claims, ends: Sayers) -> Iterator[Demand]:
-    """Yield the constraints of condition 3: a relation that a reading begins, and a later action may end,
-    must be ended by a chosen reading."""
+    """Yield constraints on relations that a reading begins and a later action may end: some chosen reading
+    must end each.
+
+    This is condition 3 of coherence.
+    """
     for fact in claim.begins:
         if later := frozenset(c for c in ends(fact) if c[0] > at[0]):
             yield Demand(at, later)

@@ -158,8 +158,10 @@ def _arguments(atom: Atom, slots: Slots, places: Sequence[int]) -> Callable[[Val
 
 
 def _asked(atom: Atom, slots: Slots) -> Rows:
-    """Return a function that pairs each binding with the predicate's rows that agree with the bound
-    variables; bindings without such rows are dropped."""
+    """Return a function that asks a predicate for the rows that agree with each binding's values.
+
+    It pairs each binding with its rows, and drops bindings without any.
+    """
     predicate, arguments = atom.predicate, _arguments(atom, slots, range(len(atom.terms)))
 
     def rows(phases: Sequence[Phase], bindings: list[Values]) -> list[tuple[Values, tuple[Row, ...]]]:
@@ -170,8 +172,10 @@ def _asked(atom: Atom, slots: Slots) -> Rows:
 
 
 def _indexed(atom: Atom, slots: Slots) -> Rows:
-    """Return a function that pairs each binding with the predicate's rows that agree with its bound
-    variables, found by an index; bindings without such rows are dropped."""
+    """Return a function that looks up in an index the rows of a predicate that agree with each binding's values.
+
+    It pairs each binding with its rows, and drops bindings without any.
+    """
     predicate = atom.predicate
     places = tuple(k for k, t in enumerate(atom.terms) if not isinstance(t, Variable) or t.name in slots)
     key = _arguments(atom, slots, places)

@@ -125,7 +125,7 @@ class Or(Value):
     options: tuple[Condition, ...]
 
     def solve(self, phase: Phase, binding: Binding) -> Iterator[Binding]:
-        """Yield the solutions of every option; equal solutions of several options are yielded once."""
+        """Yield the bindings that solve at least one option of the disjunction, each binding once."""
         seen: list[Binding] = []
         for option in self.options:
             for found in option.solve(phase, binding):
@@ -140,7 +140,7 @@ class And(Value):
     parts: tuple[Condition, ...]
 
     def solve(self, phase: Phase, binding: Binding) -> Iterator[Binding]:
-        """Yield the bindings that solve all parts."""
+        """Yield the bindings that solve all parts of the conjunction."""
         first, *rest = self.parts
         for found in first.solve(phase, binding):
             if rest:

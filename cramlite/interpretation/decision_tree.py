@@ -41,8 +41,8 @@ BindingsByTask = dict[str, list[Binding]]
 
 
 class _Settled(Struct):
-    """Result for an action once only conditions on states are checked: the tasks found, and the tree's nodes left
-    to check, with their bindings."""
+    """Result for an action after its conditions on states: the tasks found, and the nodes of the decision
+    tree that are still to be checked, with their bindings."""
 
     found: BindingsByTask = field(default_factory=dict)
     left: list[tuple[_Node, list[Values]]] = field(default_factory=list)
@@ -88,8 +88,8 @@ class DecisionTree:
         return found
 
     def _settle_all(self, phases: Sequence[Mapping[PhaseName, Phase]]) -> list[_Settled]:
-        """Return for each action what follows from its states alone: the tasks found, and the tree's nodes
-        still to be checked."""
+        """Return for each action what conditions on states decide: tasks that match, and nodes of the
+        decision tree that are still to be checked."""
         known = self._settled
         keys = [(p["pre"].holds, p["run"].holds, p["post"].holds) for p in phases]
         new = {key: p for key, p in zip(keys, phases, strict=True) if key not in known}
@@ -170,8 +170,10 @@ def _pruned(condition: Condition, timeline: Timeline) -> Condition:
 
 
 def _new_variables(clause: Clause, slots: Mapping[str, int], seen: Mapping[str, int]) -> list[str]:
-    """Return the variables that a condition binds and that have no number in ``slots`` yet: those of ``seen``
-    in its order, then the others by name."""
+    """Return the variables that a condition binds and that have no number in ``slots`` yet, in a fixed order.
+
+    Those of ``seen`` come first, in its order, then the others by name.
+    """
     names = binds(clause.condition) - set(slots)
     return [n for n in seen if n in names] + sorted(names - set(seen))
 

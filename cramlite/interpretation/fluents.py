@@ -36,7 +36,7 @@ def matches(fact: Fact, pattern: Pattern) -> bool:
 
 
 def matching(facts: frozenset[Fact], patterns: Iterable[Pattern]) -> set[Fact]:
-    """Return the facts that match one of some patterns; those of other predicates are not compared."""
+    """Return the facts that match at least one of some patterns."""
     found, some = set[Fact](), dict[str | None, list[Pattern]]()
     for p in patterns:
         if None in p:
@@ -209,7 +209,9 @@ class GoalPhrase(Value):
 
 
 class Fluent(Value):
-    """Declaration of how tasks change a relation; "same arguments" means: the same things, or parts of them.
+    """Declaration of how a relation that tasks change depends on others, such as which ones begin and end with it.
+
+    Below, "the same arguments" means the same things, or parts of them.
 
     Args:
         symmetric: it holds both ways round.
@@ -305,8 +307,8 @@ class Fluents(Value):
         return found | (self.both_ways((fact[0], *things)) if fluent.of_wholes and _distinct(things) else set())
 
     def after(self, facts: frozenset[Fact], adds: frozenset[Fact], removes: Iterable[Pattern]) -> frozenset[Fact]:
-        """Return the successor state: the facts after some are added and those matching some patterns
-        removed, with all consequences."""
+        """Return the facts after a task that adds some and removes those that match patterns, with all
+        that follows from it."""
         patterns = tuple(removes)
         ended = matching(facts, patterns) - adds
         excluded = {(p, *_of_wholes(new)[1:]) for new in adds for p in self[new[0]].excludes}
@@ -368,14 +370,15 @@ class Fluents(Value):
         return any(self._excluded(a, b) for a, b in pairs) or any(j is not None and j(scene, a, b) for j, a, b in contraries)
 
     def _parted(self, ended: Iterable[Fact], left: Iterable[Fact]) -> set[Fact]:
-        """Return the facts about whole things that held only because of a part for which they have ended."""
+        """Return the relations of whole things that end because each held only for a part, and has ended
+        for that part."""
         gone = {_of_wholes(f) for f in ended if self[f[0]].of_wholes}
         names = {f[0] for f in gone}
         return gone - {_of_wholes(f) for f in left if f[0] in names and f not in gone} if gone else gone
 
 
 def _as_wholes(facts: frozenset[Fact], wholes: set[Fact]) -> set[Fact]:
-    """Return those facts that are in ``wholes`` once each part in them is replaced by the whole thing."""
+    """Return the facts that become one of ``wholes`` when each part in them is replaced by the whole thing."""
     return {f for p in {w[0] for w in wholes} for f in by_predicate(facts).get(p, ()) if _of_wholes(f) in wholes}
 
 

@@ -78,7 +78,8 @@ class Interpreted(Value, dict=True, eq=False):
         return frozenset([(m.task, tuple(sorted(m.roles.items()))) for m in self.matches])
 
     def named(self, task: str) -> tuple[Match, ...]:
-        """Return the matches of one task."""
+        """Return the ways in which the action may be a given task, one for each choice of the things in its
+        roles."""
         return tuple(m for m in self.matches if m.task == task)
 
 
@@ -253,8 +254,11 @@ class _Matcher(Value):
         )
 
     def named(self, segment: Segment, label: str, known: set[str]) -> Iterator[Match]:
-        """Yield those readings of an action as the task that the recording names which no condition
-        refutes, though some conditions cannot be judged."""
+        """Yield readings of an action as the task that the recording names, though some of their conditions
+        cannot be judged.
+
+        None of their conditions is false.
+        """
         for task, rule in self.rules.items():
             if task not in known and segment.event is not None and self.timeline.taxonomy.is_a(task, label):
                 yield from possible_matches(rule, self.timeline.phases(segment, self.padding), _fillers(rule, segment.event))
@@ -266,8 +270,10 @@ class _Matcher(Value):
         return bool(episode.tracks) and episode.effector is not None and episode.effector not in episode.tracks
 
     def unseen(self, segment: Segment) -> Iterator[Match]:
-        """Yield those readings of an action in which one condition cannot be judged, because the effector
-        was not tracked, and all others hold."""
+        """Yield readings of an action for which one condition cannot be judged, since the effector was not tracked.
+
+        All other conditions hold.
+        """
         for rule in self.rules.values():
             found = possible_matches(rule, self.timeline.phases(segment, self.padding), [{}])
             yield from (m for m in found if m.roles and len(m.unknown) == 1)
@@ -294,7 +300,7 @@ class _Matcher(Value):
         return tuple(r for r in refused if r is not None)
 
     def _telling(self, time: float) -> bool:
-        """Check whether a state that always separates actions, by its class, begins or ends at a time [s]."""
+        """Check whether a state of a class that always separates two actions begins or ends at a time [s]."""
         boundaries = self.timeline.boundaries
         return any(time in boundaries(type_) for type_ in self.timeline.taxonomy.restricted_classes(TELLS_APART))
 
@@ -345,8 +351,10 @@ class _Matcher(Value):
         return replace(joined, evidence=evidence)
 
     def _refine(self, before: Interpreted, after: Interpreted) -> bool:
-        """Check whether two neighbours may be joined: both without label, no separating state between them,
-        and the tasks of one among those of the other."""
+        """Check whether two neighbouring actions may be joined, because each task of one is also a task of the other.
+
+        Both must be without label, and no state that separates actions may begin or end between them.
+        """
         if before.end != after.start or self._telling(after.start):
             return False
         if any(s.event is not None for s in (*before.segments, *after.segments)):
@@ -365,8 +373,10 @@ class _Matcher(Value):
 
 
 def _fillers(rule: Rule, event: Event) -> Iterator[Binding]:
-    """Yield the role fillers that a labelled action may have: those that the label gives by role names,
-    else its object as the filler of the first role; then, as the last candidate, no fillers."""
+    """Yield possible fillers of a rule's roles for an action that has a label: those that the label names, then none.
+
+    A label without role names gives its object to the first role.
+    """
     said: Binding = {role: event.roles[role] for role in rule.roles if role in event.roles}
     if not said and rule.roles and "object" in event.roles:
         said = {next(iter(rule.roles)): event.roles["object"]}

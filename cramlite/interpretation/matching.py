@@ -82,7 +82,7 @@ def match_of(rule: Rule, binding: Binding, unknown: tuple[str, ...] = ()) -> Mat
 
 
 def measured(rule: Rule, roles: Mapping[str, str], phases: Phases) -> dict[str, float]:
-    """Return the largest measured value of each value predicate that a rule compares, with its roles filled.
+    """Return the largest measured value of each predicate that a rule compares with a number, for given role fillers.
 
     Units are those of the predicate's sentence.
     """
@@ -113,7 +113,7 @@ def _rejection(rule: Rule, clause: Clause, phase: Phase, bindings: list[Binding]
     facts = _facts(clause, phase, bindings)
     when = f"{_WHEN[clause.phase]} ({_time(phase)})"
     known = ", ".join(f"{k} = {_shown(v)}" for k, v in sorted(fullest.items()))
-    others = f" (nor for {len(bindings) - 1} other candidates)" if len(bindings) > 1 else ""
+    others = f" (nor for {len(bindings) - 1} other choices of these things)" if len(bindings) > 1 else ""
     with_ = f" for {known}{others}" if known else ""
     seen = f"; known is: {', '.join(facts)}" if facts else "; nothing of the kind is known"
     sentence = f"not {rule.task}: {when}, '{clause.text}' does not hold{with_}{seen}."
@@ -131,8 +131,11 @@ def _rejection(rule: Rule, clause: Clause, phase: Phase, bindings: list[Binding]
 
 
 def _facts(clause: Clause, phase: Phase, bindings: list[Binding]) -> tuple[str, ...]:
-    """Return known facts about the failed condition: rows that a negation found, measured values, else all
-    rows of the predicates."""
+    """Return known facts that show why a condition failed.
+
+    For a denial these are the facts that it denies, for a comparison the values that it compares, else all
+    facts of its predicates, unless too costly to list.
+    """
     found: dict[str, None] = {}
     for atom in atoms(clause.condition):
         narrow = isinstance(clause.condition, (Not, Compare)) or _wide(atom)

@@ -74,7 +74,7 @@ class DescriptionLength(Value):
 
 
 class Option(Value):
-    """Option of a sequence for one action: one of the action's readings, or none.
+    """Way in which a task sequence reads an action: as one of the action's readings, or not at all.
 
     Args:
         match: the task; None to leave the action out.
@@ -102,7 +102,7 @@ class TaskSequence(Value):
 
     @property
     def length(self) -> DescriptionLength:
-        """Description length of the sequence."""
+        """Description length of the whole task sequence."""
         return sum(self.lengths, DescriptionLength())
 
     @property
@@ -113,7 +113,7 @@ class TaskSequence(Value):
 
     @property
     def reason(self) -> str:
-        """Terms of the description length, in words."""
+        """Explain the score: what each part of the description length adds, as text."""
         return str(self.length)
 
 

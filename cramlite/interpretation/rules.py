@@ -111,7 +111,7 @@ class Rule(Value, dict=True):
 
     @property
     def conditions(self) -> int:
-        """Number of conditions: part of how specific the rule is."""
+        """Number of the rule's conditions; more conditions make a rule more specific."""
         return len(self.clauses)
 
     @cached_property
@@ -121,8 +121,8 @@ class Rule(Value, dict=True):
 
 
 def _asserted(clauses: Iterable[Clause], phase: str, denied: bool) -> set[str]:
-    """Return the predicates that a phase's clauses assert or, if ``denied``, those that they deny or restrict
-    by ``every``."""
+    """Return the predicates that a phase's conditions require or, if ``denied``, those that they negate or
+    restrict by ``every``."""
     found: set[str] = set()
     for clause in clauses:
         if clause.phase == phase and isinstance(clause.condition, Not | Every) == denied:

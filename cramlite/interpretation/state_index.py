@@ -51,8 +51,9 @@ class StateIndex:
         return tuple(seen.values())
 
     def holding(self, start: float, end: float) -> tuple[tuple[int, ...], tuple[int, ...]]:
-        """Return the states that hold throughout [start, end), and those that hold at some time of it, as
-        sorted numbers of classes with roles.
+        """Return which states hold throughout [start, end), and which hold at some time of it, as sorted numbers.
+
+        States of one class with the same roles have the same number.
 
         Two phases with the same answer cannot be told apart by which states hold.
         """

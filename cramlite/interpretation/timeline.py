@@ -78,8 +78,9 @@ class Predicate(Value):
 
 
 class Segment(Value):
-    """Action of the timeline: a recorded one, or a stretch between two boundaries that no recorded one covers
-    (``event`` is None).
+    """Action on the timeline: a recorded one, or the time between two boundaries that no recorded action covers.
+
+    ``event`` is None for the latter.
 
     Args:
         start, end: [s].
@@ -113,7 +114,7 @@ class Phase:
         self.situation: dict[Hashable, Any] = timeline.situation(self.holds)
 
     def states(self, type_: str) -> tuple[Event, ...]:
-        """Return the states of a class that hold at the instant, or span the whole interval."""
+        """Return the states of a class that hold throughout this phase, which is an instant or an interval."""
         active = self.timeline.active(type_, self.start)
         return tuple([e for e in active if e.end >= self.end]) if self.end > self.start else active
 
@@ -315,8 +316,10 @@ def _agreeing(rows: tuple[Row, ...], arguments: tuple[str | float | None, ...]) 
 
 
 def _wholes(entities: dict[str, Entity], entity: Entity) -> Iterable[str]:
-    """Return an entity's name with those of the things that it is part of, nearest first; a cycle of
-    ``part_of`` is cut."""
+    """Return an entity's name and those of the things that it is part of, nearest first.
+
+    A cycle of ``part_of`` is cut.
+    """
     seen: list[str] = []
     current: Entity | None = entity
     while current is not None and current.name not in seen:

@@ -17,7 +17,7 @@ _TABLES: Mapping[str, Any] = yaml.safe_load((Path(__file__).parent / "english.ya
 
 
 def _phrases(text: str) -> tuple[Words, ...]:
-    """Return the phrases of a table's text, longest first."""
+    """Split a text at "|" into phrases, and return them, the longest first."""
     found = {tuple(p.split()) for p in text.split("|")}
     return tuple(sorted(found, key=lambda p: (-len(p), p)))
 
@@ -35,7 +35,7 @@ def _set(name: str) -> frozenset[str]:
 
 
 def _by_word(name: str) -> dict[str, Any]:
-    """Return word -> meaning from a table that lists the words of each meaning."""
+    """Return the meaning of each word, from a table that lists the words of each meaning."""
     return {word: meaning for meaning, words in _TABLES[name].items() for word in words.split()}
 
 
@@ -159,6 +159,20 @@ QUESTIONS, WITHIN, CENTRAL = _patterns("questions"), _patterns("within"), _patte
 """Words before what is only pointed at, before the distance from a middle, and behind it."""
 DEICTIC, COPULAR, ASKING = _set("deictic"), _set("copular"), _set("asking")
 """Words before the subject of a comment, verbs that only tell how something is, and verbs that begin a question."""
+GOING = _patterns("going")
+"""Words before where the robot shall go."""
+DEGREE, POINTED = _patterns("degree"), _patterns("pointed")
+"""Words before a state that is only told, and words by which a thing is pointed at."""
+SO_DOES = _patterns("so does")
+"""Words before a thing of which the same is asked."""
+UP_TO = _set("up to")
+"""Words between the ends of a range of numbers."""
+GROUPS = _set("groups")
+"""Nouns for several things together."""
+ERECT = _set("erect")
+"""Verbs whose "up" says how a thing shall stand."""
+APPOSED, BASED = _patterns("apposed"), _patterns("based")
+"""Words before a further description of what was just named, and words behind the lowest thing of a stack."""
 AMOUNTING = _set("amounting")
 """Words before an amount."""
 NOT_YET = Phrases(("not | no longer | never | anywhere (but|except|other than)",))

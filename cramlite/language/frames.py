@@ -48,7 +48,7 @@ Verb = tuple[Frame, Words, Words, int]
 
 
 class Frames:
-    """Verb frames of all goal phrases.
+    """All verb frames: for each goal phrase the verbs and prepositions by which it can be requested.
 
     Args:
         phrases: that the plugins declare.
@@ -74,7 +74,7 @@ class Frames:
 
     @property
     def words(self) -> frozenset[str]:
-        """Every word that occurs in a frame."""
+        """Every word that occurs in a verb frame (a request pattern)."""
         found = {w for table in (self._said, self._participles) for said in table for w in said}
         found |= {w for f in self._all for v, particle in f.verbs for w in (*v, *particle)}
         return frozenset(found | {w for f in self._all for p in (*f.prepositions, *f.after, *f.stated) for w in p})
@@ -84,8 +84,8 @@ class Frames:
         return tuple(dict.fromkeys(f.phrase for f in self.placing if words in f.prepositions))
 
     def verbs(self, words: Words, at: int) -> Iterator[Verb]:
-        """Yield the frames with a verb, in base form or as a gerund, that begins at a position of a
-        sentence."""
+        """Yield the verb frames (request patterns) whose verb begins at a word of a sentence, in base form or
+        as a gerund."""
         return _verbs(self._said, words, at)
 
     def verb_ends(self, words: Words, at: int) -> tuple[int, ...]:
@@ -98,7 +98,8 @@ class Frames:
         return tuple(sorted({*starts(words, at, self.prepositions), *starts(words, at, (*BESIDE, *UNDER))}, reverse=True))
 
     def participles(self, words: Words, at: int) -> Iterator[Verb]:
-        """Yield the frames with a verb's past participle that begins at a position of a sentence."""
+        """Yield the verb frames (request patterns) whose verb begins at a word of a sentence, as a past
+        participle."""
         return _verbs(self._participles, words, at)
 
 
@@ -131,7 +132,7 @@ def _split(text: str) -> Words:
 
 
 def _frame(phrase: GoalPhrase, pattern: str) -> Frame:
-    """Return the frame of a declared pattern of requests, such as "put|place THING on|onto PLACE"."""
+    """Return the verb frame of a declared pattern of requests, such as "put|place THING on|onto PLACE"."""
     verbs, *rest = pattern.split()
     first = next(k for k, w in enumerate(rest) if w.isupper())
     before = tuple(_split(p) for w in rest[:first] for p in w.split("|"))
@@ -160,7 +161,9 @@ def _verb(text: str) -> tuple[Words, Words]:
 
 
 def _stated(phrase: GoalPhrase, others: tuple[Words, ...]) -> tuple[Words, ...]:
-    """Return the adjectives that state a goal phrase about one thing, such as "open": the words of its
-    form, and those that may follow the thing in a request."""
+    """Return the adjectives that state a goal phrase about one thing, such as "open".
+
+    They are the words of its form, and those that may follow the thing in a request.
+    """
     own = tuple(w for w in phrase.form.split()[1:] if not w.isupper())
     return tuple(dict.fromkeys((own, *(o for o in others if o[-1] not in _DIRECTIONS or (len(o) > 2 and o[-1] == "up")))))

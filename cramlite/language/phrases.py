@@ -41,12 +41,12 @@ class Phrases:
 
     @property
     def firsts(self) -> frozenset[str]:
-        """First words of all phrases."""
+        """First words of all phrases in the set."""
         return frozenset(self._tree)
 
     @property
     def vocabulary(self) -> frozenset[str]:
-        """All words of all phrases."""
+        """All words of all phrases in the set."""
         return frozenset(_words(self._tree))
 
 

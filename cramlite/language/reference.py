@@ -26,7 +26,10 @@ if TYPE_CHECKING:
     from .space import Space
 
 About = Callable[[str], bool]
-FILTERS = ("phrase", "of", "with", "under", "state", "colour", "left of", "right of", "in front of", "behind", "between", "at", "except")
+FILTERS = (
+    *("phrase", "of", "with", "under", "state", "colour", "left of", "right of", "in front of", "behind", "between", "at", "except"),
+    "here",
+)
 
 
 class Resolver:
@@ -70,7 +73,9 @@ class Resolver:
             names = tuple(dict.fromkeys(n for m in members for n in m.names))
             return Referents(noun.said, names, some=int(noun.joined == "or"))
         if noun.pronoun:
-            return self._meant_before(noun, about, mentions)
+            meant = self._meant_before(noun, about, mentions)
+            self._kept(list(meant.names), noun, mentions)
+            return meant
         found = self.pool(noun, about, mentions)
         before = [n for n in found if n in mentions.every - mentions.put]
         one = noun.quantity == "the" and not (noun.several or noun.count or noun.other) and len(before) == 1
@@ -86,15 +91,20 @@ class Resolver:
             return list(self.things(noun, about, mentions).names)
         noun = _unpacked(noun)
         found = self._called(noun, about, mentions)
+        found = self._kept(found, noun, mentions)
+        for link in (k for k in noun.links if k.relation in ("next to", "nearest", "farthest")):
+            found = self._nearest(found, noun, link, mentions)
+        return self._placed(found, noun, mentions)
+
+    def _kept(self, found: list[str], noun: Noun, mentions: Mentions) -> list[str]:
+        """Return those of some things of which the relations of a noun phrase are true."""
         for link in (k for k in noun.links if k.relation in FILTERS):
             kept = self._related(found, link, mentions)
             if not kept:
                 raise Refusal(FALSE, f"'{noun.said}' is not there: {self._not_so(found, noun, link)}")
             self.needless += len(kept) == len(found)
             found = kept
-        for link in (k for k in noun.links if k.relation in ("next to", "nearest", "farthest")):
-            found = self._nearest(found, noun, link, mentions)
-        return self._placed(found, noun, mentions)
+        return found
 
     def holds(self, preposition: Words, thing: str, place: str) -> bool:
         """Check whether a thing is at a place in the sense of a preposition; contents of a part are contents
@@ -178,13 +188,15 @@ class Resolver:
     # By relations
 
     def _related(self, names: list[str], link: Link, mentions: Mentions) -> list[str]:
-        """Return those of some things that are in a relation to others, such as "on the stove"."""
+        """Return those of the named things to which a relation applies, such as "on the stove"."""
         if link.relation == "colour":
             return [n for n in names if self.labels.describes(n, link.words)]
         if link.relation == "state":
             form = self.frames.states[link.words[0]]
             phrases = [f.phrase for f in self.frames.unary if f.phrase.form == form]
             return [n for n in names if any(self.so(p.meaning, n) for p in phrases)]
+        if link.relation == "here":
+            return names
         if link.relation == "between":
             others = self.things(link.nouns[0], _anything, mentions).names
             return [n for n in names if n not in others and self.space.beside(n, "between", others)]
@@ -203,20 +215,21 @@ class Resolver:
         return [n for n in names if n not in left_out.names]
 
     def _having(self, names: list[str], noun: Noun) -> list[str]:
-        """Return those of some things that have a feature, such as a hole."""
+        """Return those of the named things that have a certain feature, such as a hole."""
         word = noun.words[-1:]
         its = {n: self.scene.world.thing(n).features for n in names}
         return [n for n, features in its.items() if word and any(word[0] in words_of(local_name(f.type)) for f in features)]
 
     def _hollow(self, place: str) -> bool:
-        """Check whether a place has a cavity, its own or that of a mounted part."""
+        """Check whether a thing, or a part that is mounted on it by a joint, has a cavity."""
         world = self.scene.world
         parts = (t for t in world.things if t.name == place or (t.joint is not None and t.joint.parent == place))
         return any("inside" in self.scene.taxonomy.fillers(f.type, BEARS) for t in parts for f in t.features)
 
     def _relates(self, name: str, other: str, link: Link) -> bool:
         if link.relation == "phrase":
-            loosely = {*link.words} <= INWARD and not self._hollow(other)  # "in the cupboard", of one that is modelled as a board
+            taken = link.words in (("from",), ("out", "of"))
+            loosely = taken or ({*link.words} <= INWARD and not self._hollow(other))  # "in the cupboard", which is modelled as a board
             return self.holds(link.words, name, other) or (loosely and self.anywhere(name, other))
         if link.relation == "of":
             joint = self.scene.world.thing(name).joint
@@ -224,7 +237,7 @@ class Resolver:
         if link.relation == "at":
             return self.anywhere(name, other)
         if link.relation in ("with", "under"):
-            return self.anywhere(other, name)
+            return self.anywhere(other, name) or (link.relation == "under" and self.space.is_under(name, other))
         return self.space.beside(name, link.relation, (other,))
 
     def _not_so(self, names: list[str], noun: Noun, link: Link) -> str:
@@ -254,7 +267,8 @@ class Resolver:
     # By position among others
 
     def _placed(self, names: list[str], noun: Noun, mentions: Mentions) -> list[str]:
-        """Return those of some things that a size, a side or an ordinal selects."""
+        """Return those of the named things that match a noun phrase's size, side or ordinal: "big",
+        "left", "second"."""
         if noun.size:
             names = self._sized(names, noun)
         sides = [(s, None) for s in noun.sides] + [(k.words[0], k) for k in noun.links if k.relation == "side"]
@@ -288,7 +302,7 @@ class Resolver:
         best = max(size.values())
         found = [n for n in names if size[n] >= best - 0.05 * abs(best)]
         if len(found) == 1 and self._sizes.setdefault(found[0], noun.size) == -noun.size:
-            raise Refusal(FALSE, f"'{noun.said}' is the same {found[0]} that was told by its size before")
+            raise Refusal(FALSE, f"'{noun.said}' means {found[0]}, which the sentence called by the opposite size before")
         if len(found) == len(names) > 1 and not noun.several:
             raise Refusal(FALSE, f"'{noun.said}': {listed(names, 'and')} are of one size, within 5 %")
         return found
@@ -365,8 +379,9 @@ class Resolver:
             wholes = tuple(dict.fromkeys(map(thing_of, group)))
             return wholes if all(map(about, wholes)) else tuple(self._parts(wholes, about))
 
-        if not noun.several and mentions.themes and mentions.themes[-1] in mentions.some:
-            return Referents(noun.said, mentions.themes[-1], some=1)
+        last_some = next((n for group, n in mentions.some if group == mentions.themes[-1]), 0)
+        if last_some and noun.several == (last_some > 1):
+            return Referents(noun.said, mentions.themes[-1], some=last_some)
         if noun.several:
             last: tuple[tuple[str, ...], ...] = (*(mentions.themes[-1:]), *(mentions.places[-1:]))
             together = tuple(dict.fromkeys(n for g in last for n in map(thing_of, g) if about(n)))

@@ -98,8 +98,9 @@ def _meanings(
     parsers: Sequence[ClauseParser], resolver: Resolver, fluents: Fluents, refused: list[Refusal], *,
     brief: bool = False, free: bool = False,
 ) -> dict[tuple[str, ...], tuple[tuple[Literal, ...], tuple[str, ...]]]:  # fmt: skip
-    """Return the goals of each reading that makes sense, with the words they come from and what was left out; append
-    the other readings' refusals.
+    """Return the goals of each reading of a sentence that makes sense in the scene; collect why the others do not.
+
+    With the goals come the words from which they were understood, and those that were left out.
 
     As little as possible is left out, and a description says no more than it takes to tell a thing apart: of several readings, those
     that leave out the fewest words, then those with the fewest needless relations.
@@ -111,7 +112,7 @@ def _meanings(
         try:
             literals = reading.literals(clauses)
             key = tuple(sorted(one.goal for one in literals))
-            left_out = tuple(said for c in clauses for said in (c.said if c.relation == "aside" else "", c.odd) if said)
+            left_out = tuple(said for c in clauses for said in (c.said if c.relation in ("aside", "ahead") else "", c.odd) if said)
             cost = sum(len(said.split()) for said in left_out), resolver.needless
             if key not in found or cost < found[key][0]:
                 found[key] = cost, literals, left_out

@@ -107,7 +107,7 @@ def example(marked: Marked, rules: Sequence[Rule], taxonomy: Taxonomy) -> Exampl
 
 
 def holds(rule: Rule, span: Span) -> bool:
-    """Check whether a rule holds in a span for some fillers of its roles."""
+    """Check whether a rule holds in a span of an episode for some assignment of things to its roles."""
     return bool(solutions(rule, span))
 
 
@@ -120,8 +120,9 @@ def solutions(rule: Rule, span: Span) -> list[Binding]:
 
 
 class Library:
-    """Library of known episodes, whose explained actions are counterexamples; facts of each span are computed
-    once.
+    """Recorded episodes from which counterexamples are taken: the actions that a known task explains.
+
+    The facts of each span are computed once.
 
     Args:
         episodes: with or without actions that they name.
@@ -177,8 +178,10 @@ def _read(timeline: Timeline, rules: Sequence[Rule]) -> Iterator[tuple[float, fl
 
 
 def _explained(span: Span, rules: Mapping[str, Rule], match: Match | None, strict: bool = False, named: bool = False) -> Known:
-    """Return an action with its known task and the predicates whose changes the task explains, directly or
-    by implication."""
+    """Return an action of an episode with the known task that explains it, and the predicates that this task changes.
+
+    Predicates that change by implication are among them.
+    """
     if match is None:
         return Known(span, strict=strict)
     rule = rules[match.task]

@@ -1,4 +1,4 @@
-"""Learning of a task from episodes: demonstrations give a proposal of a task."""
+"""Learning of a task from recorded episodes; the result is a proposal, which a person reviews."""
 
 from __future__ import annotations
 
@@ -90,8 +90,10 @@ def _predicate(motion: ShownMotion | ShownTurn | ShownRest | None, name: str) ->
 
 
 def _named_apart(episodes: Sequence[Episode]) -> dict[int, Episode]:
-    """Return the episodes by their ``id()``; of those with equal names all but the first get a number after
-    their name."""
+    """Return a dictionary of the episodes in which equal names are made different: "pour", "pour (2)".
+
+    Its keys are the ``id()`` of the episodes.
+    """
     found: dict[int, Episode] = {}
     taken: Counter[str] = Counter()
     for one in {id(e): e for e in episodes}.values():
@@ -101,8 +103,7 @@ def _named_apart(episodes: Sequence[Episode]) -> dict[int, Episode]:
 
 
 def _unlike(learned: Learned) -> str:
-    """Return an objection if known tasks explain each example, but the examples have neither a change nor
-    a known task in common; else ""."""
+    """Return an error message if the examples show different known tasks and have no change in common; else ""."""
     tasks = [{task for task, _ in one.tasks} for one in learned.examples]
     if learned.cast.changes or len(tasks) < 2 or not all(tasks) or set.intersection(*tasks):
         return ""
@@ -111,8 +112,9 @@ def _unlike(learned: Learned) -> str:
 
 
 def _motion(examples: Sequence[Example], rules: Sequence[Rule]) -> ShownMotion | None:
-    """Return the motion that all examples share, or all but one that may be wrong; None if known tasks
-    explain the motion.
+    """Return the motion that all examples share; None if there is none, or if known tasks explain it.
+
+    One example may be left out as wrong.
 
     Any known task explains a straight stroke; a bent path only a task about the same thing whose rule
     measures the motion.

@@ -59,7 +59,7 @@ class Learned(Value, eq=False):
 
 
 def language_of(predicates: Sequence[Predicate], taxonomy: Taxonomy, spans: Sequence[Span], motion: Predicate | None = None) -> Language:
-    """Return the language of conditions for rules about some spans.
+    """Return the predicates, and the number of classes, that conditions of rules about some spans may use.
 
     Args:
         motion: the predicate of the motion that the examples show.
@@ -136,8 +136,9 @@ def _learned(
 
 
 def _sure(rest: Sequence[Known], tables: Tables | None, cast: Cast, idle: frozenset[str]) -> list[bool]:
-    """Return for each action outside the examples whether it is certainly no example of the learned task,
-    because a known task explains it.
+    """Return for each action outside the examples whether it certainly is a counterexample of the learned task.
+
+    That is so if a known task explains it.
 
     An action with the examples' changes must be explained in these changes, else it may be the learned task.
     A task without changes explains, unless the examples have the same one.
@@ -187,8 +188,7 @@ def _problem(
 
 
 def _groups(shown: Tables, literals: Sequence[Literal], cast: Cast) -> list[Group]:
-    """Return for each example a group of all wrong fillings of its roles, which the learned rule should
-    refute."""
+    """Return for each example the wrong assignments of things to roles, which the learned rule should exclude."""
     refuted, valid = ~shown.truths(literals, cast.roles), shown.valid(cast.roles)
     found = []
     for k, place in enumerate(cast.places):
@@ -200,13 +200,13 @@ def _groups(shown: Tables, literals: Sequence[Literal], cast: Cast) -> list[Grou
 
 def _happens(language: Language, literal: Literal) -> bool:
     """Check whether a condition is about an event: a beginning, an end, something during the action, or an
-    actor at rest."""
+    agent that rests."""
     still = language.predicates[literal.predicate].phases == {"run"} and not literal.roles and ANY not in literal.slots
     return literal.kind in ("begins", "ends") or (literal.phase == "run" and (still or not literal.denied))
 
 
 def of_motion(language: Language, literal: Literal) -> bool:
-    """Check whether a condition requires the motion of the examples between two roles."""
+    """Check whether a condition of a learned rule is the one on the motion that all examples show."""
     return literal.predicate == language.motion and not literal.denied and len(literal.roles) == len(literal.slots)
 
 
@@ -215,7 +215,7 @@ def _tells(language: Language, one: Literal, change: Literal) -> bool:
 
 
 def _classes(taxonomy: Taxonomy, shown: Tables, cast: Cast) -> Iterator[Literal]:
-    """Yield conditions on classes that all fillers of a role, or parts of the fillers, have in common."""
+    """Yield conditions on the class of the thing in a role, or of a part of it, that hold in all examples."""
     for predicate in shown.language.predicates.values():
         for role in range(cast.roles if predicate.classes else 0):
             shared: set[str] | None = None
@@ -269,14 +269,14 @@ def _nothing(examples: Sequence[Example], tables: Tables) -> str:
 
 
 def _begun(changes: Sequence[Literal]) -> str:
-    """Return a clause that names the predicates that begin and end in an example."""
+    """Return the predicates that begin and end in an example, in words: ": there begins on and there ends holds"."""
     names = {kind: sorted({c.predicate for c in changes if c.kind == kind}) for kind in ("begins", "ends")}
     said = [f"{kind} {', '.join(found)}" for kind, found in names.items() if found]
     return f": {' and '.join(f'there {words}' for words in said)}" if said else ""
 
 
 def covers(learned: Learned, span: Span, literals: Sequence[Literal] | None = None) -> tuple[tuple[str, ...], ...]:
-    """Return the role fillers for which a rule holds in a span.
+    """Return the assignments of things to roles for which a rule holds in a span of an episode.
 
     Args:
         literals: instead of the rule's own.
@@ -288,8 +288,10 @@ def covers(learned: Learned, span: Span, literals: Sequence[Literal] | None = No
 
 
 def conditions(learned: Learned, names: Sequence[str]) -> Mapping[str, list[str]]:
-    """Return the conditions of a rule as its file writes them: phase -> texts; ``names`` are those of agent
-    and roles."""
+    """Return the conditions of a learned rule as texts for its file, by phase: before, during and after the task.
+
+    ``names`` are the variables of the agent and of the roles.
+    """
     found: dict[str, list[str]] = {phase: [] for phase in PHASES}
     language = learned.language
     if language.hand and any(0 in one.slots for one in learned.literals):

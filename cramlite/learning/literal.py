@@ -1,4 +1,7 @@
-"""Conditions that a learned rule may have: their text, their description length in bits, and the language they form."""
+"""Conditions that a learned rule may have.
+
+A condition has a text and a description length in bits; a language says which conditions are possible.
+"""
 
 from __future__ import annotations
 
@@ -50,12 +53,15 @@ class Literal(Value, order=True):
 
     @property
     def binds(self) -> frozenset[int]:
-        """Roles to which the condition gives fillers; a denial or a bound only tests them."""
+        """Roles for which the condition proposes things; none for a negated or numeric condition, which only
+        tests things."""
         return frozenset() if self.denied or self.kind in ("at_least", "at_most") else self.roles
 
     def texts(self, names: Sequence[str]) -> Iterator[tuple[PhaseName, str]]:
-        """Yield the condition as rule files write it, each text with its phase; ``names`` are those of agent
-        and roles."""
+        """Yield the texts of the condition in a rule file, each with its phase: before, during or after the task.
+
+        ``names`` are the variables of the agent and of the roles.
+        """
         arguments = ["_" if s == ANY else names[s] for s in self.slots]
         if self.kind == "class":
             arguments.append(self.class_)
@@ -70,7 +76,7 @@ class Literal(Value, order=True):
 
 
 class Language(Value):
-    """Language of conditions: the predicates that may be used, and the number of classes.
+    """Language of a learned rule's conditions: the predicates that they may use, and how many classes they may name.
 
     Args:
         predicates: by name; those that hold of classes among them.
@@ -87,7 +93,7 @@ class Language(Value):
     motion: str | None = None
 
     def bits(self, literal: Literal, roles: int) -> float:
-        """Return the description length of a condition in a rule with a number of roles [bits]."""
+        """Return the description length [bits] of a condition in a rule that has ``roles`` roles."""
         predicate = self.predicates[literal.predicate]
         bits = math.log2(len(self.predicates)) + math.log2(roles + 2) * len(literal.slots) + LOOK * predicate.cost
         bits += OPEN * max(literal.slots.count(ANY) - literal.denied, 0)
@@ -98,7 +104,7 @@ class Language(Value):
         return bits + (NEGATED if literal.denied else 0.0)
 
     def literals(self, roles: int) -> Iterator[Literal]:
-        """Yield the conditions without numbers and classes that a rule with a number of roles may have."""
+        """Yield all conditions that a rule with ``roles`` roles may have, except those with a number or a class."""
         slots = (ANY, *([HAND] if self.hand else []), *range(1, roles + 1))
         for predicate in self.predicates.values():
             if predicate.value or predicate.classes or predicate.name == self.hand:
@@ -109,8 +115,10 @@ class Language(Value):
 
 
 def _sensible(predicate: Predicate, slots: tuple[int, ...]) -> bool:
-    """Check whether a condition is worth considering: it names the agent or a role, nothing twice, no
-    contents of a vessel, and symmetric pairs in one order."""
+    """Check whether the learner should consider a condition: it names the agent or a role, and none of them twice.
+
+    The contents of a vessel must not be named, and the arguments of a symmetric predicate have one order.
+    """
     named = [s for s in slots if s != ANY]
     if len(set(named)) < len(named) or (slots and not named) or (predicate.fluent.of_contents and slots[-1] != ANY):
         return False

@@ -81,13 +81,14 @@ def _imports(proposal: Proposal, classes: bool) -> tuple[str, str]:
 
 
 def thing_name(role: str) -> str:
-    """Return the name of a role's filler in the package's scenario."""
+    """Return a name for the thing that fills a role in the scenario of a learned task, such as "some_patient"."""
     return f"some_{role.lower()}"
 
 
 def _before(proposal: Proposal) -> Iterator[str]:
-    """Yield lines of a scenario with the known tasks that come before the learned one in all examples, such
-    as those that bring its payload into the hand.
+    """Yield lines of a scenario with the known tasks that come before the learned one in all examples.
+
+    These bring its payload into the hand, for example.
 
     Things that fill no role of the learned task are replaced by the floor, on which all things of that
     scenario stand.
@@ -102,8 +103,8 @@ def _before(proposal: Proposal) -> Iterator[str]:
 
 
 def _things(proposal: Proposal) -> Iterator[str]:
-    """Yield lines of a scenario with a thing for each role: a block where a demonstration moved the filler,
-    a lid where it turned it, else a table."""
+    """Yield lines of a scenario with a thing for each role: a block if a demonstration moved such a thing,
+    a lid if it turned it, else a table."""
     span = proposal.learned.examples[0].span
     for k, role in enumerate(proposal.roles):
         y, shown = -0.35 + 0.25 * k, proposal.fillers[0][k]

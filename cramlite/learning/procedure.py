@@ -1,4 +1,5 @@
-"""Procedures: demonstrations of one job as a partial order of steps, some of them optional, alternative or repeated.
+"""Procedures: demonstrations of the same work as a partial order of steps, some of them optional, alternative
+or repeated.
 
 A step comes before another if it does so in every demonstration that has both; who was seen in both orders is exchangeable. Another
 demonstration is compared with that.
@@ -21,7 +22,7 @@ so."""
 
 
 class Step(Value, order=True):
-    """Step of a job: a task with its fillers.
+    """Step of a job: a task with the things that fill its roles.
 
     Args:
         task: its class.
@@ -57,7 +58,7 @@ class Deviation(Value):
 
 
 class Procedure(Value):
-    """Procedure of a job: its steps and their partial order.
+    """Procedure that several demonstrations of the same work share: its steps, and which step comes before which.
 
     Args:
         steps: of all demonstrations, in an order that contradicts none.
@@ -75,19 +76,19 @@ class Procedure(Value):
 
     @property
     def order(self) -> frozenset[tuple[Step, Step]]:
-        """Pairs of steps of which the first always came first."""
+        """Pairs of steps of which the first one was done before the second one in every demonstration."""
         return frozenset(self.before)
 
     def repeated(self) -> dict[tuple[str, tuple[tuple[str, str], ...]], tuple[int, int]]:
-        """Return the steps that were done more than once: (task, fillers) -> least and greatest number of
-        times."""
+        """Return the steps that were done more than once: (task, things in its roles) -> least and greatest
+        number of times."""
         most = Counter((s.task, s.fillers) for s in self.steps)
         least = Counter((s.task, s.fillers) for s in self.steps if s not in self.optional)
         return {key: (least[key], times) for key, times in most.items() if times > 1}
 
 
 def numbered(steps: Sequence[Step]) -> tuple[Step, ...]:
-    """Number the occurrences of equal steps."""
+    """Number equal steps in the order in which they occur."""
     seen: Counter[tuple[str, tuple[tuple[str, str], ...]]] = Counter()
     found = []
     for step in steps:
@@ -97,7 +98,7 @@ def numbered(steps: Sequence[Step]) -> tuple[Step, ...]:
 
 
 def procedure(demonstrations: Sequence[Sequence[Step]]) -> Procedure:
-    """Return the procedure of some demonstrations.
+    """Return the procedure that demonstrations share: the order of their steps, optional steps and alternatives.
 
     Raises:
         UserError: there is none, or one has no step.

@@ -1,4 +1,4 @@
-"""Proposal of a task: the learned rule as a rule file has it, with names of roles, a superclass, and the evidence."""
+"""Proposal of a task: the learned rule with names for its roles, a superclass, and the evidence for each condition."""
 
 from __future__ import annotations
 
@@ -81,13 +81,13 @@ class Proposal(Value, eq=False):
 
     @property
     def told(self) -> Literal | None:
-        """Condition of the rule that requires the motion of the examples; None if there is none."""
+        """Condition of the learned rule on the motion that all examples show; None if the rule has none."""
         return next((one for one in self.learned.literals if of_motion(self.learned.language, one)), None)
 
     @property
     def moving(self) -> tuple[ShownMotion, str, str] | None:
-        """Motion along a path with the roles of its mover and reference thing; None unless the rule requires
-        it."""
+        """Learned path, the role that moves along it, and the role of the reference thing; None if the rule
+        asks for no path."""
         names = list(self.roles)
         if self.told is None or not isinstance(self.motion, ShownMotion):
             return None
@@ -95,7 +95,7 @@ class Proposal(Value, eq=False):
 
     @property
     def rest(self) -> ShownRest | None:
-        """Rest of the hand (it keeps still) at the end of all examples; None unless the rule requires it."""
+        """Learned pause of the hand at the end of the task; None if the rule has no condition on it."""
         return self.motion if self.told is not None and isinstance(self.motion, ShownRest) else None
 
     @property
@@ -142,8 +142,7 @@ def propose(
 
 
 def _called(learned: Learned, names: Sequence[tuple[str, str]]) -> dict[str, str]:
-    """Return role -> class for the rule's variables in order; names are given to roles by how far their
-    things move, the farthest first.
+    """Return role -> class in the order of the rule's variables; roles whose things move farthest get the first names.
 
     Of roles that move equally far, those in the condition on the learned motion come first.
     """
@@ -172,8 +171,10 @@ def _names(rules: Sequence[Rule]) -> list[tuple[str, str]]:
 
 
 def _above(learned: Learned, rules: Sequence[Rule], taxonomy: Taxonomy) -> str:
-    """Return the most special known task whose rule holds in all examples and mentions all that changes in
-    them; else the class of all tasks."""
+    """Return the superclass of the learned task: the most special known task that covers all examples, else any task.
+
+    The rule of that task holds in all examples and mentions every predicate that changes in all of them.
+    """
     changes = {c.predicate for c in learned.cast.changes}
     spoken = [r for r in rules if r.roles and changes <= {a.predicate.name for c in r.clauses for a in atoms(c.condition)}]
     found = [r.task for r in spoken if all(_recognised(r, e.span, f) for e, f in zip(learned.examples, learned.cast.fillers, strict=True))]
@@ -241,7 +242,7 @@ def _undecided(learned: Learned, evidence: Sequence[Evidence], names: Sequence[s
             found.append(f"whether '{said}' belongs to the task: show an example in which it does not hold")
     for k, name in enumerate(names[1:]):
         if len({f[k] for f in learned.cast.fillers}) == 1:
-            found.append(f"whether {name} may be anything but '{learned.cast.fillers[0][k]}': show an example with another thing")
+            found.append(f"whether the thing in the role {name} must be '{learned.cast.fillers[0][k]}': show an example with another thing")
     return tuple(found)
 
 
@@ -255,7 +256,8 @@ def _covered(learned: Learned) -> list[str]:
 
 
 def _procedure(learned: Learned, roles: Mapping[str, str]) -> Procedure | None:
-    """Return the procedure of known tasks, if they explain all examples.
+    """Return the procedure by which known tasks do what the examples show; None unless known tasks explain
+    all examples.
 
     Their roles are filled by roles of the learned task, or by classes.
     """
@@ -264,7 +266,7 @@ def _procedure(learned: Learned, roles: Mapping[str, str]) -> Procedure | None:
 
 
 def steps_of(one: Example, fillers: Sequence[str], roles: Mapping[str, str]) -> tuple[Step, ...]:
-    """Return the known tasks that explain an example, in order, with fillers named by the proposal's roles.
+    """Return the known tasks that explain an example, in order; things are named by the roles of the proposal.
 
     Args:
         fillers: of the roles in the example.

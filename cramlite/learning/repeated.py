@@ -21,7 +21,7 @@ ROUND = 48
 
 
 class Rounds(Value, eq=False):
-    """Periodic part of a path: the mean of its rounds, and their number.
+    """Periodic part of a path: the mean of its repetitions, and their number.
 
     Args:
         mean: (ROUND, 3) places of the mean round [m].
@@ -50,7 +50,7 @@ def evenly(times: Floats, points: Floats) -> tuple[Floats, Floats]:
 
 
 def rounds(points: Floats) -> Rounds | None:
-    """Return the longest periodic part of a path that has at least two rounds; None if there is none.
+    """Return the longest part of a path that repeats itself at least once; None if there is none.
 
     Args:
         points: (M, 3) at even distances ``STEP``.
@@ -85,8 +85,12 @@ def strokes(points: Floats, touched: np.ndarray, least: float) -> list[tuple[int
 
 
 def _alike(points: Floats, lag: int) -> tuple[int, int, int, float] | None:
-    """Return the longest part of a path that repeats after a number of positions, as indices of its first and
-    last position, that number, and the mean distance between rounds [m]."""
+    """Return the longest part of a path that repeats itself with a given period; None if it is shorter than
+    two periods.
+
+    The result is the indices of its first and last position, the period as a number of positions, and the
+    mean distance between repetitions [m].
+    """
     apart = np.linalg.norm(points[lag:] - points[:-lag], axis=1)
     extents = _extents(points, lag)[: len(apart)]
     close = np.concatenate([[False], apart <= ALIKE * extents, [False]])
@@ -102,7 +106,7 @@ def _alike(points: Floats, lag: int) -> tuple[int, int, int, float] | None:
 
 
 def _extents(points: Floats, lag: int) -> Floats:
-    """Return for each position the largest side of the box around the round that begins there [m]."""
+    """Return for each position the longest side of the box around the next period of the path [m]."""
     from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
     ahead = {"size": lag, "axis": 0, "mode": "nearest", "origin": -(lag // 2)}

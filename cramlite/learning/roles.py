@@ -21,8 +21,7 @@ TRIED = 2
 
 
 class Cast(Value, eq=False):
-    """Cast: the fillers of the roles in each example, with the conditions on fillers that hold in all
-    examples.
+    """Assignment of things to roles in each example, with the conditions on these things that hold in all examples.
 
     Args:
         fillers: for each example the things in the roles.
@@ -49,14 +48,17 @@ class Cast(Value, eq=False):
 
     @property
     def told(self) -> int:
-        """Number of changes that a rule should explain: all recorded ones, one of each set of measured
-        ones, and one for each moved thing."""
+        """Number of changes that a rule should explain.
+
+        They are all recorded ones, one of each set of measured ones, and one for each moved thing.
+        """
         return len(self.changes) + len(self.measured) + self.movers
 
 
 def casts(tables: Tables, roles: int) -> list[Cast]:
-    """Return the casts with the most conditions in common, for a number of roles; empty if an example has too
-    few things.
+    """Return the best assignments of things to a number of roles, for all examples together.
+
+    Those with the most conditions in common come first; there are none if an example has too few things.
 
     Args:
         tables: of the examples.
@@ -74,8 +76,10 @@ def casts(tables: Tables, roles: int) -> list[Cast]:
 
 
 def _who_changes(tables: Tables) -> list[int]:
-    """Return the indices of things of the first span that change or that the agent acts on, the most changed
-    first."""
+    """Return the indices of the things that change, or that the agent acts on, in the first demonstration.
+
+    The most changed come first.
+    """
     language = tables.language
     literals = [one for one in language.literals(1) if one.roles and (_moving(language, one) or _with_hand(language, one))]
     weights = np.array([_weight(tables.language, one) for one in literals])
@@ -85,8 +89,7 @@ def _who_changes(tables: Tables) -> list[int]:
 
 
 def _with_hand(language: Language, literal: Literal) -> bool:
-    """Check whether a condition requires a recorded state between the agent and a role throughout the
-    task."""
+    """Check whether a condition says that a recorded state of agent and role lasts throughout the task."""
     return literal.phase == "run" and HAND in literal.slots and not literal.denied and recorded(language, literal)
 
 
@@ -106,8 +109,7 @@ def _weight(language: Language, literal: Literal) -> float:
 
 
 def recorded(language: Language, literal: Literal) -> bool:
-    """Check whether a condition is about recorded states rather than measurements: its predicate declares how
-    tasks change it."""
+    """Check whether a condition is about a recorded state, which tasks change, and not about a measurement."""
     predicate = language.predicates[literal.predicate]
     return predicate.steady and (predicate.fluent.initial is not None or predicate.fluent.in_hand)
 
@@ -133,14 +135,16 @@ def _cast(
 
 
 def _distinct(things: int, roles: int) -> Truths:
-    """Return a mask of the role fillings in which no thing fills two roles."""
+    """Return a mask of the role assignments in which no thing has two roles."""
     found = np.array([len(set(k)) == roles for k in np.ndindex(*(things,) * roles)], dtype=np.bool_)
     return found.reshape(1, -1)
 
 
 def _changes(language: Language, common: Sequence[Literal]) -> Iterator[Literal]:
-    """Yield recorded states of agent and roles that begin or end, without those that another change
-    implies."""
+    """Yield the changes that all examples share: recorded states of agent and roles that begin or end.
+
+    A change that another one implies is left out.
+    """
     changes = [one for one in common if one.kind in ("begins", "ends") and _whole(language, one) and recorded(language, one)]
     for one in changes:
         if not any(follows(language, one, other) for other in changes if other != one):
@@ -148,8 +152,7 @@ def _changes(language: Language, common: Sequence[Literal]) -> Iterator[Literal]
 
 
 def _whole(language: Language, literal: Literal) -> bool:
-    """Check whether a condition names everything that it is about, except the contents of a vessel, which
-    have no name."""
+    """Check whether a condition leaves no argument open ("_"), except the contents of a vessel, which have no name."""
     contents = language.predicates[literal.predicate].fluent.of_contents
     return ANY not in (literal.slots[:-1] if contents else literal.slots)
 
@@ -166,8 +169,9 @@ def own_changes(tables: Tables, span: int) -> tuple[Literal, ...]:
 
 
 def _measured(language: Language, common: Sequence[Literal], roles: int) -> tuple[tuple[Literal, ...], ...]:
-    """Return sets of measured changes that all examples have in common; a rule should explain one change
-    of each set.
+    """Return sets of measured changes that all examples have in common.
+
+    A rule should explain one change of each set.
 
     There is a set for each role that moves, else a single set of all changes.
     """
@@ -178,7 +182,8 @@ def _measured(language: Language, common: Sequence[Literal], roles: int) -> tupl
 
 
 def follows(language: Language, literal: Literal, other: Literal) -> bool:
-    """Check whether one change follows from another by the declarations of the other's predicate."""
+    """Check whether one change follows from another, as the predicate of the other declares (``implies``,
+    ``undoes``)."""
     fluent = language.predicates[other.predicate].fluent
     if set(literal.slots) != set(other.slots) or literal.kind != other.kind:
         return False

@@ -20,7 +20,7 @@ TIE = 1e-5
 
 
 class Group(Value, eq=False):
-    """Group of bindings that counts as one exception unless all of them are refuted.
+    """Role assignments that a rule should exclude; if it does not exclude all, its length grows by ``bits``.
 
     Args:
         refuted: for each filling the conditions that refute it, as bits of a whole number.
@@ -34,8 +34,8 @@ class Group(Value, eq=False):
 
 
 class Wish(Value, eq=False):
-    """Wish: the chosen conditions should all hold in one of several alternatives, else the wish's bits are
-    added to the rule's length.
+    """Penalty of ``bits`` for a rule unless all its conditions hold in at least one recorded action of an
+    example.
 
     Args:
         false: of alternatives, the conditions that do not hold in each, as bits of a whole number.
@@ -94,8 +94,7 @@ def _rows_of(mask: int) -> list[int]:
 
 
 def merged(groups: Iterable[Group]) -> list[Group]:
-    """Merge groups whose bindings are refuted by the same conditions, and add the bits of the merged
-    groups."""
+    """Merge groups of role assignments that the same conditions exclude; their bits are added up."""
     found: dict[frozenset[int], Group] = {}
     for group in groups:
         if group.refuted:
@@ -138,8 +137,11 @@ def shortest(problem: Problem) -> Shortest:
 
 
 def _wish(wish: Wish, weights: list[float], rows: _Rows, lower: list[float]) -> None:
-    """Add a wish to the integer program: unless all chosen conditions hold in one alternative, the wish's
-    bits are added to the objective."""
+    """Add a wish to the integer program as a soft constraint: if it is not met, the wish's bits are added to
+    the objective.
+
+    It is met if all chosen conditions hold in at least one of its alternatives.
+    """
     first = len(weights)
     weights += [0.0] * len(wish.false)
     for k, mask in enumerate(wish.false):

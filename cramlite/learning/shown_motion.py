@@ -57,10 +57,10 @@ class ShownMotion(Value, eq=False):
     bent: bool
 
     def apart_from(self, refused: Sequence[Span]) -> ShownMotion:
-        """Return the motion with its least number of rounds raised, if possible, above the number found in spans
-        without the task.
+        """Return the motion that must be repeated more often than in time spans without the task.
 
-        The number is half way between theirs and the examples'.
+        The required number is half way between that of these spans and that of the examples. The motion is
+        unchanged if the examples do not repeat it more often.
         """
         found = (
             gone_through(self.path, span.timeline.episode, one, other, (span.start, span.end))
@@ -72,7 +72,7 @@ class ShownMotion(Value, eq=False):
 
 
 class _Core(Value, eq=False):
-    """Part of one example's path that is the motion, in the frame of the reference thing."""
+    """Part of one example's path that belongs to the shared motion, in the frame of the reference thing."""
 
     places: Floats
     closed: bool
@@ -137,16 +137,18 @@ def _of_pairs(spans: Sequence[Span], pairs: tuple[tuple[str, str], ...]) -> tupl
 
 
 def _anchors(classes: Sequence[str] | dict[str, None]) -> Iterator[Anchor]:
-    """Yield the frames in which a path may be given: for each part of the reference thing a frame at the
-    part's bottom and one at its origin, last the frame of the thing itself."""
+    """Yield the frames in which a path may be given: at bottom and origin of each part of a thing, last the
+    thing's own."""
     for scaled in (False, True):
         yield from (Anchor(class_, deep, scaled) for class_ in classes for deep in (True, False))
     yield Anchor()
 
 
 def _core(span: Span, mover: str, about: str) -> _Core | None:
-    """Return the periodic part of a mover's path; else the mean of its strokes on the reference thing; else the
-    part in which it touches that thing."""
+    """Return the characteristic part of a mover's path about a reference thing; None if there is none.
+
+    It is the mean of equal strokes on the thing, else the periodic part, else the part in which both touch.
+    """
     episode = span.timeline.episode
     found = followed(episode, mover, about, (span.start, span.end))
     if found is None:
@@ -173,8 +175,10 @@ def _core(span: Span, mover: str, about: str) -> _Core | None:
 
 
 def _strokes(places: Floats, touched: np.ndarray) -> list[tuple[int, int]]:
-    """Return the first and last index of each stroke of a path on a surface; none if there is a single
-    stroke, or if strokes differ."""
+    """Return the first and last index of each of several similar strokes on a surface; none if the strokes differ.
+
+    There are none for a single stroke, either.
+    """
     runs = strokes(places, touched, LONG)
     if len(runs) < 2:
         return []
@@ -184,15 +188,15 @@ def _strokes(places: Floats, touched: np.ndarray) -> list[tuple[int, int]]:
 
 
 def _within(places: Floats, frame: tuple) -> Floats:  # type: ignore[type-arg]
-    """Transform positions to the frame of an anchor, with x and y in the anchor's unit of length."""
+    """Transform positions [m] to the frame in which a path is given, with x and y in that path's unit of length."""
     pose, metres = frame
     inside = (places - np.array(pose.position)) @ pose.rotation
     return np.asarray(inside / (metres, metres, 1.0))
 
 
 def _mean(places: Sequence[Floats], closed: bool, metres: float) -> tuple[Floats, float, bool]:
-    """Return the mean of the examples' paths, their spread about it [m], and whether some went round the
-    other way."""
+    """Return the mean of the examples' paths, their spread about it [m], and whether some ran in the opposite
+    direction."""
     unit = np.array([metres, metres, 1.0])
     aligned, reversed_ = [places[0]], [False]
     for one in places[1:] if closed else ():
@@ -231,8 +235,8 @@ def _yaw(frame: Pose) -> float:
 
 
 def _heading(shown: Sequence[Floats]) -> float | None:
-    """Mean of the mover's directions in all examples [rad]; None if one is farther than ``AIMED`` from the
-    mean."""
+    """Mean heading of the moved thing over all examples [rad]; None if a heading is farther than ``AIMED``
+    from the mean."""
     angles = np.concatenate(shown)
     mean = np.arctan2(np.sin(angles).mean(), np.cos(angles).mean())
     off = np.abs((angles - mean + np.pi) % (2 * np.pi) - np.pi)

@@ -1,4 +1,4 @@
-"""Rests that demonstrations share: the hand keeps still until the end."""
+"""Pauses at the end of a task that demonstrations share: the hand keeps still until the end."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ENOUGH = 0.75
 
 
 class ShownRest(Value):
-    """Rest of the hand at the end of all examples: it keeps still for a time.
+    """Pause with which all examples end: the hand keeps still for a time.
 
     Args:
         duration_s: the median of the examples.
@@ -29,7 +29,7 @@ class ShownRest(Value):
 
 
 def shown_rest(spans: Sequence[Span]) -> ShownRest | None:
-    """Return the rest of the hand (it keeps still) with which all examples end; None where one does not."""
+    """Return the pause with which all examples end (the hand keeps still); None if one has none."""
     times = []
     for span in spans:
         episode = span.timeline.episode

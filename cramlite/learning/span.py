@@ -68,7 +68,7 @@ class Span:
         return self._holds[key]
 
     def values(self, predicate: Predicate, phase: PhaseName) -> npt.NDArray[np.float64]:
-        """Return a table of the largest value of a value predicate for each combination of arguments; NaN
+        """Return the largest values of a predicate that is a number, as a table over its arguments; NaN
         without a value."""
         key = (predicate.name, phase)
         if key not in self._values:

@@ -15,7 +15,7 @@ from .span import Span, Truths
 
 
 class Tables:
-    """Facts of some spans; each table is computed at its first use.
+    """Which facts hold in some spans, as arrays; each array is computed when it is first used.
 
     Args:
         language: whose predicates are asked.
@@ -28,8 +28,10 @@ class Tables:
         self._known: dict[tuple[str, str], npt.NDArray] = {}  # type: ignore[type-arg]
 
     def valid(self, roles: int) -> Truths:
-        """Return a mask (spans, fillings): true where all roles are filled by things of the span, false where
-        padding of the tables fills one."""
+        """Return which role assignments use only things of their span, as a mask (spans, fillings).
+
+        Others contain the padding of the tables.
+        """
         one = np.arange(self.size)[None, :] < np.array([len(s.things) for s in self.spans])[:, None]
         found = np.ones((len(self.spans), *(1,) * roles), dtype=np.bool_)
         for role in range(roles):
@@ -37,7 +39,8 @@ class Tables:
         return found.reshape(len(self.spans), -1)
 
     def truths(self, literals: Sequence[Literal], roles: int) -> Truths:
-        """Return a mask (conditions, spans, fillings) of where conditions hold."""
+        """Return for each condition the spans and role assignments in which it holds, as a mask (conditions,
+        spans, assignments)."""
         shape = (len(self.spans), *(self.size,) * roles)
         found = np.empty((len(literals), *shape), dtype=np.bool_)
         for k, literal in enumerate(literals):
@@ -45,8 +48,10 @@ class Tables:
         return found.reshape(len(literals), len(self.spans), self.size**roles)
 
     def truth(self, literal: Literal, roles: int) -> Truths:
-        """Return a mask of the spans and role fillings for which a condition holds; axes of roles that it
-        does not mention have length 1."""
+        """Return a boolean array that says for which spans and role assignments a condition holds.
+
+        Axes of roles that the condition does not mention have length 1.
+        """
         if literal.kind in ("begins", "ends"):
             before, after = (self._of_slots(self._holds(literal, p), literal.slots, roles) for p in ("pre", "post"))
             return ~before & after if literal.kind == "begins" else before & ~after
@@ -77,8 +82,10 @@ class Tables:
         return span.values(predicate, phase) if predicate.value else span.holds(predicate, phase)  # type: ignore[arg-type]
 
     def _of_slots(self, table: Truths, slots: tuple[int, ...], roles: int) -> Truths:
-        """Return a predicate's table over roles: "_" arguments are existentially quantified, the agent is
-        fixed."""
+        """Convert a predicate's table over things to a table over roles, with one axis for each role.
+
+        An argument "_" stands for any thing; that of the agent is fixed.
+        """
         places = (self.size if s == HAND else slice(None) if s == ANY else slice(self.size) for s in slots)
         picked = table[(slice(None), *places)]
         left = [s for s in slots if s != HAND]
@@ -88,11 +95,11 @@ class Tables:
         return np.asarray(picked).reshape([len(self.spans), *(self.size if r in named else 1 for r in range(1, roles + 1))])
 
     def place(self, span: int, fillers: Sequence[str]) -> int:
-        """Return the index of a role filling that is given by names."""
+        """Return the index of a role assignment that is given by the names of its things."""
         things = self.spans[span].things
         return int(np.ravel_multi_index([things.index(f) for f in fillers], (self.size,) * len(fillers))) if fillers else 0
 
     def names(self, span: int, place: int, roles: int) -> tuple[str, ...]:
-        """Return the names of the role filling with an index."""
+        """Return the names of the things in a role assignment that is given by its index."""
         things = self.spans[span].things
         return tuple(things[int(k)] for k in np.unravel_index(place, (self.size,) * roles)) if roles else ()

@@ -71,8 +71,7 @@ def trials(proposal: Proposal, module: Path, scenario: Scenario, seeds: range) -
 
 
 def _own(proposal: Proposal, scenario: Scenario, engine: Engine) -> list[TaskSpec]:
-    """Return the tasks of a scenario if the learned task is among them and none is under a rule of the plan
-    language; else none."""
+    """Return the tasks of a scenario if they are a plain list that contains the learned task; else none."""
     entries = scenario.spec.tasks or ()
     tasks = [t for t in entries if isinstance(t, TaskSpec)]
     return tasks if len(tasks) == len(entries) and any(_is(t, proposal, engine) for t in tasks) else []
@@ -83,7 +82,7 @@ def _is(task: TaskSpec, proposal: Proposal, engine: Engine) -> bool:
 
 
 def _when(candidate: Candidate, place: int, count: int, whole: tuple[float, float]) -> tuple[float, float]:
-    """Return start and end of a task's part of a run [s]; of a single task the whole run."""
+    """Return start and end of one task of a run [s]; if the run has a single task, those of the whole run."""
     rollout, code = candidate.rollout, candidate.code
     if count == 1 or rollout is None or code is None:
         return whole
@@ -93,8 +92,7 @@ def _when(candidate: Candidate, place: int, count: int, whole: tuple[float, floa
 
 
 def _fillers(proposal: Proposal, world: World, taxonomy: Taxonomy) -> Iterator[tuple[str, str]]:
-    """Yield each role with a thing of the world: one with the filler's name in an example, else one of its
-    class."""
+    """Yield each role with a thing of the world: one named as in an example, else one of the class shown there."""
     taken: set[str] = set()
     for k, role in enumerate(proposal.roles):
         names = [f[k] for f in proposal.fillers]

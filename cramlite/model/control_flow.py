@@ -43,13 +43,16 @@ class Compound(Action):
 
     @property
     def decided_at_run_time(self) -> bool:
-        """Whether the structure becomes a control step of the program, instead of being decided while planning."""
+        """Whether this control structure becomes a control step of the program, instead of being decided
+        while planning."""
         return self.kind not in ("sequence", "choose")
 
 
 class Mark(Value):
-    """Marker on the search's agenda: the branch number ``branch`` of a control structure begins here; if
-    there is no such branch, the structure ends here."""
+    """Marker on the search's agenda: here begins branch ``branch`` of a control structure.
+
+    The marker after the last branch is the end of the control structure.
+    """
 
     compound: Compound
     branch: int
@@ -106,8 +109,10 @@ def try_all(name: str, *parts: Designator) -> Compound:
 
 
 def repeat(name: str, times: int, *parts: Designator) -> Compound:
-    """Construct a loop of ``times`` passes; the first failure ends it. A pass that ends elsewhere is led
-    back to its beginning."""
+    """Construct a loop of ``times`` passes; the first failure ends it.
+
+    After a pass that ends at another pose, the arm moves back to where the pass began.
+    """
     return compound("repeat", name, (parts,), times=times)
 
 
@@ -143,7 +148,10 @@ class Way(Value):
 
 def ways(item: Compound) -> Iterator[Way]:
     """Yield the ways to resolve a control structure in the search: each alternative of a choice, else all
-    branches together, with marks between them."""
+    branches together.
+
+    A ``Mark`` before each branch, and one after the last, separate the branches.
+    """
     if item.kind == "sequence":
         yield Way(item.branches[0], "in this order")
     elif item.kind == "choose":

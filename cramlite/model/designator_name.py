@@ -11,7 +11,10 @@ BETWEEN = "/"
 
 
 def part_name(whole: str, part: str) -> str:
-    """Return the name of a part of a designator; ``part`` alone where the whole is ""."""
+    """Return the name of a part of a designator: "3.Grasping/approach" for "3.Grasping" and "approach".
+
+    If the whole has no name (""), it is the part's own.
+    """
     return f"{whole}{BETWEEN}{part}" if whole else part
 
 

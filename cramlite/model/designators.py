@@ -132,7 +132,7 @@ class Place(Value):
     rounds: int = 1
 
     def __post_init__(self) -> None:
-        """Set ``grip`` from the key "width_m" of ``values``, if a plugin stated the opening there."""
+        """Set ``grip`` to the finger opening in ``values["width_m"]``, if a plugin stated it there."""
         if self.grip is None and "width_m" in self.values:
             force_setattr(self, "grip", GripFacts(self.values["width_m"]))
 
@@ -144,7 +144,7 @@ class Place(Value):
 
 
 class Stand(Value):
-    """Grounded location of the robot itself.
+    """Grounded location for a mobile robot: where its platform stands.
 
     Args:
         pose: of its platform, in the world: level, on the floor.
@@ -224,7 +224,7 @@ class Late(Value):
         return self.query.name
 
     def __str__(self) -> str:
-        return f"late {self.query} within {self.tolerance[0] * 1000:.0f} mm"
+        return f"{self.query}, measured at run time within {self.tolerance[0] * 1000:.0f} mm"
 
 
 Designator = Action | Object | Location | Motion | Late

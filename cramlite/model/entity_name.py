@@ -24,7 +24,7 @@ class EntityName(Value):
 
     @classmethod
     def parse(cls, notation: str) -> EntityName:
-        """Parse the notation: the text after the first "/" is the part."""
+        """Split the name of an entity, such as "rack/peg", at its first "/" into the thing and its part."""
         thing, _, part = notation.partition(BETWEEN)
         return cls(thing, part)
 

@@ -77,7 +77,8 @@ class Track(Value):
     poses: Floats
 
     def at(self, time: float) -> Pose:
-        """Return the last pose recorded at or before ``time`` [s], in the world frame; the first one before that.
+        """Return the last pose recorded at or before ``time`` [s], in the world frame; for an earlier time
+        the first one.
 
         Recorders that write on change only make holding right, and interpolating wrong.
         """
@@ -87,7 +88,8 @@ class Track(Value):
 
 
 class Repair(Value):
-    """Change that a reader or smoother made to a recording, and how to undo it.
+    """Correction of a recording, by code that reads or smooths it: what was changed, and the data before the
+    change.
 
     Args:
         what: was changed, for people.
@@ -207,8 +209,11 @@ class Episode(Value, dict=True):
 
     @cached_property
     def _starts(self) -> tuple[list[float], list[float], list[Event]]:
-        """Starts of the events in order, the latest end up to each, and the events: lists in which bisection
-        finds the events at a time."""
+        """Start times of the events, the latest end time up to each, and the events themselves, in the order
+        of the starts.
+
+        Bisection in these lists finds the events at a time.
+        """
         ordered = sorted(self.events, key=lambda e: e.start)
         return [e.start for e in ordered], list(accumulate((e.end for e in ordered), max)), ordered
 

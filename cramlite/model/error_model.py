@@ -35,7 +35,10 @@ M = TypeVar("M", bound="ErrorModel")
 
 
 class PoseError(Value):
-    """Error of a pose: in position [m], uniform in a ball of this radius; in angle [rad], uniform in plus or minus."""
+    """Error of a pose: a shift, uniform in a ball of radius ``position`` [m], and a turn of at most ``angle`` [rad].
+
+    The turn is uniform between minus and plus ``angle``.
+    """
 
     position: float = 0.0
     angle: float = 0.0

@@ -99,7 +99,7 @@ def weighing(thing: Thing, size: float, draw: Drawing) -> Thing:
 
 
 def with_links(twin: World, size: float, draw: Drawing, around: Around) -> World:
-    """Return a twin whose arm has links of other lengths."""
+    """Return a twin whose arm has random errors in the lengths of its links."""
     count = len(around.robot.joints)
     link = draw.scale * size / max(count, 1) ** 0.5
     links = tuple(_times(link, draw.sphere("arm")) for _ in range(count))
@@ -118,7 +118,7 @@ def with_backlash(twin: World, size: float, draw: Drawing, around: Around) -> Wo
 
 
 def with_sensor(twin: World, size: SensorErrors | None, draw: Drawing, around: Around) -> World:
-    """Return a twin with the errors of its force sensor."""
+    """Return a twin whose force sensor has random errors: noise, a wrong zero, and drift."""
     sensor, name = size or around.robot.sensor_errors, "force sensor"
     return _disturbed(
         twin, force_noise=draw.scale * sensor.noise, force_bias=draw.ball(name, "zero:", sensor.precision, "N"),

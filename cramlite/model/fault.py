@@ -55,7 +55,7 @@ class Trigger(Value):
     carried_over: bool = False
 
     def __str__(self) -> str:
-        """Return the conditions of the trigger as a clause; "" if the fault begins at once."""
+        """Return the conditions of the trigger in words; "" if the fault begins at once."""
         said = [f"at '{self.line}'"] if self.line else []
         said += [f"at {self.force:g} N"] if self.force else []
         said += [f"{self.within:g} m from '{self.near}'"] if self.near else []
@@ -95,7 +95,7 @@ class Fault(Value):
         return self.kind in AT_START and self.trigger is None and not self.after
 
     def __str__(self) -> str:
-        """Return the fault as a clause, with its time and trigger."""
+        """Describe the fault in words, with its time and trigger."""
         when = str(self.trigger) if self.trigger else ""
         timed = self.kind in (FaultKind.STOP, FaultKind.CONNECTION)
         if self.after and not timed:

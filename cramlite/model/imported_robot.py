@@ -1,4 +1,4 @@
-"""Robot read from another program's file, as a robot model of cramlite."""
+"""Robot read from a file such as a URDF, as a robot model of cramlite."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Scene read from another program's file, as things of cramlite."""
+"""Scene read from a file such as an MJCF, as things of cramlite."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .world import Thing
 
 
 class StatedJoint(Value):
-    """Joint of a scene file as the user states it in place of what the reader finds.
+    """Joint of a scene file as the user describes it, to overrule what the reader of the file finds.
 
     Args:
         closed: at which end of its range it is closed, as the file counts; None where the reader is to find it.

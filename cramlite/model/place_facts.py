@@ -1,5 +1,5 @@
-"""Facts of a place: the grip there, the release of a payload, things that the hand moves along, the fit of a
-hole on a peg."""
+"""Facts about what the hand does at a place: its grip there, the release of a payload, things that it takes
+along, a hole put on a peg."""
 
 from __future__ import annotations
 

@@ -35,8 +35,7 @@ class Plan(Value):
 
     @property
     def with_things(self) -> str:
-        """Tasks in order, each with the fillers of its roles: "Grasping(coffee) -> Placing(coffee,
-        shelf)"."""
+        """Tasks in order, each with the things in its roles: "Grasping(coffee) -> Placing(coffee, shelf)"."""
         return " -> ".join(_title(a, _call) for a in self.actions)
 
 
@@ -53,7 +52,9 @@ def _task(action: Action) -> str:
 
 
 def _call(action: Action) -> str:
-    """Format a task with its fillers: things by name, else the wanted class, else a class that the name
-    suggests."""
+    """Format a task with the things that fill its roles, such as "Grasping(coffee)".
+
+    A thing that is not known by name is shown by the wanted class, else by a class that its name suggests.
+    """
     fillers = ", ".join(o.entity or next(iter((*o.types, *o.like)), o.name) for o in action.roles.values())
     return f"{_task(action)}({fillers})" if fillers else _task(action)

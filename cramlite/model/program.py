@@ -45,7 +45,7 @@ class Snapshot(Value):
 
 
 class LatePose(Value):
-    """Pose that the program asks for when it runs: parametric mode.
+    """Pose of a thing that the program asks a perception server for while it runs.
 
     Args:
         thing: name, as the perception server knows it.
@@ -122,10 +122,14 @@ class Code(Value):
         return tuple(line for line in lines if line and not line.startswith("#"))
 
     def origin_of(self, line: int) -> str:
-        """Return the origin of the code that a line is in: the last one at or before it; "" before the first."""
+        """Return the origin (name of a step) of the code in a line: that of the nearest line at or above it
+        with an origin.
+
+        It is "" above the first of these.
+        """
         before = [k for k in self.origins if k <= line]
         return self.origins[max(before)] if before else ""
 
     def task_of(self, line: int) -> str:
-        """Return the task whose code a line is in; "" before the first."""
+        """Return the task whose code a line of the text is in; "" above the first task."""
         return task_of(self.origin_of(line))

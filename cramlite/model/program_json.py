@@ -1,5 +1,6 @@
-"""Typed programs as JSON text, and back: the program text of robots and devices without a language of their
-own here.
+"""Typed programs written as JSON text, and read back.
+
+This text is the program of robots and devices for whose own language there is no backend.
 
 One object with the fields of ``Program``; every step is an object with its class under "step", on a line of its own. What
 is written is read back equal: numbers have as many digits as they need.
@@ -115,8 +116,10 @@ def _layout(value: Any, indent: int, *, top: bool = False) -> str:
 
 
 def _broken(value: Any) -> bool:
-    """Check whether a JSON value is written over several lines: it has, at some depth, a list of objects that
-    are no poses."""
+    """Check whether a JSON value is written over several lines.
+
+    That is so if it contains, at some depth, a list of objects that are no poses.
+    """
     if isinstance(value, dict):
         return any(_broken(v) for v in value.values())
     if not isinstance(value, list):

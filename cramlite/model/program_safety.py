@@ -45,7 +45,7 @@ Felt = MoveUntilContact | ForceMove | SpiralSearch | ForceInsert | ForceExtract 
 
 
 class Violation(Value):
-    """Violation of a safety rule: the rule, the step's origin ("" for the program), and a clause with numbers."""
+    """Violation of a safety rule: the rule, the step's origin ("" for the program), and an explanation with numbers."""
 
     rule: str
     origin: str
@@ -75,8 +75,10 @@ def _first_load(program: Program, robot: Robot) -> Iterator[str]:
 
 
 def _joint_speeds(program: Program, robot: Robot) -> Iterator[str]:
-    """Yield joint motions in which a joint exceeds its speed limit, where the fastest joint moves at the
-    commanded speed."""
+    """Yield joint motions in which a joint exceeds its speed limit.
+
+    The joint with the longest way moves at the commanded speed, the others in proportion to their ways.
+    """
     here = program.start
     for step in walk(program.steps):
         if isinstance(step, MoveJoints):
@@ -185,9 +187,9 @@ def _ends(step: AnyStep, program: Program, robot: Robot) -> Iterator[str]:
 PROGRAM_RULES: dict[str, Callable[[Program, Robot], Iterator[str]]] = {
     "start": _start, "joint speeds": _joint_speeds, "payload": _first_load,
 }  # fmt: skip
-"""Safety rules on a program as a whole: name -> clauses about what breaks it."""
+"""Safety rules on a program as a whole: name -> function that says what breaks the rule."""
 STEP_RULES: dict[str, Callable[[AnyStep, Program, Robot], Iterator[str]]] = {
     "joint limits": _joints, "speed": _speed, "workspace": _workspace, "forces": _force, "payload": _load_of,
     "time-outs": _time, "gripper": _gripper, "paths": _ends,
 }  # fmt: skip
-"""Safety rules on single steps: name -> clauses about what breaks it."""
+"""Safety rules on single steps: name -> function that says what breaks the rule."""

@@ -43,10 +43,9 @@ class ProofDoubts(Value):
 
     @property
     def needed(self) -> int:
-        """Number of runs that must succeed."""
+        """Number of a proof's runs that must succeed."""
         return math.ceil(self.at_least * self.runs - 1e-9)
 
     def decided(self, succeeded: int, ran: int) -> bool:
-        """Check whether a program's acceptance or refusal is already certain, whatever the runs in twins that
-        are left give."""
+        """Check whether a program is certain to be accepted or refused, however its remaining runs in twins end."""
         return succeeded >= self.needed or succeeded + self.runs - ran < self.needed

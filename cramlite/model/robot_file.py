@@ -1,4 +1,4 @@
-"""Files of arms and grippers from other programs, with additions from data sheets."""
+"""Files of arms and grippers (such as URDF), with additions from data sheets."""
 
 from __future__ import annotations
 
@@ -31,7 +31,9 @@ class HandFile(Value):
 
 
 class Stated(Value):
-    """Data of an arm's data sheet that its file does not state; angles count from the file's zero.
+    """Data of an arm that its data sheet states and its file does not.
+
+    Joint angles are zero where the file has its zero.
 
     Args:
         payload: of the arm, gripper included [kg]; 0 where nobody says it, which is refused.

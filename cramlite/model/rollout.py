@@ -74,13 +74,15 @@ class Touch(Value):
 
     @property
     def pressed(self) -> float:
-        """Force with which two bodies press on each other [N]: ``press``, or, where that was not measured,
-        ``force``, which is at least as large."""
+        """Force with which two bodies press on each other [N].
+
+        Where it was not measured (``press`` is None), it is ``force``, which is at least as large.
+        """
         return self.force if self.press is None else self.press
 
 
 class Message(Value):
-    """Line of the program's own log.
+    """Message that a program wrote to its log while it ran.
 
     Args:
         time: since the start [s].
@@ -171,7 +173,7 @@ class Rollout(Value, dict=True):
 
 
 def world_after_run(rollout: Rollout, world: World) -> World:
-    """Return the world as a run in ``world`` left it, with the present poses of things and robot.
+    """Return a world as it is at the end of a run: its things and robot at their last poses.
 
     Loose fillings are as at the start.
     """
@@ -194,7 +196,7 @@ _CONTROLLED = ("force", "commanded", "payload", "grip")  # None where no control
 
 
 def save_rollout(rollout: Rollout, path: Path) -> None:
-    """Write a rollout to a file. The world is not written: readers have its file."""
+    """Write a rollout to a file, without its world, which has a file of its own."""
     import numpy as np
 
     pairs = sorted({(t.a, t.b) for touches in rollout.touches for t in touches})

@@ -14,7 +14,7 @@ OVERSHOOT = 1.05
 
 
 class Reached(Value):
-    """Value that a run reached of a quantity with a limit of the controller.
+    """Highest value that a run reached of a quantity that the robot's controller limits, and that limit.
 
     Args:
         limit: "tool_speed", "tool_force" or "joint_speed".

@@ -1,4 +1,4 @@
-"""Peaks of a run: how fast, how strongly and how far a program moves a robot."""
+"""Peak values of a run: how fast, how strongly and how far a program moves a robot."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from .rollout import Rollout
 
 
 class RunPeaks(Value):
-    """Peaks of a run in measured motion, not commanded motion.
+    """Peak values of a run: speeds, forces and joint positions as measured, not as commanded.
 
     Args:
         seconds: until the last line ended.
@@ -31,7 +31,7 @@ class RunPeaks(Value):
 
 
 def peaks_of(rollout: Rollout) -> RunPeaks | None:
-    """Measure the peaks of a run; None where it has no two samples, or no arm."""
+    """Return the peak speeds, forces and joint positions of a run; None where it has no two samples, or no arm."""
     import numpy as np
 
     if len(rollout.times) < 2 or not rollout.joints.shape[1]:
@@ -61,7 +61,7 @@ def _rates(values: Floats, times: Floats) -> Floats:
 
 
 def force_while_running(rollout: Rollout) -> Floats:
-    """Return the contact force at each sample (N,) [N], 0 where no line ran.
+    """Return the contact force at each sample (N,) [N]; 0 at samples at which the program was not running.
 
     A sample states the peak since the sample before, so the first sample after the program's end counts, too.
     """

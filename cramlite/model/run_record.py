@@ -62,7 +62,10 @@ class RunRecord(Value, dict=True):
         return self.code.origin_of(line) if self.code is not None and line else ""
 
     def _spans(self, names: list[str]) -> tuple[TimeSpan, ...]:
-        """Return the time spans in which the name stays the same; a span ends where the next begins."""
+        """Return a time span for each series of samples with the same name.
+
+        It ends where the next one begins; samples without a name ("") have none.
+        """
         times, last = self.rollout.times, len(names) - 1
         starts = [k for k, name in enumerate(names) if not k or names[k - 1] != name]
         ends = [*starts[1:], last]

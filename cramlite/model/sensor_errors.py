@@ -6,8 +6,9 @@ from ..base.value import Value
 
 
 class SensorErrors(Value):
-    """Errors of the force-torque sensor of a robot; torques have noise only, in newton metres a twentieth of
-    ``noise``.
+    """Errors of the force-torque sensor of a robot.
+
+    Torques have noise only: its standard deviation in Nm is a twentieth of ``noise``, which is in N.
 
     The defaults are those of the sensor in the flange of a UR5e, for robots that do not say. Its data sheet has a precision of 3.5 N.
     Right after a tare, warm and without turning the wrist, a threshold of 1 N is met: the noise is ours so that the largest of a

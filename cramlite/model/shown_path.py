@@ -36,8 +36,13 @@ class Anchor(Value):
     scaled: bool = False
 
     def frame(self, parts: Iterable[Part]) -> tuple[Pose, float] | None:
-        """Return this frame's pose in the thing's frame, and the length [m] of one unit of a path's x and
-        y: 1, or half the part's width where ``scaled``; None if the thing has no such part."""
+        """Return the pose of the path's reference frame in the thing's frame, and the length of a unit of x
+        and y [m].
+
+        None if the thing lacks the part that the frame is on.
+
+        The unit is 1 m, or half the part's width where ``scaled``.
+        """
         if not self.part:
             return Pose(), 1.0
         for class_, pose, size in parts:
@@ -78,13 +83,14 @@ class ShownPath(Value):
 
     @property
     def corners(self) -> Floats:
-        """Corners (N, 3) in the anchor's frame; of a closed path the first one again at the end."""
+        """Corner points (N, 3) of the path in the frame of its anchor; of a closed path the first one again
+        at the end."""
         points = np.array(self.points, dtype=float)
         return np.concatenate([points, points[:1]]) if self.closed else points
 
 
 def foot(geoms: Sequence[Geom], size: Vector3 | None = None) -> Vector3:
-    """Return the middle of the lower face of a thing's box, in its own frame.
+    """Return the middle of the lower face of a thing's box, in the thing's frame.
 
     Args:
         size: of the box around the thing's origin, where nobody knows its shape.
@@ -108,7 +114,7 @@ def length(points: Floats) -> float:
 
 
 def passes(path: ShownPath, points: Floats, counts: np.ndarray, metres: float = 1.0) -> float:
-    """Return how often a series of points went through a path.
+    """Return how many times a series of points runs along a path; a fraction if it ends on the way.
 
     Args:
         points: (N, 3) in the anchor's frame; x and y as the path has them.
@@ -130,7 +136,7 @@ def passes(path: ShownPath, points: Floats, counts: np.ndarray, metres: float = 
 
 
 def _open(off: Floats, near: np.ndarray, rows: np.ndarray) -> float:
-    """Return the share of an open path that was gone through, from its beginning."""
+    """Return the share of an open path, from its beginning, along which a series of points runs."""
     last, at = off.shape[1] - 1, 0
     ahead = max(round(AHEAD * last), 2)
     for row in rows.tolist():
@@ -141,7 +147,7 @@ def _open(off: Floats, near: np.ndarray, rows: np.ndarray) -> float:
 
 
 def _around(off: Floats, tolerance: float, rows: np.ndarray) -> float:
-    """Return how often a closed path was gone through, from wherever it was entered."""
+    """Return how many times a series of points runs along a closed path, from wherever it enters the path."""
     size = off.shape[1]
     ahead = np.arange(max(round(AHEAD * size), 2) + 1)
     at, done = int(np.argmin(off[rows[0]])), 0

@@ -207,7 +207,9 @@ class MoveJoints(Step):
 
 
 class MoveLinear(Step):
-    """Straight TCP motion. ``joints`` is the inverse solution at the target, for checks.
+    """Straight TCP motion to a pose.
+
+    ``joints`` is the inverse solution at the target, for checks.
 
     Args:
         target: TCP in base.
@@ -355,7 +357,10 @@ def branches(step: Control) -> tuple[tuple[AnyStep, ...], ...]:
 
 
 def uses_arm(steps: Iterable[AnyStep]) -> bool:
-    """Check whether steps need the arm: all but those of the gripper and standing still; a platform that drives moves it."""
+    """Check whether some steps need the arm; all do except gripper motions and dwells.
+
+    A driving platform moves the arm, too.
+    """
     return any(not isinstance(s, SetGripper | Wait) for s in steps)
 
 

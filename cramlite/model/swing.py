@@ -1,4 +1,4 @@
-"""Swing of a held thing between the pads: a pinch across a slanted rim becomes flat as it is lifted."""
+"""Turn of a held thing between the fingers: a slanted rim aligns with the finger pads when the thing is lifted."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Swing(Value):
     pivot: Vector3
 
     def at(self, share: float) -> Pose:
-        """Return the pose of the thing in the TCP frame at a share of the turn, 0 to 1."""
+        """Return the pose of the swinging thing in the TCP frame after a share (0 to 1) of its turn in the hand."""
         turn = rotvec_quaternion([share * v for v in (self.start.inverse() * self.end).rotvec])
         turned = Pose((0.0, 0.0, 0.0), quaternion_product(self.start.quaternion, turn))
         first, last, off = (pose.apply(self.pivot).tolist() for pose in (self.start, self.end, turned))
@@ -27,5 +27,8 @@ class Swing(Value):
         return Pose((x, y, z), turned.quaternion)
 
     def part(self, first: float, last: float) -> Swing:
-        """Return the part of the swing between two shares of it (0 to 1); backwards if ``first`` is larger."""
+        """Return a section of the turn, between the shares ``first`` and ``last`` (0 to 1) of it.
+
+        It goes backwards if ``first`` is larger.
+        """
         return Swing(self.at(first), self.at(last), self.pivot)

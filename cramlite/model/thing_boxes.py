@@ -1,4 +1,4 @@
-"""Boxes around the geoms of a thing: its size, and its supporting parts."""
+"""Axis-aligned boxes around the geoms of a thing, and the size of the thing."""
 
 from __future__ import annotations
 
@@ -28,8 +28,10 @@ def extents(thing: Thing) -> Vector3:
 
 
 def turns_in_place(thing: Thing) -> bool:
-    """Return whether a thing takes up the same space at any joint position, as a knob does: its middle is
-    near the joint's axis."""
+    """Return whether a thing takes up the same space at any angle of its joint, as a knob does.
+
+    That is assumed if its middle is near the axis.
+    """
     if thing.joint is None or thing.joint.kind != "hinge" or not thing.geoms:
         return False
     low, high = around([box(thing.joint.pose.inverse() * g.pose, g) for g in thing.geoms])
@@ -38,7 +40,7 @@ def turns_in_place(thing: Thing) -> bool:
 
 
 def around(found: Sequence[Box]) -> Box:
-    """Return the box around boxes, of which there is at least one."""
+    """Return the smallest box around several boxes, of which there must be at least one."""
     low, high = np.min([b[0] for b in found], axis=0).tolist(), np.max([b[1] for b in found], axis=0).tolist()
     return (low[0], low[1], low[2]), (high[0], high[1], high[2])
 

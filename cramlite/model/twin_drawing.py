@@ -41,7 +41,7 @@ class Draw(Value):
 
 
 class Drawing:
-    """Random numbers of a twin; ``draws`` are those that were drawn, in their order.
+    """Random generators of a twin; ``draws`` lists the numbers that were drawn, in their order.
 
     Args:
         scale: multiplies all sizes.
@@ -53,7 +53,7 @@ class Drawing:
         self._random: dict[str, Any] = {}
 
     def random(self, source: str) -> Any:
-        """Return the generator of a source."""
+        """Return the random generator of a source of error; each source has its own."""
         import numpy as np
 
         if source not in self._random:
@@ -61,37 +61,37 @@ class Drawing:
         return self._random[source]
 
     def number(self, source: str, name: str, size: float, unit: str, per: float) -> float:
-        """Draw uniformly from minus to plus ``size`` times the scale.
+        """Draw a random number uniformly between minus and plus ``size``, and multiply it by the twin's scale.
 
         The trace shows the number in ``unit``, of which ``per`` are one SI unit.
         """
         return self._noted(source, name, float(self.random(source).uniform(-1, 1)), size, unit, per)
 
     def share(self, source: str, name: str, size: float) -> float:
-        """Draw a factor around 1."""
+        """Draw a random factor that differs from 1 by at most ``size`` times the twin's scale."""
         return max(LEAST, 1.0 + self.number(source, name, size, "%", PERCENT))
 
     def ball(self, source: str, name: str, radius: float, unit: str, per: float = 1.0) -> Vector3:
-        """Draw uniformly in a ball."""
+        """Draw a random vector uniformly in a ball."""
         x, y, z = self.sphere(source)
         far = float(self.random(source).uniform()) ** (1 / 3)
         return tuple(self._noted(source, f"{name} {a}", far * v, radius, unit, per) for a, v in zip("xyz", (x, y, z), strict=True))  # type: ignore[return-value]
 
     def disc(self, source: str, name: str, radius: float, unit: str, per: float) -> tuple[float, float]:
-        """Draw uniformly in a disc of the horizontal plane."""
+        """Draw a random horizontal vector uniformly in a disc."""
         way = float(self.random(source).uniform(0.0, math.tau))
         far = float(self.random(source).uniform()) ** 0.5
         x, y = far * math.cos(way), far * math.sin(way)
         return self._noted(source, f"{name} x", x, radius, unit, per), self._noted(source, f"{name} y", y, radius, unit, per)
 
     def sphere(self, source: str) -> Vector3:
-        """Draw uniformly on the unit sphere."""
+        """Draw a random direction, a vector of length 1, uniformly."""
         way = self.random(source).normal(size=3)
         x, y, z = (way / (way @ way) ** 0.5).tolist()
         return (x, y, z)
 
     def between(self, source: str, name: str, ends: tuple[float, float], unit: str, per: float) -> float:
-        """Draw uniformly between two ends."""
+        """Draw a random number uniformly between two limits."""
         low, high = ends
         return self._noted(source, name, float(self.random(source).uniform(low, high)) / (high or 1.0), high, unit, per)
 

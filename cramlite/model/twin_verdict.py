@@ -40,14 +40,16 @@ class TwinRun(Value):
     remedy: Remedy | None = None
 
     def largest(self, count: int = 3) -> str:
-        """Name the draws that are nearest to the ends of their ranges; if causes are known, only draws of the
-        causes."""
+        """List the largest random errors of the twin, relative to their limits.
+
+        If the causes of a failure are known, only errors of these sources are listed.
+        """
         asked = [d for d in self.draws if not self.causes or d.source in self.causes]
         return ", ".join(map(str, sorted(asked, key=lambda d: -abs(d.share))[:count]))
 
     @property
     def text(self) -> str:
-        """Outcome of the run in one clause: "succeeded", or why it failed, with its largest draws."""
+        """Outcome of the run in words: "succeeded", or why it failed, with its largest random errors."""
         if self.succeeded:
             return "succeeded"
         alone = f"; broken by {' or '.join(self.causes)} alone" if self.causes else "; no source of error breaks it alone" * self.looked_for
@@ -67,12 +69,12 @@ class TwinVerdict(Value):
 
     @property
     def ran(self) -> int:
-        """Number of runs, the nominal one included."""
+        """Number of a proof's runs, the nominal one included."""
         return 1 + len(self.twins)
 
     @property
     def succeeded(self) -> int:
-        """Number of runs that succeeded, the nominal one included."""
+        """Number of a proof's runs that succeeded, the nominal one included."""
         return 1 + sum(t.succeeded for t in self.twins)
 
     @property

@@ -77,7 +77,7 @@ class Verdict(Value):
 
     @property
     def objections(self) -> tuple[Finding, ...]:
-        """Findings that did not pass: those that stopped the run first, then in the order of validators."""
+        """Findings that did not pass, in the order of the validators; those that stopped the run come first."""
         return tuple(sorted((f for f in self.findings if not f.passed), key=lambda f: not f.stopped))
 
     @property
@@ -107,5 +107,5 @@ class Verdict(Value):
 
     @property
     def not_judged(self) -> str:
-        """Clause that names the validators that were left out; "" if none was."""
+        """Words that name the validators that were left out; "" if none was."""
         return f"not judged, since blocked: {', '.join(self.left_out)}" if self.left_out else ""

@@ -49,7 +49,7 @@ class Intrinsics(Value, dict=True):
     def __post_init__(self) -> None:
         numbers = (self.fx, self.fy, self.cx, self.cy, self.width, self.height)
         if not all(math.isfinite(n) for n in numbers) or min(self.fx, self.fy, self.width, self.height) <= 0:
-            raise UserError(f"These intrinsics are no camera's: {self}; focal lengths and size must be positive.")
+            raise UserError(f"No camera has the intrinsics {self}; focal lengths and size must be positive.")
         if not (0 <= self.cx <= self.width and 0 <= self.cy <= self.height):
             raise UserError(
                 f"The principal point ({self.cx:g}, {self.cy:g}) lies outside the image of {self.width} x {self.height} "

@@ -22,7 +22,7 @@ from .view import D435, Intrinsics
 
 
 class Contact(Value):
-    """Contact parameters of a geom that a file states: MuJoCo's, in its units and with its defaults.
+    """MuJoCo's contact parameters of a geom, as a file states them, in MuJoCo's units and with its defaults.
 
     Two geoms that both have them meet by MuJoCo's own rule; with any other geom, friction is that of ``pair_friction``.
 
@@ -72,7 +72,7 @@ class Geom(Value):
 
     @property
     def half_extents(self) -> Vector3:
-        """Half side lengths of the bounding box along its own axes [m]."""
+        """Half side lengths of the geom's bounding box, along the geom's own axes [m]."""
         if self.shape in ("box", "convex"):
             return (self.size[0], self.size[1], self.size[2])
         radius = self.size[0]
@@ -81,7 +81,7 @@ class Geom(Value):
 
     @property
     def bounding_radius(self) -> float:
-        """Radius of the bounding sphere about its origin [m]."""
+        """Radius of the geom's bounding sphere, whose centre is the geom's origin [m]."""
         if self.shape == "convex":
             return max(math.hypot(*c) for c in self.corners)
         return sum(self.size) if self.shape == "capsule" else math.hypot(*self.size)
@@ -221,8 +221,7 @@ class Thing(Value):
 
     @property
     def least_friction(self) -> float:
-        """Least sliding friction coefficient (a ratio of forces) of the thing's geoms, those of parts such as
-        a tab excepted."""
+        """Smallest sliding friction coefficient of the thing's geoms, without those of parts such as a tab."""
         own = [self.friction if g.friction is None else g.friction for g in self.geoms if not g.part]
         return min(own, default=self.friction)
 
@@ -285,7 +284,9 @@ class RobotMount(Value):
 
 
 class Physics(Value):
-    """Physics settings of the simulation that scenarios and negative controls may change.
+    """Physics settings of the simulation, which scenarios may change.
+
+    Negative controls, which are scenarios that must fail, use other ones.
 
     Defaults and their measured reasons: docs/explanation/simulation.md.
 
@@ -355,7 +356,7 @@ class Camera(Value):
 
     @property
     def name(self) -> str:
-        """Name of the camera in runs and episodes, which no thing may have."""
+        """Name of the camera in runs and episodes; no thing may have this name."""
         return str(EntityName(self.mount or "world", "camera"))
 
 

@@ -57,7 +57,7 @@ def _check_depth(text: str) -> None:
 
 
 def _complaint(error: str, text: str, added: int) -> str:
-    """Return py-horned-owl's error message with the line and the text of its place."""
+    """Return py-horned-owl's error message with the line number and the text at the place of the error."""
     if found := _PLACE.search(error):
         line, column = int(found[2]), int(found[3]) - (added if found[2] == "1" else 0)
         rest = text[added:].split("\n")[line - 1][column - 1 :].strip()

@@ -202,8 +202,10 @@ def _restriction(graph: rdflib.Graph, node: Node, prefixes: dict[str, str]) -> I
 
 
 def _aliases(graph: rdflib.Graph, prefixes: dict[str, str]) -> dict[str, str]:
-    """Return other name -> class: alternative labels, and the last parts of the names of close matches in other
-    ontologies."""
+    """Return further names of classes as name -> class: other labels, and names of close matches in other ontologies.
+
+    Of a close match the last part of its name is taken.
+    """
     found: dict[str, str] = {}
     for subject, label in sorted(graph.subject_objects(SKOS.altLabel), key=str):
         if isinstance(subject, rdflib.URIRef):

@@ -128,7 +128,7 @@ class Taxonomy(Value, dict=True):
         return self.aliases.get(local) or self._locals.get(local)
 
     def thing_named(self, name: str) -> tuple[str, str] | None:
-        """Return the class of things whose label occurs in a thing's name, and the label.
+        """Return the class whose label occurs in a thing's name, and that label.
 
         The longest label wins; of several as long, the last.
         """

@@ -164,7 +164,7 @@ def _best(
 def look_into(
     seen: Look, place: str, state: State, camera: Camera, now: World, knowledge: Knowledge, seed: int
 ) -> Look:
-    """Return the belief after a picture into furniture, such as a drawer, whose content was hidden before.
+    """Return the belief after a picture of the inside of furniture, such as a drawer, that could not be seen before.
 
     What is recognised there is believed to have been there at the start, where the furniture then was.
 

@@ -20,8 +20,8 @@ OFFSET = "camera_offset"
 def camera_offset(
     view: View, fixtures: tuple[Thing, ...], knowledge: Knowledge, robot: Depth | None = None
 ) -> tuple[CameraOffset | None, str]:
-    """Return the error of a camera's believed pose, or None if fixtures do not show it; and the reason as a
-    clause.
+    """Return the error of a camera's believed pose as measured on fixtures, and the reason; None if it is
+    unknown, and why.
 
     Args:
         fixtures: things whose poses are known.
@@ -49,6 +49,6 @@ def camera_warning(view: View, fixtures: tuple[Thing, ...], knowledge: Knowledge
 
 
 def moved_text(moved: Pose) -> str:
-    """Format a motion of a camera in its own frame as a clause."""
+    """Format a motion of a camera in its own frame, such as "3 mm to the right, 1 mm down, ..."."""
     (right, down, forward), turn = (1000 * v for v in moved.position), math.degrees(moved.distance(Pose())[1])
     return f"{right:+.1f} mm to the right, {down:+.1f} mm down, {forward:+.1f} mm forward, turned by {turn:.2f} deg"

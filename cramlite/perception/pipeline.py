@@ -1,5 +1,7 @@
-"""Perception pipelines: backward chaining from a query to the experts that answer it; the cheapest come
-first, and those that can never give a wanted value are left out."""
+"""Perception pipelines: backward chaining from a query to the experts that answer it.
+
+The cheapest experts come first, and those that can never give a wanted value are left out.
+"""
 
 from __future__ import annotations
 

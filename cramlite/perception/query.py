@@ -48,7 +48,7 @@ class Condition(Value):
 
     @property
     def output(self) -> str:
-        """Name of the value that decides the condition."""
+        """Name of the value (an output of experts) by which the condition on an object is decided."""
         return "relations" if self.key in RELATIONS else self.key
 
     def holds(self, judged: Judged, taxonomy: Taxonomy) -> bool:
@@ -78,13 +78,15 @@ class ObjectQuery(Value):
         return " ".join(map(str, self.conditions)) or "everything"
 
     def value(self, key: str) -> str | float | None:
-        """Return the value that the query demands of a key; None where it demands none."""
+        """Return the value that a query demands under a key, such as "colour"; None if it demands none."""
         return next((c.value for c in self.conditions if c.key == key), None)
 
     @property
     def outputs(self) -> tuple[str, ...]:
-        """Names of the values that an answer needs, those of conditions first; the segments if the query
-        names none."""
+        """Names of the values that experts must compute: those in the query's conditions, then those that it asks for.
+
+        A query without either needs the segments of the image.
+        """
         return tuple(dict.fromkeys((*(c.output for c in self.conditions), *self.wanted))) or (SEGMENTS,)
 
 
@@ -155,8 +157,10 @@ def _number(text: str, where: str) -> float:
 
 
 def _contains(value: Any, condition: Condition, taxonomy: Taxonomy) -> bool:
-    """Check whether a value contains the condition's value: one of several words, or a relation to an object
-    of that name or class."""
+    """Check whether a perceived value, such as words or relations, contains what a condition asks for.
+
+    Of a relation, the name or class of the other object is compared.
+    """
     entries = value if isinstance(value, tuple | list | frozenset) else (value,)
     for entry in entries:
         if isinstance(entry, tuple):
@@ -176,8 +180,11 @@ def _means(own: str, wanted: str, taxonomy: Taxonomy) -> bool:
 
 
 def _equal(value: Any, condition: Condition, taxonomy: Taxonomy) -> bool:
-    """Check whether two numbers differ by at most a tenth, the accuracy of extents from a depth camera; other
-    values must be equal."""
+    """Check whether a perceived value equals the wanted one; a number may differ by 10 % of the wanted
+    number.
+
+    That is the accuracy of sizes from a depth camera.
+    """
     if isinstance(value, float | int) and isinstance(condition.value, float | int):
         return abs(value - condition.value) <= 0.1 * abs(condition.value)
     return str(value) == str(condition.value)

@@ -245,8 +245,10 @@ def _words(value: Any) -> str:
 
 
 def _not(condition: Condition, said: Annotation, how: str) -> str:
-    """Return why a condition on an object does not hold; for a relation such as "on", the object's relations
-    of that name are listed."""
+    """Return why a condition on an object does not hold, with the value that was perceived.
+
+    For a relation such as "on", all relations of the object with that name are listed.
+    """
     if condition.output != "relations":
         return f"{condition.output} is {_words(said.value)}, {how} {condition}" + _because(said)
     near = tuple(f for f in said.value if f[0] == condition.key)

@@ -79,8 +79,9 @@ def _things(wanted: Object, furniture: World, taxonomy: Taxonomy) -> tuple[Thing
 
 
 def _named_together(wanted: Object, plan: Plan, tasks: Mapping[str, TaskType], put: bool) -> Iterator[str]:
-    """Yield the other objects of each task of a plan in which a wanted object has a role: of placing tasks
-    if ``put``, else of all others.
+    """Yield the other objects of those tasks of a plan in which a wanted object has a role.
+
+    With ``put``, these are only tasks that place something; without, only the others.
 
     The whole is given in the place of a part.
     """
@@ -111,8 +112,10 @@ def _borne(features: Iterable[str], taxonomy: Taxonomy, *ways: str) -> bool:
 
 
 def _views(things: tuple[Thing, ...], taxonomy: Taxonomy) -> Iterator[str]:
-    """Yield the subjects of one picture each: the classes of things to hang on, then the names of things to
-    stand on or in, the smallest first."""
+    """Yield what each picture is to show: first a class of hangers, then the name of a support or container.
+
+    Of supports and containers the smallest comes first.
+    """
     hangers = [t for t in things if bears(t, taxonomy, HANGING)]
     carriers = [t for t in things if t not in hangers and bears(t, taxonomy, STANDING, INSIDE)]
     yield from dict.fromkeys(t.type for t in hangers)

@@ -33,7 +33,7 @@ TableRow = tuple[str, ...]
 
 
 class Table(Value):
-    """Table of a static condition: the entities of a world for which it holds.
+    """Entities of a world for which a static condition (one that no task changes) holds, as a table.
 
     Args:
         name: of the relation, made of the condition's words.
@@ -49,8 +49,8 @@ class Table(Value):
 
 
 class Universal(Value):
-    """Condition ``every given -> then`` of a rule: the fact ``given`` may relate any other entity (``OTHER``)
-    only if ``then`` holds of that entity.
+    """Condition ``every given -> then`` of a rule: each entity (``OTHER``) for which ``given`` holds must
+    satisfy ``then``.
 
     Args:
         given: the fact, one entity of it ``OTHER``.
@@ -99,7 +99,7 @@ class ActionSchema(Value):
 
     @property
     def in_hand(self) -> frozenset[str]:
-        """Terms of the things that are in the hand at some time of the task."""
+        """Parameters of the action schema whose things are in the hand at some time of the task."""
         return held_in(conditions_of(self.rule), self.terms)
 
     @property
@@ -110,7 +110,8 @@ class ActionSchema(Value):
 
 
 def action_schemas(grounder: Grounder, rules: Iterable[Rule], tasks: Mapping[str, TaskType]) -> Iterator[ActionSchema]:
-    """Generate the schemas of those rules whose tasks a plugin offers: one for each choice of things, or of parts, as fillers."""
+    """Generate the schemas of those rules whose tasks a plugin offers: one for each choice of a thing or a
+    part in each role."""
     for rank, rule in enumerate(rules):
         if rule.task in tasks:
             found = grounder.candidates(rule, tasks[rule.task])
@@ -151,7 +152,7 @@ def _term(variable: str, kind: str) -> str:
 
 
 class _Tabulation:
-    """Evaluator of the static conditions of one action schema.
+    """Evaluator of the static conditions of one action schema, which are those that no task changes.
 
     Args:
         scene: whose entities are asked about.
@@ -171,8 +172,9 @@ class _Tabulation:
         return [v for v, t in self.terms.items() if t != EFFECTOR]
 
     def table(self, condition: Condition, other: str = "") -> Table:
-        """Return a static condition as a table of entities, with only those columns that the condition
-        depends on.
+        """Return the entities for which a static condition holds (one that no task changes), as a table.
+
+        Columns that do not matter are left out.
 
         Args:
             other: a variable that stands for every entity of the scene.
@@ -206,7 +208,10 @@ class _Tabulation:
 
 
 def _matters(rows: set[TableRow], column: int, choices: int) -> bool:
-    """Check whether it matters for a table which entity stands in a column."""
+    """Check whether the rows of a table depend on the entity in one column.
+
+    They do not if every entity occurs there with the same other columns.
+    """
     left = {(*row[:column], *row[column + 1 :]) for row in rows}
     return len(left) * choices != len(rows)
 

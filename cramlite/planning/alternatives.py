@@ -83,8 +83,8 @@ class Alternatives(Value):
             point.say("fault", fault.plugin, str(fault))
 
     def _fits(self, point: ChoicePoint, action: Action) -> bool:
-        """Check that the action's task exists, and that the action is not part of an action with the same
-        task and fillers."""
+        """Check that the action's task exists, and that the action is not inside an action with the same task
+        and things."""
         opened = (i.action for i in point.state.agenda if isinstance(i, Effect))
         above = [a for a in opened if is_part_of(action.name, a.name)]
         reason = misfit(action, above, self.tasks)
@@ -112,8 +112,10 @@ class Alternatives(Value):
             yield owner, self.registry.guarded(owner, "decompose", item.name, self._own(item, state))
 
     def _plugins(self, item: Designator, belief: Belief, context: Context) -> Iterator[tuple[str, Iterable[Any] | Unresolvable]]:
-        """Yield the answers of plugins to a designator: by the designator's hook, and, for a location, by
-        its relation's plugin."""
+        """Yield the answers of plugins to a designator, from the hook for its type.
+
+        For a location, the function of its relation answers, too.
+        """
         hook = HOOKS[type(item)]
         yield from self.registry.alternatives(hook, item, belief=belief, context=context)
         if isinstance(item, Location) and item.relation in self.relations:
@@ -124,8 +126,7 @@ class Alternatives(Value):
                 yield from self.registry.ask(plugin, hook, item.name, partial(kind.ground, item, belief, context))
 
     def _instead(self, item: Designator) -> str:
-        """Format a clause on a location's unknown relation, with the nearest known names; "" for other
-        designators."""
+        """Return words on a location's unknown relation, with the nearest known names; "" for other designators."""
         return f": no relation '{item.relation}'; {nearest(item.relation, self.relations)}" if isinstance(item, Location) else ""
 
     def _accepted(self, plugin: str, answers: Iterable[Any], point: ChoicePoint) -> Iterator[Alternative]:
@@ -161,7 +162,7 @@ class Alternatives(Value):
             point.conflict |= ((made & said) if said else earlier) | as_they_are(impossible.blocking)
 
     def _own(self, action: Action, state: State) -> Iterator[Grounding]:
-        """The task type's own decompositions."""
+        """Generate the decompositions of an action that its own task type offers."""
         grounded = ground_roles(action, state.bindings)
         found = self.tasks[action.task].decompose(grounded, state.belief)
         if isinstance(found, Decomposition):
@@ -172,7 +173,7 @@ class Alternatives(Value):
 
 
 def wrong_with(answer: object, item: Designator) -> str:
-    """Return why a plugin's answer is no valid grounding, as a clause; "" if it is one.
+    """Return why a plugin's answer is no valid grounding, in words; "" if it is one.
 
     An invalid answer is refused at once, so that plugins which would use it later are not blamed.
     """

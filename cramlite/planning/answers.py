@@ -1,4 +1,4 @@
-"""Kept answers of plugins: a question that was answered is not asked again in a later task sequence or round.
+"""Cache of the answers of plugins: no plugin is asked the same question twice in the searches for one goal.
 
 What an answer depends on is what its plugin looked at: the designator, the belief, and those bindings and that agenda which it
 read ("verifying traces" of Mokhov et al. 2018, "Build systems a la carte"). Another seed alone makes no other question.
@@ -28,7 +28,8 @@ Streams = Iterable[tuple[str, Iterable[Any] | Unresolvable]]
 
 
 class Read(Mapping[str, Any]):
-    """Bindings as a plugin sees them; they record which of them the plugin reads.
+    """Bindings (names of earlier choices, with the alternatives chosen) for a plugin; they record what it
+    reads of them.
 
     Args:
         now: the bindings.
@@ -54,13 +55,13 @@ class Read(Mapping[str, Any]):
         return len(self.now)
 
     def suits(self, other: Mapping[str, Any]) -> bool:
-        """Check whether other bindings have the same values for all names that were read."""
+        """Check whether every name that a plugin read has the same value in other bindings."""
         same = all(_same(other.get(name, NOTHING), value) for name, value in self.values_read.items())
         return same and self.names_read in (None, tuple(other))
 
 
 class ReadAhead(Sequence[Designator]):
-    """Agenda as a plugin sees it; it records whether the plugin reads it."""
+    """Agenda (designators that are still open) for a plugin; it records whether the plugin reads it."""
 
     def __init__(self, now: Sequence[Designator]) -> None:
         self.now, self.read = now, False
@@ -129,14 +130,14 @@ class Question(Struct):
     kept: dict[str, Kept] = field(default_factory=dict)
 
     def suits(self, item: Designator, belief: Belief, context: Context) -> bool:
-        """Check whether a question has the same inputs as the answers so far."""
+        """Check whether the answers that plugins gave earlier also hold for a new question, since its inputs
+        are the same."""
         same = self.item == item and same_belief(self.belief, belief) and self.read.suits(context.bindings)
         return same and (not self.ahead.read or tuple(self.ahead.now) == tuple(context.agenda))
 
     @property
     def refused_anywhere(self) -> bool:
-        """Whether all answers about a place at a thing are refusals because of things in the way, for any
-        arm position."""
+        """Whether a place at a thing is refused for every arm position, because all answers blame things in the way."""
         return isinstance(self.item, Location) and bool(self.item.of) and all(k.ended and self._about_things(k) for k in self.kept.values())
 
     def _about_things(self, kept: Kept) -> bool:
@@ -147,7 +148,7 @@ class Question(Struct):
 
 
 class Answers(Struct):
-    """Answered questions to plugins over all searches for one goal.
+    """Questions that plugins have answered in the searches for one goal, kept so that none is asked twice.
 
     Args:
         known: name of a designator, where the arm is, and what is held -> the questions then.
@@ -187,14 +188,17 @@ class Answers(Struct):
         return new
 
     def _refused_before(self, item: Designator, belief: Belief, context: Context) -> Question | None:
-        """Return an earlier question that differs in the arm position only and was refused for any arm
-        position; None without one."""
+        """Return an earlier question to the plugins that differs only in the arm's position and was refused
+        whatever that is.
+
+        None without one.
+        """
         others = (q for (name, *_), asked in self.known.items() if name == item.name for q in asked)
         return next((q for q in others if q.refused_anywhere and q.suits(item, _as_near(belief, q.belief), context)), None)
 
     def _told(self, question: Question, plugin: str, context: Context, ask: Callable[[Context], Streams]) -> Iterator[Any]:
-        """Yield the answers of a plugin; each further answer is computed with the bindings of the query that
-        asks for it."""
+        """Yield the answers of a plugin one by one; each is computed when it is asked for, with the bindings
+        of that moment."""
         number = 0
         while True:
             if not question.suits(question.item, question.belief, context):
@@ -207,13 +211,13 @@ class Answers(Struct):
 
 
 def same_belief(one: Belief, other: Belief) -> bool:
-    """Check whether two beliefs are equal; shared parts are not compared."""
+    """Check whether two beliefs are equal; parts that are the same object in both are equal without a comparison."""
     return one is other or all(_same(getattr(one, name), getattr(other, name)) for name in one.__struct_fields__)
 
 
 def _as_near(belief: Belief, other: Belief) -> Belief:
-    """Return the belief with the arm position of another belief, and with the other's poses where the two
-    differ by rounding only."""
+    """Return ``belief`` with the arm position of ``other``, and with each pose of ``other`` from which it
+    differs by rounding only."""
     poses = {
         name: other.poses[name] if name in other.poses and _near(estimate, other.poses[name]) else estimate
         for name, estimate in belief.poses.items()

@@ -38,28 +38,34 @@ class Blocking(Value):
 
     @property
     def tracks(self) -> tuple[Track, ...]:
-        """Tracks of all things that the blocking depends on, each once."""
+        """Task histories of all things that the blocking depends on, each once."""
         return tuple(dict.fromkeys(t for any_of in self.sets for tracks in any_of for t in tracks))
 
     def bars(self, before: Sequence[Operator], step: Operator) -> bool:
-        """Check whether the blocking refuses ``step`` after the tasks ``before``, which left at least one
-        thing of each set in the way as it was."""
+        """Check whether the blocking refuses ``step`` after the tasks ``before``.
+
+        It does while at least one thing of each of its sets is as it was when the task failed.
+        """
         if done(step) != self.task:
             return False
         same = {t for t in self.tracks if history(before, t.thing) == t.past}
         return all(any(same.issuperset(tracks) for tracks in any_of) for any_of in self.sets)
 
     def left_shut(self) -> Blocking:
-        """Return the blocking so that opening a closed thing does not end it: without the sets of things in
-        the way that name one.
+        """Return a blocking that keeps the task refused even if a closed thing in the way, such as a drawer,
+        is opened.
+
+        It is without the sets of things in the way that name such a thing.
 
         A drawer or door takes the least room when it is closed.
         """
         return replace(self, sets=tuple(any_of for any_of in self.sets if all(tracks[0].thing not in self.shut for tracks in any_of)))
 
     def while_others_stay(self) -> Blocking:
-        """Return the blocking so that only moving things other than the task's own ends it; unchanged if it
-        names no others."""
+        """Return the blocking without the blocked task's own things, so that it ends only when other things are moved.
+
+        It is unchanged if it names no others.
+        """
         own = {thing_of(e) for _, e in self.task[1]}
         others = tuple(any_of for any_of in self.sets if own.isdisjoint(tracks[0].thing for tracks in any_of))
         return replace(self, sets=others) if others else self
@@ -74,8 +80,10 @@ def blocking_of(
     found: Refutation, steps: Sequence[Operator], facts: Sequence[frozenset[Fact]], loose: frozenset[str],
     same_room: frozenset[str] = frozenset(),
 ) -> Blocking | None:  # fmt: skip
-    """Return the blocking that a refuted task sequence proves: its last refused task fails as long as all
-    that its failure depends on is unchanged.
+    """Return the blocking that a refuted task sequence proves: its last refused task fails while certain
+    things stay as they are.
+
+    They are all that the failure depends on.
 
     Args:
         facts: before each step, those that rules ask about.
@@ -99,8 +107,10 @@ def blocking_of(
 
 
 def _tracks(thing: str, before: Sequence[Operator], facts: frozenset[Fact], loose: frozenset[str]) -> tuple[Track, ...]:
-    """Return the track of a thing (the tasks done to it so far), then those of the loose things that facts
-    relate to it, directly or through others."""
+    """Return which tasks were done so far with a thing, and then with each of the loose things that facts relate to it.
+
+    The relation may lead through further things.
+    """
     pairs = [frozenset(map(thing_of, f[1:])) & loose for f in facts]
     known = {thing}
     while more := {n for names in pairs if names & known for n in names} - known:

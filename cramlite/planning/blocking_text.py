@@ -1,5 +1,5 @@
-"""Blockings (refused tasks) in PDDL: facts on the tasks done to each thing so far (its track), and the tasks
-that these facts block."""
+"""Blockings (refused tasks) in PDDL: facts on the tasks done to each thing so far, and the tasks that these
+block."""
 
 from __future__ import annotations
 
@@ -43,8 +43,8 @@ class BlockingText:
         return {t.thing for t in self.tracks} | {e for task in tasks for _, e in task[1]}
 
     def initial(self) -> Iterator[str]:
-        """Generate the PDDL facts at the start: every thing is at the first stage of its tracks, with no task
-        done to it yet."""
+        """Generate the PDDL facts at the start: no task of its history (track) has been done to any thing
+        yet."""
         yield from (self._at(track, (0, "")) for track in self.tracks)
 
     def conditions(self, schema: ActionSchema) -> Iterator[str]:
@@ -54,8 +54,8 @@ class BlockingText:
             yield f"(not {self.atom(_name(schema.doing), [t for t in terms if t != EFFECTOR])})"
 
     def derived(self) -> Iterator[str]:
-        """Generate the derived predicates: a thing is unchanged; any of several things is unchanged; a task
-        is blocked with its fillers.
+        """Generate the derived predicates: a thing is unchanged; any of several things is; a task with
+        certain things is blocked.
 
         Each "or" has a predicate of its own: planners write conditions out as alternatives of "and", of which there would be many.
         """
@@ -85,8 +85,10 @@ class BlockingText:
         return self.atom(f"one of tracks {' '.join(names)} is done", ())
 
     def effects(self, schema: ActionSchema, fluents: Fluents) -> Iterator[str]:
-        """Generate the PDDL effects of an action on tracks (sequences of tasks done to a thing): each thing
-        that it handles advances on its track, or leaves it."""
+        """Generate the PDDL effects of an action on task histories (tracks) of things.
+
+        Each thing that the action handles advances on its track, or leaves it.
+        """
         change = schema.change
         for term, how in handled(change.needs, change.adds, change.removes, fluents, change.moves).items():
             for track in self.tracks if term.startswith("?") else ():
@@ -94,8 +96,10 @@ class BlockingText:
                     yield from (e for stage in (*track.stages(), None) for e in self._step(schema, term, how, track, stage))
 
     def _step(self, schema: ActionSchema, term: str, how: Handling, track: Track, stage: Stage | None) -> Iterator[str]:
-        """Generate the PDDL effects of an action on one stage of a thing's track (None for no stage): the
-        thing goes on to the next stage, or leaves the track.
+        """Generate the PDDL effects of an action on a thing at one stage of its task history; None for
+        another history.
+
+        The thing goes on to the next stage, or leaves the track.
 
         The fillers of the track's own tasks lead along it, all other fillers off it.
         """
@@ -112,8 +116,10 @@ class BlockingText:
                 yield f"(when (and {case}{before}) (and {' '.join([*ends, *begins])}))"
 
     def _fillers(self, schema: ActionSchema, task: Done) -> str:
-        """Return the PDDL condition that an action has the fillers of a task that was done; "" if the problem
-        lacks one of these entities."""
+        """Return the PDDL condition that an action has the same things in its roles as a task that was done.
+
+        It is "" if the problem lacks one of them.
+        """
         if not self.entities.issuperset(e for _, e in task[1]):
             return ""
         roles = ((schema.terms[r].rpartition(BETWEEN)[2], e) for r, e in task[1] if e != EFFECTOR)

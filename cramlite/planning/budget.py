@@ -89,8 +89,10 @@ def budget_from(asked: Mapping[str, int], where: Callable[[str], str]) -> Budget
 
 
 def until_late(budget: Budget, trace: Trace, stop: Stop) -> Stop:
-    """Return ``stop``; with a budget of seconds a function that also stops once they are spent, and records
-    that in the trace."""
+    """Return the function ``stop``, extended to stop once the budget of seconds is spent, if there is one.
+
+    That is recorded in the trace.
+    """
     if not budget.seconds:
         return stop
     end, told = time.monotonic() + budget.seconds, list[bool]()

@@ -58,8 +58,8 @@ class Nogoods(Struct):
             self.known.setdefault(choice, []).append(nogood)
 
     def lasting(self) -> Nogoods:
-        """Return the no-goods that still hold when more alternatives are tried: those that were found without
-        leaving out alternatives."""
+        """Return the no-goods that remain true when more alternatives are tried: none were left out when they
+        were found."""
         beside = {nogood: c for nogood, c in self.beside.items() if Capped() not in c}
         known = {choice: [n for n in found if n in beside] for choice, found in self.known.items()}
         return Nogoods(known, beside)
@@ -116,8 +116,10 @@ class ChoicePoint(Struct):
 
     @property
     def domain(self) -> set[str]:
-        """Names of the earlier choices that the alternatives depend on; a place does not depend on motions
-        or on places that the arm only passed."""
+        """Names of the earlier choices on which this choice's alternatives depend.
+
+        A place does not depend on motions, nor on places that the arm has passed and left.
+        """
         item, made = self.item, {name for name, _ in self.state.choices}
         if isinstance(item, Object | Late):
             part_of = item.part_of if isinstance(item, Object) else None
@@ -129,7 +131,7 @@ class ChoicePoint(Struct):
         return made - (self.state.passed - {item.to.name if isinstance(item, Motion) and item.to else ""})
 
     def blamed(self, answer: Grounding | Refused) -> set[str]:
-        """Return the choices of ``domain`` that an answer depends on."""
+        """Return the earlier choices (those in ``domain``) on which an answer depends."""
         if isinstance(answer, Refused) and answer.blocking is not None:
             return self.about(answer.blocking) | self.asked_by
         if isinstance(answer, Grounding) and answer.anew:
@@ -138,8 +140,10 @@ class ChoicePoint(Struct):
         return self.domain
 
     def about(self, things: Collection[str | Collection[str]]) -> set[str]:
-        """Return those choices of ``domain`` that settled where the given things, the designator's own thing,
-        and the payload are."""
+        """Return the earlier choices (those in ``domain``) that determined where certain things are.
+
+        These are the given things, the designator's own thing, and the payload.
+        """
         own = self.state.bindings.get(getattr(self.item, "of", None) or "", "")
         held = self.state.belief.held
         named = (t for one in things for t in ([one] if isinstance(one, str) else one))
@@ -153,8 +157,10 @@ class ChoicePoint(Struct):
 
     @property
     def _held_before(self) -> set[str]:
-        """Places at which earlier tasks held or touched a thing on a joint before they moved it; now only the
-        joint's value matters."""
+        """Earlier places at which the hand held a thing on a joint, such as a drawer, before it moved it.
+
+        They explain no failure any more: only the present value of the joint matters.
+        """
         now, earlier = {i.action.name for i in self.state.agenda if isinstance(i, Effect)}, dict[str, Place]()
         for name in takewhile(lambda n: n not in now, (n for n, _ in self.state.choices)):
             if isinstance(place := self.state.bindings.get(name), Place) and isinstance(self.item, Location):
@@ -165,13 +171,16 @@ class ChoicePoint(Struct):
 
     @property
     def asked_by(self) -> set[str]:
-        """Choices whose grounding contains the designator: another alternative there may not need it."""
+        """Names of the choices that brought the designator into the search; another alternative there may do
+        without it."""
         return {name for name, _ in self.state.choices if is_part_of(self.item.name, name)}
 
     @property
     def unfit(self) -> set[Unfit]:
-        """Name of the thing that was asked for and refused, as a set, if no other choice and no state is to
-        blame; else an empty set."""
+        """Return a set with the thing that the designator names, if its refusal depends on no earlier choice or state.
+
+        Else the set is empty.
+        """
         named = self.item.entity if isinstance(self.item, Object) else None
         depends = any(isinstance(c, str) or (isinstance(c, AsItIs) and ANY in c.things) for c in self.conflict)
         return {Unfit(named)} if named and not depends else set()
@@ -180,7 +189,8 @@ class ChoicePoint(Struct):
         self, outcome: Outcome, plugin: str, reason: str, text: str | None = None, cost: float | None = None, passed: int = 0,
         numbers: Mapping[str, float] | None = None, collision: Collision | None = None, remedy: Remedy | None = None,
     ) -> int:  # fmt: skip
-        """Record in the trace the outcome of the designator, or of the alternative that ``text`` stands for."""
+        """Record in the trace the outcome for the designator, or for one alternative of it, which ``text``
+        describes."""
         text = str(self.item) if text is None else text
         kind = KINDS[type(self.item)]
         return self.trace.add(
@@ -202,7 +212,7 @@ def _was_moved(thing: str, belief: Belief) -> bool:
 
 
 def _is_about(name: str, things: Collection[str], bindings: Mapping[str, Any], actions: Mapping[str, Action]) -> bool:
-    """Check whether a choice concerns one of the given things; True where that is not known."""
+    """Check whether a choice is about one of the given things; True if that is unknown."""
     value = bindings.get(name)
     if isinstance(value, Place):
         return value.thing in things
@@ -215,6 +225,6 @@ def _is_about(name: str, things: Collection[str], bindings: Mapping[str, Any], a
 
 
 def key_of(value: Any) -> str:
-    """Return the key of an alternative that has none of its own: its text, hashed if it is long."""
+    """Make a key for an alternative that states none: its text, hashed if it is long."""
     text = str(value)
     return text if len(text) <= 60 else hashlib.blake2b(text.encode(), digest_size=6).hexdigest()

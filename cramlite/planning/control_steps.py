@@ -1,4 +1,4 @@
-"""Folding of compounds of the plan language into control steps of the program.
+"""Conversion of control structures that are decided at run time (compounds) into control steps of the program.
 
 A compound that is decided at run time lies between marks (``cramlite.model.control_flow``): where a branch begins a frame remembers the
 steps and the belief, and at the end what came since becomes one control step. What a branch needs beyond that, a way back
@@ -50,8 +50,8 @@ def state_after_mark(state: State, mark: Mark) -> State:
 
 
 def _back(state: State, frame: Frame, name: str) -> Motion:
-    """Return the motion that leads the arm from any pose on the latest branch back to the pose where the
-    control structure began."""
+    """Return the motion that leads the arm back to where a control structure began, from any pose on its last
+    planned branch."""
     return _motion_back(frame, name, state.steps[frame.starts[-1] :])
 
 
@@ -105,18 +105,18 @@ def _control(compound: Compound, parts: tuple[tuple[AnyStep, ...], ...]) -> Cont
 
 
 def _differ(one: Belief, other: Belief) -> str:
-    """Return the first difference of two beliefs that later tasks would notice, as a clause; "" for none."""
+    """Return the first difference of two beliefs that later tasks would notice, in words; "" if there is none."""
     apart = max((abs(a - b) for a, b in zip(one.joints, other.joints, strict=True)), default=0.0)
     held = [b.held.thing if b.held else "nothing" for b in (one, other)]
     if held[0] != held[1]:
-        return f"'{held[0]}' is held after one, '{held[1]}' after the other"
+        return f"'{held[0]}' is held after one attempt, '{held[1]}' after the other"
     if apart > SAME:
         return f"a joint differs by {apart:.2f} rad, more than {SAME:.2f} rad"
     if abs(one.opening - other.opening) > MOVED:
-        return f"the fingers are {1000 * one.opening:.0f} mm open after one, {1000 * other.opening:.0f} mm after the other"
+        return f"the fingers are {1000 * one.opening:.0f} mm open after one attempt, {1000 * other.opening:.0f} mm after the other"
     if one.at != other.at:
         return "the robot stands elsewhere"
     for name in one.poses.keys() & other.poses.keys():
         if (way := math.dist(one.poses[name].pose.position, other.poses[name].pose.position)) > MOVED:
-            return f"the two places of '{name}' are {1000 * way:.0f} mm apart"
+            return f"the attempts leave '{name}' at places that are {1000 * way:.0f} mm apart"
     return "" if one.relations == other.relations else "what holds between things differs"

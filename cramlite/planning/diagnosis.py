@@ -32,8 +32,11 @@ def how_it_ended(entries: Sequence[Entry]) -> str:
 
 
 def _left_out(entries: Sequence[Entry]) -> list[Entry]:
-    """Return the trace entries of what a search left untried: used-up budgets, stops, and alternatives that
-    no later, wider round tried."""
+    """Return the trace entries on what a search left untried: used-up budgets, stops, and alternatives beyond
+    the limit.
+
+    Alternatives that were tried later are not among them.
+    """
     widened = {e.candidate: e.number for e in entries if e.kind == "sequence" and e.outcome == "asked"}
     capped = [e for e in entries if e.outcome == "capped"]
     return [e for e in capped if e.kind in ("budget", "stop") or e.number > widened.get(e.candidate, 0)]

@@ -1,4 +1,4 @@
-"""Endings: the facts that end when a task ends one of them, according to the predicates' declarations
+"""Endings: all facts that a task makes false, directly or as a consequence, by the predicates' declarations
 (``Fluent``).
 
 ``Fluents.after`` says the same of one state; here it is said of all states, as the conditional effects of an action schema.
@@ -25,7 +25,8 @@ Kinds = Mapping[tuple[str, int], frozenset[str]]
 
 
 class Ending(Value):
-    """Ending: a fact that a task ends under conditions, for all entities in the place of its free variables.
+    """Ending: a fact that a task makes false under conditions, for all entities in the place of its free
+    variables.
 
     Args:
         fact: with terms; free variables are "?other" and "?any1", "?any2", ...
@@ -62,7 +63,8 @@ def kinds_of(schemas: Iterable[ActionSchema], facts: Iterable[Fact]) -> Kinds:
 
 
 def kinds_of_free(term: str, facts: Iterable[Fact], tables: Iterable[Table], kinds: Kinds) -> frozenset[str]:
-    """Return the kinds that a free variable may have, by the facts and static conditions that it stands in."""
+    """Return the kinds of entity ("hand", "body", "component") that a variable may stand for, by the facts
+    and static conditions that contain it."""
     here = [(f[0], k) for f in facts for k, t in enumerate(f[1:], 1) if t == term]
     places = [kinds[place] for place in here if place in kinds]
     for table in tables:
@@ -77,8 +79,8 @@ def _kind(term: str) -> str:
 
 
 def endings(schema: ActionSchema, fluents: Fluents, kinds: Kinds) -> tuple[Ending, ...]:
-    """Return the facts that end with a task, without those that never hold or end under fewer conditions
-    anyway."""
+    """Return the facts that a task ends, without impossible facts and without endings that a more general one
+    covers."""
     found: list[Ending] = []
     todo = [_tidy(e) for e in _denied(schema, fluents)]
     for _ in range(DEEPEST):
@@ -89,8 +91,8 @@ def endings(schema: ActionSchema, fluents: Fluents, kinds: Kinds) -> tuple[Endin
 
 
 def _denied(schema: ActionSchema, fluents: Fluents) -> Iterator[Ending]:
-    """Generate the endings of facts that a rule denies, and of facts that cannot hold together with one that
-    the rule adds."""
+    """Generate the facts that a rule makes false, and the facts that cannot hold together with one that the
+    rule adds."""
     for pattern in sorted(schema.change.removes, key=str):
         yield Ending((str(pattern[0]), *(p if p is not None else f"?any{k}" for k, p in enumerate(pattern[1:]))))
     for every in schema.after:
@@ -102,9 +104,11 @@ def _denied(schema: ActionSchema, fluents: Fluents) -> Iterator[Ending]:
 
 
 def _following(ending: Ending, fluents: Fluents) -> Iterator[Ending]:
-    """Generate the endings (facts that a task ends) that follow from one: of the fact with swapped
-    arguments if it is symmetric, of facts that it undoes, of the same about wholes of parts, and of facts
-    that imply it."""
+    """Generate further facts that become false with a fact that a task makes false.
+
+    They are the fact with swapped arguments if it is symmetric, facts that it undoes, the same about wholes
+    of parts, and facts that imply it.
+    """
     name, *terms = ending.fact
     fluent, when = fluents[name], ending.when | {ending.fact}
     if fluent.symmetric:
@@ -138,8 +142,7 @@ def _with(fact: Fact, k: int, term: str) -> Fact:
 
 
 def _tidy(ending: Ending) -> Ending:
-    """Return an ending (a fact that a task ends) with its free variables numbered in the order in which they
-    appear."""
+    """Return a fact that a task makes false, its free variables numbered in the order in which they appear."""
     names = {v: v if v == "?other" else f"?any{k}" for k, v in enumerate(ending.free, 1)}
 
     def renamed(fact: Fact) -> Fact:
@@ -151,7 +154,8 @@ def _tidy(ending: Ending) -> Ending:
 
 
 def _possible(ending: Ending, kinds: Kinds) -> bool:
-    """Whether an ending's facts can ever hold, by the kinds of their arguments."""
+    """Whether a fact that a task makes false can ever hold, with its conditions, given the kinds of its
+    arguments."""
     facts = [ending.fact, *ending.when]
     terms = {t for f in facts for t in f[1:]} - set(ending.free)
     fits = all(_kind(t) in kinds.get((f[0], k), ()) for f in facts for k, t in enumerate(f[1:], 1) if t in terms)

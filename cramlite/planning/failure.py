@@ -59,7 +59,7 @@ def first_objection(reason: str) -> str:
 
 
 def misses(entries: Sequence[Entry]) -> list[tuple[Entry, ...]]:
-    """Return the nearest misses of the candidates, those of one cause together, the nearest of all first."""
+    """Return the nearest miss of each candidate, grouped by cause; the group of the nearest of all comes first."""
     nearest, alike = nearest_miss(entries), dict[tuple[str, str], list[Entry]]()
     for number in dict.fromkeys(e.candidate for e in entries):
         if (miss := nearest_miss([e for e in entries if e.candidate == number])) is not None:
@@ -68,13 +68,14 @@ def misses(entries: Sequence[Entry]) -> list[tuple[Entry, ...]]:
 
 
 def _cause(entry: Entry) -> tuple[str, str]:
-    """Return the designator and reason of a miss without numbers: misses that agree in both have the same
-    cause."""
+    """Return what identifies the cause of a nearest miss: the designator and the reason of this refusal,
+    without numbers."""
     return without_numbers(entry.designator) if entry.kind != "proof" else "", without_numbers(entry.reason)
 
 
 def _miss(same: Sequence[Entry], reason: str = "") -> str:
-    """Format misses of one cause as one line: candidates, designator, reason and plugin."""
+    """Format the nearest misses of candidates that failed for one cause as one line: candidates, designator,
+    reason and plugin."""
     first, numbers = same[0], [e.candidate for e in same]
     which = f"candidate {numbers[0]}" if len(numbers) == 1 else f"candidates {_listed(numbers)}"
     return f"{which}, {first.designator}: {reason or first.reason} [{first.plugin}]"
@@ -88,6 +89,7 @@ def _listed(numbers: Sequence[int]) -> str:
 
 
 def _once(answers: Iterable[GoalAnswer], told: Sequence[Entry]) -> Iterator[GoalAnswer]:
-    """Yield the answers for the goals; a reason that was told as the nearest miss becomes "see above"."""
+    """Yield the answers for the goals, with "see above" in place of a reason that the report gives as the
+    nearest miss."""
     said = f"{told[0].designator}: {told[0].reason}" if told else ""
     yield from (a.without_reason() if a.reason == said else a for a in answers)

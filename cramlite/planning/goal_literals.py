@@ -53,8 +53,7 @@ def literals_of_plan(
 
 
 def _lasting(action: Action, clause: Clause | None) -> GoalLiteral | None:
-    """Return a postcondition with the things of an action in place of variables; None if the rule no longer
-    has it."""
+    """Return a postcondition of a task with the action's things in place of variables; None if ``clause`` is None."""
     if clause is None:
         return None
     binding = {r: str(o.entity) for r, o in action.roles.items() if r in mentions(clause.condition)}

@@ -45,7 +45,7 @@ class ParsedGoal(Value):
 
 
 def parse_goal(text: str, grounder: Grounder, where: str = "") -> ParsedGoal:
-    """Parse a goal by the forms that predicates declare, about things that there are.
+    """Parse a goal in words, such as "tin on counter", in a form that a predicate declares, about things of the world.
 
     Args:
         where: before each message, such as "scenario.yaml:3: ".
@@ -122,7 +122,7 @@ def _two_manners(one: ParsedGoal, other: ParsedGoal) -> str:
 
 
 def _forms(phrases: Iterable[GoalPhrase]) -> str:
-    """Clause that lists goal phrases, as advice after an unknown one."""
+    """List the forms of goals, as advice after an unknown one: "say 'THING on PLACE' or ..."."""
     forms = [f"'{p.form}'" for p in sorted(phrases, key=lambda p: -len(_places(p)))]
     said = f"say {', '.join(forms[:-1])} or {forms[-1]}" if forms[1:] else "no plugin declares a phrase for goals"
     sides = ", ".join(f"'{s}'" for s in SIDES)
@@ -134,8 +134,10 @@ def _places(phrase: GoalPhrase) -> list[str]:
 
 
 def _pattern(phrase: GoalPhrase) -> str:
-    """Return the regular expression of a goal's form, with a group for each of its things; a form with a
-    place has two more, for a side and the thing on whose side the place is."""
+    """Return the regular expression of a goal's form, with a group for each of its things.
+
+    A form with a place has two more groups, for a side and the thing on whose side the place is.
+    """
     words_of = {AMOUNT: NUMBER, PLACE: r"(\w+(?:/\w+)?)"}
     first, *words = (words_of.get(w, r"(\w+)") if w.isupper() else re.escape(w) for w in phrase.form.split())
     verbs = f"(?:(?:{'|'.join(map(re.escape, phrase.verbs))}) )?" if phrase.verbs else ""

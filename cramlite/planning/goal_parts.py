@@ -49,7 +49,7 @@ class GoalAnswer(Value):
     reason: str = ""
 
     def without_reason(self) -> GoalAnswer:
-        """Return the answer with "see above" as its reason, for reasons that were told before."""
+        """Return the answer with "see above" in place of its reason, which was given before."""
         return replace(self, reason="see above")
 
     def __str__(self) -> str:
@@ -105,7 +105,8 @@ def _rank(answer: GoalAnswer) -> int:
 
 
 def _nearest(answer: GoalAnswer) -> tuple[bool, int]:
-    """Return the sort key of an answer: missed parts come first, among them those with the latest tasks."""
+    """Return the sort key of an answer: goal parts of which a task failed come first, those with the latest
+    task first."""
     return answer.answer != "missed", -answer.tasks[1] if answer.tasks and answer.answer == "missed" else 0
 
 
@@ -119,7 +120,7 @@ def _proven(entry: Entry) -> GoalAnswer:
 
 
 def _unproven(parts: Iterable[Entry], entries: Sequence[Entry]) -> Iterator[GoalAnswer]:
-    """Yield an answer for each part of the goal from each candidate that was tried."""
+    """Yield what became of each part of the goal in each candidate that was tried, none of which was proven."""
     known = {e.number: e for e in entries}
     of = {c: [e for e in entries if e.candidate == c and e.kind != "goal"] for c in {e.candidate for e in parts}}
     misses = {c: nearest_miss(there) for c, there in of.items()}
@@ -137,8 +138,10 @@ def _unproven(parts: Iterable[Entry], entries: Sequence[Entry]) -> Iterator[Goal
 
 
 def _by(says: str, tasks: tuple[int, int], others: Set[int], miss: Entry, known: dict[int, Entry]) -> GoalAnswer:
-    """Return the answer for a part of the goal after a candidate failed: missed if the nearest miss lies in
-    the part's own tasks, else reached or untried."""
+    """Return what became of one part of the goal when a candidate failed: missed, reached or untried.
+
+    It was missed if the nearest miss lies in the tasks of this part, and reached if a later task failed.
+    """
     said = f"{miss.designator}: {miss.reason}"
     if miss.kind == "proof":
         own = [c for c in miss.reason.split("; ") if f"'{says}' is not reached" in c]
@@ -153,8 +156,8 @@ def _by(says: str, tasks: tuple[int, int], others: Set[int], miss: Entry, known:
 
 
 def _at(miss: Entry, known: Mapping[int, Entry]) -> tuple[int, ...]:
-    """Return the numbers of the plan's tasks that a miss is about: the task in which it came up, or the first
-    and last task that need an object."""
+    """Return the numbers of the plan's tasks that a nearest miss is about: the task in which something was
+    refused, or the first and last task that need an object."""
     if task := task_of(miss, known):
         return (task,)
     asked = known.get(miss.parent, miss).numbers

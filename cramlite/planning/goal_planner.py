@@ -73,7 +73,7 @@ class GoalFacts(Value):
 
 
 class TaskPlan(Value):
-    """Sequence of operators that achieves a goal, with the reason for each."""
+    """Sequence of planning actions that achieves a goal, with the reason for each."""
 
     steps: tuple[Operator, ...]
     reasons: tuple[str, ...]
@@ -102,8 +102,10 @@ def parse_goals(goals: Iterable[str], grounder: Grounder, where: str = "") -> Go
 
 
 def constraint_facts(goal: GoalFacts, schema: ActionSchema, task: TaskType) -> frozenset[Fact]:
-    """Return the facts, in the schema's terms, by which its task meets the goal's constraints, such as a side
-    of a place or a parameter."""
+    """Return the facts that an action adds when its task meets the goal's constraints, such as a side of a place.
+
+    They are written with the parameters of the action's schema.
+    """
     found: set[Fact] = set()
     for fact, asked in goal.constraints.items():
         if asked.suits(task):
@@ -115,8 +117,11 @@ def constraint_facts(goal: GoalFacts, schema: ActionSchema, task: TaskType) -> f
 
 
 def taken_places(goal: GoalFacts, schema: ActionSchema, things: Mapping[str, Thing], aside: Iterable[str]) -> Iterator[Table]:
-    """Generate tables that keep a task from putting things aside onto a loose thing on which the goal wants
-    another thing, as there is no room for both."""
+    """Generate conditions that keep a task from putting things onto a loose thing on which the goal wants
+    another thing.
+
+    There is no room for both. Each condition is a table of forbidden pairs.
+    """
     loose = {n for n, t in things.items() if t.movable}
     for fact in sorted(f for f in schema.change.adds - schema.change.needs if len(f) > 2):
         wanted = {f for f in goal.needs if f[0] == fact[0]}
@@ -128,7 +133,7 @@ def taken_places(goal: GoalFacts, schema: ActionSchema, things: Mapping[str, Thi
 
 
 def constrained(goal: GoalFacts, operator: Operator, task: TaskType, held: frozenset[str]) -> Operator:
-    """Return an operator with the facts of the goal's constraints that its task meets.
+    """Return a planning action that also adds a fact for each constraint of the goal that its task meets.
 
     Args:
         held: things that are in the hand at some time.

@@ -1,5 +1,7 @@
-"""Goals about classes of things, and alternatives: "each Cup on tray", "2 of Cup on tray", "tin on tray or tin in basket", as goals
-about things."""
+"""Goals about classes of things, and alternatives, as goals about things.
+
+Such goals are "each Cup on tray", "2 of Cup on tray", or "tin on tray or tin in basket".
+"""
 
 from __future__ import annotations
 
@@ -47,8 +49,10 @@ def _meanings(goal: str, grounder: Grounder, facts: frozenset[Fact]) -> Iterator
 
 
 def _of_things(goal: str, grounder: Grounder, facts: frozenset[Fact]) -> Iterator[Says]:
-    """Generate the goals for each choice of things that a quantifier allows; "not each" becomes "any" of the
-    denied goals, and the reverse (De Morgan)."""
+    """Generate the goals for each choice of things that a quantifier such as "any" or "2 of" allows.
+
+    "not each" becomes "any" of the denied goals, and the reverse (De Morgan).
+    """
     found = FORM.fullmatch(goal)
     if found is None:
         yield (goal,)
@@ -83,7 +87,7 @@ def _any_match(patterns: Iterable[tuple[str | None, ...]], facts: frozenset[Fact
 
 
 def _of_class(name: str, goal: str, grounder: Grounder) -> list[str]:
-    """Things of a class, which is written with its prefix or without."""
+    """Names of the things of a class; its name may be given with its prefix or without."""
     scene = grounder.scene
     class_ = scene.taxonomy.resolve(name)
     if class_ is None:

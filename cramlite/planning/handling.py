@@ -64,7 +64,8 @@ def handled(
 
 
 def done(step: Operator) -> Done:
-    """Return an operator as a task that was done."""
+    """Return the task of a planning action with the things in its roles, for a record of tasks that were
+    done."""
     return step.doing, tuple(sorted(step.roles.items()))
 
 
@@ -91,7 +92,8 @@ def history(steps: Iterable[Operator], thing: str) -> tuple[Done, ...]:
 
 
 class Track(Value):
-    """Track of a thing: the tasks that changed it, to be compared with later tasks one by one.
+    """Track of a thing in planning: the tasks that have changed the thing, to be compared with later tasks
+    one by one.
 
     Args:
         thing: its name.
@@ -105,17 +107,20 @@ class Track(Value):
         return f"'{self.thing}' " + (f"after {', '.join(map(task_text, self.past))}" if self.past else "as it was")
 
     def stages(self) -> list[Stage]:
-        """List the possible stages of a thing on its track: how many tasks were done, and whether
-        the track's next task, another one or none has grasped it since."""
+        """List the possible stages of a thing on its track: how many tasks of the track were done, and what
+        has grasped the thing since.
+
+        That is the history's next task, another one, or none.
+        """
         return [(k, how) for k in range(len(self.past) + 1) for how in ("", "taken", "other")]
 
     def after(self, stage: Stage | None, how: Handling, task: Done | None) -> Stage | None:
-        """Return the stage on the track that a thing reaches by a further task; None if the thing's history
-        departs from the track.
+        """Return the stage that a thing reaches by a further task; None if the task is not the next one of
+        its task history.
 
         Args:
             stage: before it; None for another history, which may be forgotten.
-            task: None for any that is not of this track.
+            task: None for any that is not of this history.
         """
         if how.settles:
             return (1, "") if self.past[:1] == (task,) else None
@@ -135,6 +140,6 @@ class Track(Value):
         return (number, "" if how.lets_go else taken)
 
     def at_its_end(self) -> list[Stage]:
-        """Return the stages in which a thing has had all tasks of its track done to it, and no others."""
+        """Return the stages at which exactly the tasks of a thing's task history were done to it."""
         ends: list[Stage] = [(len(self.past), "")]
         return [*ends, (len(self.past) - 1, "taken")] if self.past else ends

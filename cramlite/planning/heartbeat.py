@@ -108,7 +108,8 @@ def _recent(entries: list[Entry]) -> list[Entry]:
 
 
 def _on_the_way(entries: Iterable[Entry]) -> str:
-    """Count the refusals before a running program, as a clause with the most frequent reason; "" without any."""
+    """Return words on how many alternatives were refused before a program ran, and the most frequent reason;
+    "" if none."""
     total, most = _refused(entries)
     return f"; {total} alternatives were refused before it ran, {most}" if total else ""
 

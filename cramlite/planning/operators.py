@@ -1,4 +1,5 @@
-"""Planning operators: task rules grounded over the things of one world, with preconditions and effects.
+"""Planning actions (operators): task rules grounded over the things of one world, with preconditions and
+effects.
 
 The rules that interpret demonstrations say both (``pre`` and ``post``). They are grounded here: conditions on classes and
 parts choose the fillers of roles, relations become facts that are needed, forbidden, added or removed. What is measured
@@ -44,7 +45,7 @@ def doing(task: str, elsewhere: bool) -> str:
 
 
 class Operator(Value):
-    """Ground planning operator: a task with fillers, its preconditions and its effects.
+    """Grounded planning action: a task with things in its roles, its preconditions and its effects.
 
     Args:
         task: class.
@@ -72,14 +73,15 @@ class Operator(Value):
 
     @property
     def doing(self) -> str:
-        """Class of the operator's task, marked if the task puts a thing down elsewhere than the goal asks."""
+        """Class of the planning action's task, marked if the task puts a thing down elsewhere than the goal
+        asks."""
         return doing(self.task, self.elsewhere)
 
     def __str__(self) -> str:
         return f"{self.doing.split(':')[-1]}({', '.join(f'{r}={e}' for r, e in self.roles.items() if e != EFFECTOR)})"
 
     def barred_by(self, fact: Fact, facts: frozenset[Fact]) -> bool:
-        """Check whether a fact, added to facts that hold, would violate a precondition."""
+        """Check whether a fact would violate a precondition if it were added to ``facts``, which hold."""
         if any(matches(fact, p) for p in self.without):
             return True
         about = [pair for pair in self.never if fact[0] in (pair[0][0], pair[1][0])]
@@ -108,8 +110,7 @@ class Operator(Value):
 
 
 def _others(fact: Fact, pattern: Fact) -> list[str]:
-    """Return the entity that ``OTHER`` stands for if the fact matches the pattern, in a list; else an empty
-    list."""
+    """Return the entity at the place of ``OTHER`` in a fact that fits a pattern, as a list; empty if it does not fit."""
     bare = tuple(None if p == OTHER else p for p in pattern)
     return [e for e, p in zip(fact, pattern, strict=True) if p == OTHER] if matches(fact, bare) else []
 
@@ -135,7 +136,7 @@ class Change(Value):
 
 
 class Grounder:
-    """Grounder of task rules: it makes planning operators by filling roles with the things of one world.
+    """Grounder of task rules: it makes planning actions by filling roles with the things of one world.
 
     Args:
         scene: whose things and features fill roles.
@@ -162,7 +163,7 @@ class Grounder:
         return Grounder(replace(self.scene, world=world, types=types), self.predicates)
 
     def ground(self, rules: Iterable[Rule], tasks: Mapping[str, TaskType]) -> tuple[Operator, ...]:
-        """Return the ground operators of those rules whose tasks a plugin offers."""
+        """Return the grounded planning actions of those rules whose tasks a plugin offers."""
         return tuple(o for rule in rules if rule.task in tasks for o in self._ground(rule, tasks[rule.task]))
 
     def _ground(self, rule: Rule, task: TaskType) -> Iterator[Operator]:
@@ -183,7 +184,8 @@ class Grounder:
         return {n: self.contents if n in inside else self._candidates(n, asked, task) for n in names}
 
     def _candidates(self, name: str, asked: Iterable[Atom], task: TaskType) -> list[str]:
-        """Entities that may fill a variable, by conditions on classes and the role of the task type."""
+        """Entities that may fill a variable: they meet the conditions on it alone, and have the features that
+        its role needs."""
         role = task.role(name)
         if role is not None and role.effector:
             return [EFFECTOR]
@@ -195,7 +197,8 @@ class Grounder:
         return [e for e in found if e != EFFECTOR and all(self.scene.has(e, f) for f in features)]
 
     def operator(self, rule: Rule, task: TaskType, binding: Mapping[str, str]) -> Operator | None:
-        """Return the operator for one choice of fillers; None where a condition on classes does not hold, or nothing changes."""
+        """Return the planning action for one assignment of things to roles; None if a thing is of a wrong
+        class, or nothing would change."""
         clauses = conditions_of(rule)
         held = held_in(clauses, binding)
         if len(set(binding.values())) < len(binding) or not all(self.can_be_held(name) for name in held):
@@ -216,8 +219,9 @@ class Grounder:
         return name in self.things and self.things[name].movable
 
     def change(self, rule: Rule, task: TaskType, binding: Mapping[str, str], ends: bool = False) -> Change | None:
-        """Return preconditions and effects of a task with the given fillers, which may be parameters; class
-        conditions are not checked.
+        """Return preconditions and effects of a task with given things, or parameters, in its roles.
+
+        Conditions on classes are not checked.
 
         Args:
             ends: whether it ends something beside what it denies by itself.
@@ -303,7 +307,7 @@ def is_static(condition: Condition) -> bool:
 
 
 def decided(condition: Condition, binding: Mapping[str, str], scene: SymbolicWorld) -> bool:
-    """Evaluate a static condition."""
+    """Evaluate a static condition: one whose truth no task changes."""
     match condition:
         case Not(Atom() as inner):
             return not _static(inner, binding, scene)
@@ -320,8 +324,10 @@ def _static(atom: Atom, binding: Mapping[str, str], scene: SymbolicWorld) -> boo
 
 
 def _parts(condition: Condition) -> Iterator[Condition]:
-    """Yield the conditions that must all hold; of alternatives ("or") only the first, since rules name joints
-    first and lids later."""
+    """Yield the conditions that must all hold; of alternatives ("or") only the first is taken.
+
+    Rules write the alternative about a joint first, and the one about a lid later.
+    """
     match condition:
         case And(parts):
             for part in parts:

@@ -68,7 +68,7 @@ class PlanStep(Value):
 
     @property
     def key(self) -> tuple[str, ...]:
-        """Class of the step's task and its fillers, in the order of the schema's parameters."""
+        """Class of the step's task and the things in its roles, in the order of the schema's parameters."""
         return (self.schema.task, *(self.binding[v] for v in self.schema.parameters))
 
 
@@ -187,8 +187,10 @@ class _Writer:
         return self._all(ending.free, [ending.fact, *ending.when], effect, ending.tables)
 
     def _all(self, free: Sequence[str], facts: Sequence[Fact], said: str, tables: Iterable[Table] = ()) -> str:
-        """Return a formula as one that holds for all values of its free variables; the facts in which a
-        variable occurs give its type."""
+        """Wrap a PDDL formula so that it holds for all values of its free variables.
+
+        The facts in which a variable occurs give its type.
+        """
         typed = [f"{v} - {_widest(kinds_of_free(v, facts, tables, self.kinds))}" for v in free]
         return f"(forall ({' '.join(typed)}) {said})" if typed else said
 
@@ -246,8 +248,10 @@ class _Writer:
 
 
 def _attainable(schemas: Sequence[ActionSchema], facts: Iterable[Fact]) -> list[ActionSchema]:
-    """Return the action schemas without those that need a relation which neither holds at the start nor is
-    made by any; planners ground the rest faster."""
+    """Return the action schemas that may become applicable: what they need holds at the start, or a schema adds it.
+
+    Planners ground a problem faster without the others.
+    """
     known = {f[0] for f in (*facts, *(f for s in schemas for f in s.change.adds))}
     kept = [s for s in schemas if known.issuperset(f[0] for f in s.change.needs)]
     return kept if len(kept) == len(schemas) else _attainable(kept, facts)

@@ -19,7 +19,7 @@ from ..plugin.task_type import TaskType
 
 
 class TaskCall(Value):
-    """Task with fillers for its roles: one step of an interpreted sequence or of a scenario."""
+    """Task with things in its roles: one step of an interpreted sequence or of a scenario."""
 
     task: TaskType
     roles: Mapping[str, str]
@@ -47,8 +47,10 @@ Call = TaskCall | RuleCall
 
 
 def task_calls(calls: Iterable[Call], *, alternatives: bool = True) -> Iterator[TaskCall]:
-    """Yield the task calls in order, also those inside control structures; with
-    ``alternatives=False`` without those of a choice, which the search may leave out."""
+    """Yield the task calls in order, also those inside control structures.
+
+    ``alternatives=False`` leaves out those inside a choice, since the search may choose others.
+    """
     for call in calls:
         if isinstance(call, TaskCall):
             yield call
@@ -72,7 +74,10 @@ def plan_from_episode(name: str, calls: Sequence[TaskCall], episode: Episode, ta
 
 
 def build_plan(name: str, calls: Sequence[Call], objects: Mapping[str, Object]) -> Plan:
-    """Build a plan of task calls whose fillers are keys of ``objects``; other fillers (the effector) are left out."""
+    """Build a plan from task calls, with a designator for each object that fills a role.
+
+    Fillers that are no keys of ``objects``, such as the effector, are left out.
+    """
     constrained = dict(objects)
     for call in task_calls(calls):
         for role, filler in call.roles.items():
@@ -93,8 +98,10 @@ def _in_order(objects: Iterable[Object]) -> tuple[Object, ...]:
 
 
 def _action(call: Call, objects: Mapping[str, Object], numbers: Iterator[int], whole: str = "") -> Action:
-    """Return the designator of a task or rule call, numbered in order; calls inside a fallback are named as
-    its parts."""
+    """Return the designator of a task call or of a control structure, numbered in order.
+
+    Calls inside a fallback are named as its parts.
+    """
     if isinstance(call, TaskCall):
         roles = {r: objects[f] for r, f in call.roles.items() if f in objects}
         name = part_name(whole, f"{next(numbers)}.{call.task.task.split(':')[-1]}")
@@ -119,8 +126,8 @@ Ahead = tuple[Location, Action | None]
 
 
 def _with_goals(actions: Sequence[Any], types: Mapping[str, TaskType], ahead: Ahead) -> tuple[tuple[Any, ...], Ahead]:
-    """Give each free motion in a task sequence its goal, where the next task starts; return the sequence, and
-    where its first task starts.
+    """Set the goal of each motion through free space in a task sequence; return the sequence, and the place
+    at which its first task begins.
 
     A free motion leads to where the next task starts; the last one leads to ``ahead``.
     """
@@ -162,8 +169,11 @@ def _describe(variables: Mapping[str, str], entity: Entity, taxonomy: Taxonomy) 
 
 
 def _suggested(name: str, taxonomy: Taxonomy) -> tuple[str, ...]:
-    """Return the class whose label occurs in a thing's name, and its nearest superclasses that restrict
-    anything: other crockery may replace a plate."""
+    """Return the class whose label occurs in a thing's name, and superclasses whose other members may replace
+    the thing.
+
+    Any crockery may replace a plate. A superclass counts only if it, or one above it, has a restriction.
+    """
     if (named := taxonomy.thing_named(name)) is None:
         return ()
     above = taxonomy.parents.get(named[0], ())

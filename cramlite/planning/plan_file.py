@@ -67,8 +67,8 @@ def _step(said: str, text: PddlText, where: str) -> PlanStep:
 
 
 def checked_steps(problem: PlanningProblem, steps: Iterable[PlanStep], where: str) -> tuple[Operator, ...]:
-    """Return the operators of a plan's steps, checked: each is applicable in its turn, and the goal holds
-    after the last.
+    """Return the planning actions of a plan's steps, checked: each is applicable in its turn, and the goal
+    holds at the end.
 
     Raises:
         UserError: it is no plan; it says which step needs what.

@@ -142,8 +142,9 @@ def _answer(text: PddlText, problem: PlanningProblem, scope: Scope, progress: Ca
 
 
 def _better(given: _Given, problem: PlanningProblem, scope: Scope, found: FoundPlan, progress: Callable[[str], None]) -> FoundPlan:
-    """Return the planner's plan, or a shorter one with tasks of plugins neither shipped nor preferred and
-    no more needless effects.
+    """Return the planner's plan, or a shorter one that uses tasks of further plugins and has no more needless effects.
+
+    Further plugins are those that are neither shipped nor preferred.
 
     Where plans are not the shortest, their lengths say nothing; and after a plan that failed, the known tasks' others come first.
     """
@@ -166,8 +167,10 @@ def few_things(problem: PlanningProblem, scope: Scope) -> bool:
 
 
 def _plan(problem: PlanningProblem, steps: list[PlanStep]) -> FoundPlan:
-    """Check a planner's plan, drop its needless steps and move its closing tasks forward; return it with the
-    kept steps, or None for an invalid plan."""
+    """Check a planner's plan, drop its needless steps, and let it close things as early as possible.
+
+    The result is the plan, which is None if it is invalid, and the planner's steps that are left.
+    """
     found = [(s, o) for s in steps if (o := problem.operator(s)) is not None]
     operators = [o for _, o in found]
     if len(found) < len(steps) or problem.failing(operators):

@@ -45,7 +45,7 @@ less certain."""
 
 
 class Scope(Value):
-    """Scope of the plans of one call of the planner: which things and ways of moving they may use.
+    """Limits of the plans of one call of the planner: which things they may use, and how they may move them.
 
     Args:
         things: by name.
@@ -84,7 +84,8 @@ class PlanningProblem(Value, eq=False):
     blocked: tuple[Blocking, ...] = ()
 
     def scopes(self) -> Iterator[Scope]:
-        """Generate scopes of plans, the narrowest first.
+        """Generate scopes: the things, and the ways of moving them, that a plan may use. The narrowest scope
+        comes first.
 
         First only things of the goal and obstacles, with their supports and payloads, are put where the goal
         says or on furniture. The next scopes also push them there, put them on anything, and use all things.
@@ -113,10 +114,10 @@ class PlanningProblem(Value, eq=False):
             yield Scope(every)
 
     def within(self, scope: Scope) -> PlanningProblem:
-        """Return the problem in which only the changes that a scope allows can end a blocking (a refused
-        task)."""
-        blocked = tuple(b.left_shut() for b in self.blocked) if scope.left_shut else self.blocked
-        return replace(self, blocked=tuple(b.while_others_stay() for b in blocked) if scope.others_moved else blocked)
+        """Return the problem in which a refused task becomes possible only by changes that the limits
+        ``scope`` permit."""
+        blocked = tuple(b.while_others_stay() for b in self.blocked) if scope.others_moved else self.blocked
+        return replace(self, blocked=tuple(b.left_shut() for b in blocked) if scope.left_shut else blocked)
 
     def _asked_about(self, facts: frozenset[Fact]) -> frozenset[Fact]:
         """Return the facts of predicates that the conditions of rules name."""
@@ -148,8 +149,8 @@ class PlanningProblem(Value, eq=False):
         )  # fmt: skip
 
     def _here(self, schema: ActionSchema, scope: Scope) -> Iterator[ActionSchema]:
-        """Generate an action schema with only the fillers that a scope allows, and with the goal's
-        constraints as effects.
+        """Generate an action schema for only the things that a plan's scope allows; the goal's constraints
+        become its effects.
 
         With obstacles also a schema without these effects: two things that change places need a third place.
         """
@@ -181,7 +182,8 @@ class PlanningProblem(Value, eq=False):
         return frozenset(n for n in (self._in_the_way | on_loose) & things.keys() if things[n].movable)
 
     def _allowed(self, schema: ActionSchema, table: Table, scope: Scope) -> Table:
-        """Return a table of fillers without movable things as places, except where the goal asks for them.
+        """Return a table of things for roles, without movable things where something is put on them, unless
+        the goal asks for that.
 
         A thing that the task merely acts on, such as the drawer that it opens, is no place.
         """
@@ -203,7 +205,8 @@ class PlanningProblem(Value, eq=False):
         return replace(self, says=(says,), wanted=wanted)
 
     def operator(self, step: PlanStep) -> Operator | None:
-        """Return the operator of a plan step in the whole world; None if the step is not possible there."""
+        """Return the grounded planning action for a step of a plan; None if it is impossible with the things
+        of the world."""
         task = self.knowledge.tasks[step.schema.task]
         fixed = {v: t for v, t in step.schema.terms.items() if t == EFFECTOR}
         found = self.grounder.operator(step.schema.rule, task, {**fixed, **step.binding})
@@ -214,7 +217,7 @@ class PlanningProblem(Value, eq=False):
         return replace(found, elsewhere=True, removes=found.removes | (whole.adds - found.adds))
 
     def failing(self, steps: Sequence[Operator]) -> str:
-        """Explain why a sequence of operators is no plan; "" if it is one."""
+        """Explain why a sequence of grounded planning actions is no plan; "" if it is one."""
         return self._failing(steps, self.facts)
 
     def _failing(self, steps: Sequence[Operator], facts: frozenset[Fact], before: Sequence[Operator] = ()) -> str:
@@ -246,7 +249,7 @@ class PlanningProblem(Value, eq=False):
         return tuple(kept)
 
     def shut_first(self, steps: tuple[Operator, ...]) -> tuple[Operator, ...]:
-        """Return a plan with its closing tasks before its opening tasks, as far as it stays a plan.
+        """Return a plan that closes drawers and doors before it opens others, as far as it stays a plan.
 
         What is open takes room: before a cabinet the handle of an open drawer keeps the hand from closing the one below.
         """
@@ -270,7 +273,7 @@ class PlanningProblem(Value, eq=False):
         return bool(lacking & self.wanted.needs)
 
     def plan(self, steps: Sequence[Operator]) -> TaskPlan:
-        """Return operators as a plan, with the reason for each."""
+        """Return grounded planning actions (``Operator``) as a plan, with the reason for each."""
         found = tuple(reasons(self.wanted, self.facts, tuple(steps)))
         return TaskPlan(tuple(steps), tuple(self._out_of_the_way(steps, k) or reason for k, reason in enumerate(found)))
 
@@ -287,8 +290,11 @@ class PlanningProblem(Value, eq=False):
         return ""
 
     def blocking(self, steps: Sequence[Operator], found: Refutation) -> Blocking | None:
-        """Return the blocking that the failure of a task sequence proves; None if no task was refused, or the
-        blocking is known."""
+        """Return what a failed task sequence shows: a task that is refused as long as certain things stay as
+        they are.
+
+        None if no task was refused, or this blocking is known.
+        """
         facts = [self.facts]
         for step in steps:
             facts.append(step.apply(facts[-1]))
@@ -310,8 +316,8 @@ class PlanningProblem(Value, eq=False):
         return frozenset(t.thing for t in blocking.tracks if own & joints and t.thing in joints - own - wide)
 
     def blockings(self, steps: Sequence[Operator], found: Refutation) -> tuple[Blocking, ...]:
-        """Return the new blockings that the failure of a task sequence proves: of the refused task, and of
-        its part if that alone was refused.
+        """Return the new blockings that the failure of a task sequence proves: the refused task fails while
+        things stay as they are.
 
         Of a task that was refused in one part of it alone, such as putting down, that part, too: it would be refused as a task of its own.
         """
@@ -320,8 +326,8 @@ class PlanningProblem(Value, eq=False):
         return tuple(b for b in (new, part and new and replace(new, task=part)) if b is not None and b not in self.blocked)
 
     def _part(self, found: Refutation) -> Done | None:
-        """Return the task, or part of a task, that was refused, with fillers for all its roles, as plans
-        write their steps; None if plans have no such task."""
+        """Return the refused task, or the refused part of a task, with the things in its roles; None if no
+        plan can contain it."""
         task, fillers = found.part or WHOLE
         rule = next((r for r in self.knowledge.goal_rules if r.task == task), None)
         roles = {} if rule is None else {r: dict(fillers).get(r, EFFECTOR) for r in rule.roles}
@@ -349,7 +355,7 @@ def planning_problem(goal: Goal, scene: SymbolicWorld, knowledge: Knowledge) -> 
 
 
 def problem_of(goal: Goal, grounder: Grounder, knowledge: Knowledge, where: str = "") -> PlanningProblem:
-    """Return the planning problem of a goal in a grounded world; errors begin with ``where``."""
+    """Return the planning problem of a goal among the things of a world; error messages begin with ``where``."""
     wanted = parse_goals(goal.says, grounder, where)
     return PlanningProblem(goal.says, grounder.initial() | wanted.given, wanted, grounder, knowledge)
 
@@ -367,7 +373,8 @@ def why_unreachable(problem: PlanningProblem) -> str:
 
 
 def _may_make(schema: ActionSchema, added: Fact, fact: Fact) -> bool:
-    """Check whether an effect of an action schema is a given fact for some fillers of its parameters."""
+    """Check whether an effect of an action schema is a given fact, for some choice of things for its
+    parameters."""
     tables = {t.terms: t.rows for t in schema.tables if len(t.terms) == 1 and not t.denied}
     return added[0] == fact[0] and all(
         t == e or (t.startswith("?") and (e,) in tables.get((t,), {(e,)})) for t, e in zip(added[1:], fact[1:], strict=True)
@@ -410,7 +417,8 @@ def _moved_unheld(schema: ActionSchema, fluents: Fluents) -> frozenset[str]:
 
 
 def _may_push(schema: ActionSchema, things: frozenset[str], fluents: Fluents) -> bool:
-    """Check whether an action schema pushes one of the given things for some fillers of its parameters."""
+    """Check whether an action schema pushes one of the given things, for some choice of things for its
+    parameters."""
     pushed = _moved_unheld(schema, fluents)
     tables = [t.rows for t in schema.tables if not t.denied and len(t.terms) == 1 and t.terms[0] in pushed]
     return bool(pushed) and any(all((thing,) in rows for rows in tables) for thing in things)

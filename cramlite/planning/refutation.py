@@ -45,13 +45,13 @@ class Unfit(Value):
 
 
 class Capped(Value):
-    """Part of a conflict set: alternatives were left out, and a later round of the search, which tries more
-    of them, may succeed."""
+    """Member of a conflict set: the search left alternatives of a choice untried, and may succeed once it
+    tries more."""
 
 
 class Later(Value):
-    """Part of a conflict set: another alternative of this choice may avoid the failure, but alternatives of
-    all other blamed choices are tried first."""
+    """Member of a conflict set: another alternative of this choice may avoid the failure, but alternatives of
+    other choices are tried first."""
 
     choice: str
 
@@ -84,8 +84,10 @@ def as_they_are(things: InTheWay) -> frozenset[AsItIs]:
 
 
 def refutation(conflict: Iterable[object], reason: str = "") -> Refutation:
-    """Return the refutation that follows from a conflict set; of its sets of things only the minimal ones,
-    which tell the most."""
+    """Return why a task sequence failed, from the causes that the search collected (a conflict set).
+
+    Of sets of things in the way only those that contain no other set are kept.
+    """
     found = tuple(conflict)
     sets = {c.things for c in found if isinstance(c, AsItIs)}
     least = sorted(tuple(sorted(s)) for s in sets if not any(other < s for other in sets))

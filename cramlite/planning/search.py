@@ -1,4 +1,4 @@
-"""Resolution: depth first, lazy, with backjumping, no-goods, caps and counted budgets.
+"""Search for groundings: depth first and lazy, with backjumping, no-goods, limits on alternatives, and counted budgets.
 
 A failure names the choices it depends on (its conflict set); the search returns to
 the latest of them and skips the rest, which is conflict-directed backjumping (Prosser
@@ -33,7 +33,7 @@ Below = Generator[State, Conflict | None, Conflict]
 
 
 class Effort(Struct):
-    """Effort spent on one task sequence in all rounds, with the no-goods that it found.
+    """Work that the search has spent on one task sequence so far, with the no-goods that it found.
 
     Args:
         breadth: how many times as many alternatives are tried as in the first round.
@@ -51,13 +51,15 @@ class Effort(Struct):
     objected: frozenset[int] | None = None
 
     def judged(self, conflict: Conflict) -> None:
-        """Record which tasks the validators objected to in one more program; only tasks that all programs
-        share are kept."""
+        """Record to which tasks of the plan the validators of one more program objected.
+
+        Only tasks that were objected to in every program are kept.
+        """
         tasks = frozenset(c.number for c in conflict if isinstance(c, InTask))
         self.objected = tasks if self.objected is None else self.objected & tasks
 
     def widened(self) -> Effort:
-        """Return the effort with which the next round begins; it tries twice as many alternatives of each designator."""
+        """Return the effort for searching again, with twice as many alternatives of each designator."""
         return Effort(2 * self.breadth, self.expanded, self.proofs, self.nogoods.lasting())
 
 
@@ -87,10 +89,12 @@ class Search(Struct, dict=True):
     def __post_init__(self) -> None:
         self.refuted: Conflict | None = None
         """Conflict set of the end of the search, when there is no further grounded state; None before. Where a budget ended
-        the search: that of the failures of the farthest task, None if it did not fail, or if there was a grounded state."""
+        the search: that of the failures of the farthest task, or else of the parts of it that failed; None if none did, or if
+        there was a grounded state."""
         self._planned = 0
         self._farthest = 0  # task of the plan that was come to, from 1; the next number behind the last
         self._failures: list[Conflict] = []  # of that task, one for each situation in which it was tried
+        self._open: Conflict = frozenset()  # of what failed in it where a budget ended the search before the task was refused
         self._put_off: bool | None = False  # whether choices were gone past that may change a failure; None: none is
         self._nogoods = self.effort.nogoods
         relations = self.registry.owned("location_kinds", "name")
@@ -103,7 +107,7 @@ class Search(Struct, dict=True):
         others were.
         """
         self._planned = sum(isinstance(i, Action) for i in state.agenda)
-        self.refuted, self._farthest, self._failures = None, 0, []
+        self.refuted, self._farthest, self._failures, self._open = None, 0, [], frozenset()
         try:
             self.refuted = yield from self._descend(state, 0)
             if self._put_off:
@@ -112,7 +116,7 @@ class Search(Struct, dict=True):
                 self.refuted = yield from self._descend(state, 0)
         except BudgetSpent as spent:
             self.trace.spent(spent.budget, getattr(self.budget, spent.budget), str(spent))
-            self.refuted = frozenset().union(*self._failures) or None
+            self.refuted = frozenset().union(*self._failures or [self._open]) or None
 
     def _descend(self, state: State, parent: int) -> Below:
         if not state.agenda:
@@ -142,8 +146,10 @@ class Search(Struct, dict=True):
         return number
 
     def _failed(self, state: State, conflict: Conflict | None) -> Conflict:
-        """Record that a fully grounded state failed; return the choices to blame, with ``Capped()``
-        among them if alternatives of some are tried only later."""
+        """Record that a fully grounded state failed; return the choices to blame.
+
+        ``Capped()`` is among them if alternatives of some of these choices are tried only later.
+        """
         everything = _everything(state)
         said = everything if conflict is None else conflict
         later = frozenset(c.choice for c in said if isinstance(c, Later)) & everything
@@ -167,8 +173,10 @@ class Search(Struct, dict=True):
         return (yield from self._descend(after, parent))
 
     def _passed(self, state: State, mark: Mark, parent: int) -> Below:
-        """Continue the search after a mark of a control structure; if its branches do not fit together, blame
-        all choices so far."""
+        """Continue the search where a branch of a control structure begins or ends.
+
+        If the branches do not fit together, all choices so far are to blame.
+        """
         try:
             after = state_after_mark(state, mark)
         except Unresolvable as impossible:
@@ -199,7 +207,11 @@ class Search(Struct, dict=True):
             tried += 1
             node = point.say("chosen", plugin, answer.reason, key, answer.cost)
             self.progress(f"{item.name}: {answer.reason}")
-            below = yield from self._descend(state_after_choice(state, item, answer, choices), node)
+            try:
+                below = yield from self._descend(state_after_choice(state, item, answer, choices), node)
+            except BudgetSpent:
+                self._left_open(point, within.get("task"))
+                raise
             if item.name not in below:
                 return below
             point.conflict |= below - {item.name}
@@ -209,9 +221,17 @@ class Search(Struct, dict=True):
         point.exhausted(tried)
         return frozenset(point.conflict)
 
+    def _left_open(self, point: ChoicePoint, number: int | None) -> None:
+        """Record what has failed so far below a choice of the farthest task, as a budget ends the search there."""
+        failed = any(isinstance(c, InTask) and c.number == number for c in point.conflict)
+        self._open |= point.conflict if number == self._farthest and failed else frozenset()
+
     def _within(self, item: Designator, state: State) -> dict[str, int]:
-        """Return the number of the plan's task that an item belongs to, and the number of open actions around
-        it, control structures not counted."""
+        """Return the number of the plan's task that an item belongs to, and how many unfinished actions the
+        item is part of.
+
+        Control structures are not counted as actions.
+        """
         behind = [k for k, i in enumerate(state.agenda, 1) if isinstance(i, Effect)]
         if not behind and not isinstance(item, Action):
             return _needed_by(item, state)
@@ -220,8 +240,10 @@ class Search(Struct, dict=True):
         return {"task": self._planned - left, "depth": depth}
 
     def _part(self, item: Designator, state: State, tried: int) -> Part | None:
-        """Return the subtask, with its fillers, in which a refusal came up; ``WHOLE`` for the plan's
-        task itself, None if decompositions of this task were tried."""
+        """Return the subtask that was refused inside a task of the plan, with the things in its roles.
+
+        It is ``WHOLE`` if that task itself was refused, and None if decompositions of it were tried.
+        """
         opened = [i.action for i in reversed(state.agenda) if isinstance(i, Effect)]
         tasks = [a for a in (*opened, item) if isinstance(a, Action) and not isinstance(a, Compound)]
         inner = tasks[1] if len(tasks) > 1 else None
@@ -245,8 +267,10 @@ class Search(Struct, dict=True):
 
 
 def _needed_by(item: Designator, state: State) -> dict[str, int]:
-    """Return the numbers of the first and the last task in which an object plays a role; such objects are
-    chosen before all tasks."""
+    """Return the numbers of the first and the last task in which an object plays a role.
+
+    Such objects are chosen before all tasks.
+    """
     actions = [i for i in state.agenda if isinstance(i, Action)]
     tasks = [k for k, action in enumerate(actions, 1) if item.name in {o.name for o in action.roles.values()}]
     return {"first_task": tasks[0], "last_task": tasks[-1]} if tasks else {}

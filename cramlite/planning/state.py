@@ -47,7 +47,7 @@ class Frame(Value):
 
 
 class State(Value):
-    """State of the search: the groundings and steps so far, and the agenda of open items.
+    """State of the search: the groundings and steps so far, and the agenda of what is still to be resolved.
 
     Args:
         grip: what was held when the last action of the plan ended.
@@ -87,7 +87,7 @@ class State(Value):
 
     @property
     def folding(self) -> bool:
-        """Whether the steps being collected will become part of a control step."""
+        """Whether the steps being collected belong to a control structure that is decided when the program runs."""
         return any(f.compound.decided_at_run_time for f in self.frames)
 
 
@@ -111,7 +111,8 @@ def state_after_choice(state: State, item: Designator, answer: Grounding, choice
 
 
 def _state_believed(state: State, belief: Belief, by: str, **changes: Any) -> State:
-    """Return the state with another belief, and with the handovers between the two beliefs."""
+    """Return the search state with another belief, and with the things that pass into or out of the hand
+    between the two."""
     new = handovers(state.belief, belief, by, optional=state.folding)
     return replace(state, belief=belief, handovers=(*state.handovers, *new), **changes)
 
@@ -153,7 +154,10 @@ def _state_led_on(state: State, motion: Motion, after: State, anew: bool) -> Sta
 
 
 def _state_used_at(state: State, motion: Motion, after: State) -> State:
-    """Return the state after a motion; mark its place as used, unless the motion only moved the arm there."""
+    """Return the state after a motion, and mark its place as used.
+
+    It is not marked if the motion only moved the arm there.
+    """
     place = motion.to.name if motion.to is not None else state.here
     leads = all(isinstance(s, MoveJoints | MoveLinear) for s in after.bindings[motion.name]) and _at_rest(state, after)
     return replace(after, here=place, used=state.used if leads else state.used | {place})
@@ -180,8 +184,9 @@ def describe(action: Action) -> str:
 
 
 def renew_places(state: State, first: int = 0) -> State:
-    """Return the state after an action, its places renamed if the payload or the robot's stand changed, to
-    ask for them again.
+    """Return the state after an action; if it changed the payload or drove the robot, places are to be grounded anew.
+
+    They get new names for this.
 
     If it took or let go of something, or drove, the places bound so far are history: the same thing stands elsewhere,
     or is held in another way, and whoever asks for its grasp again gets a new answer.
@@ -199,7 +204,8 @@ def renew_places(state: State, first: int = 0) -> State:
 
 
 def renewed(item: Item, state: State) -> Item:
-    """Return a place, or a motion to one, under the name that it got since the payload or the stand changed."""
+    """Return a place, or a motion to one, renamed if the place was bound before the payload changed or the
+    robot drove."""
     if isinstance(item, Location):
         return _renewed(item, state)
     if isinstance(item, Motion) and item.to is not None:

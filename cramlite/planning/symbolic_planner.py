@@ -1,4 +1,4 @@
-"""Fast Downward (Helmert 2006, "The Fast Downward planning system"), run as a program of its own on PDDL texts."""
+"""Fast Downward (Helmert 2006, "The Fast Downward planning system"), run in a process of its own on PDDL texts."""
 
 from __future__ import annotations
 

@@ -35,8 +35,8 @@ class Goal(Value):
 
     @classmethod
     def said(cls, sentence: str, view: str = "") -> Goal:
-        """Return a goal from a sentence such as "put both cups onto the tray"; ``Engine.resolve`` finds its
-        meaning in the setting.
+        """Return a goal from a sentence such as "put both cups onto the tray", which ``Engine.resolve``
+        interprets later.
 
         Args:
             view: from where left and right are told: "robot", "camera" or "x, y"; by default that of a fixed camera, else the robot's.
@@ -128,7 +128,8 @@ def _call(
 
 
 def _own_roles(task: TaskType, given: Mapping[str, str]) -> dict[str, str]:
-    """Return the fillers by the task's own role names, aliases of which scenarios may use."""
+    """Return which thing fills each role of a task, with the roles' names in place of aliases that a scenario
+    may use."""
     meant = {alias: role.name for role in task.roles for alias in role.aliases}
     found: dict[str, str] = {}
     for name, filler in given.items():
@@ -140,7 +141,7 @@ def _own_roles(task: TaskType, given: Mapping[str, str]) -> dict[str, str]:
 
 
 def _check_call(call: TaskCall) -> None:
-    """Check that the roles of a task call exist, and that all required ones have fillers."""
+    """Check that the roles of a task call exist, and that all required ones are filled."""
     names = {r.name for r in call.task.roles}
     for role in call.roles:
         if role not in names:

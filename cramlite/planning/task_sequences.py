@@ -155,8 +155,10 @@ def examine_goal(goal: Goal | Scenario, scene: SymbolicWorld, knowledge: Knowled
 def _problems(
     asked: _Asked, scene: SymbolicWorld, knowledge: Knowledge, trace: Trace | None = None
 ) -> Iterator[tuple[Goal, PlanningProblem]]:
-    """Generate the planning problem of each choice of things for a goal's objects; errors are those of
-    ``examine_goal``."""
+    """Generate a planning problem for each choice of things that a goal allows.
+
+    It raises the same errors as ``examine_goal``.
+    """
     from .goal_parser import contradiction
     from .goal_planner import ground_goal
     from .operators import Grounder
@@ -188,8 +190,8 @@ class _Asked(NamedTuple):
     handed: Path | None = None
 
     def at(self, choice: Goal) -> Sequence[str]:
-        """Return the place in the scenario of each part of a grounded goal; parts made of one sentence share
-        its place."""
+        """Return "file:line" of the scenario for each part of a grounded goal; parts made of one sentence
+        share a line."""
         return self.places if len(self.places) == len(choice.says) else list(self.places[:1]) * len(choice.says)
 
 

@@ -92,9 +92,11 @@ class Trace(Struct):
 
     @property
     def seconds(self) -> dict[str, float]:
-        """CPU time of the search so far by stage [s]: "planning" (task sequences and plugins' answers), "proof"
-        (nominal runs of complete programs, and their validators) and "twins". No written file has them, since
-        runs would differ."""
+        """CPU time of the search so far by stage [s]: "planning", "proof" and "twins".
+
+        Planning is task sequences and plugins' answers, proof is nominal runs of complete programs and their
+        validators. No written file has these times, since runs would differ.
+        """
         return {"planning": 0.0, "proof": 0.0, "twins": 0.0, **self.watch.read()}
 
     def add(
@@ -114,7 +116,7 @@ class Trace(Struct):
         return number
 
     def answered_before(self, number: int) -> None:
-        """Mark the entry of a question whose answers were known, so that no plugin was asked."""
+        """Note in the trace that the answers to a question were known already, so that no plugin was asked."""
         self.entries[number - 1] = replace(self.entries[number - 1], reason=KNOWN)
 
     def spent(self, budget: str, limit: int, reason: str) -> None:
@@ -128,8 +130,7 @@ class Trace(Struct):
         self.add(0, "budget", text, "capped", "engine", reason, kind="budget", numbers={budget: limit})
 
     def widened(self, plan: str, breadth: int) -> None:
-        """Append an entry for a wider round of the present task sequence, with the alternatives that earlier
-        rounds left out.
+        """Append an entry that the present task sequence is tried again, with more alternatives of each designator.
 
         Args:
             breadth: how many times as many alternatives of each designator are tried as in the first round.
@@ -154,8 +155,7 @@ class Trace(Struct):
 
     @property
     def refutation(self) -> Refutation | None:
-        """Refutation of the task sequence that is being tried, or was tried last; None if it was not tried to
-        its end."""
+        """Refutation (why all failed) of the present or last task sequence; None if it was not tried to its end."""
         own = (e.refutation for e in reversed(self.entries) if e.candidate == self.candidate)
         return next((r for r in own if r is not None), None)
 

@@ -20,8 +20,9 @@ ROUNDED = 0.0005  # depth of a collision that is told in whole millimetres [m]
 
 
 def what_to_try(entries: Sequence[Entry], most: int = MOST) -> tuple[str, ...]:
-    """Return remedies for a failed search, against objections to programs first; each cause once, with the
-    least missing amount, the most frequent first.
+    """Return remedies for a failed search, one for each cause; those against objections to programs come first.
+
+    A remedy states the least amount that is missing; the most frequent cause comes first.
 
     Only refusals in the task that a candidate failed in count. Where none of them knows a remedy, the most frequent reasons are told.
     """
@@ -51,8 +52,10 @@ def _against(ran: Sequence[Entry]) -> Iterator[str]:
 
 
 def _first_objection(proof: Entry) -> str:
-    """Return advice to remove the first objection to a program, from which others may follow; if it failed in
-    twins, that of the first failed twin."""
+    """Return the advice to remove the first objection to a program.
+
+    Others may follow from it. If the program failed in twins, it is the objection of the first failed twin.
+    """
     said = proof.reason.split("; ")
     first = next((part for part in said if IN_TWIN.match(part)), said[0])
     return f"remove the first objection, others may follow from it: {first}"
@@ -75,8 +78,7 @@ def _candidates(entries: Sequence[Entry]) -> Iterator[list[Entry]]:
 
 
 def _distinct(entries: Iterable[Entry]) -> Iterator[Entry]:
-    """Yield each refusal once, since rounds and candidates repeat them; refusals of programs are all kept, as
-    each is of another program."""
+    """Yield each refusal once, although several candidates may repeat it; refusals of programs are all kept."""
     found: dict[tuple[str, str, str, int], Entry] = {}
     for e in entries:
         found.setdefault((e.designator, e.text, e.reason, e.number if e.kind == "proof" else 0), e)
@@ -120,7 +122,7 @@ def _reasons(refusals: Sequence[Entry], most: int) -> Iterator[str]:
 
 
 def _each_once(said: Iterable[str]) -> dict[str, str]:
-    """Return the first text of each group of texts that differ only in numbers, by the text without numbers."""
+    """Group texts that differ only in their numbers: the text without numbers -> the first text of its group."""
     found: dict[str, str] = {}
     for text in said:
         found.setdefault(without_numbers(text), text)

@@ -125,8 +125,8 @@ class Knowledge:
             for maker in self._library(path):
                 if maker.name in found:
                     raise UserError(
-                        f"The library '{path}' has a kind '{maker.name}', and there is a model of that name already; "
-                        "rename the kind in the library's file."
+                        f"The library '{path}' has an object model '{maker.name}', and there is one of that name already; "
+                        "rename the one in the library's file."
                     )
                 found[maker.name] = maker
         return found
@@ -163,7 +163,7 @@ class Knowledge:
 
     @cached_property
     def location_kinds(self) -> Mapping[str, LocationKind]:
-        """Relation -> kind of location that declares it."""
+        """Name of a relation, such as "on" -> the kind of location that a plugin declares for it."""
         return self.registry.named("location_kinds", "name")
 
     @cached_property
@@ -217,7 +217,7 @@ class Knowledge:
 
     @cached_property
     def episodes(self) -> EpisodeHooks:
-        """Reading, repair, detection and writing of episodes by plugins."""
+        """Access to what plugins do with episodes: read, repair and write them, and detect events in runs."""
         from .episode_hooks import EpisodeHooks
 
         return EpisodeHooks(self.registry)
@@ -277,7 +277,7 @@ class Knowledge:
 
 
 def pick(kind: str, table: Mapping[str, Any], name: str, where: str = "") -> Any:
-    """Return the entry of a table with a given name, such as a backend.
+    """Look up a name in a table, such as that of all backends.
 
     Raises:
         UserError: there is none; the nearest valid names are listed.

@@ -21,7 +21,7 @@ class Hand(Protocol):
 
     @property
     def aim(self) -> Pose:
-        """Target of the hand's tool frame in the world."""
+        """Pose in the world that the hand's tool frame is told to take."""
         ...
 
     def move(self, path: Sequence[Pose], speed: float, *, curved: bool = False) -> None:
@@ -58,7 +58,7 @@ class Performer(Protocol):
 
     @property
     def aim(self) -> Pose:
-        """Target of the active hand's tool frame in the world."""
+        """Pose in the world that the active hand's tool frame is told to take."""
         ...
 
     @property
@@ -159,7 +159,7 @@ class RecordScript(Value):
 
 
 class Shown(Value):
-    """Part of a demonstration: a script of the simulated person, with its fillers.
+    """Part of a demonstration: a script of the simulated person, with the things and parameters of its task.
 
     Args:
         script: of the person.
@@ -170,7 +170,7 @@ class Shown(Value):
     fillers: Mapping[str, Any] = {}
 
     def prepared(self, world: World, rng: np.random.Generator) -> Performance:
-        """Prepare the performance in a world.
+        """Let the script prepare what the simulated person does in a world.
 
         Raises:
             PluginError: the script gives none.

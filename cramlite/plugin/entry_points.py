@@ -42,10 +42,10 @@ class Point(Value):
         return f"\ndef {function}(" in text
 
     def taken(self) -> str:
-        """Return why a plugin file cannot have the same name as this installed plugin."""
+        """Return the message for a plugin file that has the name of this installed plugin, which is not allowed."""
         return (
             f"there is a plugin '{self.name}' already, of {self.distribution} {self.version} ({self.value}), and two of one name "
-            f"cannot be told apart; rename the file, and if it is to stand for that one, add --block {self.name}"
+            f"cannot be told apart; rename the file, and if it is to replace that one, add --block {self.name}"
         )
 
     def outdated(self) -> str:

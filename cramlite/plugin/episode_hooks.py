@@ -1,4 +1,4 @@
-"""Access to the hooks for episodes: reading, repair, detection and writing."""
+"""Access to the hooks of plugins for episodes: reading, repair, writing, and detection of events in runs."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ KEPT = 4
 
 
 class EpisodeHooks:
-    """Episode hooks of the plugins: reading, repair, detection and writing, with their answers checked.
+    """What plugins do with episodes: read, repair and write them, and detect events in runs; their answers
+    are checked.
 
     Args:
         registry: whose plugins are asked.
@@ -30,7 +31,7 @@ class EpisodeHooks:
 
     @cached_property
     def repairs(self) -> tuple[EpisodeRepair, ...]:
-        """All declared repairs, in the order in which they are applied.
+        """All repairs of episodes that plugins declare, in the order in which they are applied.
 
         Raises:
             PluginError: two plugins declare one name.
@@ -104,8 +105,10 @@ class EpisodeHooks:
             return episode
 
     def _answer(self, hook: str, nobody: str, **arguments: Any) -> Any:
-        """Return the answer of the first plugin that has one; the error without an answer names the plugins
-        that failed."""
+        """Return the answer of the first plugin that has one.
+
+        If none has one, the error names the plugins that failed.
+        """
         answer = self._registry.first(hook, **arguments)
         if answer is not None:
             return answer

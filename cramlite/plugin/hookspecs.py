@@ -73,8 +73,8 @@ def object_models() -> Iterable[ModelMaker]:  # type: ignore[empty-body]
 
 @hookspec
 def simulators() -> Iterable[Simulator]:  # type: ignore[empty-body]
-    """Declare simulators that demonstrate and execute. Called once at load; the first one is used, that of
-    a preferred plugin before others."""
+    """Declare simulators, which run programs and simulate people who demonstrate. Called once at load; the
+    first one is used, preferred plugins coming first."""
 
 
 @hookspec
@@ -195,7 +195,7 @@ def add_models(folder: Path, library: Path, scale: float, density: float, up: st
 def read_scene(
     path: Path, packages: Mapping[str, Path], keyframe: str, joints: Mapping[str, StatedJoint]
 ) -> ImportedScene | None:
-    """Read a scene from a file of another program; None if it is of another format. First answer wins.
+    """Read a scene from a file such as an MJCF; None if it is of another format. First answer wins.
 
     Args:
         packages: name in ``package://`` -> its folder, where the scenario says so.
@@ -209,7 +209,7 @@ def read_scene(
 
 @hookspec(firstresult=True)
 def read_robot(file: RobotFile, name: str) -> ImportedRobot | None:
-    """Read a robot from a file of another program; None if it is of another format. First answer wins.
+    """Read a robot from a file such as a URDF; None if it is of another format. First answer wins.
 
     Args:
         name: of the file; the robot's type contains it, and what the file calls its model.

@@ -141,7 +141,7 @@ class Remarking(Protocol):
     """Backend with a remark that is shown with each of its programs."""
 
     remark: str
-    """Clause that every result repeats, e.g. what was not checked."""
+    """Remark that is shown with every result, e.g. on what was not checked."""
 
 
 @runtime_checkable
@@ -290,14 +290,10 @@ class Correcting(Protocol):
     def put_apart(
         self, world: World, robots: Mapping[str, Robot], most: float, deep: float | None = None
     ) -> tuple[World, tuple[str, ...]]:
-        """Return the world with loose things that penetrate others moved to free places, and clauses on the
-        moves.
+        """Return the world with loose things that are inside others moved to free places, and a note about each move.
 
         A thing moves by at most ``most`` [m]. ``deep`` is the penetration that is tolerated [m]; None stands
         for the usual error of readings.
-
-        A thing moves by at most ``most`` [m]. ``deep`` is the greatest penetration that is corrected [m];
-        None stands for the usual error of readings.
         """
         ...
 
@@ -337,12 +333,12 @@ class EpisodeRepair(Value):
 
 
 class Exporter(Value):
-    """Writer of recorded runs in a format that other programs open.
+    """Writer of recorded runs in a format that other software opens.
 
     Args:
         name: what ``cramlite export --to`` says.
         suffix: of what it writes, a file or a folder, e.g. ".mcap"; "" for a folder without one.
-        about: which programs open it, in one clause.
+        about: which software opens it, as part of a sentence.
         write: writes a run to a path that does not exist yet.
         needs: package that must be installed -> what to install it by, e.g. {"rosbags": "cramlite[mcap]"}.
     """

@@ -165,8 +165,7 @@ class Registry(Struct, dict=True):
         self._load(module.__name__, lambda: module, "module", "", module.__name__)
 
     def _same_name(self, name: str, distribution: str, place: str) -> str:
-        """Return a message that a loaded plugin has the same name, which keeps this one from being loaded;
-        "" if none has."""
+        """Return a message if a loaded plugin has the same name, so that this one is not loaded; else ""."""
         first = next((i for i in self.infos if i.name == name and not i.fault), None)
         if first is None:
             return ""
@@ -270,8 +269,10 @@ class Registry(Struct, dict=True):
         return found
 
     def first(self, hook: str, **arguments: Any) -> Any:
-        """Return the first answer of a hook that is not None; user errors pass through, bugs and wrong
-        answers become the plugin's faults."""
+        """Return the first answer of a hook that is not None.
+
+        A ``UserError`` of a plugin is raised; its bugs and wrong answers are recorded as its faults.
+        """
         about = next(iter(arguments.values()), "")
         about = str(about) if isinstance(about, str | Path) else getattr(about, "name", "")
         for impl in self._implementations(hook):
@@ -346,8 +347,7 @@ class Registry(Struct, dict=True):
                 self.fault(impl.plugin_name, hook, about, error)
 
     def owner(self, hook: str, name: str) -> str:
-        """Return the plugin that declares an object with a given name under a hook; the name itself if none
-        does."""
+        """Return which plugin declares the object ``name`` under a hook; ``name`` itself if no plugin does."""
         key = NAMED_BY[hook][0]
         return next((plugin for plugin, item in self.collect(hook) if getattr(item, key) == name), name)
 

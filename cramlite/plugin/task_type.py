@@ -135,13 +135,16 @@ class TaskType(ABC):
         return belief
 
     def begins_at(self, action: Action) -> Location | None:
-        """Return the place where the arm must be when the task begins, as the goal of a free motion; None if
-        anywhere."""
+        """Return the place where the hand must be when the task begins; None if it may be anywhere.
+
+        An earlier task's motion through free space leads there.
+        """
         return None
 
     def leads_to(self, action: Action, following: Action | None, goal: Location) -> Location:
-        """Return the goal of a free motion: the place where the next task begins (``goal``), unless a role
-        of the moving task names another place.
+        """Return the place to which the task's motion through free space leads: where the next task begins (``goal``).
+
+        A task type whose roles name another place returns that.
 
         Args:
             following: the next task that says where it begins; None if no other follows, and ``goal`` is home.

@@ -159,7 +159,7 @@ def _check_path(item: object) -> None:
 
 
 def check_many(hook: str, answer: Any) -> Iterable[Any]:
-    """Return the answer of a hook that must be a list or other iterable.
+    """Check that the answer of a hook is a list or another iterable, and return it.
 
     Raises:
         WrongAnswer: it is none; names what it is.
@@ -218,8 +218,11 @@ def _check_episode(hook: str, episode: Any) -> None:
 
 
 def _check_values(hook: str, item: object) -> None:
-    """Check that attributes have the types and words that the engine knows, since an unknown word would be
-    ignored silently."""
+    """Check the types of a declaration's attributes, and that words in them, such as a cost class, are known
+    to the engine.
+
+    An unknown word would be ignored silently.
+    """
     key, does, *_ = NAMED_BY[hook]
     name = getattr(item, key)
     if not isinstance(name, str) or not name:
@@ -305,8 +308,10 @@ def why_not_loaded(error: BaseException, distribution: str) -> str:
 
 
 def error_with_location(error: BaseException) -> str:
-    """Return an error's text with file and line of its origin; the engine's own errors about a plugin get no
-    line."""
+    """Return an error's text with the file and line where it arose.
+
+    Objections of the engine itself to a plugin have neither.
+    """
     if isinstance(error, NoModule | WrongHook | WrongDeclaration | WrongAnswer):
         return str(error)
     trace, place = error.__traceback__, ""

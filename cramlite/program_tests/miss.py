@@ -76,6 +76,6 @@ def names_of(rollout: Rollout, names: Iterable[str]) -> None:
 
 
 def said_touch(touch: Touch) -> str:
-    """Return a clause on a contact, such as "'hand' touches 'tray'"."""
+    """Describe a contact in words, such as "'hand' touches 'tray'"."""
     one, other = (name.replace(EFFECTOR, HAND) for name in (touch.a, touch.b))
     return f"'{one}' touches '{other}'"

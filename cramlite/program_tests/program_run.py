@@ -111,7 +111,7 @@ class ProgramRun:
         return self._hold(f"touches({one!r}, {other!r})", lambda way: _never_touched(way, one, other))
 
     def never_touches(self, one: str, other: str) -> ProgramRun:
-        """Assert that two bodies never touch; names are as in ``touches``."""
+        """Assert that two bodies, named as for ``touches``, never touch."""
         __tracebackhide__ = True
         for way in self.ways:
             names_of(way.rollout, (one, other))
@@ -236,7 +236,7 @@ class ProgramRun:
 
 
 def _called(name: str, words: Iterable[str]) -> str:
-    """Format the call of an assertion."""
+    """Return the text of an assertion's call, such as "touches('hand', 'tray')"."""
     return f"{name}({', '.join(map(repr, words))})"
 
 

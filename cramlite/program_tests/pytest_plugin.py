@@ -39,8 +39,10 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.fixture
 def cramlite_world() -> str | None:
-    """World for programs of tests that name no world; define a fixture of this name to give one to many
-    tests."""
+    """World in which a program runs if its test names none.
+
+    A fixture of this name in a test suite gives one world to many tests.
+    """
     return None
 
 

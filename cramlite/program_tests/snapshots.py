@@ -28,7 +28,8 @@ class Tolerances(Value):
 
 
 def taken(rollout: Rollout, ends: float) -> dict[str, Any]:
-    """Return the snapshot of a run.
+    """Return the numbers of a run for a snapshot: outcome, duration, largest force, final positions, the
+    tool's path.
 
     Args:
         ends: when the program ended [s].
@@ -47,7 +48,7 @@ def taken(rollout: Rollout, ends: float) -> dict[str, Any]:
 
 
 def compare(old: Mapping[str, Any], new: Mapping[str, Any], allowed: Tolerances) -> Sequence[str]:
-    """Return the differences between two snapshots that are too large, as clauses with numbers."""
+    """Return the differences between two snapshots that are too large, in words with numbers."""
     return list(_differences(old, new, allowed))
 
 
@@ -59,7 +60,7 @@ def _differences(old: Mapping[str, Any], new: Mapping[str, Any], allowed: Tolera
             yield f"{key} {new[key]:g} {unit}, in the snapshot {old[key]:g}; a difference of {most:g} is allowed"
     for name in sorted({*old["ends"], *new["ends"]}):
         if name not in old["ends"] or name not in new["ends"]:
-            yield f"'{name}' is only in one of run and snapshot"
+            yield f"'{name}' is in only one of the two, the run and the snapshot"
         elif (far := _distance(old["ends"][name], new["ends"][name])) > allowed.places:
             yield f"'{name}' ends {1000 * far:.0f} mm from where it ended in the snapshot, {1000 * allowed.places:g} are allowed"
     far_path = [_distance(a, b) for a, b in zip(old["tool"], new["tool"], strict=False)]

@@ -44,7 +44,7 @@ class Knowing(Protocol):
 
     @property
     def knowledge(self) -> Knowledge:
-        """Knowledge of the plugins."""
+        """Declarations of all plugins: task types, robots, object models and so on."""
 
     @property
     def registry(self) -> Registry:
@@ -52,7 +52,7 @@ class Knowing(Protocol):
 
 
 class Alone(Value):
-    """Plugins' knowledge without an engine, for the page of a single solution."""
+    """What the plugins declare, in place of an engine, for the page about a single solution."""
 
     knowledge: Knowledge
 
@@ -91,8 +91,7 @@ class Finished(Value):
 
     @property
     def outcome(self) -> str:
-        """Result as a clause: that of the search and, if the program was executed, that of the first
-        execution."""
+        """Result in words: that of the search and, if the program was executed, that of the first execution."""
         if self.shown is None or not self.proven:
             return "nothing proven"
         said = "program proven, with advice" if self.shown.advice else "program proven"
@@ -102,8 +101,10 @@ class Finished(Value):
 
     @property
     def solution(self) -> Solution:
-        """Solution that the report shows; only sections marked ``refused`` are rendered where there is
-        none."""
+        """Solution that the report shows.
+
+        Where there is none, only sections marked ``refused`` are rendered.
+        """
         assert self.shown is not None
         return self.shown
 

@@ -52,7 +52,7 @@ TERMS = (
 
 
 class Block(Value):
-    """Block of a lane in the picture: a rectangle with text.
+    """Rectangle with text in a lane (a row along the time axis) of the picture of readings.
 
     Left edge and width [pixel], its lines of text or an upright word, the whole text with its time, and CSS
     classes.
@@ -67,8 +67,10 @@ class Block(Value):
 
 
 class Lane(Value):
-    """Lane of the picture: its name and blocks, and the heading above it if it is the first lane under that
-    heading."""
+    """Lane of the picture of readings, a row along the time axis: its name and its blocks.
+
+    The first lane under a heading also has the heading.
+    """
 
     name: str
     blocks: tuple[Block, ...]
@@ -97,7 +99,7 @@ class Told(Value):
 
     @property
     def number(self) -> str:
-        """Number of the action, or first and last number of several: "3" or "3–5"."""
+        """Numbers of these actions: "3" for a single one, "3–5" for several."""
         first, last = self.numbers
         return str(first) if first == last else f"{first}–{last}"
 
@@ -137,7 +139,7 @@ class Axis(Value):
 
     @property
     def ticks(self) -> list[tuple[float, str]]:
-        """Positions and labels of about ten round instants on the axis."""
+        """Positions and labels of about ten tick marks on the axis, at times with few digits."""
         wanted = max(self.end - self.begin, 1e-3) / 10
         power = 10.0 ** math.floor(math.log10(wanted))
         step = next(s * power for s in (1, 2, 5, 10) if s * power >= wanted)
@@ -191,8 +193,7 @@ def _told(found: Interpretation, readings: Sequence[TaskSequence], names: Spoken
 
 
 def _pairs(found: Interpretation, sequence: TaskSequence) -> list[tuple[Match | None, DescriptionLength]]:
-    """Return for each action the task that a sequence claims, and what that adds to the description
-    length."""
+    """Return for each action the task that a reading assigns to it, and the description length that this adds."""
     explained = [k for k, a in enumerate(found.actions) if not a.unexplained]
     said = dict(zip([explained[k] for k in sequence.actions], sequence.matches, strict=True))
     cost = dict(zip(explained, sequence.lengths, strict=True))
@@ -233,8 +234,10 @@ def _block(axis: Axis, one: Told, label: str, short: str, colour: str) -> Block:
 def _states(
     episode: Episode, readings: Sequence[TaskSequence], names: SpokenNames, axis: Axis
 ) -> tuple[list[Lane], list[tuple[str, int]]]:
-    """Return lanes of the states that matter for the readings, and a count of the others for each pair of
-    class and things."""
+    """Return a lane (a row along the time axis) for each state that is about things of the readings.
+
+    With them comes a count of the other states, by class and things.
+    """
     spoken_of = {thing_of(f) for s in readings for m in s.matches for f in m.roles.values()} - {episode.effector}
     pairs: dict[tuple[int, str, str, str], list[Event]] = {}
     for event in episode.of("state"):
@@ -260,8 +263,11 @@ def _phrase(phrase: str, event: Event, names: SpokenNames) -> str:
 
 
 def _matters(events: Iterable[Event], spoken_of: Collection[str | None], axis: Axis) -> bool:
-    """Check whether the picture shows some states: a reading must mention one of their things, and all of
-    them if the states last the whole time."""
+    """Check whether the picture of the readings shows some states of the episode: a reading must mention one
+    of their things.
+
+    It must mention all of them if the states last the whole time.
+    """
     listed = list(events)
     about = _spoken_of(listed[0], spoken_of)
     always = all(e.start < axis.begin + ALWAYS and e.end > axis.end - ALWAYS for e in listed)

@@ -58,8 +58,10 @@ def _spoken(name: str) -> str:
 
 
 def _words(name: str) -> str:
-    """Return a name as words: without prefixes of editors, split at camel case and underscores, in lower case
-    except abbreviations."""
+    """Return a name as words in lower case: split at capitals and underscores, without prefixes that editors add.
+
+    Abbreviations keep their capitals.
+    """
     local = re.split(r"[#/:]", name.strip("<>"))[-1]
     words = re.findall(r"[A-Z]+(?![a-z])\d*|[A-Z]?[^\WA-Z_\d]+|\d+", _LABELS.sub("", local))
     said = " ".join(w if len(w) > 1 and w.isupper() else w.lower() for w in words)

@@ -24,7 +24,7 @@ SIZE = (400, 300)
 
 
 class TimeLinePage:
-    """Page about an execution, written again after each round.
+    """Page about an execution, written again after each run of a program in it.
 
     Args:
         knowledge: whose simulator draws.
@@ -54,7 +54,7 @@ class TimeLinePage:
         write_html(folder / FILE, page)
 
     def _picture(self, moment: Moment, rollout: Rollout) -> str:
-        """Return a picture of a moment as a data URI."""
+        """Return a picture of the run at the time of an entry of the time line, as a data URI."""
         sample = int(np.searchsorted(rollout.times, moment.since).clip(0, len(rollout.times) - 1))
         robots = self.knowledge.robots_of(rollout.world)
         return _webp(self.knowledge.simulator.picture(rollout, sample, robots, SIZE))

@@ -14,8 +14,8 @@ SHOWN = "what the demonstration shows"
 
 
 def asked_text(spec: ScenarioSpec) -> str:
-    """Return a scenario's request as a clause: its goal, its tasks with their things, or that a demonstration
-    shows it."""
+    """Return what a scenario asks for, in words: its goal, its tasks with their things, or what a
+    demonstration shows."""
     if spec.goal is not None:
         return "; ".join(spec.goal)
     if spec.demonstration is not None:
@@ -24,8 +24,7 @@ def asked_text(spec: ScenarioSpec) -> str:
 
 
 def tasks_text(entries: Sequence[TaskSpec | RuleSpec]) -> str:
-    """Return tasks in their order, such as "Grasping tin, then Placing tin box"; a rule of the plan language
-    by its name."""
+    """Return tasks in their order, such as "Grasping tin, then Placing tin box"; a control structure by its name."""
     return ", then ".join(map(_entry_text, entries))
 
 

@@ -65,7 +65,7 @@ class CameraSpec(Spec):
         return Intrinsics.from_field_of_view(self.width, self.height, self.horizontal_fov)
 
     def calibrated(self, folder: Path) -> CameraSpec:
-        """Return the camera with the values of its calibration file, which is relative to a folder.
+        """Return the camera with the values of its calibration file, whose path is relative to ``folder``.
 
         Raises:
             UserError: the file cannot be read, or was not written by ``cramlite calibrate``.

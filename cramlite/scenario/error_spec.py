@@ -24,7 +24,7 @@ class PoseErrorSpec(Spec):
     angle: Angle = Field(default=0.0, ge=0, le=WIDEST)
 
     def error(self) -> PoseError:
-        """Return the pose error that the keys state."""
+        """Return the pose error that the keys ``position`` and ``angle`` state."""
         return PoseError(self.position, self.angle)
 
 

@@ -13,7 +13,7 @@ from .task_specs import WhereSpec
 
 
 class EachSpec(Spec):
-    """All things of a class, in a goal at the place of a single thing."""
+    """Placeholder in a goal for every thing of a class."""
 
     each: str
 
@@ -22,7 +22,7 @@ class EachSpec(Spec):
 
 
 class AnySpec(Spec):
-    """Any one thing of a class, in a goal at the place of a single thing."""
+    """Placeholder in a goal for any one thing of a class."""
 
     any: str
 
@@ -31,7 +31,7 @@ class AnySpec(Spec):
 
 
 class CountSpec(Spec):
-    """Number of things of a class, in a goal at the place of a single thing."""
+    """Placeholder in a goal for a number of things of a class."""
 
     count: Annotated[int, Field(ge=1)]
     of: str
@@ -67,7 +67,7 @@ class PhraseSpec(Spec):
 
 
 class NotSpec(Spec):
-    """Goal in data form that denies another goal."""
+    """Denial of a goal, written as data: the goal must not hold in the end."""
 
     model_config = ConfigDict(populate_by_name=True)
     denied: Annotated[PhraseSpec, Field(alias="not")]

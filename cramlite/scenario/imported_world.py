@@ -1,4 +1,4 @@
-"""Things of a scenario that come from another program's scene file, with their classes."""
+"""Things of a scenario that are read from a scene file such as an MJCF, with their classes."""
 
 from __future__ import annotations
 

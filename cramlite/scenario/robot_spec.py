@@ -1,4 +1,4 @@
-"""Keys of a scenario's robot: of a robot type that a plugin declares, or of a robot from another program's file."""
+"""Keys of a scenario's robot: of a robot type that a plugin declares, or of a robot file such as a URDF."""
 
 from __future__ import annotations
 

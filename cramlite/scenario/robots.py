@@ -1,4 +1,4 @@
-"""Robot of a scenario: of a type that a plugin declares, or from another program's file."""
+"""Robot of a scenario: of a type that a plugin declares, or read from a robot file such as a URDF."""
 
 from __future__ import annotations
 

@@ -64,7 +64,9 @@ class ObjectSpec(Spec):
 
 
 class PhysicsSpec(Spec):
-    """Physics settings that differ from the defaults, as scenarios that must fail use them.
+    """Physics settings of a scenario that differ from the defaults.
+
+    Scenarios that must fail use them.
 
     The ranges are those in which MuJoCo integrates a robot at all; above 5 ms contacts of 5 ms time constant diverge.
     """
@@ -103,7 +105,7 @@ class JointSpec(Spec):
 
 
 class WorldFileSpec(Spec):
-    """Scene file of another program, whose things are added to the scenario's own.
+    """Scene file, such as an MJCF, whose things are added to the scenario's own.
 
     ``types``: pattern of names -> class; ``packages``: name in ``package://`` -> folder; ``leave_out``: patterns of names;
     ``joints``: pattern of names of jointed things -> what is wrong in what was found of their joints; ``noise``: how far its poses of
@@ -138,8 +140,8 @@ class LimitsSpec(Spec):
 
 
 class ThenSpec(Spec):
-    """Stage of an open program: tasks that are resolved only after the earlier tasks were executed, in the
-    world as it is measured then.
+    """Tasks that are resolved only after the earlier tasks were executed, in the world as it is measured
+    then: a stage of an open program.
 
     ``else``: tasks in their place, where no program for them can be proven; without it the execution ends there, with the reason.
     """
@@ -224,7 +226,7 @@ class Scenario(Value):
         return f"{self.path}:{line_of(self.data, location)}"
 
     def where_thing(self, name: str) -> str:
-        """Return "file:line" of a thing of the robot's or of the simulated person's world."""
+        """Return "file:line" where a thing is listed, whether it is in the robot's or the simulated person's world."""
         names = [t.get("name") for t in self.data.get("things", ())]
         if name in names:
             return self.where("things", names.index(name))
@@ -330,8 +332,10 @@ def started_by(data: Any, goal: Any) -> Any:
 
 
 def scenario_from(path: Path, data: Any) -> Scenario:
-    """Validate the data of a scenario file as ``load_yaml`` read them; errors are those of
-    ``read_scenario``."""
+    """Validate the data of a scenario file that ``load_yaml`` read.
+
+    It raises the same errors as ``read_scenario``.
+    """
     if not isinstance(data, Mapping):
         what = "nothing" if data is None else "a list" if isinstance(data, list) else f"'{str(data)[:40]}'"
         raise UserError(

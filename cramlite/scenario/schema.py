@@ -20,8 +20,7 @@ def scenario_schema() -> dict[str, Any]:
 
 
 def _task() -> dict[str, Any]:
-    """Return the schema of an entry for a task: a name, a mapping with roles, or a rule of the plan language
-    over tasks."""
+    """Return the schema of an entry for a task: a name, a mapping with roles, or a control structure over tasks."""
     from .task_specs import OWN, RULES
 
     entry = {"$ref": "#/$defs/task"}
@@ -48,7 +47,7 @@ def _task() -> dict[str, Any]:
 
 
 def _body(do: dict[str, Any], options: tuple[str, ...]) -> dict[str, Any]:
-    """Return the schema of a rule's options, with its tasks under 'do'."""
+    """Return the schema of a control structure's options, with its tasks under 'do'."""
     properties = {"do": do, **{name: {} for name in options}}
     return {"type": "object", "required": ["do"], "additionalProperties": False, "properties": properties}
 

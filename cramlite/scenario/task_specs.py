@@ -1,4 +1,4 @@
-"""Tasks in scenarios: single tasks with roles, and tasks under rules of the plan language."""
+"""Tasks in scenarios: single tasks with roles, and tasks inside control structures such as ``retry``."""
 
 from __future__ import annotations
 
@@ -107,8 +107,7 @@ class TaskSpec(Spec):
 
 
 class RuleSpec(Spec):
-    """Tasks under a rule of the plan language, which may be nested; ``task_entry`` makes them from ``{RULE:
-    ...}``.
+    """Tasks inside a control structure, which may be nested; ``task_entry`` makes them from ``{RULE: ...}``.
 
     Args:
         rule: "sequence", "choose", "fallback", "try_all", "parallel", "repeat", "retry" or "monitor".
@@ -169,7 +168,7 @@ def _entry(value: Any) -> Any:
 
 
 def _rule(rule: str, value: Any) -> dict[str, Any]:
-    """Normalise the body of a rule: its tasks, or a mapping of options with the tasks under 'do'."""
+    """Normalise the body of a control structure: its tasks, or a mapping of options with the tasks under 'do'."""
     single = rule in ("sequence", "repeat", "retry", "monitor")
     options: dict[str, Any] = {}
     path: Path = (rule,)
@@ -188,7 +187,7 @@ def _rule(rule: str, value: Any) -> dict[str, Any]:
 
 
 def _listed(path: Path, value: Any) -> list[tuple[Path, Any]]:
-    """Return a branch of a rule as a list of tasks, each with its path in the data."""
+    """Return the tasks in a branch of a control structure, each with the keys that lead to it in the file's data."""
     return [((*path, k), v) for k, v in enumerate(value)] if isinstance(value, list | tuple) else [(path, value)]
 
 

@@ -29,7 +29,7 @@ bit."""
 
 
 class Sight(Value):
-    """Sight of a camera: the things whose poses come from its picture, and the camera's pose.
+    """What a camera sees: the things whose poses come from its picture, and its own pose.
 
     Args:
         camera: its optical frame in the world.
@@ -41,7 +41,7 @@ class Sight(Value):
 
 
 class _Placing:
-    """Placing of a twin's things: drawn errors of all things, and the things placed so far."""
+    """Places of a twin's things: the drawn errors of all things, and the things that were placed so far."""
 
     def __init__(self, world: World, hangers: Mapping[str, str], errors: ErrorModel, draw: Drawing, sight: Sight | None) -> None:
         self.world, self.hangers = world, hangers
@@ -62,7 +62,7 @@ class _Placing:
         self.found[thing.name] = placed
 
     def _carried(self, thing: Thing, before: Thing) -> Thing:
-        """Return a hanging or mounted thing, moved together with its carrier."""
+        """Return a hanging or mounted thing at the pose to which its displaced carrier takes it."""
         own, carrier = thing.pose, self.found[before.name].pose
         if thing.name in self.hangers:
             hung = replace(thing, pose=_hung(thing, before, self.factors.get(thing.name, 1.0)))

@@ -160,7 +160,7 @@ def _completed(
 
 
 def _pads_doubted(found: Mapping[str, float], written: Mapping[str, object]) -> tuple[str, ...]:
-    """Return a remark on pad friction that comes from the gripper's file alone."""
+    """Return a remark if only the gripper's file states the friction of its pads, and the scenario does not."""
     said = "the friction of the gripper's pads is {:g}, as its file has it; 'pad_friction' of 'physics' says another"
     return tuple(said.format(value) for key, value in found.items() if key not in written)
 

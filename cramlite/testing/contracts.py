@@ -24,7 +24,7 @@ RELATIONS: tuple[str, ...]
 
 
 def __getattr__(name: str) -> Any:
-    """Provide ``KINDS`` and ``RELATIONS``, which are collected from installed plugins at their first use."""
+    """Compute ``KINDS`` (of motions) and ``RELATIONS`` (of locations) from installed plugins at their first use."""
     if name not in ("KINDS", "RELATIONS"):
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
     globals()[name] = motion_kinds() if name == "KINDS" else tuple(location_kinds())

@@ -23,7 +23,7 @@ FAILING = "_fails"
 
 
 class PlanChange(Value):
-    """Change of the first plan for a goal.
+    """Difference between the first plans for a goal with a plugin and without it.
 
     Args:
         scenario: file.

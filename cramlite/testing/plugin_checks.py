@@ -89,7 +89,7 @@ def check_expert(expert: Expert) -> None:
     assert not strangers, f"expert '{name}': it declares a domain for {sorted(strangers)}, which is none of its outputs"
     assert expert.cost_ms > 0, f"expert '{name}': cost_ms must be the measured time of one run, above 0 ms; it is {expert.cost_ms}"
     for parameter in expert.parameters:
-        assert parameter.source, f"expert '{name}': parameter '{parameter.name}' does not say where it comes from"
+        assert parameter.source, f"expert '{name}': parameter '{parameter.name}' does not say where its default comes from"
 
 
 def check_predicate(predicate: Predicate) -> None:

@@ -1,4 +1,4 @@
-"""Skeleton of a plugin for a robot from another program's file; the file is copied into the package."""
+"""Skeleton of a plugin for a robot that is read from a file such as a URDF; the file is copied into the package."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def _copied(model: Path, folder: Path) -> list[Path]:
 
 
 def _in(local: RobotFile, folder: Path) -> RobotFile:
-    """Return a robot file with its path, and the path of its gripper's file, moved below a folder."""
+    """Put a folder before the paths of the arm's and the gripper's file in a robot's description."""
     hand = local.stated.gripper
     moved = replace(local, path=str(folder / local.path))
     if not isinstance(hand, HandFile) or not hand.path:

@@ -56,8 +56,10 @@ def write_skeleton(kind: str, name: str, out: Path | None = None) -> tuple[Path,
 
 
 def fill(templates: str, kind: str, name: str, out: Path | None, further: Mapping[str, str]) -> tuple[Path, ...]:
-    """Write a package from a folder of templates with further words to fill in; errors are those of
-    ``write_skeleton``."""
+    """Write a package from a folder of templates, with further texts for their placeholders.
+
+    It raises the same errors as ``write_skeleton``.
+    """
     folder = vacant_folder(kind, name, out)
     words = {**_words(kind, name), **further}
     files = []
@@ -89,7 +91,7 @@ def _templates(part: str) -> list[Path]:
 
 
 def _words(kind: str, name: str) -> Mapping[str, str]:
-    """Return the words that templates fill in."""
+    """Return the texts for the placeholders of the templates."""
     major, minor = VERSION.split(".")[:2]
     return {
         "kind": kind, "name": name, "camel": camel(name), "package": f"cramlite_{name}",

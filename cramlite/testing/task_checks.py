@@ -31,12 +31,14 @@ _CURIE = re.compile(r"[a-z][\w-]*:\w+")
 
 
 class _Missing(KeyError):
-    """Error: the sample action lacks a role or parameter."""
+    """Error: ``effects`` asks for a role or parameter that the made-up action of a check does not have."""
 
 
 class _Sample(dict[str, Any]):
-    """Mapping of a sample action; a missing key, which a scenario would give, raises an error of its own
-    class."""
+    """Roles or parameters of the made-up action of a check; a missing key raises an error of its own class.
+
+    A scenario would give that key.
+    """
 
     def __missing__(self, key: str) -> Any:
         raise _Missing(key)
@@ -76,7 +78,7 @@ def sample_belief(held: str | None = None) -> Belief:
 
 
 def sample_action(task: TaskType) -> Action:
-    """Return an action with the cube as filler of every role, optional ones included."""
+    """Return a made-up action for checking a task type: one cube fills every role, optional ones included."""
     cube = {r.name: Object(f"object_{k}", entity="cube") for k, r in enumerate(task.roles, 1) if not r.effector}
     return Action(f"1.{task.task.split(':')[-1]}", task.task, cube, goal=Location("home", "home"))
 
@@ -147,7 +149,7 @@ def _regrasps(way: Decomposition) -> bool:
 
 
 def _check_effects(task: TaskType, beliefs: Iterable[Belief]) -> None:
-    """Check that ``effects`` works on the sample action in one of the beliefs that the task may lead to."""
+    """Check that ``effects`` works on a made-up action in one of the beliefs that the task may lead to."""
     action, wrong = sample_action(task), []
     action = replace(action, roles=_Sample(action.roles), parameters=_Sample())
     for belief in beliefs:
@@ -167,8 +169,10 @@ def _check_effects(task: TaskType, beliefs: Iterable[Belief]) -> None:
 
 
 def _excuse(task: TaskType, name: str) -> None:
-    """Report a key that the sample action lacks: a warning if only scenarios give it, an error if it is a
-    declared parameter or an unknown role."""
+    """Report that ``effects`` asks for a key that the made-up action of a check does not have.
+
+    A declared parameter or an unknown role is an error, a key that only scenarios give a warning.
+    """
     declared = [p.name for p in task.parameters]
     assert name not in declared, (
         f"{task.task}.effects asks for action.parameters['{name}'], which is there only where a scenario gives it; "

@@ -1,4 +1,5 @@
-"""The page of figures: where its text links to a file of ``docs/figures`` on a line of its own, the table of that file follows.
+"""The page of measured numbers: after each link to a file of ``docs/figures`` on a line of its own, that
+file's table follows.
 
 ``mkdocs`` asks for it when the site is built; ``python docs/site/figures.py`` prints it. How many commits ago a figure was measured is
 asked of git at that moment, and unknown where there is no history.
@@ -20,19 +21,20 @@ ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "docs" / "figures"
 PAGE = "explanation/figures.md"
 LINK = re.compile(r"^\[([^\]]+)\]\(\.\./figures/(\w+)\.yaml\)$", re.MULTILINE)
-"""A line that is a link to a figure, and nothing else."""
+"""A line that is a link to a file of measured numbers, and nothing else."""
 OLD = 300
-"""Commits after which a figure is marked as old."""
+"""Number of commits after which measured numbers are marked as old."""
 SEEN = {"no": "never run before", "partly": "partly run before", "yes": "run before", None: "whether run before is not recorded"}
 
 
 def shown(markdown: str) -> str:
-    """Return the page with the table, the circumstances and the plot of each figure that it links to."""
+    """Return the page with the table, the circumstances and the plot of each file of measured numbers that it
+    links to."""
     return LINK.sub(lambda m: block(m[1], m[2], read_figure(FOLDER / f"{m[2]}.yaml")), markdown)
 
 
 def block(title: str, name: str, figure: Figure) -> str:
-    """Return the part of the page about one figure: table, published numbers, plot and circumstances."""
+    """Return the page's part about one measurement: table, published numbers, plot and circumstances."""
     head = f"**[{title}](../figures/{name}.yaml)**{mark(figure)}"
     parts = [head + (f" {figure.about}" if figure.about else ""), *table(figure.numbers)]
     parts += published(figure)
@@ -41,7 +43,7 @@ def block(title: str, name: str, figure: Figure) -> str:
 
 
 def table(numbers: Sequence[Number]) -> list[str]:
-    """Return a figure's table of numbers: a row for each ``what``, a column for each ``part``."""
+    """Return a table of measured numbers: a row for each ``what``, a column for each ``part``."""
     rows, columns = list(dict.fromkeys(n.what for n in numbers)), list(dict.fromkeys(n.part for n in numbers))
     found = {(n.what, n.part): cell(n) for n in numbers}
     lines = [["", *(c or "figure" for c in columns)], ["---"] * (len(columns) + 1)]
@@ -59,7 +61,7 @@ def cell(number: Number) -> str:
 
 
 def published(figure: Figure) -> list[str]:
-    """Return the table of figures that others published, with the inputs that each system was given."""
+    """Return the table of numbers that others published, with the inputs that each system was given."""
     if not figure.beside:
         return []
     rows = [[p.who, p.said, p.given, p.source] for p in figure.beside]
@@ -68,14 +70,14 @@ def published(figure: Figure) -> list[str]:
 
 
 def circumstances(figure: Figure) -> str:
-    """Return the line under a figure's table: commit, seeds, machine and command."""
+    """Return the line under a table of measured numbers: commit, seeds, machine and command."""
     seeds = f"seeds: {figure.seeds}, {SEEN[figure.seen]}" if figure.seeds else "seeds: none, or not recorded"
     cpu = f"{figure.cpu_s:g} s of CPU time" if figure.cpu_s is not None else "CPU time of the whole not recorded"
     return f"{when(figure)}; {seeds}; {figure.machine or 'machine not recorded'}; {cpu}. `{figure.command}`"
 
 
 def when(figure: Figure) -> str:
-    """Return a figure's commit, and how many commits ago it was."""
+    """Return the commit at which numbers were measured, and how many commits ago that was."""
     if figure.commit is None:
         return "commit not recorded"
     ago = age(figure.commit)
@@ -83,7 +85,8 @@ def when(figure: Figure) -> str:
 
 
 def mark(figure: Figure) -> str:
-    """Return what follows a figure's title: "(**old**)" or "(**age unknown**)" if the figure is so, and a full stop."""
+    """Return what follows a figure's title: "(**old**)" or "(**age unknown**)" if that is true of the figure,
+    and a full stop."""
     ago = age(figure.commit) if figure.commit else None
     return " (**age unknown**)." if ago is None else " (**old**)." if ago > OLD else "."
 
@@ -99,7 +102,7 @@ def age(commit: str, root: Path = ROOT) -> int | None:
 
 
 def plots() -> Iterator[tuple[str, str]]:
-    """Give the path in ``docs`` and the SVG text of each figure's plot."""
+    """Give the path in ``docs`` and the SVG text of the plot of each measurement that has one."""
     for path in sorted(FOLDER.glob("*.yaml")):
         figure = read_figure(path)
         if figure.plot:
@@ -112,7 +115,8 @@ COLOURS = ("#1f77b4", "#d62728", "#2ca02c", "#9467bd", "#ff7f0e", "#17becf", "#8
 
 
 def plot(figure: Figure) -> str:
-    """Return a figure's plot as SVG: curves through the numbers that have an x value, with their intervals."""
+    """Return the plot of a measurement as SVG: curves through the numbers that have an x value, with their
+    intervals."""
     assert figure.plot is not None
     points = [n for n in figure.numbers if n.x is not None]
     xs, top = sorted({n.x for n in points if n.x is not None}), nice(max(n.high if n.high is not None else n.height for n in points))

@@ -1,4 +1,5 @@
-"""Pages of the reference that are written from the code when the site is built: Python names, rules of tasks, schemas; and figures."""
+"""Pages of the reference that are written from the code when the site is built: Python names, rules of tasks,
+schemas; and the page of measured numbers."""
 
 from __future__ import annotations
 
@@ -38,7 +39,10 @@ def on_files(files: Any, config: Any) -> Any:
 
 
 def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
-    """Fill in the tables of code and figures, and turn comments for tests (names of files, exit codes) into titles of blocks."""
+    """Fill in the tables that are made from code or from files of measured numbers.
+
+    Comments for tests (names of files, exit codes) become titles of blocks.
+    """
     markdown = tables.filled(markdown)
     if page.file.src_uri == figures.PAGE:
         markdown = figures.shown(markdown)
@@ -217,7 +221,7 @@ def constant_text(value: Any) -> str:
 
 
 def constant_doc(module: ModuleType, name: str) -> str:
-    """Return the string under a constant, in the module that defines it."""
+    """Return the text that explains a constant: the string below it in the module that defines it."""
     return next((doc for source in sources(module, name) for doc in texts_under(source, name)), "")
 
 

@@ -27,8 +27,10 @@ def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
 
 
 def _drawn(motion: Motion, random: Random) -> Mapping[str, float]:
-    """Parameters of a motion, its own ones or the defaults of its kind, each times a random factor that is
-    as likely below 1 as above."""
+    """Return a motion's parameters, each multiplied by a random factor that is as likely below 1 as above.
+
+    Parameters that the motion does not state have the defaults of its kind.
+    """
     kind = KINDS.get(motion.kind)
     said = {p.name: motion.parameters.get(p.name, p.default) for p in (kind.parameters if kind else ()) if p.name not in KEPT}
     return {name: float(number) * TIMES ** random.uniform(-1.0, 1.0) for name, number in said.items()}

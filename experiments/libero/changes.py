@@ -163,8 +163,7 @@ def put(env: Any, name: str, place: Any) -> None:
 
 
 def solid(env: Any, name: str, here: bool) -> None:
-    """Let a thing collide and have weight (``here``), or switch both off, so that an absent thing stays
-    where it was put."""
+    """Switch a thing's collisions and weight on or off; without them an absent thing stays where it was put."""
     model, body = env.sim.model, body_of(env, name)
     inside = [b for b in range(model.nbody) if _within(model, b, body)]
     for geom in range(model.ngeom):

@@ -39,19 +39,28 @@ def _sentence(literal: Sequence[str], scene: Mapping[str, Any], things: Mapping[
             return f"{what} {predicate} {where}"
         case ("open" | "close" | "turnon" | "turnoff"), [what]:
             return f"{_jointed(what.partition('/')[0], names[0], things)} {JOINTS[predicate]}"
-    raise UserError(f"The problem's goal ({' '.join(literal)}) has no words here; there are those for {', '.join(['in', 'on', *JOINTS])}.")
+    raise UserError(
+        f"The problem's goal ({' '.join(literal)}) has no words here; predicates that have words are {', '.join(['in', 'on', *JOINTS])}."
+    )
 
 
 def _jointed(what: str, name: str, things: Mapping[str, Thing]) -> str:
-    """The only part of an object that is on a joint, such as a stove's knob or a microwave's door; the
-    object itself if it moves or has several."""
+    """Return the name of an object's only part on a joint, such as a stove's knob; the object's own if it has
+    several.
+
+    Its own, too, if it moves on a joint itself.
+    """
     parts = [t.name for t in things.values() if t.joint is not None and t.name.startswith(f"{name}_")]
     return parts[0] if things[what].joint is None and len(parts) == 1 else what
 
 
 def _thing(name: str, scene: Mapping[str, Any], things: Mapping[str, Thing]) -> str:
-    """The thing that an object is; of a region the feature of its thing whose name ends the site's name,
-    else the thing itself."""
+    """Return the name of the thing that an object of a LIBERO goal is or, for a region, of the thing's
+    feature: "thing/feature".
+
+    The feature is the one with the longest name that ends the name of the region; without one it is the thing
+    itself.
+    """
     region = scene["regions"].get(name)
     bodies = region["bodies"] if region else [scene["bodies"][name]] if name in scene["bodies"] else []
     found = next((b for b in bodies if b in things), None)

@@ -1,5 +1,4 @@
-"""Detection of unstable simulations: MuJoCo then resets itself to the state of the file, and tells so only
-by a counter."""
+"""Detection of unstable simulations, which MuJoCo resets to their initial state and tells of only by a counter."""
 
 from __future__ import annotations
 
@@ -10,7 +9,7 @@ WARNINGS = ("BADQPOS", "BADQVEL", "BADQACC")
 
 
 def instability(data: Any) -> str:
-    """Return why a simulation cannot go on from where it was, as a clause; "" while it can.
+    """Explain in words why a simulation cannot go on from where it was; "" while it can.
 
     Args:
         data: MuJoCo's, after a step.

@@ -62,7 +62,7 @@ def initial_states(path: Path) -> Any:
 
 
 def _register(folder: Path) -> None:
-    """Register the classes of the obstacles with LIBERO; their assets are in the folder."""
+    """Register the obstacles' classes with LIBERO, from the given folder, which also holds their meshes."""
     spec = importlib.util.spec_from_file_location("obstacle_objects", folder / "obstacle_objects.py")
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)

@@ -168,5 +168,5 @@ PANDA = replace(
 
 @hookimpl
 def robots() -> Iterable[Robot]:
-    """Declare the arm."""
+    """Declare the Panda of LIBERO's scenes as a type of robot."""
     return [PANDA]

@@ -61,8 +61,8 @@ def scene_of(found: Sequence[tuple[str, Pose]], files: dict[str, Path], table: f
 
 
 def _kind(file: Path) -> tuple[Any, Pose]:
-    """Model of one kind of thing without its purely visual geoms, and the frame of its first body that has a
-    shape, with joints at zero."""
+    """Return one kind of thing without its purely visual geoms, and the frame of its first body with a
+    shape, joints at zero."""
     import mujoco
 
     spec = mujoco.MjSpec.from_file(str(file))

@@ -29,7 +29,7 @@ NOISE = Noise(disparity=0.029)
 CALIBRATION = (0.002, math.radians(0.3))
 """Standard deviation of the camera's place along each axis [m], and of its turn about each [rad]."""
 REACH = ((0.15, 1.05), (-0.75, 0.75))
-"""Bounds within which things are looked for: x and y before the robot's base [m]."""
+"""Bounds within which things are looked for [m]: x in front of the robot's base, and y."""
 DEEP, HIGH = 0.05, 0.60
 """Depth below the table, and height above it, to which things are looked for [m]."""
 BIN, THICK, LEVEL = 0.004, 0.012, 0.9

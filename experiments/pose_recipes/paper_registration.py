@@ -39,8 +39,10 @@ class Fit(Value, eq=False):
 
 @hookimpl
 def experts() -> Iterable[Expert]:
-    """Declare the expert that estimates poses by the paper's recipe; its stated cost was measured with one
-    model at 640 x 480 pixels (tests/benchmarks/perception_pose.py)."""
+    """Declare the expert that estimates poses by the paper's recipe.
+
+    Its stated cost was measured with one model at 640 x 480 pixels (tests/benchmarks/perception_pose.py).
+    """
     about = "principal axes and 12 ICPs, as in the paper"
     return [
         Expert("paper_registration", about, NEEDED, ("hypotheses",), by_paper, "object", cost_ms=900.0, parameters=FITTING)

@@ -56,5 +56,5 @@ def mjcf() -> str:
 
 @hookimpl
 def robots() -> Iterable[Robot]:
-    """Declare the arm."""
+    """Declare the UR5e of robosuite as a type of robot."""
     return [replace(UR5E, type="robosuite_ur5e", dh=DH, gripper=HAND, mjcf=mjcf, backend="stream", controller="", posture=POSTURE)]

@@ -277,7 +277,7 @@ def run(of: Proven, world: World, number: int) -> tuple[Watched, list[Stretch], 
     going, done, why = Watched(of.scenario, of.engine, number, noise=NOISE), list[Stretch](), ""
     going.setting = replace(of.setting, real=None)
     try:
-        for stretch in going.stretches(Attempt(of.solution.plan, of.solution.program, of.code, world), 6):
+        for stretch in going.stretches(Attempt(of.solution.plan, of.solution.program, of.code, world, of.solution.candidate), 6):
             done.append(stretch)
     except NoSolution as error:
         why = " ".join(str(error).split())[:400]

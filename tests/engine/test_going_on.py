@@ -73,20 +73,22 @@ def test_where_nothing_goes_wrong_nothing_is_noticed(of_goal: tuple[Path, Path],
 
 @pytest.mark.heavy
 @pytest.mark.parametrize(
-    ("fault", "kind"),
+    ("fault", "kind", "same"),
     [
-        ("moved: block, by: [0, 60 mm, 0], near: block, within: 0.18 m", "ObjectMoved"),
-        ("grip_lost: 0.5 s, line: PickingUp/lift, after: 0.8 s", "GraspLost"),
-        ("killed: true, line: PuttingDown/transfer, after: 0.8 s", "ProgramKilled"),
-        ("readings: lost, lasts: 1 s, line: PuttingDown/transfer", "ReadingsLost"),
-        ("added: can, by: [120 mm, -400 mm, 0], line: PuttingDown/transfer, after: 0.5 s", "ObjectAppeared"),
+        ("moved: block, by: [0, 60 mm, 0], near: block, within: 0.18 m", "ObjectMoved", False),
+        ("grip_lost: 0.5 s, line: PickingUp/lift, after: 0.8 s", "GraspLost", False),
+        ("killed: true, line: PuttingDown/transfer, after: 0.8 s", "ProgramKilled", True),
+        ("readings: lost, lasts: 1 s, line: PuttingDown/transfer", "ReadingsLost", True),
+        ("added: can, by: [120 mm, -400 mm, 0], line: PuttingDown/transfer, after: 0.5 s", "ObjectAppeared", True),
+        ("added: can, by: [100 mm, -700 mm, 161 mm], line: PuttingDown/transfer, after: 0.2 s", "ObjectAppeared", False),
     ],
 )
 def test_it_goes_on_with_an_empty_hand_and_with_a_full_one(
-    fault: str, kind: str, of_goal: tuple[Path, Path], run: Run, tmp_path: Path
+    fault: str, kind: str, same: bool, of_goal: tuple[Path, Path], run: Run, tmp_path: Path
 ) -> None:
     code, told = gone_on(run, of_goal, fault, out=tmp_path / "out")
     assert code == 0 and kinds(told) == [kind], told["said"]
+    assert ("the rest of the same program" in str(told["said"])) is same, told["said"]
     assert np.allclose(at(told, "block"), (0.45, -0.35, 0.20), atol=0.12), "on the shelf"
     fault_at, notice_at = (next(m["time"] for m in told["time_line"] if m["what"] == w) for w in ("fault", "notice"))  # type: ignore[attr-defined]
     assert 0 <= notice_at - fault_at < 0.3
@@ -149,7 +151,7 @@ def test_a_stop_of_the_robot_itself_is_for_a_person(text: str, faults: str, pers
 @pytest.mark.heavy
 def test_a_list_of_tasks_goes_on_from_the_task_under_way(tmp_path: Path, run: Run) -> None:
     place = resolved(tmp_path, GOAL.replace("goal: [block on shelf]\n", TASKS))
-    code, told = gone_on(run, place, "killed: true, line: PuttingDown/transfer, after: 0.8 s")
+    code, told = gone_on(run, place, "added: can, by: [100 mm, -700 mm, 161 mm], line: PuttingDown/transfer, after: 0.2 s")
     assert code == 0 and "with 'block' in the hand: Placing" in told["said"][1]  # type: ignore[index]
     code, told = gone_on(run, place, "moved: block, by: [0, 60 mm, 0], near: block, within: 0.18 m")
     assert code == 0 and "goes on from here: Grasping -> PickingUp -> Placing" in told["said"][1]  # type: ignore[index]

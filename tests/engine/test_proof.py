@@ -11,11 +11,11 @@ from helpers.written_runs import Says, Writes, Written, grounded, knowing, plann
 from msgspec.structs import replace
 
 from cramlite.engine.proof import (
-    _on_the_flange,
     allowances,
     assemble,
     conflict_of,
     findings_of,
+    load_on_the_flange,
     prove,
     run_and_judge,
     text_that_runs,
@@ -84,9 +84,9 @@ def test_a_text_that_does_not_run_here_is_not_judged_and_the_verdict_says_so() -
     simulator, run = Written(), Says("run", False)
     candidate, verdict = proved([Says("facts", cost="facts"), run], Writes(executable=False), simulator)
     assert candidate.code is not None and simulator.asked == run.asked == [] and words(verdict) == [("facts", True), ("execution", True)]
-    assert verdict.findings[1].reason == "text of backend 'writes' cannot be run here; its program was checked, its text was not"
+    assert verdict.findings[1].reason == "text of backend 'writes' cannot be run here; its typed program was checked, its text did not run"
     _, verdict = proved([], Writes(executable=False, remark="no interpreter"))
-    assert verdict.findings[0].reason == "no interpreter; its program was checked, its text was not"
+    assert verdict.findings[0].reason == "no interpreter; its typed program was checked, its text did not run"
 
 
 def test_the_typed_program_runs_in_its_place_where_the_backend_says_so() -> None:
@@ -301,7 +301,7 @@ def on_the_flange(held: Held | None, mass: float = 1.0, own: float | None = 1.0)
     base = good().belief
     things = tuple(replace(t, mass={"block": own, "cup": 2.0}.get(t.name, t.mass)) for t in base.world.things)
     gripper = replace(UR5E.gripper, mass=mass, tcp=Pose((0.0, 0.0, 0.2)))
-    found, centre = _on_the_flange(replace(base, world=replace(base.world, things=things), held=held), gripper)
+    found, centre = load_on_the_flange(replace(base, world=replace(base.world, things=things), held=held), gripper)
     return found, pytest.approx(centre)
 
 

@@ -378,8 +378,8 @@ def test_within_the_budget_and_in_unlimited_time(small: JudgedExperiment) -> Non
     assert text.index("A passing verdict was right") < text.index("## Suites") and "2 of 4 (.50, .15 to .85)" in text
     assert [kind for kind, _, _ in explained(results)] == ["physics", "path", "time"]
     assert [why(r) for r in results[1:4]] == [
-        "the check was true at action 101, beyond the budget of 100",
-        "the check was true at action 60, but not when all things were at rest",
+        "the judge's check was true at action 101, beyond the budget of 100",
+        "the judge's check was true at action 60, but not when all things were at rest",
         "the program ran to its end, and the judge's check was never true",
     ]  # fmt: skip
     html = outcomes_page(found, results, small, Path("nowhere"))

@@ -190,7 +190,7 @@ def test_a_file_with_the_name_of_a_shipped_plugin_is_refused(name: str, plugin: 
     ran = run("tasks", "--plugin", file)
     assert (ran.code, ran.out, ran.err.count("\n")) == (2, "", 1)
     assert f"'{file}' cannot be used: there is a plugin '{name}' already, of cramlite 0.1.0" in ran.err
-    assert f"rename the file, and if it is to stand for that one, add --block {name}" in ran.err
+    assert f"rename the file, and if it is to replace that one, add --block {name}" in ran.err
     for blocked in ((), (name,)):  # to block the name would leave out both
         with pytest.raises(UserError, match="rename the file"):
             Engine(files=[file], blocked=blocked)

@@ -12,7 +12,9 @@ COLUMNS = ("demonstration", "object", "seed", "candidate", "tasks", *STAGES, "co
 
 
 def to_csv(results: tuple[DemonstrationResult, ...]) -> str:
-    """Return the table as CSV: true is 1, executions stand side by side, numbers are rounded for reading.
+    """Return results as CSV: a row for each candidate, with all executions of its program side by side.
+
+    True is written as 1, and numbers are rounded for reading.
 
     A demonstration without any candidate has one row, with the reason.
     """

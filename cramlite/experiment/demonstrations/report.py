@@ -53,7 +53,8 @@ def _row(row: ObjectRow) -> list[str]:
 
 
 def numbers(tables: ObjectTables) -> list[Number]:
-    """Return the rates of a figure's YAML file: a row for each object of the tables."""
+    """Return the success rates of each object's demonstrations and candidates, as numbers for a figure's YAML
+    file."""
     scales = [c.scale for c in tables.confusions]
     return [number for row in tables.rows for number in rates(row.object, _columns(row, scales))]
 
@@ -104,7 +105,7 @@ def share(value: Share) -> str:
 
 
 def to_json(tables: ObjectTables, results: Sequence[DemonstrationResult], key: dict[str, Any]) -> dict[str, Any]:
-    """Return tables, results and run key as JSON values."""
+    """Return the tables, the results, and the key that identifies the run's inputs as JSON values."""
     return {"run": key, **asdict(tables), "demonstrations": results}
 
 
@@ -125,13 +126,13 @@ def html(
 
 
 def _share(value: Share) -> str:
-    """Text of a share for a table cell: its counts and its interval, which may break into two lines only."""
+    """Format a rate for a table cell: counts, then interval, with a line break allowed only between these two."""
     counts, _, rest = share(value).partition(" (")
     return counts.replace(" ", "\u00a0") + " (" + rest.replace(" ", "\u00a0")
 
 
 def baseline(tables: ObjectTables) -> dict[str, Any]:
-    """Return the counts of a run that are stored to compare later ones with."""
+    """Return the counts of the tables that are stored as the baseline for comparing later runs."""
     rows = {}
     for row in tables.rows:
         counts = {s: [getattr(row, s).hits, getattr(row, s).total] for s in (*STAGES, "solved", "first", "gave", "came_off")}
@@ -171,7 +172,7 @@ def _count(value: Any) -> str:
 
 
 def missed_thresholds(tables: ObjectTables, limits: ThresholdSpec) -> list[str]:
-    """Return the thresholds that are not reached, in words."""
+    """Return a sentence for each success rate that is below its threshold."""
     shares = {name: getattr(tables.whole, name) for name in ("solved", *STAGES)}
     return [
         f"{name}: {plain(value)} is less than {getattr(limits, name):.0%}"

@@ -1,4 +1,5 @@
-"""Results of an experiment: a value for each attempt, candidate and demonstration, written as JSON and read back."""
+"""Results of an experiment: one record for each demonstration, candidate and execution, written as JSON
+and read back."""
 
 from __future__ import annotations
 
@@ -28,7 +29,7 @@ class Execution(Value):
 
 
 class Program(Value):
-    """Complete program for a candidate, and how it was judged.
+    """Program of a candidate, whether its proof accepted it, and how its executions ended.
 
     Args:
         accepted: whether the proof let it pass.
@@ -53,7 +54,7 @@ class Program(Value):
 
     @property
     def execution(self) -> Execution | None:
-        """Execution with the smallest errors of the twin; None where the candidate has no program."""
+        """Execution at the experiment's smallest scale of errors; None where the candidate has no program."""
         return self.executions[0] if self.executions else None
 
 

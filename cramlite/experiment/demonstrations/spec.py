@@ -1,4 +1,4 @@
-"""Experiment files: demonstrations, worlds, errors of the twins, published figures."""
+"""Experiment files: demonstrations, worlds, errors of the twins, published numbers."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class AblationSpec(Spec):
 
 
 class PublishedSpec(Spec):
-    """Published figures; each list has one number for each object, in the order of ``objects``."""
+    """Published numbers; each list has one for each object, in the order of ``objects``."""
 
     source: str
     gave_candidates: tuple[int, ...]
@@ -57,7 +57,8 @@ class PublishedSpec(Spec):
 
 
 class ThresholdSpec(Spec):
-    """Thresholds that ``--short`` must reach: shares of demonstrations and of candidates."""
+    """Least shares that an experiment with ``--short`` must reach: of demonstrations solved, and of
+    candidates planned, simulated and executed."""
 
     solved: float = Field(default=1.0, ge=0, le=1)
     planned: float = Field(default=0.0, ge=0, le=1)

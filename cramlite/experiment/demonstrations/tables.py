@@ -19,7 +19,7 @@ NEAR = 1e-9  # of areas that are one
 
 
 class Share(Rate):
-    """Share: a rate beside the one that was published.
+    """Success rate of cramlite, with the published rate of the same quantity if there is one.
 
     Args:
         published: the same in the paper; None where there is none.
@@ -135,7 +135,7 @@ class ObjectTables(Value):
 
     @property
     def whole(self) -> ObjectRow:
-        """Row of all objects together."""
+        """Row with the totals over all objects."""
         return self.rows[-1]
 
 

@@ -21,7 +21,7 @@ from .trial import run_demonstration
 
 
 class Demonstrations(Value):
-    """Demonstrations of an experiment that a run was asked for.
+    """Demonstrations of an experiment that a run is to carry out; each demonstration is one trial.
 
     Args:
         path: of the experiment's file.
@@ -63,7 +63,7 @@ class Demonstrations(Value):
         return "-".join([self.set_name, *(["short"] if self.short else []), *([f"without_{self.without}"] if self.without else [])])
 
     def key(self) -> dict[str, Any]:
-        """Return the key of the results: their files, seeds and code.
+        """Return the key that identifies the results: set of demonstrations, options, and hashes of files and code.
 
         Keys are equal on every machine that would give the same results.
 

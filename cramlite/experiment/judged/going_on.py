@@ -38,7 +38,8 @@ PERSON = "a protective stop waits for a person, and an episode has none"
 
 
 class Played(Value):
-    """Attempt whose programs were played to the end.
+    """Outcome of a run in the judge's simulator: of a program, and of the programs that replaced it after
+    stops.
 
     Args:
         rollout: of the last program.
@@ -56,8 +57,7 @@ class Played(Value):
 
 
 def play_on(judge: Judge, engine: Engine, solution: Solution, folder: Path, twins: int) -> Played:
-    """Play a program; after each stop prove and play a program for the rest of the goal from the world as it
-    is then.
+    """Run a program in the judge's simulator; after each stop prove and run a program for the rest of the goal.
 
     Args:
         folder: for the scenes and scenarios of later rounds.

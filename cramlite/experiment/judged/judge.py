@@ -37,7 +37,7 @@ class Judgement(Protocol):
 
     @property
     def avoided(self) -> bool | None:
-        """Whether the obstacles that must not move stood still; None in tasks without such obstacles."""
+        """Whether no obstacle was moved that must stay where it is; None in tasks without such obstacles."""
 
     @property
     def changed(self) -> int | None:

@@ -1,4 +1,4 @@
-"""Page about how episodes of a judged experiment ended, in words and pictures."""
+"""Page about how the episodes of a benchmark ended, in words and pictures."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def explained(results: Sequence[EpisodeResult]) -> list[tuple[str, int, list[Epi
 
 
 def why(result: EpisodeResult) -> str:
-    """Format the reason of an episode's failure as one clause."""
+    """Say in one line why an episode failed."""
     attempt = result.attempt
     if attempt is None:
         return plain_reason(result.reason)
@@ -55,8 +55,8 @@ def why(result: EpisodeResult) -> str:
     if attempt.first is None:
         return f"the program ran to its end, and the judge's check was never true{ours}"
     if not attempt.rest:
-        return f"the check was true at action {attempt.first}, but not when all things were at rest{ours}"
-    return f"the check was true at action {attempt.first}, beyond the budget of {result.budget}"
+        return f"the judge's check was true at action {attempt.first}, but not when all things were at rest{ours}"
+    return f"the judge's check was true at action {attempt.first}, beyond the budget of {result.budget}"
 
 
 def outcome_text(result: EpisodeResult) -> str:
@@ -73,9 +73,9 @@ def in_a_line(result: EpisodeResult) -> str:
     if result.attempt is None:
         return f"{name}: no program ({result.failure}): {plain_reason(result.reason)}"
     a = result.attempt
-    truth = "check never true"
+    truth = "judge's check never true"
     if a.first is not None:
-        truth = f"check first true at action {a.first}, {'true' if a.rest else 'not true'} at rest"
+        truth = f"judge's check first true at action {a.first}, {'true' if a.rest else 'not true'} when all things were at rest"
     return f"{name}: {a.outcome} after {a.steps} of {result.budget} steps, {truth}{f' ({result.failure})' if result.failure else ''}"
 
 

@@ -1,5 +1,4 @@
-"""Play of one episode: a program for its goal is searched in the judge's scene, and the first proven one is
-played once.
+"""One episode: a program for its goal is searched in the judge's scene, and the first proven one is run there once.
 
 Runs in a worker process. Nothing is searched, tried or reset in the judge's simulator.
 """
@@ -77,7 +76,7 @@ def died(episode: Episode, budget: int, reason: str) -> EpisodeResult:
 
 
 def play(trial: Trial) -> EpisodeResult:
-    """Play an episode.
+    """Return the result of an episode: a program is searched and proven, and run once in the judge's simulator.
 
     Raises:
         UserError: it could not begin: the judge is not installed, refuses it, or does not answer as it must.
@@ -99,7 +98,7 @@ def play(trial: Trial) -> EpisodeResult:
 
 @lru_cache(maxsize=1)
 def _judge(file: Path, environment: Path | None) -> Judge:
-    """Return the judge of this process; it is kept until it does not reply."""
+    """Return the judge that this process uses; another one is started only if that no longer replies."""
     return connect(file, environment)
 
 
@@ -140,7 +139,8 @@ def _resolved(trial: Trial, judge: Judge, result: EpisodeResult) -> EpisodeResul
 
 
 def _seconds(trace: Trace) -> dict[str, float]:
-    """Return the CPU time of the search by stage [s], and that of planning until the first program."""
+    """Return the CPU time of the search by stage [s], and the time of planning before the first program
+    was complete."""
     first = {} if trace.first_program is None else {"planning, until the first program": trace.first_program}
     return {name: seconds for name, seconds in (trace.seconds | first).items() if seconds or name != "twins"}
 
@@ -159,7 +159,7 @@ def _search(engine: Engine, scenario: object, setting: Setting, trace: Trace) ->
 
 
 def _attempt(trial: Trial, judge: Judge, engine: Engine, solution: Solution, name: str) -> Attempt:
-    """Play a program to its end; judge the state there, and again when all things are at rest."""
+    """Run a program in the judge's simulator; judge the state at its end, and again when all things are at rest."""
     code = solution.candidate.code
     assert code is not None
     write_whole(trial.folder / f"{name}{code.suffix}", code.text)
@@ -214,8 +214,11 @@ def _kept(path: Path, picture: bytes) -> str:
 
 
 def _refused_state(engine: Engine, setting: Setting, trace: Trace) -> bytes:
-    """Return a picture of the collision in the refusal that came nearest to a program; empty if no refusal
-    has one."""
+    """Return a picture of the collision in the nearest miss, the refusal at which the search had come
+    furthest.
+
+    It is empty if no refusal has a collision.
+    """
     missed = nearest_miss([e for e in trace.entries if e.collision is not None])
     if missed is None or missed.collision is None:
         return b""
@@ -224,8 +227,10 @@ def _refused_state(engine: Engine, setting: Setting, trace: Trace) -> bytes:
 
 
 def _failure(result: EpisodeResult, experiment: JudgedExperiment) -> str:
-    """Return the class of an episode's failure: that of the reason why there was no program or why the
-    program stopped; if there is no such reason, that of the judge's check."""
+    """Return the class of an episode's failure; "" if it succeeded.
+
+    It follows from the reason why there was no program or why the program stopped; without one, from the judge's check.
+    """
     attempt = result.attempt
     if result.rest():
         return ""

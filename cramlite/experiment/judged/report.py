@@ -1,4 +1,4 @@
-"""Report of a judged experiment in Markdown: how often proofs were right, then the success rates of episodes."""
+"""Report on the episodes of a benchmark in Markdown: how often proofs were right, then the success rates."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def worth(tables: EpisodeTables) -> list[str]:
     lines += [f"- Episodes whose judge died, counted in no rate: {tables.apart}."] if tables.apart else []
     said = "not known: none was played (`--attempt-refused`)"
     if known.total:
-        said = f"{known.text} of the refused episodes whose program was played all the same"
+        said = f"{known.text} of the episodes in which a refused program was run all the same"
     return [*lines, f"- A refusal was wrong: {said}."]
 
 
@@ -65,16 +65,18 @@ def difference(found: Difference) -> str:
 
 
 def watched(found: Watched) -> str:
-    """Return a sentence with the success rates of suites in which the world is watched during a run: with
-    simulated time stopped during the search, and with it passing."""
+    """Return a sentence with the success rates of suites in which the robot watches the world while a program runs.
+
+    One rate is with simulated time stopped during the search, the other with the search's CPU time passing.
+    """
     return (
-        f"Success rates of watched suites at rest: {found.still.text} if simulated time stops during the search; "
-        f"{found.passing.text} if the search's CPU time passes."
+        f"Success rates at rest of suites in which the robot watches the world: {found.still.text} if simulated time stops during the "
+        f"search; {found.passing.text} if the search's CPU time passes."
     )
 
 
 def signed(value: float) -> str:
-    """Return a difference of rates with its sign, "-.04"."""
+    """Return a difference of success rates with its sign, "-.04"."""
     return f"{'-' if round(value, 2) < 0 else '+'}{digits(abs(value))}"
 
 
@@ -93,7 +95,7 @@ def failures(tables: EpisodeTables) -> list[str]:
 
 
 def times(seconds: dict[str, Spread]) -> list[list[str]]:
-    """Return a table row for each kind of duration: median, 95 % quantile, longest, count."""
+    """Return a table row for each measured duration: median, 95 % quantile, longest, number of episodes."""
     return [[n, f"{s.median:.1f}", f"{s.most:.1f}", f"{s.longest:.1f}", str(s.count)] for n, s in seconds.items()]
 
 
@@ -109,8 +111,7 @@ def grid(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
 
 
 def numbers(tables: EpisodeTables) -> list[Number]:
-    """Return the numbers of a figure: rates by suite, how often passing verdicts were right, and CPU
-    times."""
+    """Return the numbers to publish: rates by suite, how often passing verdicts were right, and CPU times."""
     rows = [(r.suite, r) for r in tables.suites] + ([("all", tables.whole)] if len(tables.suites) > 1 else [])
     found = [number for name, row in rows for number in rates(name, _columns(row))]
     if tables.watched:

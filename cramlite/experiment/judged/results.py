@@ -1,4 +1,4 @@
-"""Results of a judged experiment: a value for each episode, written as JSON and read back."""
+"""Results of a benchmark: one record for each episode, written as JSON and read back."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ class EpisodeResult(Value, kw_only=True):
 
     @property
     def apart(self) -> bool:
-        """Whether the episode counts in no rate, because the judge's process died while the robot moved."""
+        """Whether the episode is left out of all rates, because the judge's process died while the robot moved."""
         return self.attempt is not None and self.attempt.outcome == JUDGE_DIED
 
     def first(self, *, unlimited: bool = False) -> bool:

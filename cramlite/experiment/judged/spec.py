@@ -1,4 +1,4 @@
-"""Files of judged experiments: judge, episodes, classes of failures, published rates."""
+"""Experiment files about a benchmark: its judge, its suites of episodes, classes of failures, published rates."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class PublishedSpec(Spec):
 
 
 class JudgedSpec(Spec):
-    """Keys of the file of a judged experiment.
+    """Keys of an experiment file about a benchmark.
 
     ``judge`` is the Python file that answers for the judge, and ``plugins`` are those that its episodes need, both beside the
     experiment's file.
@@ -101,7 +101,7 @@ class Episode(Value):
 
 
 class JudgedExperiment(ExperimentFile):
-    """File of a judged experiment that was read and checked."""
+    """Experiment file about a benchmark, read and checked."""
 
     spec: JudgedSpec
 
@@ -158,13 +158,13 @@ def chosen(text: str, count: int, what: str, whose: str) -> list[int]:
 
 
 def _span(part: str) -> Iterable[int]:
-    """Return the numbers of one part, "8:12" or "8"."""
+    """Return the numbers that a text means: 8 to 11 for the range "8:12", and 8 for "8"."""
     first, colon, end = part.partition(":")
     return range(int(first), int(end) if colon else int(first) + 1)
 
 
 def read_judged(path: Path) -> JudgedExperiment:
-    """Read the file of a judged experiment.
+    """Read an experiment file about a benchmark.
 
     Raises:
         UserError: not YAML, an unknown key, or a wrong value: with file and line.

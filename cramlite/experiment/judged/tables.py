@@ -1,4 +1,5 @@
-"""Tables of a judged experiment: how often the judge agreed with a proof, and how many episodes fulfilled the judge's check."""
+"""Tables of a benchmark: how often its judge agreed with a proof, and how many episodes fulfilled the judge's
+check."""
 
 from __future__ import annotations
 
@@ -83,8 +84,9 @@ class Difference(Value):
 
 
 class Watched(Value):
-    """Success rates of the suites in which the world is watched during a run: the judge's check is true at
-    rest and within the budget.
+    """Success rates of the suites in which the robot watches the world while a program runs.
+
+    An episode succeeds if the judge's check is true at rest and within the budget.
 
     One is with simulated time stopped during the search, the other with the search's CPU time passing.
     """
@@ -94,7 +96,7 @@ class Watched(Value):
 
 
 class EpisodeTables(Value):
-    """Tables of a judged experiment.
+    """Tables of an experiment about a benchmark.
 
     Args:
         passing_was_right: proven programs after which the judge's check is true at rest, in unlimited time.
@@ -161,7 +163,7 @@ def rate(episodes: Iterable[EpisodeResult], hit: Callable[[EpisodeResult], bool]
 
 
 def row(results: Episodes, suite: str = "", task: int | None = None) -> EpisodeRow:
-    """Return the row of the tables that counts some episodes."""
+    """Return a row of the tables: rates and counts over the given episodes."""
     steps = [r.attempt.first for r in results if r.attempt is not None and r.attempt.first is not None]
     budgets = {r.budget for r in results}
     return EpisodeRow(
@@ -175,7 +177,7 @@ def row(results: Episodes, suite: str = "", task: int | None = None) -> EpisodeR
 
 
 def _seconds(results: Episodes) -> dict[str, Spread]:
-    """Return the spread of each kind of duration, by name."""
+    """Return statistics of each measured duration over the episodes, by the duration's name."""
     named: dict[str, list[float]] = {}
     for r in results:
         for name, value in r.seconds.items():

@@ -1,4 +1,4 @@
-"""Episodes of a judged experiment as trials of a run."""
+"""Episodes of a benchmark as trials of an experiment's run."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from .tables import tables
 
 
 class Episodes(Value):
-    """Episodes of a judged experiment that a run was asked for.
+    """Episodes of a benchmark that an experiment is to play; each episode is one trial.
 
     Args:
         episodes: none for the tables of what the run directory holds.
@@ -48,12 +48,13 @@ class Episodes(Value):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the episodes, in the order in which they are played."""
+        """Names of the episodes, in the order in which they are run."""
         return tuple(e.name for e in self.episodes)
 
     def key(self) -> dict[str, Any]:
-        """Return the key of the results: files, code, number of twins, and whether refused programs are
-        played.
+        """Return the key that identifies the results: hashes of files and code, and the options that change results.
+
+        These are the number of twins, and whether refused programs are run, too.
 
         The chosen episodes and the number of workers are no part of it.
         """

@@ -199,8 +199,10 @@ class _Problem(Value, eq=False, dict=True):
     scaled: bool = False
 
     def residuals(self, camera: Pose, board: Pose, x: Floats) -> Floats:
-        """Return the reprojection errors of all corners (N, 2) [pixel]; ``x`` has the motions of camera and
-        board in their own frames, then unknown intrinsics."""
+        """Return the reprojection errors of all corners (N, 2) [pixel].
+
+        ``x`` has the motions of camera and board in their own frames, then unknown intrinsics.
+        """
         k = x[12:16] if self.open else np.zeros(4)
         scale = math.exp(x[-1]) if self.scaled else 1.0
         eyes, corners, pixels, at = self._arrays
@@ -213,9 +215,11 @@ class _Problem(Value, eq=False, dict=True):
 
     @cached_property
     def _arrays(self) -> tuple[Floats, Floats, Floats, Any]:
-        """Data of the reprojection errors: for each picture the transform (M, 4, 4) from the board's mount
-        to the camera's mount; for each corner its position on the board, its pixel and the number of
-        its picture."""
+        """Data from which the reprojection errors are computed, as arrays over all pictures and corners.
+
+        For each picture the transform (M, 4, 4) from the board's mount to the camera's mount; for each corner
+        its position on the board, its pixel and the number of its picture.
+        """
         flanges = [s.flange.inverse() if self.mount == "flange" else s.flange for s in self.stations]
         at = np.repeat(np.arange(len(flanges)), [len(s.sighting.pixels) for s in self.stations])
         sightings = [s.sighting for s in self.stations]
@@ -280,8 +284,10 @@ def _right_size(problem: _Problem, found: Calibration) -> None:
 
 
 def _unrelated(stations: Sequence[Station], mount: str, intrinsics: Intrinsics, found: Calibration) -> str:
-    """Return advice for pictures that do not fit the robot's poses; checks whether they fit if the camera is
-    mounted elsewhere."""
+    """Return advice for pictures that do not fit the robot's poses: another ``mount``, or what to check.
+
+    The mount is wrong if the pictures fit much better with the other one.
+    """
     other = "world" if mount == "flange" else "flange"
     again = _solved(_Problem(tuple(stations), other, intrinsics, False), *_guess(stations, other, intrinsics))
     if again.error < found.error / 5:
@@ -291,7 +297,7 @@ def _unrelated(stations: Sequence[Station], mount: str, intrinsics: Intrinsics, 
             "hand)."
         )
     return (
-        f"Pictures and poses do not belong together: corners are {found.error:.1f} pixels from where they should be (right ones: below 1). "
+        f"Pictures and poses do not belong together: corners are {found.error:.1f} pixels from where they should be (below 1 if they do). "
         "Check that each picture has its own pose, that poses are the flange's in the base frame and no tool's, joints in degrees or "
         "radians as said, and the robot's type."
     )

@@ -1,5 +1,5 @@
-"""Goals made true by hand: whether the judge accepts a goal at all, once its bodies and joints have been set
-and released.
+"""Goals made true without the arm: whether the judge accepts a goal at all, once bodies and joints have been
+set to it and released.
 
 The arm takes no part: it neither moves nor collides. Nor do things that the goal does not name; they are out of the scene. It runs in the
 judge's environment.
@@ -48,7 +48,7 @@ class Hand:
         self.arm = [j for j in range(model.njnt) if int(model.jnt_bodyid[j]) in self.robot]
 
     def can(self, goal: Sequence[Literal]) -> bool:
-        """Return whether the judge accepts a goal that was made true by hand."""
+        """Return whether the judge accepts a goal that was made true without the arm."""
         model, geoms = self.world.model, self._robot_geoms()
         kept = model.geom_contype[geoms].copy(), model.geom_conaffinity[geoms].copy()
         model.geom_contype[geoms] = model.geom_conaffinity[geoms] = 0

@@ -52,7 +52,7 @@ FACTS = "problem.json"
 
 
 def draw(seed: int, folder: Path) -> dict[str, Any]:
-    """Draw the problem of a seed into a folder, and return its record."""
+    """Generate the random problem of a seed, write it into a folder, and return its record."""
     told: Counter[str] = Counter()
     for attempt in count():
         told["states drawn"] += 1
@@ -66,8 +66,7 @@ def draw(seed: int, folder: Path) -> dict[str, Any]:
 
 
 def vary(problem: Problem, rng: Any) -> tuple[Problem, dict[str, Any]]:
-    """Draw a problem from another one: which things there are, where they stand, and where its fixtures
-    stand."""
+    """Vary a problem at random: which things there are, where they stand, and where its fixtures stand."""
     swap, replace = rng.random() < CHANCE, rng.random() < CHANCE
     made = replaced(problem, rng, library()) if replace else problem
     made = swapped(made, rng) if swap else made
@@ -115,8 +114,11 @@ def _goal(world: World, rng: Any, parts: int, told: Counter[str]) -> tuple[Liter
 
 
 def targets(world: World) -> dict[str, tuple[str, str]]:
-    """Return region -> ("on" or "in", sort of region) for all regions that things can be put on or in,
-    without those that fixtures stand in."""
+    """Return each region that things can be put on or in -> ("on" or "in", whether it is on the table or part
+    of a thing).
+
+    Regions in which fixtures stand are left out.
+    """
     problem = world.problem
     stands = {row[2] for row in problem["initial_state"] if len(row) == 3 and row[1] not in world.things}
     known = (name for name in problem["regions"] if name in world.env.env.object_sites_dict and name not in stands)
@@ -176,7 +178,7 @@ def _facts(seed: int, scene: str, made: Problem, goal: tuple[Literal, ...], fold
 
 
 def told_of(facts: list[dict[str, Any]]) -> str:
-    """Return the shares of problems that each rule left out, as lines."""
+    """Format, line by line, what share of the drawn states and goals each exclusion rule left out."""
     whole: Counter[str] = Counter()
     for fact in facts:
         whole.update(fact["told"])
@@ -188,8 +190,8 @@ def told_of(facts: list[dict[str, Any]]) -> str:
 
 
 def main() -> None:
-    """Draw the problems of those seeds that have no files yet, and print the statistics of all problems in
-    the folder."""
+    """Generate the random problems of those seeds that have no files yet; print statistics of all problems
+    in the folder."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("seeds", help="such as 0:10, which ends with 9")
     parser.add_argument("--out", type=Path, default=Path("problems"), help="folder for them (default problems)")

@@ -1,4 +1,4 @@
-"""A folder of problems as an environment of the judge: its Python is the judge's, and knows the suite ``drawn``.
+"""Folder of problems that stands for a Python environment of LIBERO's judge, in which they are the suite ``drawn``.
 
 So any version of cramlite can be given the same problems: only the path of the environment is another one.
 """

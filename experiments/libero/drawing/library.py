@@ -67,7 +67,8 @@ def known_goals() -> frozenset[frozenset[Literal]]:
 
 @lru_cache(maxsize=1)
 def predicates_of_sites() -> dict[str, str]:
-    """Return regions of things, "basket/contain_region", -> "on" or "in", as the 130 problem files ask for or state it."""
+    """Return for each region of a thing, such as "basket/contain_region", whether the 130 problem files use
+    it with "on" or with "in"."""
     found: dict[str, Counter[str]] = {}
     for problem in tasks():
         for row in (*problem["goal_state"], *problem["initial_state"]):
@@ -78,8 +79,7 @@ def predicates_of_sites() -> dict[str, str]:
 
 @lru_cache(maxsize=1)
 def library() -> tuple[str, ...]:
-    """Return the kinds of things that the package's problem files move, as far as the package has models
-    of them."""
+    """Return the kinds of movable things in LIBERO's problem files, as far as LIBERO has models of them."""
     folder = Path(get_libero_path("bddl_files"))
     text = (path.read_text(encoding="utf-8") for path in sorted(folder.glob("*/*.bddl")))
     named = {kind for t in text for part in re.findall(r"\(:objects(.*?)\)", t, re.DOTALL) for kind in re.findall(r"-\s+(\S+)", part)}

@@ -1,4 +1,4 @@
-"""Draw the scenes of drawn problems, as the judge's camera sees them, with their goals in words.
+"""Show the scenes of random problems in one picture, as the judge's camera sees them, with their goals in words.
 
     problems/bin/python experiments/libero/drawing/show.py 0:12 --out sheet.png
 
@@ -46,7 +46,7 @@ def sheet(judge: Judge, seeds: range) -> Any:
 
 
 def main() -> None:
-    """Write a sheet."""
+    """Write the sheet of pictures for the seeds that the command line names."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("seeds", help="such as 0:12, which ends with 11; those for development")
     parser.add_argument("--out", type=Path, default=Path("sheet.png"))

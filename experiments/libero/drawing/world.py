@@ -1,4 +1,4 @@
-"""Judge's simulator while a problem is drawn: it draws a state, and answers questions about it.
+"""LIBERO's simulator while a random problem is generated: it draws a state at random, and answers questions about it.
 
 It runs in the judge's environment.
 """
@@ -55,7 +55,7 @@ class World:
         return self.env.sim.data._data
 
     def reset(self) -> None:
-        """Draw another state, as the judge does at the start of an episode; repeated until all things fit."""
+        """Set another random state, as the judge does at the start of an episode, until all things fit."""
         self.env.reset()
 
     def state(self) -> Any:

@@ -71,7 +71,7 @@ class Resolve(py_trees.behaviour.Behaviour):  # type: ignore[misc]  # an extra, 
         self._job = _Job(self._work)
 
     def update(self) -> py_trees.common.Status:
-        """Return RUNNING until the program has run or there is none, then SUCCESS or FAILURE."""
+        """Return RUNNING until the program has run or none was found, then SUCCESS or FAILURE."""
         assert self._job is not None
         if self._left is not None and self._left.thread.is_alive():
             self.feedback_message = "waiting for what was interrupted to end"
@@ -113,8 +113,10 @@ class Resolve(py_trees.behaviour.Behaviour):  # type: ignore[misc]  # an extra, 
 
 
 class _Job:
-    """Job of one search and one run in a thread; after an interruption the thread writes into its own job
-    only."""
+    """One search and one run of a behaviour, in a thread of its own.
+
+    After an interruption the thread goes on with its own job only, which nobody reads any more.
+    """
 
     def __init__(self, work: Callable[[_Job], None]) -> None:
         self.thread = threading.Thread(target=work, args=(self,), daemon=True)
@@ -138,8 +140,8 @@ class _Job:
 
 
 class Place:
-    """World, robot and belief that the behaviours of a tree share: the end of a successful run is the start
-    of the next one.
+    """World, robot and belief that the behaviours of a tree share; each behaviour starts where the last
+    successful run ended.
 
     ``place.now`` is the ``setting`` of behaviours, ``place.run`` their ``run``: the text is executed in the simulator, in
     the world as it really is then, and judged there.
@@ -166,8 +168,9 @@ NOTICE = "cramlite/notice"
 
 
 class WatchedPlace(Place):
-    """World, robot and belief that a tree's behaviours share, where runs are watched: after a change of the
-    world a run goes on with a new program, and its notice goes to the blackboard.
+    """World, robot and belief that the behaviours of a tree share; a run that deviates is continued with a new program.
+
+    The notice of each deviation goes to the blackboard.
 
     There ``cramlite/notice`` is a dictionary: ``type`` (a class of the ontology), ``step``, ``thing``, ``reason``, ``measured``, ``limit``,
     ``unit``, ``decision`` and ``to_do``, what a person could do. A tree chooses a recovery by them when a run fails.

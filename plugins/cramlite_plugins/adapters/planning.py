@@ -45,7 +45,7 @@ class Planned(Value):
 
 
 def problem_of(engine: Engine, setting: Setting, goal: Goal) -> PlanningProblem:
-    """Return the planning problem of a goal, with the world and belief of ``setting`` as its initial state.
+    """Return the planning problem of a goal; its initial state is what the robot believes about the world.
 
     Raises:
         UserError: the goal is none, or names what there is not.

@@ -8,12 +8,13 @@ from msgspec import Struct, field
 
 
 class Names(Struct):
-    """Values by name, in the order of their first use."""
+    """Named values of a generated program (name -> text of the value), in the order of their first use."""
 
     values: dict[str, str] = field(default_factory=dict)
 
     def name(self, base: str, value: str) -> str:
-        """Return a name for a value: ``base``, with a number behind it if a different value has that name already."""
+        """Return a name for a value: ``base``, with a number at its end if a different value has that name
+        already."""
         name, k = base, 1
         while name in self.values and self.values[name] != value:
             k += 1

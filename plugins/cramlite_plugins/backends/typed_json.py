@@ -19,8 +19,7 @@ class TypedJson:
     executable = True
 
     def emit(self, program: Program, robot: Robot) -> Code:
-        """Write the program as JSON, and state the designator that each step grounds, by the step's line
-        (``origins``).
+        """Write the program as JSON; ``origins`` map the line of each step to the designator that the step grounds.
 
         Raises:
             UserError: the program is for another robot.

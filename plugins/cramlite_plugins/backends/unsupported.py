@@ -1,4 +1,5 @@
-"""Steps that a backend's language cannot express: an error with the step, the reason, and the backend that can."""
+"""Errors about steps that a backend's language cannot express; they name the step, the reason, and a backend
+that can."""
 
 from __future__ import annotations
 
@@ -7,7 +8,7 @@ from cramlite.plugin import UserError
 
 
 def unsupported_step(step: AnyStep, language: str, why: str = "") -> UserError:
-    """Make the error that refuses a step.
+    """Make the error about a step that a language cannot express, with the reason.
 
     Args:
         why: in a clause; what the language lacks, by default.

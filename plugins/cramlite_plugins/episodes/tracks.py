@@ -103,8 +103,8 @@ def _repaired(name: str, rows: Rows, inner: bool) -> tuple[Rows, list[Repair]]:
 
 
 def _alone_near_identity(rows: Rows) -> NDArray[np.bool_]:
-    """Whether each pose is a spurious one of a recorder that has just started or is noisy: nearly identity,
-    and long before or after any other."""
+    """Whether each pose is spurious, as from a recorder that has just started: nearly the identity, and long
+    before or after others."""
     near = (np.linalg.norm(rows.poses[:, :3], axis=1) < NEARLY) & (np.abs(rows.poses[:, 3]) > 1 - NEARLY)
     gaps = np.abs(np.diff(np.concatenate([[-np.inf], rows.times, [np.inf]])))
     return np.asarray(near & (np.minimum(gaps[:-1], gaps[1:]) > ALONE))
@@ -120,7 +120,10 @@ def _repair(name: str, done: str, why: str, rows: Rows, which: NDArray[np.bool_]
 
 
 def _resolve(name: str, rows: dict[str, Rows], tracks: dict[str, Track], repairs: list[Repair]) -> None:
-    """Fill in the tracks of a frame and of its ancestors; iterative, so that no chain is too long."""
+    """Compute the tracks in the world of a frame and of the frames above it in the transform tree.
+
+    Iterative, so that no chain of frames is too long.
+    """
     stack = [name]
     while stack:
         top = stack[-1]
@@ -152,7 +155,7 @@ def _in_world(rows: Rows, tracks: dict[str, Track]) -> Track:
 
 
 def _piece(rows: Rows, start: int, end: int, total: int, tracks: dict[str, Track]) -> Track:
-    """Track in the world of the rows from start to end, which have one parent."""
+    """Convert the rows from ``start`` to ``end``, which are poses in one parent frame, to a track in the world."""
     times, poses = rows.times[start:end], rows.poses[start:end]
     parent = tracks.get(rows.names[rows.parents[start]])
     if parent is None or not len(parent.times):
@@ -167,7 +170,7 @@ def _piece(rows: Rows, start: int, end: int, total: int, tracks: dict[str, Track
 
 
 def compose(a: Floats, b: Floats) -> Floats:
-    """Compose poses (N, 7): the transforms a followed by b."""
+    """Compose poses (N, 7): poses ``b``, which are given in the frames ``a``."""
     wa, ua, wb, ub = a[:, 3:4], a[:, 4:], b[:, 3:4], b[:, 4:]
     turned = np.cross(ua, b[:, :3])
     position = a[:, :3] + b[:, :3] + 2 * wa * turned + 2 * np.cross(ua, turned)

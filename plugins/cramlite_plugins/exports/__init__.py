@@ -1,1 +1,1 @@
-"""Exporters: recorded runs in formats that other programs open."""
+"""Exporters: recorded runs in formats that other software opens."""

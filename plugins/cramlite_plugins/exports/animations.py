@@ -39,8 +39,7 @@ def write_gif(run: RunRecord, out: Path) -> None:
 
 
 class _Stoppable(io.FileIO):
-    """File that checks for cancellation at each write, since Pillow writes all pictures of an animation in
-    one call."""
+    """File object that checks for cancellation at each write, since Pillow writes a whole animation in one call."""
 
     def write(self, data: Any) -> int:
         checkpoint()

@@ -38,7 +38,7 @@ def exporters() -> Iterable[Exporter]:
 
 
 def write_tree(run: RunRecord, out: Path) -> None:
-    """Write the tree of a run's program to a new file.
+    """Write the behaviour tree of a run's program to a new file.
 
     Raises:
         UserError: the run's folder holds no typed program.
@@ -52,7 +52,7 @@ def write_tree(run: RunRecord, out: Path) -> None:
 
 
 def tree_xml(program: Program) -> str:
-    """Return the XML text of a program's tree and of the manifest of its nodes."""
+    """Return the XML text of a program's behaviour tree and of the manifest of its nodes."""
     root = Xml.Element("root", BTCPP_format="4", main_tree_to_execute=safe_name(program.name))
     root.append(Xml.Comment(_preconditions(program)))
     grouped = [(task, list(steps)) for task, steps in groupby(program.steps, key=lambda s: task_of(s.origin))]
@@ -146,7 +146,7 @@ def _text(value: Any) -> str:
 
 
 def _numbers(value: Any) -> Iterator[float]:
-    """All numbers in nested tuples and poses, in order; booleans as 1 and 0."""
+    """Flatten nested tuples and poses to one sequence of numbers; booleans become 1 and 0."""
     if isinstance(value, Pose):
         yield from (*value.position, *value.quaternion)
     elif isinstance(value, tuple):

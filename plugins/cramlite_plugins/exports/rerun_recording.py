@@ -46,7 +46,10 @@ def _at(rerun: Any, times: Sequence[float] | Floats) -> Any:
 
 
 def _add_bodies(rerun: Any, run: RunRecord) -> None:
-    """A frame for each body, its shapes below it; rerun's quaternions are x, y, z, w."""
+    """Log a frame for each body, with the body's shapes below it.
+
+    rerun's quaternions are x, y, z, w.
+    """
     rerun.log("world", rerun.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
     for body, track in run.scene.poses.items():
         path, turns = f"world/{body}", track[:, [4, 5, 6, 3]]
@@ -62,7 +65,7 @@ def _add_bodies(rerun: Any, run: RunRecord) -> None:
 
 
 def _add_curves(rerun: Any, run: RunRecord) -> None:
-    """One curve for each joint and each component of the wrench, for the force that the program feels, and the gripper."""
+    """Log curves of each joint, each component of the wrench, the force that the program feels, and the gripper."""
     rollout = run.rollout
     curves = {f"joints/{name}": rollout.joints[:, k] for k, name in enumerate(run.joints)}
     curves |= {f"wrench/{name}": rollout.wrench[:, k] for k, name in enumerate(WRENCH)}
@@ -83,7 +86,7 @@ def _add_words(rerun: Any, run: RunRecord) -> None:
             for e in run.events for t, word in ((e.start, "begins"), (e.end, "ends"))
         ],
         "contacts": [
-            (float(t), f"{c.a} - {c.b}: {c.force!r} N, lift {c.lift!r} N")
+            (float(t), f"{c.a} - {c.b}: {c.force!r} N, upward {c.lift!r} N")
             for t, all_ in zip(run.rollout.times, run.rollout.touches, strict=True) for c in all_
         ],
     }  # fmt: skip

@@ -87,7 +87,7 @@ class Messages:
         return self._make("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
 
     def _frames(self, run: RunRecord) -> Iterator[Said]:
-        """Frames of every body in the world; a resting one once."""
+        """Yield the frames of all bodies in the world: of moving bodies at every sample, of resting bodies once."""
         kind, times = "tf2_msgs/msg/TFMessage", run.scene.times.tolist()
         still = {body: track[0] for body, track in run.scene.poses.items() if len(track) == 1}
         yield "/tf_static", kind, times[0], self._make(kind, transforms=[self._transform(b, r, times[0]) for b, r in still.items()])
@@ -106,7 +106,7 @@ class Messages:
         return self._make("geometry_msgs/msg/TransformStamped", header=header, child_frame_id=body, transform=move)
 
     def _felt(self, run: RunRecord) -> Iterator[Said]:
-        """Joints, gripper, wrench and contacts at every sample."""
+        """Yield ROS messages on joints, gripper, wrench and contacts for every sample of a run."""
         rollout, none = run.rollout, np.zeros(0)
         for k, time in enumerate(rollout.times.tolist()):
             header = self._header(time)
@@ -136,8 +136,10 @@ class Messages:
         return self._make("geometry_msgs/msg/WrenchStamped", header=header, wrench=made)
 
     def _happened(self, run: RunRecord) -> Iterator[Said]:
-        """Messages at the beginning of tasks and steps, "" after the last one; at the beginning and end of
-        events; and of the program's log."""
+        """Yield messages when a task, a step or an event begins or ends, and for each line of the program's log.
+
+        At the end of the last task or step, the message is "".
+        """
         for topic, spans in (("/task", run.tasks), ("/step", run.steps)):
             ends = [("", spans[-1].end)] if spans else []
             for name, time in [(s.name, s.start) for s in spans] + ends:

@@ -84,8 +84,9 @@ class JudgeEnvironment(Value):
 
 
 class JudgeProcess:
-    """Process that simulates episodes and judges them; one attempt each. Its script may import the shipped
-    judges' shared modules.
+    """Process that simulates episodes of a benchmark and judges them; each episode is attempted once.
+
+    Its script may import the shipped judges' shared modules.
 
     Args:
         command: starts it.
@@ -127,11 +128,11 @@ class JudgeProcess:
         return str(said["task"])
 
     def scene(self) -> dict[str, Any]:
-        """Return the process's description of the present world."""
+        """Return the judge's description of its world as it is now."""
         return self.ask({"ask": "scene"}, self.patience)
 
     def check(self) -> Check:
-        """Return the judgement at this moment."""
+        """Ask the judge whether the goal holds now, and return its answer."""
         said = self.ask({"ask": "check"}, self.patience)
         try:
             return convert(said, Check)
@@ -152,7 +153,7 @@ class JudgeProcess:
         return stream(load_program(program, setting.robot), setting.robot, self, watch, setting.world.robots[0])
 
     def rest(self) -> None:
-        """Repeat the last action without its motion for ``REST`` seconds, so that things come to rest."""
+        """Let the robot hold still for ``REST`` seconds, so that things come to rest."""
         if self.last is None:
             return
         hello, last = self.hello(), self.last

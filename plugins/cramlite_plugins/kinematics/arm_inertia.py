@@ -27,8 +27,10 @@ def inertia(robot: Robot, q: Sequence[float] | Floats) -> Floats:
 
 @lru_cache(maxsize=8)
 def _model(robot: Robot, thread: int) -> tuple[Any, Any, list[int], list[int]]:
-    """MuJoCo's model and data, and the addresses of the arm's joints in them. Each thread has its own, as
-    a computation changes the data."""
+    """MuJoCo's model and data of an arm, and the indices of its joints in velocities and in positions.
+
+    Each thread has its own, as a computation changes the data.
+    """
     import mujoco
 
     model = mujoco.MjModel.from_xml_string(robot.mjcf())

@@ -30,8 +30,10 @@ Tcp = Callable[[Floats], Floats]
 
 
 class Straight(Value):
-    """A straight joint-space line from one speed to another: accelerate, cruise, brake; speeds are of the leading
-    axis [rad/s, rad/s2]."""
+    """A straight joint-space line that begins and ends at given speeds: accelerate, cruise, brake.
+
+    Speeds and acceleration are those of the leading joint, which moves farthest [rad/s, rad/s2].
+    """
 
     start: Floats
     goal: Floats
@@ -58,7 +60,7 @@ class Straight(Value):
         return place
 
     def rate(self, time: float) -> float:
-        """Return the speed of the leading axis at a time since the start of the line [rad/s]."""
+        """Return the speed of the leading (farthest moving) joint at a time since the start of the line [rad/s]."""
         rest = self.length - time
         return min(self.top, self.first + self.acceleration * time, self.last + self.acceleration * rest)
 
@@ -88,7 +90,7 @@ class Corner(Value):
 
     @property
     def bend(self) -> Floats:
-        """Return half of the second derivative by the parameter: start - 2 corner + goal (n,) [rad]."""
+        """Return half of the second derivative of the parabola by its parameter (n,) [rad]: start - 2 corner + goal."""
         return np.asarray(self.start - 2 * self.corner + self.goal)
 
     def sampled(self, deviation: float) -> list[Floats]:
@@ -175,13 +177,13 @@ def _least(
 
 
 def _speed(a: Floats, b: Floats, length: float) -> float:
-    """Speed of the leading axis at the end of a blend on this line."""
+    """Return the speed [rad/s] of the joint that moves farthest, where a line meets a blend."""
     return 2 * leading(a, b) / length if length > 0 else 0.0
 
 
 def _reachable(corners: list[Corner], free: list[float], accelerations: list[float]) -> list[Corner]:
-    """Blends slowed until the speed of each can be reached from the blend before it and left for the blend
-    after it."""
+    """Blends slowed so far that the arm can speed up or brake from the end of each to the next, on the line
+    between them."""
     lengths = [c.length for c in corners]
 
     def slow(k: int, near: Floats, speed: float, way: float, acceleration: float) -> None:

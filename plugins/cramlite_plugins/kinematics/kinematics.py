@@ -71,7 +71,10 @@ def frames(robot: Robot, q: Sequence[float] | Floats) -> list[Floats]:
 
 @cache
 def _links(rows: Table) -> Floats:
-    """Frame of each link in the one before, all joints at 0: (n, 4, 4); turning a joint turns its first two rows."""
+    """Return the transform of each link in the frame of the link before it, with all joints at 0: (n, 4, 4).
+
+    A joint's angle turns the first two rows.
+    """
     found = np.zeros((len(rows), 4, 4))
     for link, (a, d, alpha) in zip(found, rows, strict=True):
         ca, sa = math.cos(alpha), math.sin(alpha)
@@ -125,8 +128,11 @@ def smallest_singular_value(robot: Robot, q: Sequence[float]) -> float:
 
 
 def conditioning(robot: Robot, q: Sequence[float]) -> float:
-    """Return the smallest singular value of the Jacobian; of a seven-axis arm that is led by its tool, the
-    smallest within ``ASTRAY`` along its null space."""
+    """Return the smallest singular value of the arm's Jacobian; it is 0 at a singularity.
+
+    For a seven-axis arm whose controller is given TCP poses, it is the smallest value within ``ASTRAY`` along
+    the null space.
+    """
     if robot.posture is None or len(q) < 7:
         return smallest_singular_value(robot, q)
     beside = np.linalg.svd(jacobian(robot, q))[2][6]
@@ -135,7 +141,7 @@ def conditioning(robot: Robot, q: Sequence[float]) -> float:
 
 
 def well_conditioned(robot: Robot, q: Sequence[float]) -> bool:
-    """Check whether joint positions are as far from a singularity as the robot keeps."""
+    """Check whether joint positions are as far from a singularity as the robot must stay (``Robot.conditioning``)."""
     return not robot.conditioning or conditioning(robot, q) >= robot.conditioning
 
 
@@ -166,7 +172,10 @@ def refine(
 
 @lru_cache(maxsize=512)
 def _solver(rows: Table, last: float | None = None) -> Any:
-    """The analytic solver of one DH table (EAIK: Ostermeier et al., IEEE RA-L 2024); of seven joints with the last one locked."""
+    """Return the analytic inverse kinematics of a Denavit-Hartenberg table (EAIK: Ostermeier et al., IEEE RA-L 2024).
+
+    Of seven joints, the last one is locked at the angle ``last``.
+    """
     from eaik.IK_DH import DhRobot
 
     a, d, alpha = np.array(rows, dtype=float).T
@@ -220,7 +229,7 @@ def inverse(robot: Robot, target: Pose, *, seed: Sequence[float] | None = None) 
 
 @lru_cache(maxsize=4096)
 def held_posture(robot: Robot, target: Pose) -> Joints | None:
-    """Solve inverse kinematics as the controller of a tool-led arm does, which keeps near ``Robot.posture`` in the null space.
+    """Solve inverse kinematics as a controller does that is given TCP poses and keeps the arm near ``Robot.posture``.
 
     The posture task acts in the dynamically consistent null space of the tool's (Khatib, IEEE J-RA 1987), so the arm comes to rest
     where no self-motion n has a share of what is left: n^T M (posture - q) = 0. Limits are not checked.
@@ -246,7 +255,8 @@ def held_posture(robot: Robot, target: Pose) -> Joints | None:
 
 
 def _led(robot: Robot, target: Pose, posture: Joints) -> Joints | None:
-    """Joint positions at the end of the straight way of the tool from a posture to a pose, by steps of least norm."""
+    """Lead the tool from a posture straight to a pose, in steps of least norm, and return the joint positions
+    at the end."""
     start = forward(robot, posture)
     q: Joints | None = posture
     shift, turn = np.subtract(target.position, start.position), np.asarray((start.inverse() * target).rotvec)
@@ -259,7 +269,8 @@ def _led(robot: Robot, target: Pose, posture: Joints) -> Joints | None:
 
 
 def _self_motion(robot: Robot, q: Joints, way: Floats) -> Floats:
-    """The share of a way in joint space that leaves the tool where it is, weighted by inertia."""
+    """Return the part of a joint-space displacement that leaves the tool where it is, found with the arm's
+    inertia as weight."""
     null = np.linalg.svd(jacobian(robot, q))[2][6:]
     weighted = null @ inertia(robot, q)
     return np.asarray(np.linalg.solve(weighted @ null.T, weighted @ way) @ null)
@@ -345,7 +356,7 @@ def _turns(robot: Robot, q: Joints) -> list[Joints]:
 
 
 def why_no_inverse(robot: Robot, target: Pose) -> str:
-    """Explain why ``inverse`` has no solution for a pose, as a clause with numbers."""
+    """Explain in words and numbers why ``inverse`` has no solution for a pose."""
     if short := reach_shortfall(robot, target):
         return short
     if robot.posture is not None and (q := held_posture(robot, target)) and (outside := out_of_limits(robot, q)):
@@ -354,17 +365,19 @@ def why_no_inverse(robot: Robot, target: Pose) -> str:
     if not found:
         return "no inverse solution: the wrist cannot be turned that way there"
     best = max(conditioning(robot, q) for q in found)
-    return f"all {len(found)} inverse solutions are near a singularity (smallest singular value {best:.3f}, {robot.conditioning} is kept)"
+    return f"all {len(found)} inverse solutions are near a singularity (smallest singular value {best:.3f}, limit {robot.conditioning})"
 
 
 def reach_shortfall(robot: Robot, target: Pose) -> str:
-    """Explain why a pose is out of reach, as a clause with numbers; empty when the wrist centre is within reach."""
+    """Explain in words and numbers why a pose is out of reach; "" if the wrist centre is within reach."""
     return reach_gap(robot, target)[1]
 
 
 def reach_gap(robot: Robot, target: Pose) -> tuple[float, str]:
-    """Return the distance of a pose out of reach [m], negative for too near, and a clause with numbers; (0, "")
-    within reach.
+    """Return by how much a pose is out of reach [m], negative if it is too near, with an explanation in
+    numbers.
+
+    It is (0, "") for a pose within reach.
 
     For a six-axis arm whose joints 2 to 4 are parallel, the wrist centre (the origin of frame 5, on
     the axis of joint 6 behind the flange) lies within the annulus that both links and the
@@ -389,12 +402,13 @@ def reach_gap(robot: Robot, target: Pose) -> tuple[float, str]:
 
 
 def _parallel(rows: Table) -> bool:
-    """Whether joints 2, 3 and 4 are parallel and the others meet, as those of a UR."""
+    """Whether the axes of joints 2, 3 and 4 are parallel and all other neighbouring axes intersect, as on a
+    UR arm."""
     return rows[1][2] == rows[2][2] == 0.0 and rows[0][0] == rows[3][0] == rows[4][0] == 0.0
 
 
 def out_of_limits(robot: Robot, q: Sequence[float]) -> str:
-    """Name the first joint outside its limits, as a clause; empty when all are inside."""
+    """Name the first joint outside its limits, with value and limits; "" if all joints are inside."""
     for name, value, (low, high) in zip(robot.joints, q, robot.limits, strict=True):
         if not low <= value <= high:
             return f"joint '{name}' at {value:.3f} rad is outside {low:.3f} .. {high:.3f} rad"

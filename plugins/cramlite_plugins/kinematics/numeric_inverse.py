@@ -63,8 +63,8 @@ def _near(a: Joints, b: Joints) -> bool:
 
 
 def _swept(robot: Robot, start: Joints, refine: Refine) -> Iterator[Joints]:
-    """The solution, and others of the same self-motion of the arm, one for each grid value of the last
-    joint."""
+    """Yield a solution, and others for the same flange pose: one for each value of a grid over the last
+    joint's range."""
     yield start
     if len(start) <= 6:
         return
@@ -79,7 +79,7 @@ def _swept(robot: Robot, start: Joints, refine: Refine) -> Iterator[Joints]:
 
 
 def _reached(robot: Robot, flange: Pose) -> Iterator[Joints]:
-    """Joint positions near the pose, each reached from one of the starts."""
+    """Yield joint positions that bring the flange near a pose, each found from one of several starts."""
     import mink
 
     configuration, task, limits, starts = _solver(robot, threading.get_ident())
@@ -97,7 +97,8 @@ def _reached(robot: Robot, flange: Pose) -> Iterator[Joints]:
 
 @lru_cache(maxsize=8)
 def _solver(robot: Robot, thread: int) -> tuple[Any, Any, list[Any], Floats]:
-    """The robot's model with a task for its flange, the limits of its joints, and the starts (count, positions).
+    """Return what mink solves with: the arm's model, the pose task of its flange, its joint limits, and start
+    positions (count, n).
 
     Each thread has its own: solving moves the model.
     """
@@ -116,7 +117,8 @@ def _solver(robot: Robot, thread: int) -> tuple[Any, Any, list[Any], Floats]:
 
 @lru_cache(maxsize=4)
 def span(robot: Robot) -> float:
-    """Compute the largest distance of the last axis's root from the origin of joint 2 within the joint limits [m].
+    """Compute the largest distance of the wrist (origin of the last axis) from the origin of joint 2, within
+    the joint limits [m].
 
     Each joint in turn is put where the distance is largest, until none can make it larger: its square depends on one
     joint's angle t as A + B cos t + C sin t, whose largest value within limits is known.
@@ -136,7 +138,7 @@ def span(robot: Robot) -> float:
 
 
 def _farthest(dh: Table, q: Sequence[float], j: int, limits: tuple[float, float]) -> float:
-    """The angle of joint j at which the distance is largest."""
+    """Return the angle of joint j that puts the wrist farthest from the origin of joint 2 [rad]."""
 
     def square(angle: float) -> float:
         return _distance(dh, [*q[:j], angle, *q[j + 1 :]]) ** 2
@@ -149,7 +151,7 @@ def _farthest(dh: Table, q: Sequence[float], j: int, limits: tuple[float, float]
 
 
 def _distance(dh: Table, q: Sequence[float]) -> float:
-    """Distance from the origin of joint 2 to the root of the last axis [m]."""
+    """Return the distance of the wrist (origin of the last axis) from the origin of joint 2 [m]."""
     from ..robots.dh_arm import forward
 
     return float(np.linalg.norm(forward(dh[1:-1], tuple(q[1:-1])).position))

@@ -1,5 +1,5 @@
-"""Speed of the tool on joint-space lines, and the largest speed of the leading axis that a controller's
-limit of tool speed allows."""
+"""Speed of the tool on joint-space lines, and the largest joint speed with which it stays below a
+controller's limit."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ DIGIT = 1e-3
 
 
 def tool_way(robot: Robot, path: Sequence[Sequence[float]]) -> float:
-    """Return the largest tool motion per radian of the leading axis, on straight lines between joint
-    positions [m/rad].
+    """Return the largest motion of the tool per radian of the leading (farthest moving) joint, on lines
+    between joint positions [m/rad].
 
     Corners that are rounded are no faster: their joint speeds are between those of both lines.
     """
@@ -40,7 +40,8 @@ def tool_way(robot: Robot, path: Sequence[Sequence[float]]) -> float:
 
 
 def passable_speed(robot: Robot, path: Sequence[Sequence[float]], speed: float, acceleration: float) -> float:
-    """Return the wanted speed of the leading axis, or a lower one that keeps the tool within its limit [rad/s].
+    """Return the wanted speed of the leading (farthest moving) joint, or a lower one that keeps the tool
+    within its limit [rad/s].
 
     Args:
         path: joint positions, the start included [rad].

@@ -43,7 +43,7 @@ class Hands(Value):
 
     @classmethod
     def at(cls, poses: Sequence[Pose]) -> Hands:
-        """Return hands at these TCP poses."""
+        """Make a set of hands from their TCP poses."""
         return cls(np.array([p.position for p in poses]).reshape(-1, 3), np.array([p.rotation for p in poses]).reshape(-1, 3, 3))
 
     @property
@@ -57,18 +57,19 @@ class Hands(Value):
         return self.turns[:, :, 1]
 
     def moved(self, along: Floats | float, closing: Floats | float = 0.0) -> Hands:
-        """Return the hands moved along their approach and closing directions [m], (n,) each or one for all."""
+        """Return the hand poses moved along their approach and closing directions [m], (n,) each or one for
+        all."""
         by = np.reshape(along, (-1, 1)) * self.approach + np.reshape(closing, (-1, 1)) * self.closing
         return Hands(self.positions + by, self.turns)
 
     def of(self, rows: NDArray[np.bool_] | NDArray[np.intp]) -> Hands:
-        """Return a selection of the hands, by a mask or by indices."""
+        """Return some of the hand poses, selected by a mask or by indices."""
         return Hands(self.positions[rows], self.turns[rows])
 
 
 class Pinches(Value):
-    """Contact pairs of hands on a shape: one for each hand, on the line along its closing direction through
-    the TCP.
+    """Contact pairs on a shape, one for each hand pose: on the line along the hand's closing direction
+    through the TCP.
 
     Args:
         low, high: of the contacts from the TCP along the closing direction (n,) [m]; inf and -inf where the line misses the shape there.
@@ -81,7 +82,7 @@ class Pinches(Value):
 
     @property
     def width(self) -> Floats:
-        """Distance between the contacts (n,) [m]; -inf where there are none."""
+        """Distance between the two contacts on each closing line (n,) [m]; -inf where the line meets nothing."""
         return self.high - self.low
 
 
@@ -98,8 +99,10 @@ def pinches(shape: Body, hands: Hands) -> Pinches:
 
 
 def _around(low: Floats, high: Floats) -> tuple[Span, tuple[NDArray[np.intp], NDArray[np.intp]]]:
-    """Connected interval of material around the origin of each line, united over all geoms, and the indices
-    of the geoms at its two ends."""
+    """Return for each line the interval around its point t = 0 that is inside material, and the geoms at both ends.
+
+    Geoms that touch each other on the line are joined.
+    """
     if not low.shape[1]:
         nothing = np.zeros(len(low), np.intp)
         return (np.full(len(low), np.inf), np.full(len(low), -np.inf)), (nothing, nothing)
@@ -179,12 +182,9 @@ def _palm(gripper: Gripper) -> tuple[Floats, Floats]:
 
 
 def shallow(pose: Pose, near: float, far: float, gripper: Gripper) -> Pose | None:
-    """Draw a TCP pose back until the pads end before the far side of a geom; None if they do already.
+    """Draw a TCP pose back until the pads do not reach the far side of a geom; None if they do not anyway.
 
     So a thin thing is gripped that lies on a table.
-
-    So a rim above a floor, or a flat box, is gripped. None if the pose is as far back already; else the contacts'
-    distance before the TCP as well.
 
     Args:
         near, far: of the geom along the approach, from the TCP [m].
@@ -197,8 +197,10 @@ def shallow(pose: Pose, near: float, far: float, gripper: Gripper) -> Pose | Non
 def by_tips(
     pose: Pose, near: float, far: float, gripper: Gripper, corner: float = 0.0, most: float = TIPS
 ) -> tuple[Pose, float] | None:
-    """Draw a TCP pose back until the pads overlap a geom by 2 * ``most`` [m] along the approach, or a thin
-    geom by the share ``THIN`` of its thickness; None if the pose is as far back already.
+    """Move a TCP pose back until only the tips of the pads are on a geom; None if the pose is as far back
+    already.
+
+    The pads then overlap the geom by 2 * ``most`` [m], or by the share ``THIN`` of a thin geom.
 
     Returned with the contacts' distance ahead of the TCP [m]. So a rim above a floor, or a flat box, is
     gripped.
@@ -214,8 +216,10 @@ def by_tips(
 
 
 def depths(shape: Body, poses: Sequence[Pose], gripper: Gripper) -> Iterator[list[tuple[Pose, float, str]]]:
-    """Yield, for each contact pair at a pose, TCP poses that bring the pads there, each with the contacts'
-    distance before the TCP [m] and a description.
+    """Yield for each pair of contacts the TCP poses that bring the pads there: deep in the hand, less deep,
+    at the finger tips.
+
+    Each comes with how far the contacts are beyond the TCP towards the finger tips [m], and a description.
 
     As deep as the hand is; drawn back until the pads end before the far side; and by the tips of the pads.
     """

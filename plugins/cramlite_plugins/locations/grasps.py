@@ -58,7 +58,7 @@ PER_LOAD, MOST_LOAD = 0.02, 5.0
 
 
 class Grasp(Value):
-    """Grip of a thing where it is.
+    """Grasp of a thing at its present pose.
 
     Args:
         grip: in the thing's frame.
@@ -126,8 +126,8 @@ def _place(grasp: Grasp, before: Pose, opening: float, thing: str) -> Place:
 
 
 def _from_aside(grasp: Grasp, thing: str, cost: float, opening: float, arm: Arm) -> Iterator[Grounding]:
-    """Grasp under an overhang, without room for the hand straight before it: the hand, opened as far as there
-    is room, comes in obliquely from above."""
+    """Grasp under an overhang that leaves the hand no room for a straight approach: the hand, opened as far
+    as there is room, comes in obliquely from above."""
     at, off = grasp.legs(thing, opening)
     if isinstance(there := arm.at(at), Refused):
         return

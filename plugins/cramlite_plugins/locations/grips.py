@@ -121,7 +121,7 @@ def _ranked(
 
 
 def varied(grips: Iterable[tuple[float, Grip, T]]) -> list[tuple[float, T]]:
-    """Return items sorted by the cost of their grips, to which each similar grip before adds ``AGAIN``."""
+    """Return items sorted by the costs of their grips; a grip costs ``AGAIN`` more for each similar one before it."""
     seen: dict[tuple[float, ...], int] = {}
     keyed = []
     for k, (cost, grip, what) in enumerate(sorted(grips, key=lambda x: (round(x[0], 4), x[1].name))):
@@ -228,8 +228,10 @@ def _thinnest(geom: Geom) -> float:
 
 
 def _checked(shape: rays.Body, centre: Floats, grips: Sequence[Grip], gripper: Gripper, cone: float) -> list[Grip]:
-    """Candidates that fit between the fingers, hold by friction and leave room for the hand, on the whole
-    shape; of equal ones on shapes of many parts only one is kept."""
+    """Return the grips that fit between the fingers, hold by friction and leave room for the hand, on the whole shape.
+
+    On shapes of many parts, only one of several equal grips is kept.
+    """
     aheads, most = np.array([g.ahead for g in grips]), gripper.opening[1]
     proposed = antipodal.Hands.at([g.pose for g in grips])
     found = antipodal.pinches(shape, proposed.moved(aheads))

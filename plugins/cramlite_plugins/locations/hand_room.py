@@ -67,16 +67,16 @@ class HandRoom(Value, dict=True):
 
     @classmethod
     def amid(cls, whole: str, payload: str, belief: Belief, scene: PlanningScene) -> HandRoom:
-        """Return the shapes of a thing and around it, without the payload's, for hands that put the payload
-        there."""
+        """Return the shapes that a hand must not hit when it puts a payload on or in a thing: the thing's and
+        those around it."""
         thing, pose = belief.world.thing(whole), belief.pose(whole)
         low, high = box_around(thing.geoms)
         near = _around(pose.apply((low + high) / 2), float(np.linalg.norm(high - low)) + AROUND, payload, belief)
         return cls(scene, rays.body([]), rays.body(near), rays.body([]))
 
     def in_a_hole(self, hands: Hands, opening: float) -> NDArray[np.bool_]:
-        """Check at which TCP poses (n,) the hand, opened by ``opening`` [m], is where a peg comes through a
-        hole of the thing."""
+        """Check at which TCP poses (n,) the hand, opened by ``opening`` [m], reaches into a hole of the
+        thing, where a peg may be."""
         found = np.zeros(len(hands.positions), bool)
         for part in self._parts(opening) if self.holes.geoms else ():
             found |= _reaches_into(self.holes, hands, part, 0.0)

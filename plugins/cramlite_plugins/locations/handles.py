@@ -76,7 +76,7 @@ def handle_grasps(location: Location, belief: Belief, context: Context) -> Itera
 
 def check_way(location: Location, thing: Thing, belief: Belief, context: Context) -> None:
     """Check that a thing can move as far along its joint as the location's "least" (a share of the range),
-    before hands are tried.
+    before any pose of the hand is tried.
 
     Raises:
         Unresolvable: something is in its way; whatever hand moves it, it meets that.
@@ -189,7 +189,8 @@ def _shares(location: Location, joint: Joint, hand: Pose, held: bool, there: flo
 
 
 def ajar(joint: Joint, hand: Pose) -> float:
-    """Return the share of a joint's range down to which a hand pushes a thing shut on a planned path.
+    """Return how far a thing is still open (as a share of its joint's range) where the planned path of a hand
+    that shuts it ends.
 
     The rest of the way is a guarded motion. ``hand`` is a pose in the thing's frame.
     """
@@ -239,7 +240,8 @@ def way_along(joint: Joint, now: Pose, hand: Pose) -> Floats:
 
 
 def _corners(joint: Joint, now: Pose, tcp: Pose, way: float) -> tuple[Pose, ...]:
-    """TCP poses at a thing whose joint moves on by ``way`` [m, rad]: a line, or the chords of an arc."""
+    """Return TCP poses that follow a thing while its joint moves on by ``way`` [m, rad]: along a line, or the
+    chords of an arc."""
     hand = now.inverse() * tcp
     radius = lever(joint, hand)
     most = min(TURN, 2 * math.acos(max(0.0, 1.0 - CHORD / max(radius, CHORD))))

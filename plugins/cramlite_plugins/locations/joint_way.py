@@ -40,8 +40,10 @@ def met_on_its_way(thing: Thing, value: float, goal: float, belief: Belief, cont
 
 
 def _met(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> dict[float, Refused]:
-    """Obstacles of a thing on its way, by the distance to them [m, rad]; {} if something touches it at the
-    start."""
+    """Return what stops a thing on its way along its joint, by the distance at which it does [m, rad].
+
+    The result is empty if something touches the thing at the start.
+    """
     assert thing.joint is not None
     joint, now, way, step = thing.joint, belief.pose(thing.name), goal - value, STEPS[thing.joint.kind == "hinge"]
     count = max(1, math.ceil(abs(way) / step))
@@ -86,7 +88,7 @@ def driven_along(thing: Thing, value: float, goal: float, belief: Belief, contex
 
 
 def _tips(name: str, driver: Thing, line: Floats, belief: Belief) -> bool:
-    """Whether a thing pushed at the lowest point of a drawer turns over about its edge ahead before it slides."""
+    """Whether a thing that is pushed by the lower edge of a drawer tips over before it slides."""
     it, pose = belief.world.thing(name), belief.pose(name)
     bottom, at = pose.position[2] + lowest(it, pose), belief.pose(driver.name)
     height = max(at.position[2] + lowest(driver, at) - bottom, 0.0)
@@ -105,8 +107,10 @@ def _direction(thing: Thing, way: float, belief: Belief) -> Floats:
 
 
 def _driven_into(name: str, way: Floats, along: tuple[str, ...], begin: Belief, end: Belief, context: Context) -> Refused | None:
-    """Obstacles of a thing on a way (3,) just over its support, in the base frame [m], without things that move
-    along."""
+    """Return the refusal if a thing that a drawer drives along its support hits something; None if it does not.
+
+    Things that move along are left out. ``way`` is the displacement (3,) in the base frame [m].
+    """
     start, line = begin.poses[name].pose, np.asarray(begin.base().rotate(way))
     count = max(1, math.ceil(float(np.linalg.norm(way)) / STEPS[0]))
     ways = (np.asarray(start.position) + (0.0, 0.0, OVER) + line * k / count for k in range(1, count + 1))
@@ -116,8 +120,8 @@ def _driven_into(name: str, way: Floats, along: tuple[str, ...], begin: Belief, 
 
 
 def _all_of(blocking: Sequence[InTheWay]) -> InTheWay:
-    """The things that must all be moved to free every place of the way, as one set; () if some place has an
-    obstacle that no task can move."""
+    """Return the things that must all be moved to free the whole way, as one set; () if no task can move some
+    obstacle on it."""
     if not all(blocking):
         return ()
     entries = (entry for entries in blocking for entry in entries or ())

@@ -76,7 +76,7 @@ KINDS: Mapping[str, LocationKind] = {
             Lazy("pushing.back_in", "pushed_in"), "a thing that tipped over", Begun,
         ),
         LocationKind(
-            "off", "Level back, until closed fingers are before the thing.", Lazy("pushing.farther_in", "off"), "a thing under a roof"
+            "off", "Level back, until closed fingers are in front of the thing.", Lazy("pushing.farther_in", "off"), "a thing under a roof"
         ),
         LocationKind(
             "deeper", "Straight inwards, until the thing is out of the way of a later closing task.", Lazy("pushing.farther_in", "deeper"),
@@ -104,7 +104,7 @@ KINDS: Mapping[str, LocationKind] = {
         LocationKind("closed", "A path along the joint, held or pushed, all but shut.", Lazy("handles", "joint_way"), JOINTED, JointWay),
         LocationKind("stop", "A path along the joint, on to its stop.", Lazy("handles", "joint_way"), JOINTED, JointWay),
         LocationKind(
-            "front", "Closed fingers before the front or over its upper edge, where the arm can follow until it is shut.",
+            "front", "Closed fingers in front of a drawer or door, or over its upper edge, where the arm can follow until it is shut.",
             Lazy("pushing.along_joint", "before_front"), JOINTED,
         ),
         LocationKind(

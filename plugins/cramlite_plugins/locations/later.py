@@ -25,8 +25,10 @@ def closes(name: str, put: str, context: Context) -> bool:
 
 
 def goes_on(put: str, context: Context) -> bool:
-    """Check whether the next task that handles other things than the payload does not open one; opening would
-    need more room."""
+    """Check whether the next task on other things than the payload does something else than open one.
+
+    Opening would need more room.
+    """
     others = (task for task in context.later if task.things and put not in task.things)
     return any(not context.taxonomy.is_a(task.action.task, OPENING) for task in itertools.islice(others, 1))
 

@@ -32,8 +32,8 @@ def _candidates(wanted: Object, belief: Belief, context: Context) -> Iterator[Gr
 
 
 def _entities(wanted: Object, belief: Belief, context: Context) -> list[str]:
-    """Names of candidates: the entity that is asked for, the features of the whole of which a part is asked
-    for, or all things."""
+    """Names of candidates for an object designator: the entity that it names, else the features of the thing
+    that it asks a part of, else all things."""
     if wanted.entity:
         return [wanted.entity]
     if wanted.part_of:
@@ -43,8 +43,10 @@ def _entities(wanted: Object, belief: Belief, context: Context) -> list[str]:
 
 
 def _grounded(entity: str, wanted: Object, belief: Belief, context: Context) -> Grounding | Refused:
-    """Grounding of an object designator by an entity; or a refusal with the first check that fails, ranked as
-    the nearer miss the later that check comes."""
+    """Ground an object designator by an entity; or refuse the entity by the first check that it fails.
+
+    The later that check comes, the nearer a miss the refusal is.
+    """
     there = [t.name for t in belief.world.things]
     if thing_of(entity) not in there:  # it was taken away since the task was given
         return Refused(entity, f"it is not in the believed world, which has {', '.join(there) or 'nothing'}", blocking=())
@@ -96,7 +98,7 @@ def _too_few(wanted: Object, belief: Belief, context: Context) -> str:
 
 
 def _meets(thing: Thing, kinds: tuple[str, ...], wanted: Object, context: Context) -> bool:
-    """Whether a thing has one of the kinds, where any are asked for, and the features and affordances."""
+    """Whether a thing has the wanted features and affordances, and one of the wanted classes if there are any."""
     classes = context.taxonomy
     return (
         (not kinds or any(classes.is_a(thing.type, k) for k in kinds))
@@ -117,14 +119,14 @@ def _classed(entity: str, own: str, wanted: Object, belief: Belief, context: Con
         return Grounding(entity, reason, cost=float(types.index(fitting)) if fitting else 0.0)
     if not (wanted.features or wanted.affords) or part:
         kinds = " or ".join(types)
-        say = f"nothing in the world is a {kinds} for '{wanted.name}': add one, name one of other things, or correct its class ('type')"
+        say = f"nothing in the world is a {kinds} for '{wanted.name}': add one, name another thing, or correct its class ('type')"
         return Refused(entity, f"{own} is no {kinds}", 3, remedy=Remedy(f"kind {wanted.name}", say))
     needs = ", ".join((*wanted.features, *wanted.affords))
     return Grounding(entity, f"substitute: {own} is no {types[0]}, but has the {needs} that the tasks need", SUBSTITUTE)
 
 
 def _classes(wanted: Object, belief: Belief, context: Context) -> tuple[str, ...]:
-    """Wanted classes of a designator.
+    """Classes of things that an object designator asks for.
 
     A class that only the designator's name suggests counts if the world has a thing of that class which plays
     no other role.

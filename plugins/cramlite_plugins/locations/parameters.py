@@ -44,7 +44,7 @@ class Back(Value):
 
 
 class Up(Value):
-    """Parameters of the relation "lift": a way up of the hand.
+    """Parameters of the relation "lift", a straight way of the hand up or down.
 
     Args:
         height_m: of the way; negative for down.
@@ -64,7 +64,7 @@ class Along(Value):
 
 
 class Begun(Value):
-    """Parameters of relations whose path begins at another location.
+    """Parameters of a location designator whose path begins at another location.
 
     Args:
         begin: name of the location where it begins.

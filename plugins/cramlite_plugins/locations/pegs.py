@@ -1,4 +1,5 @@
-"""Paths of a held thing's hole off a peg, or onto it: lift to the middle, along the axis, over the bent tip."""
+"""Paths of a held thing's hole off a peg or onto it: along the peg's axis, with the hole centred on it, and
+over the bent tip."""
 
 from __future__ import annotations
 
@@ -49,13 +50,13 @@ class Peg(Value):
 
     @property
     def along(self) -> float:
-        """Return the distance of the hole from the root, along the axis [m]."""
+        """Return the distance of the hole from the peg's root, along the peg's axis [m]."""
         return float((self.hole - self.root) @ self.axis)
 
     @property
     def onto(self) -> Floats:
-        """Return the displacements (5, 3) [m] of a hole that starts at the peg's tip: to before the tip, back
-        to it, past its bend, along the peg, and down onto it."""
+        """Return the displacements (5, 3) [m] of a hole that starts at the peg's tip: out in front of the
+        tip, back to it, past its bend, along the peg, and down onto it."""
         if stands(self.axis):
             deep = max(self.length - self.thick - SHORT, self.length / 2)
             down, off = -self.axis * max(self.length - self.thick - GAP - deep, 0.0), self.thick + OVER
@@ -88,7 +89,7 @@ def extract(location: Location, belief: Belief, context: Context) -> Iterator[Gr
 
 
 def insert(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate the path of a payload's hole onto a peg, for each way to turn it: before the peg's tip, at the
+    """Generate the path of a payload's hole onto a peg, for each way to turn it: in front of the peg's tip, at the
     tip, past the tip's bend, along the peg, and down onto it.
 
     The path's corners are the last four; ``fit`` has the radial play and the way to push from tip to deep.
@@ -119,8 +120,10 @@ def insert(location: Location, belief: Belief, context: Context) -> Iterator[Gro
 
 
 def _held_so(location: Location, belief: Belief, context: Context) -> tuple[str, ...]:
-    """Return the choices that decide whether the arm reaches a peg with the payload, obstacles aside: the peg
-    and the grasps, or all earlier places if the grasp is unknown."""
+    """Return the choices that decide whether the arm reaches a peg with the payload: the peg and the grasps.
+
+    If the grasp is unknown, all earlier places decide it.
+    """
     grasps = taken_at(belief, context)
     return (*grasps, location.of or "") if grasps else causes(location, context)
 
@@ -174,7 +177,7 @@ def _hole_now(belief: Belief, context: Context) -> Pose:
 
 
 def _hand(belief: Belief, hole: Pose) -> Pose:
-    """The TCP for which the held thing's hole is at a pose."""
+    """Return the TCP pose at which the held thing's hole is at a pose."""
     assert belief.held is not None
     feature = belief.world.thing(belief.held.thing).feature("vrps:Hole")
     assert feature is not None
@@ -182,8 +185,10 @@ def _hand(belief: Belief, hole: Pose) -> Pose:
 
 
 def _legs(location: Location, context: Context, corners: list[Pose]) -> Iterator[Leg]:
-    """Legs of the way along the peg, one for each TCP pose in ``corners``; from the tip on the payload may
-    touch the peg, but the hand may not."""
+    """Legs of the hand's way along the peg, one for each TCP pose in ``corners``.
+
+    On all legs but the first the payload may touch the peg, but the hand may not.
+    """
     near = Leg(corners[0], (bound(context, location.of),), clearance=0.0, hand=False)
     for stage, pose in zip(("before the tip", "at the tip", "past its bend", "on the peg", "let down"), corners, strict=True):
         yield replace(near, pose=pose, said=stage) if pose is not corners[0] else Leg(pose, said=stage)

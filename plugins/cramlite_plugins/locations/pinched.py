@@ -18,7 +18,8 @@ STANDOFF = 0.06  # before it [m]: the thing is lower than the tips are then
 
 
 def pinches(thing: Thing, belief: Belief, context: Context) -> list[RimPinch]:
-    """Return the pinches of a thing where it is believed to be, those first for which the hand turns least."""
+    """Return the grasps across a sloping rim of a thing where it is believed to be, the least turn of the
+    hand first."""
     friction = pair_friction(belief.world.physics.pad_friction, thing.least_friction)
     here = tcp(belief, context)
     found = rim_pinches(thing, belief.pose(thing.name), context.robot.gripper, friction)
@@ -26,7 +27,7 @@ def pinches(thing: Thing, belief: Belief, context: Context) -> list[RimPinch]:
 
 
 def places(found: list[RimPinch], thing: Thing, arm: Arm) -> Iterator[Grounding | Refused]:
-    """Yield the pinches that the arm reaches, and from which it can lift the thing."""
+    """Yield the grasps across a rim that the arm reaches, and from which it can lift the thing."""
     return reached((_candidate(pinch, thing.name, arm) for pinch in found), arm)
 
 

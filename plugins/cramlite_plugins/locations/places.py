@@ -1,4 +1,4 @@
-"""Hand poses without grasp search: home, straight back, straight up, along a surface."""
+"""Hand poses that need no search for grasps: home, straight back, straight up, along a surface."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def home(location: Location, belief: Belief, context: Context) -> Groundings:
 
 
 def retreat(location: Location, belief: Belief, context: Context) -> Groundings:
-    """Generate ways back from where the hand is."""
+    """Generate poses to which the hand can retreat from where it is: back along its pointing direction, or up."""
     yield from _reachable(ways_back(tcp(belief, context), asked(location, Back).straight), belief, context)
 
 
@@ -52,7 +52,7 @@ def ways_back(here: Pose, straight: bool = False) -> list[tuple[str, Pose]]:
 
 
 def lift(location: Location, belief: Belief, context: Context) -> Groundings:
-    """Generate ways up from where the hand is."""
+    """Generate lifts of the hand and its payload: straight up, then up and aside."""
     height, here = asked(location, Up).height_m, tcp(belief, context)
     if belief.held is not None and belief.held.swing is not None:
         yield from _until_it_hangs(here, height, belief, belief.held.swing, context)
@@ -65,7 +65,7 @@ def lift(location: Location, belief: Belief, context: Context) -> Groundings:
 
 
 def _until_it_hangs(here: Pose, height: float, belief: Belief, swing: Swing, context: Context) -> Groundings:
-    """Ways up that are high enough for a payload that swings down in the hand to come off its support."""
+    """Yield lifts that are high enough for a payload that swings down in the hand to come off its support."""
     assert belief.held is not None
     needed = dropped(belief.world.thing(belief.held.thing), here, swing) + OFF
     hanging = replace(belief, held=replace(belief.held, tcp_to_thing=swing.end))
@@ -74,7 +74,7 @@ def _until_it_hangs(here: Pose, height: float, belief: Belief, swing: Swing, con
 
 
 def _out_from_under(here: Pose, heights: Sequence[float], belief: Belief, context: Context) -> Groundings:
-    """Lifts that also lead aside, with room all the way; those with a clearance first, then those without.
+    """Yield lifts up and aside along which hand and payload are free; those that keep the clearance come first.
 
     Few where one straight up is free: what comes next fails for them as for that, unless that ends too near to something.
     """

@@ -52,7 +52,7 @@ class Leg(Value):
     where: Stage | None = None
 
     def refused(self, no: Refused) -> Refused:
-        """Return a refusal that begins with the stage of this leg, such as "at the grasp"."""
+        """Return a refusal whose reason begins with the stage of this motion, such as "at the grasp"."""
         return replace(no, reason=f"{self.said}: {no.reason}" if self.said else no.reason, where=self.where or no.where)
 
 
@@ -95,7 +95,7 @@ class Arm:
     def scene(
         self, touching: tuple[str, ...] = (), opening: float | None = None, clearance: float | None = None, hand: bool = True
     ) -> PlanningScene:
-        """Return the planning scene in which hand and payload may touch some entities, made once."""
+        """Return the planning scene in which hand and payload may touch some entities; it is made once and reused."""
         return self._scene(touching, opening, clearance, hand)
 
     def _made(self, touching: tuple[str, ...], opening: float | None, clearance: float | None, hand: bool) -> PlanningScene:
@@ -106,12 +106,14 @@ class Arm:
         return make_scene(self.belief, self.context, touching, None, clearance, hand)
 
     def of(self, leg: Leg) -> PlanningScene:
-        """Return the planning scene of a leg."""
+        """Return the planning scene for a TCP pose that the arm has to reach."""
         return self.scene(leg.touching, leg.opening, leg.clearance, leg.hand)
 
     def at(self, leg: Leg, seed: Joints | None = None) -> Joints | Refused:
-        """Return the free joint position of a leg that is nearest to a seed, the believed one by default; or
-        why there is none."""
+        """Return the collision-free joint position at a TCP pose that is nearest to a seed; or why there is none.
+
+        The default seed is the believed joint position.
+        """
         if (no := self._hand_met(leg)) is not None:
             return leg.refused(no)
         there = collision_free_ik(self.of(leg), self.context, leg.pose, self.belief.joints if seed is None else seed)
@@ -121,16 +123,19 @@ class Arm:
         return leg.refused(there) if isinstance(there, Refused) else there
 
     def _hand_met(self, leg: Leg) -> Refused | None:
-        """Obstacles of the hand at a leg, wherever the arm is. Checked first if the arm has no closed-form
-        inverse kinematics, which takes a hundred times as long."""
+        """Return what the hand meets at a TCP pose, whatever the arm's posture; None if nothing.
+
+        It saves inverse kinematics, which takes a hundred times as long for seven axes; arms with fewer are
+        not checked.
+        """
         robot = self.context.robot
         if len(robot.joints) < 7 or reach_shortfall(robot, leg.pose):
             return None
         return self.of(leg).met(self.belief.base() * leg.pose)
 
     def led(self, legs: Iterable[Leg]) -> tuple[Joints, ...] | Refused:
-        """Return the joint positions of legs, each the nearest to the one before; or why the first of them
-        has none."""
+        """Return the joint positions at TCP poses in turn, each the nearest to the one before; or why one
+        pose has none."""
         found = list[Joints]()
         for leg in legs:
             there = self.at(leg, found[-1] if found else None)
@@ -140,7 +145,7 @@ class Arm:
         return tuple(found)
 
     def free_along(self, leg: Leg, way: Any, parts: Iterable[float], seed: Joints | None = None) -> bool:
-        """Check whether the arm is free at parts of a straight way (3,) [m] from a leg."""
+        """Check whether the arm is free of collision at points of a straight way (3,) [m] from a TCP pose."""
         legs = (replace(leg, pose=shift(leg.pose, part * way)) for part in parts)
         return not any(isinstance(self.at(one, seed), Refused) for one in legs)
 

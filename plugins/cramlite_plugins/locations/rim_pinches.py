@@ -52,7 +52,7 @@ class RimPinch(Value):
 
 
 class Rim(Value):
-    """A part of a thing that slopes up outwards, seen where the thing is: points and unit vectors (3,).
+    """A part of a thing that slopes up outwards, at the thing's pose: points and unit vectors (3,).
 
     Args:
         middle: of the part [m].
@@ -74,8 +74,10 @@ class Rim(Value):
 
 
 def rim_pinches(thing: Thing, pose: Pose, gripper: Gripper, friction: float) -> list[RimPinch]:
-    """Return the pinches of a thing at a pose whose parent frame's z is up; none without a slanted rim, or
-    with too little friction.
+    """Return grasps of a thing across its slanted rim (pinches); none without such a rim, or with too little
+    friction.
+
+    The thing's pose is given in a frame whose z axis points up.
 
     Args:
         friction: of pads and thing.
@@ -124,7 +126,7 @@ def _slab(geom: Geom, pose: Pose) -> tuple[Floats, float, Floats] | None:
 
 
 def _pinch(rim: Rim, lean: float, side: float, pose: Pose, gripper: Gripper) -> RimPinch:
-    """Return the pinch across a sloping rim by a hand that leans away from the thing's middle.
+    """Return the grasp across a sloping rim by a hand that leans away from the thing's middle.
 
     ``side`` turns the hand by half a turn. The fingertips reach to the middle of the slope.
     """

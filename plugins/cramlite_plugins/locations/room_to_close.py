@@ -35,8 +35,8 @@ def first_met(put: str, after: Belief, context: Context, clearance: float | None
 
 
 def _met(closing: Thing, put: str, after: Belief, context: Context, clearance: float | None) -> Refused | None:
-    """First contact between a placed thing and a closing one; if the placed thing moves along with it,
-    between the placed thing and furniture."""
+    """Return the first contact of a placed thing with a thing that closes, or with furniture if it moves
+    along with that thing."""
     assert closing.joint is not None
     joint, at, here = closing.joint, after.poses[closing.name].pose, after.poses[put].pose
     value, whole = joint_value(after, closing.name, at), joint.upper - joint.lower
@@ -59,8 +59,7 @@ def _met(closing: Thing, put: str, after: Belief, context: Context, clearance: f
 
 
 def _on_its_way(joint: Joint, at: Pose, value: float, end: float) -> Iterator[tuple[float, Pose]]:
-    """Openings of a thing whose joint closes from a value to an end, above the joint's lower limit [m, rad],
-    each with its pose in the world.
+    """Yield positions at which to check a closing thing: how far it is open [m, rad], and its pose in the world.
 
     The end comes first, since most contacts are there.
     """

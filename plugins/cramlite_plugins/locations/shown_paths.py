@@ -1,4 +1,5 @@
-"""Places on a path that demonstrations showed: the payload's foot goes along it, about the reference object."""
+"""Places on a path that demonstrations showed: the middle of the payload's lower face follows it, in the
+frame of a reference object."""
 
 from __future__ import annotations
 

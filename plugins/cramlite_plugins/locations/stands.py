@@ -40,7 +40,8 @@ FEATURES = ("vrps:Peg", "cram:Cavity", "cram:Handle")  # where a fixed thing is 
 
 
 class Target(Value):
-    """Thing that the arm has to reach from a stand: its variable, its name, and whether it is to be grasped."""
+    """Thing that the arm has to reach from where its platform stands: the variable bound to it, its name, and
+    whether it is to be grasped."""
 
     variable: str
     thing: str
@@ -48,7 +49,7 @@ class Target(Value):
 
 
 def stands(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate stands of the robot near a thing."""
+    """Generate poses of the platform from which the arm reaches a thing."""
     destination = thing_of(bound(context, location.of))
     if belief.held is not None and belief.held.thing == destination:
         raise Unresolvable(f"'{destination}' is in the gripper and drives along")
@@ -102,7 +103,7 @@ def _around(target: Pose, base: Pose) -> list[tuple[float, str, Pose]]:
 def _checked(
     stand: Pose, there: Belief, destination: str, targets: list[Target], floor: Ground, context: Context
 ) -> tuple[int, str]:
-    """Number of checks that a stand passes, and the reason of the first that it fails; "" if it passes all."""
+    """Number of checks that a pose of the platform passes, and why it fails the next one; "" if it passes all."""
     if blocked := floor.hit(at(stand)):
         return 0, blocked
     if (gap := _gap(stand, destination, there, context)) > BESIDE:
@@ -127,7 +128,7 @@ def _gap(stand: Pose, thing: str, there: Belief, context: Context) -> float:
 
 
 def _grasp(target: Target, there: Belief, context: Context) -> str:
-    """Why a thing cannot be grasped from a stand; "" where it can."""
+    """Why the arm cannot grasp a thing from where its platform stands; "" where it can."""
     try:
         answers = itertools.islice(grasps(Location("", "grasp", target.variable), there, context), GRASPS)
         return _none(answers, "nothing offers a grasp of it")
@@ -136,7 +137,7 @@ def _grasp(target: Target, there: Belief, context: Context) -> str:
 
 
 def _over(target: Target, there: Belief, context: Context) -> str:
-    """Why the tool cannot be brought before a thing, from above or from the robot's side; "" where it can."""
+    """Why the tool cannot be brought to just above a thing, or in front of it on the robot's side; "" where it can."""
     arm, point = Arm(there, context), np.asarray(_middle(there, target).position)
     ahead = np.array([point[0], point[1], 0.0]) / max(float(np.hypot(point[0], point[1])), 1e-6)
     turns = [(math.cos(a), math.sin(a), 0.0) for a in (math.tau * k / TURNS for k in range(TURNS))]

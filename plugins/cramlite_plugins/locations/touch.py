@@ -1,4 +1,4 @@
-"""Touching poses of the empty hand: above the middle of a surface, pointing down, turned so that the arm reaches."""
+"""Poses in which the empty hand touches a surface: above its middle, pointing down, turned so that the arm reaches."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def touch(location: Location, belief: Belief, context: Context) -> Iterator[Grou
 
 
 def _turned(entity: str, at: Pose, facing: float) -> Iterator[Candidate]:
-    """Turns of the hand over the middle of a surface."""
+    """Hand poses over the middle of a surface, turned about the vertical."""
     thing = thing_of(entity)
     for yaw in YAWS:
         turn = Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(facing + yaw))) * DOWN

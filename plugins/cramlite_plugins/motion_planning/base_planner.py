@@ -70,7 +70,10 @@ class Ground(Value):
         return f"'{a}' is less than {1000 * self.clearance:.0f} mm from '{b}'"
 
     def leg(self, a: Vector3, b: Vector3) -> str:
-        """Return the obstacle too near to a straight leg between two places (x, y, yaw), its end first; "" for none."""
+        """Return the obstacle too near to a straight leg between two places (x, y, yaw); "" for none.
+
+        The end of the leg is checked first.
+        """
         way = np.subtract(b, a)
         count = max(1, math.ceil(max(math.hypot(way[0], way[1]) / STEP[0], abs(way[2]) / STEP[1])))
         shares = [1.0, *(k / count for k in range(1, count))]
@@ -88,7 +91,9 @@ def ground(
     opening: float,
     clearance: float = CLEARANCES[0],
 ) -> Ground:
-    """Build the planning scene of a mobile robot with its arm at some joints [rad]; things as for ``planning_scene.scene``.
+    """Build the planning scene of a mobile robot with its arm at a joint position [rad].
+
+    ``poses``, ``held`` and ``opening`` are as for ``planning_scene.scene``.
 
     Raises:
         ValueError: the robot has no platform.
@@ -106,8 +111,10 @@ def ground(
 
 
 def _grow(model: Any, platform: int, by: float) -> None:
-    """Grow all shapes of the robot by a distance [m], the platform's only sideways; from then on only
-    robot and things collide."""
+    """Grow all shapes of the robot by a distance [m], its platform sideways only.
+
+    From then on the robot collides with things only, and things do not collide with one another.
+    """
     for g in range(model.ngeom):
         robot = int(model.body_rootid[model.geom_bodyid[g]]) == int(model.body_rootid[platform])
         model.geom_contype[g], model.geom_conaffinity[g] = (ROBOT, THING) if robot else (THING, ROBOT)
@@ -208,7 +215,7 @@ class _Search:
         return True
 
     def why(self) -> str:
-        """Clause on why the search found no path."""
+        """Say why the search found no path."""
         looked = f"{len(self.spots)} places were looked at, none nearer to the goal than {self.nearest:.2f} m"
         return f"{looked}; in the way, for one: {self.last}"
 

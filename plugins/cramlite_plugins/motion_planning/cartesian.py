@@ -50,7 +50,8 @@ COARSE = 0.025, 0.1  # steps of the quick look whether a line can follow [m, rad
 
 
 def why_no_straight_line(joints: Any, place: Place, context: Context, scene: Any) -> Refused | None:
-    """Return why the arm cannot go straight from the stand-off to the place on the same branch; None when it can.
+    """Return why the arm cannot go straight from the stand-off to the place without a jump in its joints;
+    None if it can.
 
     An empty hand must also be free there, but for the thing of the place; where something is held, what it may touch
     on its way is up to the motion that follows.
@@ -78,7 +79,7 @@ def line(motion: Motion, belief: Belief, context: Context, targets: list[Pose]) 
 
 
 def _refused(said: str, motion: Motion, belief: Belief, context: Context, no: Refused) -> Unresolvable:
-    """Refusal of a straight line, which depends only on those choices that can be to blame.
+    """Refusal of a straight line that blames only those earlier choices that can have caused it.
 
     If hand or payload meets an obstacle, the arm's way to the line is not to blame; if a door or a drawer
     meets one, nor is the place of the hand on it.
@@ -224,12 +225,12 @@ def _least(robot: Robot) -> float:
 
 
 def _singular(robot: Robot, q: Joints) -> str:
-    return f"near a singularity (smallest singular value {conditioning(robot, q):.4f}, {_least(robot)} is kept)"
+    return f"near a singularity (smallest singular value {conditioning(robot, q):.4f}, limit {_least(robot)})"
 
 
 def _stopped(scene: PlanningScene, points: Sequence[Joints]) -> tuple[int, Refused] | None:
-    """Number of points up to a collision, and the refusal with the collision and the things that must be
-    moved; None without a collision."""
+    """Return how many points come before a collision, with the refusal and the things that must be moved;
+    None without one."""
     eased = scene.relaxed([points[-1]], start=points[0])
     for k, (a, b) in enumerate(pairwise(points)):
         checkpoint()

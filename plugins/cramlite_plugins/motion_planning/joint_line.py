@@ -18,8 +18,8 @@ PROBED = 0.05  # largest joint difference [rad] between two places at which a li
 
 
 class Rates(Value):
-    """Bounds on how much each two geoms approach each other over a whole line (geoms, geoms) [m], and the
-    largest of them."""
+    """Bounds on how much nearer two geoms can come while the arm moves along a whole line: for each pair
+    (geoms, geoms) [m], and the largest."""
 
     between: Floats
     most: float

@@ -12,7 +12,7 @@ from ..kinematics.tool_speed import passable_speed
 def joint_move(
     motion: Motion, robot: Robot, points: Sequence[tuple[float, ...]], pace: tuple[float, float], radii: Sequence[float] = ()
 ) -> MoveJoints:
-    """Return the step that grounds a motion.
+    """Return the program step that carries out a motion along joint positions.
 
     Args:
         points: joint positions, the start included [rad].

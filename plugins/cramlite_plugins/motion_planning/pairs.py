@@ -21,7 +21,7 @@ COAXIAL = 1e-6  # distance and turn [m, rad] within which a round geom's axis is
 
 
 class Movers(Value):
-    """Table of the joints of an arm that move each geom (geoms, joints), 1 or 0.
+    """Tables (geoms, joints) that tell which joints of an arm move which geoms: 1 where one does, else 0.
 
     A round geom about a joint's own axis stays as it is when that joint turns: its own link's last joint then does not move it, and
     the first joint beyond it brings nothing nearer to it.
@@ -44,7 +44,7 @@ class Movers(Value):
 
 
 def movers(compiled: Compiled, index: RobotIndex) -> Movers:
-    """Return the table of the joints of a serial arm that move each geom."""
+    """Return the tables (geoms, joints) that tell which joints of a serial arm move which geoms."""
     model = compiled.model
     joints = [int(np.flatnonzero(model.jnt_qposadr == a)[0]) for a in index.joints]
     bodies = [int(model.jnt_bodyid[j]) for j in joints]
@@ -61,7 +61,8 @@ def movers(compiled: Compiled, index: RobotIndex) -> Movers:
 
 
 def _round_about(compiled: Compiled, joints: Sequence[int]) -> Floats:
-    """Table (geoms, joints) with 1 for a round geom about the hinge's own axis, with the arm as in the model."""
+    """Return a table (geoms, joints) with 1 where a geom is round about the axis of a hinge, so that the
+    hinge does not move it."""
     model, data = compiled.model, compiled.data()
     mujoco.mj_kinematics(model, data)
     u, a = data.xaxis[joints], data.xanchor[joints]

@@ -124,7 +124,7 @@ def _straight(scene: Space, origin: Joints, goals: Goals, law: tuple[float, floa
 def _around(
     scene: Space, origin: Joints, goals: Goals, law: tuple[float, float], seed: int, samples: int, attempts: int
 ) -> Path | Refused:
-    """A path to any of the goals by way of other positions."""
+    """Find a path to any of the goals that leads through sampled joint positions."""
     if no := _enclosed(scene, origin, [q for _, q in goals]):
         return no
     first, path, spent, truncated = _search(scene, origin, [q for _, q in goals], law, seed, samples, attempts)
@@ -204,7 +204,8 @@ def _leaves(scene: Space, q: Joints) -> bool:
 
 
 def _ways(q: Joints) -> Iterator[Joints]:
-    """Ends of short ways from a joint position in all directions, the same each time."""
+    """Yield joint positions at a short distance from a given one, in random directions that are the same at
+    each call."""
     rng = np.random.default_rng(0)
     for _ in range(AWAYS):
         checkpoint()

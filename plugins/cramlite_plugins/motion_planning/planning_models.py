@@ -1,4 +1,4 @@
-"""Planning models that are kept: most scenes of a search differ only by where things that can be moved are, and by the fingers.
+"""Cache of planning models: most scenes of a search differ only by the poses of movable things and by the fingers.
 
 A movable thing is free in a planning model, so where it is belongs to the state and not to the model.
 """
@@ -43,7 +43,7 @@ def _model(
 
 
 def arm_movers(compiled: Compiled, mount: str) -> Movers:
-    """Return the table of the joints of a mount's robot that move each geom."""
+    """Return the tables (geoms, joints) that tell which joints of the robot on a mount move which geoms."""
     return _movers(Itself(compiled), mount)
 
 

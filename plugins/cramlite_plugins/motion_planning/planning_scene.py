@@ -99,7 +99,7 @@ class PlanningScene(Value):
 
     @property
     def moved(self) -> Floats:
-        """Return (geoms, joints) 1 where the joint moves the geom, else 0."""
+        """Return a table (geoms, joints): 1 where the joint moves the geom, else 0."""
         return self.movers.moved
 
     @property
@@ -208,14 +208,15 @@ class PlanningScene(Value):
         return min((d for _, _, d in self._look(q, inflated(self.compiled.model, self.movers.apart(), HORIZON))), default=HORIZON)
 
     def why(self, q: Position) -> str:
-        """Explain why a joint position is not free, as a clause with numbers; empty when free."""
+        """Explain in words and numbers why a joint position is not free; "" if it is free."""
         for name, value, (low, high) in zip(self.robot.joints, q, self.limits, strict=True):
             if not low <= value <= high:
                 return f"joint '{name}' at {value:.3f} rad is outside {low:.3f} .. {high:.3f} rad"
         return ", ".join(str(self._state(q, *pair)) for pair in self.collisions(q)[:2])
 
     def collision(self, q: Position) -> Collision | None:
-        """Return the deepest collision at a joint position; None where there is none, or where it is beyond a limit."""
+        """Return the deepest collision at a joint position; None without a collision, or outside the joint
+        limits."""
         close = self.collisions(q) if self._inside(q) else ()
         return self._state(q, *close[0]) if close else None
 
@@ -240,7 +241,8 @@ class PlanningScene(Value):
         return next((n for n in still if world.thing(n).movable or world.thing(n).joint is not None), "")
 
     def relaxed(self, anchors: Sequence[Position], start: Position | None = None) -> PlanningScene:
-        """Return the same scene, which near given joint positions (``anchors``) demands only the clearance that they have.
+        """Return the same scene, but near given joint positions (``anchors``) with no more clearance required
+        than they have themselves.
 
         Args:
             start: anchor in which contacts may be as deep as those of things that lean on one another.
@@ -272,7 +274,7 @@ class PlanningScene(Value):
         return all(low <= value <= high for value, (low, high) in zip(q, self.limits, strict=True))
 
     def _keeps(self, q: Position) -> bool:
-        """Whether every pair keeps its required distance."""
+        """Whether at a joint position every pair of bodies keeps its required distance."""
         self._place(q)
         near = self.levels[0].near(self.data)
         return not near or all(d >= self.need.item(g, h) or d >= self._needed(q, g, h) for g, h, d in self._measured(near))
@@ -369,8 +371,8 @@ def _joints(data: Any, index: RobotIndex) -> Floats:
 
 
 def _farthest(clearance: float, wider: Mapping[str, float]) -> float:
-    """Largest distance that any pair must keep [m]; it must not exceed ``HORIZON``, above which distances
-    are not told apart."""
+    """Return the largest distance that any pair must keep [m]; refuse one above ``HORIZON``, the largest that
+    is measured."""
     most = clearance + max(wider.values(), default=0.0)
     if not 0 <= clearance <= most <= HORIZON:
         raise ValueError(f"clearance {clearance} m and {dict(wider)}; it must lie between 0 and {HORIZON} m")

@@ -76,7 +76,8 @@ def make_scene(
 
 
 def uncertainty_margins(belief: Belief) -> dict[str, float]:
-    """Return the distance [m] kept from each thing beyond the clearance, for the uncertainty of its pose."""
+    """Return the distance [m] to keep from each thing, in addition to the clearance, since its pose is
+    uncertain."""
     spread = {name: e.sigma for name, e in belief.poses.items()}
     if belief.held:
         spread[belief.held.thing] = belief.held.sigma
@@ -94,8 +95,8 @@ def standing(belief: Belief, context: Context) -> World:
 
 
 def _touchable(belief: Belief, entity: str) -> tuple[str, ...]:
-    """Names that a motion may touch if it may touch an entity: a whole thing; for a feature all named parts
-    of its thing, but not the rest of that thing."""
+    """Return the names that a motion may touch if it may touch an entity: a thing's own name, or all features
+    of a feature's thing."""
     name = EntityName.parse(entity)
     if not name.part:
         return (name.thing,)
@@ -170,7 +171,7 @@ def traverse(
 
 
 def causes(location: Location, context: Context) -> tuple[str, ...]:
-    """Return the choices that a path from the hand's present pose depends on.
+    """Return the names of the choices in the search on which a path from the hand's present pose depends.
 
     Every place it was led to, the grasp among them, and the reference object.
     """
@@ -184,15 +185,19 @@ def taken_at(belief: Belief, context: Context) -> tuple[str, ...]:
 
 
 def led_by(location: Location, context: Context) -> tuple[str, ...]:
-    """Return the names of the tasks whose motions lead to a location: another way of doing such a task may
-    have a free motion."""
+    """Return the names of the tasks whose motions lead to a location.
+
+    Another way of doing such a task may have a free motion.
+    """
     leading = (m for m in context.agenda if isinstance(m, Motion) and m.to is not None and m.to.name == location.name)
     return tuple(dict.fromkeys(whole for m in leading for whole in [*enclosing_names(m.name)][1:2]))
 
 
 def led_here(context: Context) -> tuple[str, ...]:
-    """Return the choices that a short way from the hand's present pose depends on: the last place, and
-    earlier ones of the same thing, such as the grasp of a released payload."""
+    """Return the choices that brought the hand to its present pose, which a short way from there depends on.
+
+    They are the last place, and earlier ones of the same thing, such as the grasp of a released payload.
+    """
     places = {name: value.thing for name, value in context.bindings.items() if isinstance(value, Place)}
     last = next(reversed(places.values()), "")
     return tuple(name for name, thing in places.items() if thing == last)

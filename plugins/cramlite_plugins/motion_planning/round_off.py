@@ -1,4 +1,4 @@
-"""Blend radii of a joint path: the largest at each corner whose own curve keeps the clearance."""
+"""Blend radii of a joint path: at each corner the largest with which the rounded path keeps its clearance."""
 
 from __future__ import annotations
 

@@ -77,7 +77,10 @@ def _at(path: Points, times: Sequence[float], when: float) -> tuple[int, Joints]
 def _cut(
     path: Points, rng: np.random.Generator, speed: float, acceleration: float
 ) -> tuple[Points, list[tuple[Joints, Joints]]]:
-    """Replace the part between two random moments by a straight line; the ends snap to corners half of the time."""
+    """Replace the part of a path between two random times by a straight line.
+
+    Half of the time, an end of the line is the nearest corner of the path outside of that part.
+    """
     times = segment_times(path, speed, acceleration)
     first, last = sorted(rng.uniform(0, sum(times), 2).tolist())
     (i, a), (j, b) = _at(path, times, first), _at(path, times, last)

@@ -12,14 +12,14 @@ Joints = tuple[float, ...]
 
 
 class FreeLines(Protocol):
-    """Protocol of a space in which a path is looked for and shortened."""
+    """Interface of a joint space in which a planner looks for a path and shortens it."""
 
     def line_free(self, a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> bool:
         """Check whether the straight joint-space line from a free position is free."""
 
 
 class FreeBlends(FreeLines, Protocol):
-    """Protocol of a space in which a path is rounded off."""
+    """Interface of a joint space in which the corners of a path are rounded off."""
 
     def blend_free(self, start: Floats, corner: Floats, goal: Floats) -> bool:
         """Check whether the parabola between two free positions, along the lines to a corner and from it, is free."""
@@ -29,7 +29,7 @@ class FreeBlends(FreeLines, Protocol):
 
 
 class Space(FreeBlends, Protocol):
-    """Protocol of a planner's state space (``planning_scene.PlanningScene`` is one)."""
+    """Interface of a planner's joint space, which ``planning_scene.PlanningScene`` implements."""
 
     @property
     def limits(self) -> tuple[tuple[float, float], ...]:
@@ -46,17 +46,19 @@ class Space(FreeBlends, Protocol):
         """Return the fraction of the straight joint-space line where it is first blocked; None when it is free."""
 
     def why(self, q: Sequence[float]) -> str:
-        """Explain why a joint position is not free, as a clause with numbers; empty when free."""
+        """Explain in words and numbers why a joint position is not free; "" if it is free."""
 
     def blocking(self, q: Sequence[float]) -> tuple[str, ...]:
         """Return the things, sorted, all of which must be moved before a joint position can be free; empty
         if moving things cannot free it."""
 
     def collision(self, q: Sequence[float]) -> Collision | None:
-        """Return the deepest collision at a joint position; None where there is none, or where it is beyond a limit."""
+        """Return the deepest collision at a joint position; None without a collision, or outside the joint
+        limits."""
 
     def relaxed(self, anchors: Sequence[Sequence[float]]) -> Space:
-        """Return the same scene, which near given joint positions (``anchors``) demands only the clearance that they have."""
+        """Return the same scene, but near given joint positions (``anchors``) with no more clearance required
+        than they have themselves."""
 
 
 class Probed(Value):
@@ -76,7 +78,7 @@ class Probed(Value):
 def refusal(
     reason: str, *, blocking: InTheWay = (), collision: Collision | None = None, remedy: Remedy | None = None, **numbers: float
 ) -> Refused:
-    """Return a refusal that does not say yet which alternative it refuses (see ``Refused.of``).
+    """Make a refusal without the name of the alternative that it refuses; the name is added later (see ``Refused.of``).
 
     Args:
         reason: a clause with numbers.

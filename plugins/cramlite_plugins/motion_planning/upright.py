@@ -67,7 +67,8 @@ class Load(Value):
 
 
 class UprightScene(Value):
-    """Planner's space of joint positions that keep a load upright, and off singularities if the robot has to keep off them.
+    """Planner's space of joint positions in which a load is upright, and which are off singularities if the
+    robot requires it.
 
     Args:
         scene: in which collisions are looked for.
@@ -169,7 +170,7 @@ def _over(
 
 @lru_cache(maxsize=256)
 def _quickly(robot: Robot, q: Joints, corner: Pose) -> JointPath | Refused:
-    """Path along a straight line, planned in coarse steps and without obstacles; or the refusal.
+    """Plan a path along a straight line in coarse steps, with no regard to obstacles; or return the refusal.
 
     Answers are cached, since the ways to many places begin alike.
     """
@@ -184,7 +185,7 @@ def _rounded_off(
     motion: Motion, belief: Belief, context: Context, carry: Load, scene: PlanningScene, lines: Sequence[Sequence[Joints]],
     about: str, pace: tuple[float, float],
 ) -> Iterator[Grounding]:  # fmt: skip
-    """One motion in joint space near straight lines of the tcp, if there is one that keeps the load upright.
+    """Yield one joint-space motion close to straight lines of the tcp, if such a motion keeps the payload upright.
 
     Args:
         lines: joint positions along each of them.
@@ -239,14 +240,15 @@ def _raised(pose: Pose, up: Sequence[float], by: float) -> Pose:
 
 
 def _nearer(pose: Pose, by: float) -> Pose:
-    """A pose shifted level towards the base's axis [m]."""
+    """Return a pose shifted horizontally towards the base's z axis by a distance [m]."""
     x, y, z = pose.position
     share = 1.0 - by / max(math.hypot(x, y), by, 1e-9)
     return Pose((share * x, share * y, z), pose.quaternion)
 
 
 def _arc(a: Pose, b: Pose) -> list[Pose]:
-    """Corners between two poses with even angle about, and distance from, the base's z axis."""
+    """Return poses between two poses, evenly spaced in their angle about the base's z axis and their distance
+    from it."""
     angles = [math.atan2(p.position[1], p.position[0]) for p in (a, b)]
     radii = [math.hypot(p.position[0], p.position[1]) for p in (a, b)]
     turn = math.remainder(angles[1] - angles[0], math.tau)
@@ -262,8 +264,8 @@ def _arc(a: Pose, b: Pose) -> list[Pose]:
 def _followed(
     corners: list[Pose], place: Place, belief: Belief, context: Context, carry: Load, scene: PlanningScene
 ) -> list[Sequence[Joints]] | Refused:
-    """Joint positions along the line to each corner, or the reason why the way is blocked or does not end in a
-    straight line to the place."""
+    """Follow straight lines from corner to corner of a path; return the joint positions, or why the arm
+    cannot follow the lines and go on to the place."""
     here = forward(context.robot, belief.joints)
     worst = max(carry.tilt(p) for p in sampled(here, corners, *STEP))
     if worst > carry.limit:

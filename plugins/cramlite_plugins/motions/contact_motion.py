@@ -83,7 +83,8 @@ def widen(motion: Motion, belief: Belief) -> tuple[Belief, str]:
 
 
 def _force_path(motion: Motion, belief: Belief, context: Context) -> Groundings:
-    """Resolve a motion along a place's path, or between two of its corners, on which the arm gives way sideways."""
+    """Resolve a compliant motion along the path of a place, or a part of that path; the arm gives way across
+    the path."""
     from ..motion_planning.cartesian import line
     from ..motion_planning.reach import tcp
     from .free_motion import place_of
@@ -228,13 +229,15 @@ def _zero(motion: Motion, belief: Belief, context: Context) -> Groundings:
 
 
 def _blind(motion: Motion, robot: str) -> Unresolvable:
-    """Refusal of a motion that needs a force sensor, by a robot without one: no other grasp, place or path
-    helps, only another way to do the tasks that ask for the motion."""
+    """Refusal of a motion that needs a force sensor, for a robot without one.
+
+    No other grasp, place or path helps, only another way to do the tasks that ask for the motion.
+    """
     task = task_of(motion.name)
     remedy = Remedy(
         "sensor",
         f"robot '{robot}' has no force-torque sensor, which {task} needs: if it has one, say where ('sensor: flange' beside the robot's "
-        "'file'), else take a robot with one, or tasks that feel nothing",
+        "'file'), else take a robot with one, or tasks that need none",
     )
     because = tuple(n for n in enclosing_names(motion.name) if n != motion.name)
     reason = f"robot '{robot}' has no force-torque sensor, which '{motion.name}' needs"
@@ -291,8 +294,10 @@ def _spiral(motion: Motion, play: float, belief: Belief, context: Context) -> tu
 
 
 def force_insert(motion: Motion, belief: Belief, context: Context) -> Groundings:
-    """Push the hole onto the peg by the place's depth; the tool is at the corner of the path where the peg
-    begins to lead the hole."""
+    """Push the hole onto the peg by the depth that the place states.
+
+    The tool starts at the corner of the path from which on the peg guides the hole.
+    """
     from ..motion_planning.cartesian import line
     from .free_motion import place_of
 

@@ -1,4 +1,4 @@
-"""Driving: motion "drive" of the base to a stand, on a path that is collision-free for the whole robot."""
+"""Driving: motion "drive" of the platform to a pose, on a path that is collision-free for the whole robot."""
 
 from __future__ import annotations
 
@@ -50,8 +50,8 @@ def _drive(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundi
 
 
 def _floor(belief: Belief, context: Context) -> Ground:
-    """Return the planning scene of the floor, with the largest clearance at which the robot hits nothing
-    where it stands.
+    """Return the planning scene for driving, with the largest clearance at which the robot hits nothing where
+    it stands.
 
     Raises:
         Unresolvable: it stands too near to something, or has no platform.
@@ -68,7 +68,8 @@ def _floor(belief: Belief, context: Context) -> Ground:
 
 
 def floor_of(belief: Belief, context: Context, clearance: float) -> Ground:
-    """Build the planning scene of the base with the robot's arm as it is believed to be.
+    """Build the planning scene for driving: the whole robot, with its arm at the believed joint positions,
+    among things.
 
     Raises:
         Unresolvable: the robot has no platform.

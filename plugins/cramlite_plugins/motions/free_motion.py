@@ -88,8 +88,7 @@ def _turned(one: Sequence[float], other: Sequence[float]) -> bool:
 
 
 def _pace(motion: Motion, context: Context) -> tuple[float, float]:
-    """Return a speed and acceleration of the leading axis that keep each joint within its limits, whichever
-    joint leads.
+    """Return a speed and an acceleration that keep every joint within its limits, whichever joint moves farthest.
 
     Of a speed limit only the share ``STEADY`` is used, as an arm that is streamed to catches up in steps.
     """

@@ -46,7 +46,7 @@ def _back(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundin
     _check_lines(motion, start, context, pivot, _ends(rest))
     steps = [*_open(motion, start, after), *_straight(motion, context, pivot, rest), *_retraced(motion, start, context, lead)]
     kept = replace(start, poses=belief.poses) if belief.poses.keys() == start.poses.keys() else start
-    reason = f"straight to the beginning of the last {len(rest)} steps, then back along the first {len(lead)}"
+    reason = f"straight to where the last {len(rest)} steps began, then back along the path of the first {len(lead)}"
     yield Grounding(tuple(steps), reason, 0.0, kept, key="back")
 
 
@@ -54,7 +54,7 @@ def _check_hand(motion: Motion, start: Belief, after: list[AnyStep]) -> None:
     """Refuse to go back after steps that may have released or taken a thing, since it may be anywhere then."""
     grips = [k for k, s in enumerate(after) if isinstance(s, SetGripper)]
     if start.held and grips:
-        raise Unresolvable(f"'{motion.name}': the gripper moves while it holds '{start.held.thing}'; it cannot begin again")
+        raise Unresolvable(f"'{motion.name}': the gripper moves while it holds '{start.held.thing}', so the steps cannot be tried again")
     taken = next((k for k in grips if after[k].expect == "object"), None)  # type: ignore[union-attr]
     if taken is not None and any(not _sure(s) for s in after[taken + 1 :]):
         raise Unresolvable(f"'{motion.name}': a thing that was grasped may be anywhere when a later step has failed")
@@ -101,8 +101,10 @@ def _open(motion: Motion, start: Belief, after: list[AnyStep]) -> Iterator[AnySt
 
 
 def _straight(motion: Motion, context: Context, pivot: Joints, rest: list[AnyStep]) -> Iterator[AnyStep]:
-    """Motions back: to the pose first, so that a touched thing is left in a straight line; then to the joint
-    position."""
+    """Yield motions back to where a control step began: straight to its TCP pose, then to its joint position.
+
+    So a thing that is touched is left in a straight line.
+    """
     from ..kinematics.kinematics import forward
 
     if _ends(rest):
@@ -111,7 +113,7 @@ def _straight(motion: Motion, context: Context, pivot: Joints, rest: list[AnySte
 
 
 def _retraced(motion: Motion, start: Belief, context: Context, lead: list[AnyStep]) -> Iterator[AnyStep]:
-    """Yield motions that undo the first steps of a structure, those that cannot fail, in reverse order."""
+    """Yield motions that undo the first steps of a control structure, those that cannot fail, in reverse order."""
     from ..kinematics.kinematics import forward
 
     here = start.joints

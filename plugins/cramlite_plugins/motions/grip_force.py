@@ -30,7 +30,7 @@ ACCELERATION = 1.2
 
 
 class GripLoad(Value):
-    """Load of a gripper's two pads, with the friction that holds it.
+    """What the two pads of a gripper have to hold, and the friction with which they hold it.
 
     Args:
         thing: what is gripped.
@@ -121,13 +121,13 @@ def grip_force(
 
 
 def _doubt(grip: GripLoad, force: float) -> str:
-    """Return a clause that doubts that a stated grip force carries the thing; "" if it does."""
+    """Return a doubt, in words, whether a stated grip force carries the thing; "" if it does."""
     carried = 2 * grip.friction * force
     return f", which carries {carried:.1f} N: doubtful for {grip}" if carried < GRAVITY * grip.mass else ""
 
 
 def _limit(grip: GripLoad, context: Context, because: tuple[str, ...]) -> tuple[float, str]:
-    """Highest force of a pad [N], and why: the gripper's, or that of the thing."""
+    """Largest force that a pad may exert [N], and whether the gripper or the thing sets this limit."""
     low, high = grip.gripper.force
     borne = most_borne(grip.thing, context)
     limit, why = min((high, f"the most of gripper '{grip.gripper.type}'"), borne or (math.inf, ""), key=lambda x: x[0])
@@ -138,7 +138,8 @@ def _limit(grip: GripLoad, context: Context, because: tuple[str, ...]) -> tuple[
 
 
 def most_borne(thing: Thing, context: Knowing) -> tuple[float, str] | None:
-    """Return the highest force of a pad on a thing [N], and its source; None without a limit."""
+    """Return the largest force that a pad may exert on a thing [N], and the source of this limit; None
+    without a limit."""
     limits = list[tuple[float, str]]()
     if (said := lowest([thing], "cram:maximumGripForce", context)) is not None:
         limits.append((said.value, str(said)))

@@ -94,7 +94,10 @@ def _open(motion: Motion, belief: Belief, context: Context) -> Groundings:
 
 
 def _is_open(belief: Belief, gripper: Gripper) -> bool:
-    """Whether the predicate ``gripper_open`` holds: a task that opens fingers would then find its work done."""
+    """Whether the fingers are open enough for the predicate ``gripper_open``.
+
+    A task that opens them has nothing left to do then.
+    """
     from ..predicates.motion import OPENED
 
     low, high = gripper.opening
@@ -150,7 +153,8 @@ def _let_go(motion: Motion, belief: Belief, context: Context, opening: float) ->
 
 
 def fallen(belief: Belief, pose: Pose, onto: str = "") -> Pose:
-    """Return the payload's pose in the world after a straight fall onto its support there; as it is if there is none.
+    """Return the payload's pose in the world after a straight fall onto what is below it; its present pose if
+    nothing is.
 
     Args:
         onto: the only thing that counts as a support; "" for all.

@@ -155,8 +155,8 @@ KINDS: Mapping[str, MotionKind] = {
 
 
 def word(motion: Motion, name: str, of: type[W], default: W | None = None) -> W:
-    """Return the value of a motion's parameter that takes one of a few words; the default if the motion does
-    not state it.
+    """Return the value of a motion's parameter whose valid values are words, or the default if the motion
+    does not state it.
 
     Raises:
         Unresolvable: it says none of the words that there are.

@@ -104,14 +104,14 @@ def adapted(motion: Motion, belief: Belief, context: Context) -> Motion:
 
 
 def noted(motion: Motion) -> str:
-    """Return the clause that ``adapted`` added to a motion's reason, for the trace; "" if it added none."""
+    """Return the note that ``adapted`` added to a motion's reason, for the trace; "" if it added none."""
     note = motion.reason.partition("; ")[2]
     return f"; {note}" if note else ""
 
 
 def _things(motion: Motion, parameter: str, belief: Belief, context: Context) -> list[Thing]:
-    """Things that limit a motion: its forces by the payload and the things that may be touched, its speeds
-    and accelerations by the payload."""
+    """Things whose properties limit a motion: the payload; for a force parameter also the things that may be
+    touched."""
     names = [belief.held.thing] if belief.held else []
     if parameter.endswith("_n"):
         names += [thing_of(str(context.bindings[n])) for n in motion.may_touch if n in context.bindings]

@@ -44,12 +44,14 @@ def _swing(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundi
     comes_to = swing.end if hangs else swing.start * (place.release.settles if place.release else Pose())
     after = replace(now, held=replace(held, tcp_to_thing=comes_to))
     angle = math.degrees(math.hypot(*(swing.start.inverse() * swing.end).rotvec))
-    yield Grounding(tuple(steps), f"turns by {angle:.0f} deg between the pads, {len(steps)} lines", 0.0, after, key="swing")
+    yield Grounding(tuple(steps), f"turns by {angle:.0f} deg between the pads, in {len(steps)} straight motions", 0.0, after, key="swing")
 
 
 def _raised(target: Pose, belief: Belief, context: Context) -> Sequence[Pose]:
-    """Poses of the tcp on the line up to a target: the near side of the thing rises from the start, its
-    far side last of all."""
+    """Return TCP poses along the line up to a target, on which a thing swings down in the hand.
+
+    Its near side rises from the start, its far side last of all.
+    """
     from ..motion_planning.cartesian import interpolate
     from ..motion_planning.reach import tcp
 
@@ -58,8 +60,10 @@ def _raised(target: Pose, belief: Belief, context: Context) -> Sequence[Pose]:
 
 
 def _line(motion: Motion, belief: Belief, tcp_to_thing: Pose, target: Pose, context: Context) -> Sequence[tuple[float, ...]]:
-    """Joint positions along a straight line of the tcp, checked with the thing at its flattest on that
-    line, its far side as low as its support."""
+    """Return joint positions along a straight line of the TCP, checked with the thing at one pose in the hand.
+
+    That is its flattest pose on the line, with its far side as low as its support.
+    """
     from ..motion_planning.cartesian import plan_straight_line
     from ..motion_planning.reach import make_scene, touched
 

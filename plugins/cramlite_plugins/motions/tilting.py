@@ -98,7 +98,7 @@ def _through(
 
 
 def _turned(points: Sequence[Joints]) -> float:
-    """Way of the leading axis [rad]."""
+    """Return the length of a joint path [rad]: on each line, that of the joint that moves farthest."""
     from ..kinematics.timing import leading
 
     return sum(leading(a, b) for a, b in pairwise(points))

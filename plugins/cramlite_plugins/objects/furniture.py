@@ -125,7 +125,7 @@ def door(
 
 
 def _handle(at: Pose) -> Feature:
-    """Feature at the middle of a bar, z out of the front."""
+    """Handle feature at the middle of a bar; its z axis points out of the front of the furniture."""
     return Feature(
         "handle", "cram:Handle", Pose.from_axes(at.position, (1, 0, 0), (0, 0, 1)), {"radius": BAR, "length": 0.10}
     )

@@ -96,15 +96,17 @@ def _mass(shape: Shape, mass: float | None, density: float | None) -> float:
 
 
 def _inertia(shape: Shape, mass: float) -> Inertia:
-    """Inertia of an even density; no principal moment below that of a ball of 1 mm, which keeps the step
-    stable."""
+    """Return the inertia of a body of even density; no principal moment is below that of a ball of 1 mm.
+
+    This keeps the simulation stable.
+    """
     xx, yy, zz, xy, xz, yz = (m * mass / shape.volume for m in shape.moments)
     least = 0.4 * mass * 1e-6
     return Inertia(shape.centre, (max(xx, least), max(yy, least), max(zz, least), xy, xz, yz))
 
 
 def _bottom(shape: Shape) -> Iterable[Feature]:
-    """Standing face of a mesh, if its lowest points form one."""
+    """Yield the face that a mesh stands on as a feature, if its lowest points form a face."""
     corners = np.concatenate([g.pose.apply(np.asarray(g.corners)) for g in shape.geoms])
     lowest = corners[:, 2].min()
     face = corners[corners[:, 2] < lowest + STANDS]

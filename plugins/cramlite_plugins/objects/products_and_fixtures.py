@@ -79,7 +79,7 @@ def block(
 
 
 def _ring(radius: float, height: float, rgba: Colour) -> tuple[Geom, ...]:
-    """Boxes tangent to the hole's circle: no gap between them, and none reaches into the circle."""
+    """Return the boxes around a hole: tangent to its circle, without a gap between them."""
     half = (TAB_RIM / 2, (radius + TAB_RIM) * math.tan(math.pi / TAB_SIDES), TAB_THICKNESS / 2)
     geoms = []
     for k in range(TAB_SIDES):

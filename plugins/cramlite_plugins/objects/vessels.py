@@ -19,7 +19,7 @@ def can(
     name: str, pose: Pose, radius: Length = 0.033, height: Length = 0.115, mass: Mass = 0.35, friction: float = 0.6,
     rgba: Colour = (0.70, 0.30, 0.30, 1.0),
 ) -> Thing:  # fmt: skip
-    """Make a full cylinder."""
+    """Make a can: a solid cylinder."""
     body = Geom("cylinder", (radius, height / 2), rgba=rgba)
     return Thing(name, "cram:Product", pose, (body,), (_bottom(radius, height),), mass, friction)
 
@@ -126,7 +126,8 @@ def jug(
 
 
 def _shell(radius: float, height: float, wall: float, rgba: Colour) -> tuple[Geom, ...]:
-    """A floor, and boxes around it that overlap at their edges so that there is no gap."""
+    """Return the geoms of a round vessel: a floor, and boxes as its wall, which overlap at their edges
+    without a gap."""
     floor = Geom("cylinder", (radius - wall / 2, wall / 2), Pose((0, 0, (wall - height) / 2)), rgba=rgba)
     middle = radius - wall / 2
     half = (wall / 2, (middle + wall / 2) * math.tan(math.pi / SIDES), height / 2)

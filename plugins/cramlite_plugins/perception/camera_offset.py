@@ -27,7 +27,8 @@ BLOCK = 40
 
 
 class _Points(Value, eq=False):
-    """Points near fixtures (N, 3), rays to them, standard deviations [m], and the blocks of the image that they are in."""
+    """Measured points near fixtures (N, 3), with camera rays, standard deviations [m], and the square block
+    of the image that each is in."""
 
     at: Floats
     rays: Floats
@@ -105,7 +106,10 @@ def _registered(points: _Points, solids: Sequence[tuple[Geom, Pose]], centre: Fl
 def _clear(
     points: _Points, whole: Pose, solids: Sequence[tuple[Geom, Pose]], limits: Mapping[str, float]
 ) -> tuple[_Points, list[tuple[Geom, Pose]]]:
-    """Solids on whose surface most of the points nearest to them lie, and these points.
+    """Points that a camera sees on solids (shapes of fixtures) which no other thing hides or surrounds, and
+    these solids.
+
+    A solid is kept if most of the points nearest to it lie on its surface.
 
     Other solids are left out: a thing that hangs on a peg has points near the peg, which do not tell where
     the camera is.
@@ -118,7 +122,7 @@ def _clear(
     clear = [k for k in range(len(solids)) if (own := nearest == k).sum() >= limits["part"] and on[own].mean() >= limits["clear"]]
     kept = np.isin(nearest, clear)
     if kept.sum() < limits["least"]:
-        raise Unresolvable(f"things hide or surround the fixtures: {int(kept.sum())} points are on parts that are clear of them")
+        raise Unresolvable(f"things hide or surround the fixtures: {int(kept.sum())} points are on fixtures that nothing hides")
     return _Points(points.at[kept], points.rays[kept], points.spread[kept], points.blocks[kept]), [solids[k] for k in clear]
 
 
@@ -163,8 +167,11 @@ def _twist(whole: Pose, centre: Floats) -> Floats:
 
 
 def _covariance(points: _Points, away: Floats, j: Floats, weight: Floats, prior: Floats) -> tuple[Floats, int]:
-    """Covariance of the motion, from noise and from the residuals of each block of the image; and the
-    number of directions that the points determine less than the prior does."""
+    """Covariance of the camera's estimated motion, and the number of directions in which the prior is more
+    certain than the points.
+
+    The covariance is that of noise and of the residuals of each block of the image.
+    """
     import numpy as np
     from scipy.linalg import eigh
 
@@ -178,8 +185,11 @@ def _covariance(points: _Points, away: Floats, j: Floats, weight: Floats, prior:
 def _judged(
     believed: Pose, whole: Pose, centre: Floats, covariance: Floats, points: _Points, used: Any, limits: Mapping[str, float]
 ) -> tuple[Pose, Pose, float, float, float, bool]:
-    """Return the corrected pose of a camera, its motion from the believed pose with two standard deviations,
-    the shift of points, and whether it counts as displaced."""
+    """Return the corrected pose of a camera, its motion from the believed pose, and whether it was moved.
+
+    Between the last two come the standard deviations of position [m] and angle [rad], and the points' shift
+    [m].
+    """
     import numpy as np
 
     camera = whole * believed

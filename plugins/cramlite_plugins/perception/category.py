@@ -25,8 +25,10 @@ def types(priors: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 class Known(Value, eq=False):
-    """Appearance of a known model: red and green shares of its largest geom, sorted extents of its
-    bounding box [m], and whether it has a printed texture, which one colour does not describe."""
+    """Appearance of a known model: the colour of its largest geom, its sizes, and whether it has a printed texture.
+
+    ``chroma`` are the colour's red and green shares, ``lengths`` the sorted extents of the bounding box [m].
+    """
 
     model: Thing
     chroma: Floats
@@ -47,7 +49,9 @@ def known_looks(inputs: Inputs) -> Mapping[str, Any]:
 
 
 def category(inputs: Inputs) -> Mapping[str, Any]:
-    """Classify an object by Bayes' rule over the known models and "unknown", with equal priors; a fixture keeps its class.
+    """Classify an object by Bayes' rule over the known models and "unknown", with equal priors.
+
+    An object that was associated with a fixture gets the fixture's class.
 
     p(model | chroma, extents) ~ N(chroma; model's) N(what is too large; 0) N(what is missing; 0): an extent that looks
     larger than the model speaks against it, a smaller one hardly: something may hide the rest.
@@ -85,7 +89,7 @@ def _chroma_of(view: Any, mask: Any) -> Floats:
 
 
 def _model_chroma(model: Thing) -> Floats:
-    """Chroma of a model's largest geom."""
+    """Red and green shares (2,) of the colour of a model's largest geom."""
     import numpy as np
 
     largest = max(model.geoms, key=lambda g: math.prod(sorted(g.size)[-2:]))

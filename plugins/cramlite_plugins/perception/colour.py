@@ -35,7 +35,7 @@ def colour(inputs: Inputs) -> Mapping[str, Any]:
 
 
 def words(pixels: np.ndarray[Any, np.dtype[np.uint8]]) -> Words:
-    """Classify RGB colours (N, 3) uint8 as indices (N,) into ``WORDS``."""
+    """Return the colour words of RGB pixels (N, 3) uint8, as indices (N,) into ``WORDS``."""
     import numpy as np
 
     rgb = pixels.astype(float) / 255

@@ -69,8 +69,10 @@ def _named(
 
 
 def _sure(i: int, name: str, kept: Mapping[int, str], known: list[str], costs: Any, limit: float) -> float:
-    """Confidence of a match, growing with the gap between the cost of the matched object and that of the
-    next; 0.9 for a new object."""
+    """Confidence that an object is the one that it was matched with; 0.9 for a new object.
+
+    It grows with the gap between the cost of this match and that of the next best one.
+    """
     if i not in kept:
         return 0.9
     others = sorted(c for j, c in enumerate(costs[i]) if known[j] != name)

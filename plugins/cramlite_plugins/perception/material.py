@@ -13,7 +13,10 @@ PROPERTY = "cram:material"
 
 
 def known_material(model: str, kind: str, taxonomy: Any) -> tuple[str, str] | None:
-    """Return the material of a product and where that is said: in its own entry, or of its nearest class."""
+    """Return the material of a product and the source that states it; None if no source does.
+
+    Sources are the product's own entry, else the nearest class of the ontology.
+    """
     own = entries().get(model, {}).get("material")
     if own is not None:
         return str(own), f"the entry of '{model}'"
@@ -29,8 +32,11 @@ def materials(priors: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def material(inputs: Inputs) -> Mapping[str, Any]:
-    """Return the possible materials of an object: of the models that it may be, each with their summed
-    confidence; else of its fixture."""
+    """Return the possible materials of an object with their confidences, the likeliest first.
+
+    They are the materials of the models that the object may be; without such models, that of its fixture or
+    class.
+    """
     models = {m.name: m for m in inputs["models"]}
     kind = inputs.judged("type")
     looks = [(c.value, models[c.value].type, c.confidence) for c in inputs["candidates"] if c.value in models]
@@ -43,7 +49,7 @@ def material(inputs: Inputs) -> Mapping[str, Any]:
         said = known_material(name, type_, inputs["taxonomy"])
         if said is not None:
             shares[said[0]] = shares.get(said[0], 0.0) + sure
-            whys.setdefault(said[0], f"not seen: {said[0]} is the material in {said[1]}, and the object was recognised as a {type_}")
+            whys.setdefault(said[0], f"not seen: {said[0]} is the material stated by {said[1]}, and the object was recognised as a {type_}")
     order = sorted(shares, key=lambda m: (-shares[m], m))
     if kind.value == UNKNOWN or not order:
         raise Unresolvable(f"no source has the material of a '{kind.value}'")

@@ -17,7 +17,8 @@ Fact = tuple[str, str, str]
 
 
 def relations(inputs: Inputs) -> Mapping[str, Any]:
-    """Return facts (predicate, name, class) of each object, about fixtures with known poses and other objects.
+    """Return the relations of each object to fixtures with known poses and to other objects, as facts
+    (predicate, name, class).
 
     Left and right are the camera's; names of other objects are their numbers, "#2".
     """

@@ -23,13 +23,14 @@ class Box(Value):
     high: tuple[float, float, float]
 
     def contains(self, points: NDArray[np.floating]) -> Mask:
-        """Check which of the points (..., 3) are inside; NaN is outside."""
+        """Check which of the points (..., 3) are inside of the box; NaN is outside."""
         inside = (points >= np.array(self.low)) & (points <= np.array(self.high))
         return np.asarray(inside.all(axis=-1))
 
 
 class Cloud(Value, eq=False):
-    """Organised point cloud: (height, width, 3) points of the world frame [m], and the mask of those selected."""
+    """Organised point cloud: (height, width, 3) points of the world frame [m], and the mask of the points of
+    interest."""
 
     points: Points32
     mask: Mask
@@ -44,7 +45,7 @@ class Plane(Value, eq=False):
     extent: float
 
     def distance(self, points: NDArray[np.floating]) -> NDArray[np.floating]:
-        """Return the signed distances (...) of points (..., 3) [m], positive on the camera's side."""
+        """Return the signed distances (...) of points (..., 3) from the plane [m], positive on the camera's side."""
         return np.asarray(points @ self.normal.astype(points.dtype) - points.dtype.type(self.offset))
 
 
@@ -55,7 +56,7 @@ class Segment(Value, eq=False, dict=True):
 
     @cached_property
     def count(self) -> int:
-        """Return the number of pixels."""
+        """Return the number of pixels of the segment."""
         return int(np.count_nonzero(self.mask))
 
 
@@ -77,5 +78,5 @@ class Extents(Value):
 
     @property
     def longest(self) -> float:
-        """Return the largest of the three extents [m]."""
+        """Return the largest of height, width and depth [m]."""
         return max(self.height, self.width, self.depth)

@@ -193,7 +193,7 @@ def _clear(vessel: Thing, pose: Pose, height: float) -> Pose:
 
 
 def _about(pose: Pose, point: Floats, target: Floats, axis: Floats, angle: float) -> Pose:
-    """The pose turned about a level axis by an angle, with a point of its own frame at a target."""
+    """A pose turned about an axis by an angle, and moved so that a point given in its own frame comes to a target."""
     turned = Pose.from_rotvec((0, 0, 0), tuple(angle * axis)) * Pose((0, 0, 0), pose.quaternion)
     return Pose(tuple(np.subtract(target, turned.rotate(point))), turned.quaternion)
 

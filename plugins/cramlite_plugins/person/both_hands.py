@@ -36,8 +36,7 @@ def width_from_above(thing: Thing) -> float:
 
 
 def waiting(scene: Scene, rng: np.random.Generator) -> Pose:
-    """Choose the pose at which the other hand waits: in front, pointing down, on the side of the things
-    that this hand may take."""
+    """Choose the pose at which the other hand waits: in front, pointing down, beside the things that it may take."""
     side = np.cross(scene.facing, (0.0, 0.0, 1.0)) * rng.choice([-1.0, 1.0]) * rng.uniform(0.28, 0.4)
     others = [np.subtract(t.pose.position, scene.product.pose.position) for t in _for_other_hand(scene)]
     if others and float(np.sum(others @ side)) < 0:
@@ -83,7 +82,7 @@ def _raised(pose: Pose, height: float) -> Pose:
 
 
 def hand_over(person: Performer, scene: Scene, hold: Pose, take: Pose) -> None:
-    """Hand the held thing over: the other hand takes hold, this one lets go and withdraws; then the other acts.
+    """Hand the payload over: the other hand grasps it, the acting hand lets go and withdraws; then the other one acts.
 
     Args:
         hold: where this hand closed, in the world, when the thing was where it is in the scene.

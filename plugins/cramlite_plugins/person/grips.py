@@ -107,8 +107,10 @@ def _preferred(thing: Thing, pose: Pose, hole: Feature | None, ahead: Floats) ->
 
 
 def _around(low: Floats, high: Floats, pose: Pose, hole: Feature | None, ways: list[Floats]) -> Iterator[PersonGrip]:
-    """Grasps of a box (its corners in the thing's frame) from given directions, in their order, the narrow
-    side first."""
+    """Generate grasps around a box, whose corners are given in the thing's frame.
+
+    The directions of approach are taken in their order, and for each the narrow side of the box comes first.
+    """
     size = np.subtract(high, low)
     for way in ways:
         local = pose.inverse().rotate(way)

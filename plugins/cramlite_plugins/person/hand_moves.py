@@ -44,15 +44,14 @@ def close(person: Performer, width: float) -> None:
 
 
 def lead(person: Performer, scene: Scene, route: list[Floats], speed: float) -> None:
-    """Move the hole along points (3,) [m] in the world; the hand keeps its orientation, and the hole's
-    offset from it is measured first."""
+    """Move the hand, its orientation kept, so that the hole in the payload goes along points (3,) of the world [m]."""
     hole = np.array((person.pose(scene.product.name) * scene.hole.pose).position)
     offset = np.array(person.tool().position) - hole
     person.move([Pose(tuple(p + offset), person.aim.quaternion) for p in route], speed)
 
 
 def tip_points(scene: Scene) -> list[Floats]:
-    """Return the points (3,) that a bent tip leads to, in the world [m]: its end; the peg's own end without one."""
+    """Return the end of a peg's bent tip, or of a peg without one, as a list of one point in the world [m]."""
     tip = scene.hanger.feature("vrps:Tip")
     if tip is not None:
         return [scene.hanger.pose.apply(tip.pose.position)]

@@ -46,7 +46,7 @@ def hole(person: Performer, scene: Scene) -> Floats:
 
 
 def face(person: Performer, scene: Scene) -> None:
-    """Turn the object upright, its front along the peg, and bring the hole before the peg's tip, by an arc."""
+    """Turn the object upright, its front along the peg, and bring the hole in front of the peg's tip, by an arc."""
     end = tip_points(scene)[-1] + scene.along * person.between(*BEFORE)
     goal = _hand_for(person, scene, end)
     middle = (np.array(person.aim.position) + goal.position) / 2

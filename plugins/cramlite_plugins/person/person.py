@@ -172,7 +172,8 @@ class Person:
         self.limb.aim = path[-1]
 
     def follow(self, path: Sequence[Pose], seconds: float) -> None:
-        """Move the hand from its target through poses, evenly, place and turn together, within a time [s]."""
+        """Move the hand from its present target through poses within a time [s], with the same time for each
+        leg."""
         poses = [self.aim, *path]
         for u in _fractions(seconds):
             k = min(int(u * len(path)), len(path) - 1)
@@ -235,7 +236,7 @@ def way(aim: Pose, path: Sequence[Pose], speed: float, *, curved: bool = False) 
 
 
 def _fractions(seconds: float) -> Floats:
-    """Shares of a minimum-jerk movement, one for each control period."""
+    """Shares of the way that a minimum-jerk movement has gone, one for each control period."""
     u = np.arange(1, max(round(seconds * CONTROL), 1) + 1) / max(round(seconds * CONTROL), 1)
     return np.asarray(u**3 * (10 - 15 * u + 6 * u * u))
 
@@ -255,7 +256,7 @@ class Waves:
 
 
 def slerp(a: Pose, b: Pose, u: float) -> Pose:
-    """Interpolate orientations: a share ``u`` of the shortest turn from ``a`` to ``b``; no position."""
+    """Return the orientation that is a share ``u`` of the shortest turn from ``a`` to ``b``; the position is zero."""
     turn = Pose((0, 0, 0), a.quaternion).inverse() * Pose((0, 0, 0), b.quaternion)
     return Pose((0, 0, 0), a.quaternion) * Pose.from_rotvec((0, 0, 0), np.multiply(turn.rotvec, u).tolist())
 

@@ -22,7 +22,7 @@ Missed = Callable[[Performer, World, list[Thing]], str]
 
 
 def _held(person: Performer, _world: World, things: list[Thing]) -> str:
-    """Objection if the script's first thing is not in the hand, else ""."""
+    """Objection if the first of the task's things is not in the hand, else ""."""
     return "" if person.holds(things[0].name) else f"'{things[0].name}' is not in the hand"
 
 
@@ -31,20 +31,20 @@ def _let_go(person: Performer, _world: World, things: list[Thing]) -> str:
 
 
 def _stands(person: Performer, world: World, things: list[Thing]) -> str:
-    """Objection if the script's first thing does not stand on its second, else ""."""
+    """Objection if the first of the task's things does not stand on the second, else ""."""
     thing, onto = things
     return "" if acts.stands_on(person, thing, onto) else f"'{thing.name}' does not stand on '{onto.name}'"
 
 
 def _inside(person: Performer, _world: World, things: list[Thing]) -> str:
-    """Objection if the script's first thing is not inside its second, else ""."""
+    """Objection if the first of the task's things is not inside the second, else ""."""
     thing, into = things
     inside = acts.is_inside(person, thing, into)
     return "" if inside else f"'{thing.name}' is not in '{into.name}'"
 
 
 def _moved(share: float) -> Missed:
-    """Make a check that objects if the joint of the script's first thing is not near a share of its range."""
+    """Make a check that objects if the joint of the task's first thing is not near a share of its range."""
 
     def missed(person: Performer, _world: World, things: list[Thing]) -> str:
         reached = acts.opened(person, things[0])

@@ -82,6 +82,9 @@ def all_predicates() -> tuple[Predicate, ...]:
         of_joints(
             "joint_open", 1, joint_open, cost=3, doc="A thing's joint is open by 20 % or more.", fluent=fluents.JOINT_OPEN
         ),
+        of_joints(
+            "joint_wide", 1, joint_wide, cost=3, doc="A thing's joint is open by 80 % or more.", fluent=fluents.JOINT_WIDE
+        ),
         of_joints("joint_share", 1, joint_share, value=True, cost=3, doc="How far a thing's joint is open, as a share of its range."),
         Predicate(
             "parked", 0, parked, cost=3, doc="All arm joints are at the park state.",
@@ -143,7 +146,8 @@ def _displacement(motion: Motion | None, phase: Phase) -> Floats:
 
 
 def tilts(phase: Phase, thing: str | None) -> Iterator[Row]:
-    """Evaluate tilts(Thing): away from the attitude it had at the start of the recording."""
+    """Evaluate tilts(Thing): at some time in the phase Thing leans away from its attitude at the start of the
+    recording."""
     for name in _candidates(phase, thing):
         track = phase.episode.tracks[name]
         upright = track.at(float(track.times[0])).rotation[:, 2]
@@ -162,7 +166,7 @@ def swings(phase: Phase, thing: str | None) -> Iterator[Row]:
 
 
 def _smoothed(times: Floats, values: Floats) -> Floats:
-    """Moving average of a signal over ``TREMOR``; recordings with fewer samples are unchanged.
+    """Moving average of a signal over ``TREMOR``, against the noise of a tracker.
 
     It leaves 2 mm of 5 mm of a tracker's noise at 45 Hz.
     """
@@ -173,8 +177,10 @@ def _smoothed(times: Floats, values: Floats) -> Floats:
 
 
 def _swings(times: Floats, values: Floats) -> int:
-    """Largest number of strokes in a row that take at most ``SWING`` each; a stroke leads from one index
-    of ``_turns`` to the next."""
+    """Largest number of half swings of a signal in a row that take at most ``SWING`` each.
+
+    A half swing leads from one extreme that ``_turns`` gives to the next.
+    """
     best = row = 0
     for one, other in pairwise(_turns(values.tolist())):
         row = row + 1 if times[other] - times[one] <= SWING else 0
@@ -183,8 +189,7 @@ def _swings(times: Floats, values: Floats) -> int:
 
 
 def _turns(values: list[float]) -> list[int]:
-    """Indices at which a signal reverses: its extremes after which it goes back by ``SWUNG``, with the
-    first and the last."""
+    """Indices of the extremes of a signal after which it goes back by ``SWUNG`` or more, and of its last extreme."""
     found: list[int] = []
     way = low = high = 0
     for k, value in enumerate(values):
@@ -199,14 +204,14 @@ def _turns(values: list[float]) -> list[int]:
 
 
 def gripper_closed(phase: Phase) -> Iterator[Row]:
-    """Evaluate gripper_closed(): at the instant, or during the whole phase."""
+    """Evaluate gripper_closed(): the fingers are closed at an instant, or all through a phase."""
     share = _share(phase)
     if share is not None and share[1] < CLOSED:
         yield ()
 
 
 def gripper_open(phase: Phase) -> Iterator[Row]:
-    """Evaluate gripper_open(): at the instant, or during the whole phase."""
+    """Evaluate gripper_open(): the fingers are open at an instant, or all through a phase."""
     share = _share(phase)
     if share is not None and share[0] > OPENED:
         yield ()
@@ -218,23 +223,28 @@ def on_joint(phase: Phase, thing: str | None) -> Iterator[Row]:
 
 
 def joint_rises(phase: Phase, thing: str | None) -> Iterator[Row]:
-    """Evaluate joint_rises(Thing): the value at the end against that at the start."""
+    """Evaluate joint_rises(Thing): the value of Thing's joint is higher at the end of the phase than at the start."""
     yield from ((n,) for n, values in _joints(phase, thing) if values[-1] - values[0] > JOINT_CLOSED)
 
 
 def joint_falls(phase: Phase, thing: str | None) -> Iterator[Row]:
-    """Evaluate joint_falls(Thing): the value at the end against that at the start."""
+    """Evaluate joint_falls(Thing): the value of Thing's joint is lower at the end of the phase than at the start."""
     yield from ((n,) for n, values in _joints(phase, thing) if values[0] - values[-1] > JOINT_CLOSED)
 
 
 def joint_closed(phase: Phase, thing: str | None) -> Iterator[Row]:
-    """Evaluate joint_closed(Thing)."""
+    """Evaluate joint_closed(Thing): Thing's joint is closed all through the phase."""
     yield from ((n,) for n, values in _joints(phase, thing) if values.max() <= JOINT_CLOSED)
 
 
 def joint_open(phase: Phase, thing: str | None) -> Iterator[Row]:
-    """Evaluate joint_open(Thing)."""
+    """Evaluate joint_open(Thing): Thing's joint is open all through the phase."""
     yield from ((n,) for n, values in _joints(phase, thing) if values.min() >= JOINT_OPEN)
+
+
+def joint_wide(phase: Phase, thing: str | None) -> Iterator[Row]:
+    """Evaluate joint_wide(Thing)."""
+    yield from ((n,) for n, values in _joints(phase, thing) if values.min() >= fluents.WIDE)
 
 
 def joint_share(phase: Phase, thing: str | None) -> Iterator[Row]:
@@ -243,8 +253,7 @@ def joint_share(phase: Phase, thing: str | None) -> Iterator[Row]:
 
 
 def parked(phase: Phase) -> Iterator[Row]:
-    """Evaluate parked(): the joint positions against those of the park posture, from the episode's extra
-    "park" [rad]."""
+    """Evaluate parked(): the arm is in its park posture, which the episode's extra "park" states [rad]."""
     extras = phase.episode.extras
     if {"joints", "times", "park"} <= set(extras) and extras["joints"].ndim == 2:
         joints = _values_over(extras["times"], extras["joints"], phase)

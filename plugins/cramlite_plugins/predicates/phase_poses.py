@@ -91,8 +91,11 @@ def distance_to_box(phase: Phase, name: str, other: str, time: float) -> float |
 
 
 def _gaps_at_boundaries(phase: Phase, name: str, other: str) -> dict[float, float | None]:
-    """Compute the distances of an entity's origin from another's box at all boundaries of the timeline, at
-    once; empty for parts, which follow their whole."""
+    """Compute the distances of an entity's origin from another's box, at once for all times at which states
+    or actions begin or end.
+
+    Empty for parts, which follow their whole.
+    """
     mine, its = _at_boundaries(phase, name), _at_boundaries(phase, other)
     if mine is None or its is None:
         return {}
@@ -103,7 +106,10 @@ def _gaps_at_boundaries(phase: Phase, name: str, other: str) -> dict[float, floa
 
 
 def _at_boundaries(phase: Phase, name: str) -> Floats | None:
-    """Poses of a thing at all boundaries of the timeline (N, 7); None for a part, or if they are unknown."""
+    """Poses (N, 7) of a thing at all times at which states or actions begin or end.
+
+    None if they are unknown, or for a part of a thing.
+    """
     cuts, track = phase.timeline.cuts, phase.episode.tracks.get(name)
     if track is not None and len(track.times):
         return track.poses[np.maximum(np.searchsorted(track.times, np.array(cuts), side="right") - 1, 0)]

@@ -106,7 +106,7 @@ def approaches(phase: Phase, name: str | None) -> Iterator[Row]:
 
 
 def within_reach(phase: Phase, name: str | None) -> Iterator[Row]:
-    """Evaluate within_reach(Thing), at the end of the phase."""
+    """Evaluate within_reach(Thing): the hand is less than ``REACH`` from Thing's box at the end of the phase."""
     for other in [name] if name is not None else things(phase):
         gap = _from_hand(phase, other, phase.end)
         if gap is not None and gap < REACH:
@@ -114,7 +114,7 @@ def within_reach(phase: Phase, name: str | None) -> Iterator[Row]:
 
 
 def between_fingers(phase: Phase, name: str | None) -> Iterator[Row]:
-    """Evaluate between_fingers(Thing), at the end of the phase.
+    """Evaluate between_fingers(Thing): Thing is between the pads at the end of the phase.
 
     The line between two finger tips, or one between their pads further on or at their edges, meets its shape, or its box where no more is
     known: by its round side a mug was held between the ends of the pads' edges, 2 mm deep, and not between their middles.
@@ -175,10 +175,11 @@ def in_or_above(phase: Phase, name: str | None, place: str | None) -> Iterator[R
 
 
 def in_cavity(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
-    """Evaluate in_cavity(Thing, Container).
+    """Evaluate in_cavity(Thing, Container): Thing's origin is in a cavity of Container at the end of the phase.
 
     Thing's origin is taken in the frame of a cavity of Container, whose origin is the middle of the opening
-    and whose z axis leads out of it. Cavities without a size are left out."""
+    and whose z axis leads out of it. Cavities without a size are left out.
+    """
     for cavity in phase.timeline.entities_of("cram:Cavity"):
         container, size = phase.timeline.wholes[cavity][-1], phase.timeline.entities[cavity].properties
         if place not in (None, container) or "height" not in size or not {"radius", "width"} & set(size):
@@ -217,7 +218,10 @@ def in_region_by(phase: Phase, name: str | None, region: str | None, margin: flo
 
 
 def near(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
-    """Evaluate near(Thing, Place): by the distance of Thing's origin from Place's box; a place of unknown size is taken as UNSIZED wide."""
+    """Evaluate near(Thing, Place): the distance of Thing's origin from Place's box is less than ``NEAR``.
+
+    For a place of unknown size, whose origin stands for the box, the limit is larger by ``UNSIZED``.
+    """
     for other in [place] if place is not None else things(phase):
         for one in [name] if name is not None else things(phase):
             gap = distance_to_box(phase, other, one, phase.end)
@@ -226,7 +230,7 @@ def near(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
 
 
 def distance_seen_from_above(phase: Phase, name: str | None, other: str | None) -> Iterator[Row]:
-    """Evaluate distance_seen_from_above(Thing, Other), at the end of the phase."""
+    """Evaluate distance_seen_from_above(Thing, Other): the horizontal distance of their origins [m]."""
     for another in [other] if other is not None else things(phase):
         for one in [name] if name is not None else things(phase):
             here, there = pose_of(phase, one, phase.end), pose_of(phase, another, phase.end)
@@ -235,8 +239,11 @@ def distance_seen_from_above(phase: Phase, name: str | None, other: str | None) 
 
 
 def recedes(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
-    """Evaluate recedes(Thing, Place): Thing moves by ELSEWHERE, and its origin comes no nearer to the box
-    of Place, nor, seen from above, to the middle of Place."""
+    """Evaluate recedes(Thing, Place): Thing moves, by ``ELSEWHERE`` or more, and comes no nearer to Place.
+
+    Neither its origin's distance from Place's box nor, seen from above, that from Place's middle shrinks by
+    more than ``APPROACHED``.
+    """
     for one in [name] if name is not None else things(phase):
         poses = [pose_of(phase, one, t) for t in (phase.start, phase.end)]
         if None in poses or math.dist(*(p.position for p in poses if p is not None)) < ELSEWHERE:
@@ -256,7 +263,7 @@ def _horizontal_distance(phase: Phase, one: str, other: str, time: float) -> flo
 
 
 def stands_at(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
-    """Evaluate stands_at(Base, Place), at the end of the phase.
+    """Evaluate stands_at(Base, Place): Base is less than ``BESIDE`` from Place, on the floor.
 
     The distance is from outline to outline on the floor; without a size, from an origin.
     """

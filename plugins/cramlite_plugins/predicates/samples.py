@@ -37,7 +37,7 @@ class Samples:
         return found
 
     def window(self, start: float, end: float) -> slice:
-        """Return the samples of [start, end), from the last one before it on."""
+        """Return the samples that hold in [start, end), beginning with the last one at or before ``start``."""
         first, last = self.row(start), self._ends.get(end)
         if last is None:
             last = self._ends[end] = int(self.times.searchsorted(end, side="left"))
@@ -45,7 +45,8 @@ class Samples:
 
     @cached_property
     def spans(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the windows between neighbouring cuts, as flat arrays.
+        """Return the windows of the signal, each from one boundary of the timeline to the next, as three flat
+        arrays of samples.
 
         They are: for every sample of each window its row, and the row of the window's first sample, one window after
         the other; and where each window begins in them.
@@ -61,8 +62,7 @@ class Samples:
         return dict(pairwise(self._cuts))
 
     def pieces(self, start: float, end: float) -> list[float]:
-        """Return the starts of the windows between neighbouring cuts that make up [start, end); empty if none
-        do."""
+        """Return the start times of the windows of the signal that fill [start, end); empty if none do."""
         if self._next.get(start) == end:
             return [start]
         found, at = [], start
@@ -72,7 +72,7 @@ class Samples:
         return found if at == end else []
 
     def by_start(self, values: np.ndarray) -> dict[float, float]:
-        """Return the values of the windows between neighbouring cuts, by their start."""
+        """Return values, one for each window of the signal, by the start of the window."""
         return dict(zip(self._cuts, values.tolist(), strict=False))
 
 
@@ -90,7 +90,8 @@ class Motion(Samples):
 
     @cached_property
     def _distances(self) -> dict[float, float]:
-        """The largest distance [m], for each window between neighbouring cuts, by its start."""
+        """Largest distance of the frame from its position at the start of a window [m], by the start of each
+        window."""
         rows, first, begins = self.spans
         offset = self.poses[rows, :3] - self.poses[first, :3]
         squares = np.einsum("ij,ij->i", offset, offset)
@@ -98,7 +99,7 @@ class Motion(Samples):
 
     @cached_property
     def _angles(self) -> dict[float, float]:
-        """Return the largest turn of the frame [rad] within each window between two neighbouring cuts, keyed by the window's start."""
+        """Return the largest turn of the frame [rad] in each window of the signal, by the start time of the window."""
         rows, first, begins = self.spans
         cosines = np.abs(np.einsum("ij,ij->i", self.poses[rows, 3:], self.poses[first, 3:]))
         least = np.minimum.reduceat(cosines, begins) if len(begins) else cosines

@@ -28,7 +28,10 @@ def no_hand(phase: Phase, *_names: str | None) -> str | None:
 
 
 def no_box(phase: Phase, name: str | None, place: str | None) -> str | None:
-    """Return why nobody knows whether a thing is within, or over, a place: no pose of either, or no shape of the place."""
+    """Return the reason why it is unknown whether a thing is in or above a place; None if it is known.
+
+    The reason is that the pose of one of the two, or the shape of the place, is unknown.
+    """
     if place is not None and pose_of(phase, place, phase.end) is not None and box_of(phase, place) is None:
         return f"no shape of '{place}'"
     without = any(box_of(phase, n) is None for n, e in phase.timeline.entities.items() if e.part_of is None)
@@ -36,18 +39,20 @@ def no_box(phase: Phase, name: str | None, place: str | None) -> str | None:
 
 
 def no_fingers(phase: Phase, *_names: str | None) -> str | None:
-    """Return "no fingers of the hand" where neither finger tips nor an opening were recorded."""
+    """Return "no fingers of the hand" as what is unknown where neither finger tips nor an opening were
+    recorded."""
     return None if len(tips(phase.timeline)) > 1 or "opening" in phase.episode.extras else "no fingers of the hand"
 
 
 def no_effector(phase: Phase, _name: str | None) -> str | None:
-    """Return "who acts", the reason of an unknown predicate, if no effector of the recording is known."""
+    """Return "who acts" as what is unknown for a predicate, if the recording names no effector."""
     known = phase.episode.effector is not None or phase.timeline.entities_of("soma:PrehensileEffector")
     return None if known else "who acts"
 
 
 def no_class(phase: Phase, name: str | None, _class: str | None) -> str | None:
-    """Return the clause "what NAME is" for a list of unknowns if no class of an entity is known, else None."""
+    """Return "what NAME is" as what is unknown for a predicate, if an entity has no known class; None
+    otherwise."""
     unknown = name in phase.timeline.entities and not phase.timeline.types(name or "")
     return f"what '{name}' is" if unknown else None
 

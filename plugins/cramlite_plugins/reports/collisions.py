@@ -36,7 +36,7 @@ class Pair(Value):
 
     @property
     def least(self) -> Entry:
-        """Refusal with the smallest overlap of the pair, the one that is drawn."""
+        """Refusal with the smallest overlap of the two bodies; the report draws this one."""
         return self.entries[0]
 
     @property

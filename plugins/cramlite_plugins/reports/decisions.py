@@ -47,12 +47,13 @@ class Decision(Value):
 
     @property
     def task(self) -> bool:
-        """Whether the decision is about a task of the plan, or about a control rule around tasks."""
+        """Whether the decision is about an item of the plan: a task, or a control rule around tasks."""
         return of_plan(self.asked)
 
 
 class CandidateDecisions(Value):
-    """Decisions of one candidate task sequence in order, and its proofs, each after the runs of its twins."""
+    """Decisions of one candidate task sequence in order, and its proofs, each listed after the runs of its
+    twins."""
 
     number: int
     decisions: tuple[Decision, ...]
@@ -70,7 +71,7 @@ class CandidateDecisions(Value):
 
 
 def of_plan(entry: Entry) -> bool:
-    """Return whether an entry asks for a task of the plan, or for a rule of the plan language."""
+    """Check whether an entry of the trace asks for an item of the plan: a task, or a control rule around tasks."""
     return entry.kind in ("action", "compound") and entry.numbers.get("depth") == 0
 
 

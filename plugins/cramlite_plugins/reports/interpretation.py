@@ -57,7 +57,8 @@ def render(done: Finished) -> str:
 
 
 def _rows(found: Interpretation, pairs: list[tuple[Interpreted, Match | None]]) -> tuple[list[TaskRow], list[TaskRow]]:
-    """Tasks by name: those that explain some action, and the others."""
+    """Two lists of table rows, each sorted by name: the tasks that explain some action, and the tasks that
+    explain none."""
     matched = {m.task for a in found.actions for m in a.matches}
     tasks = matched | {r.task for a in found.actions for r in a.rejections}
     rows = [(task, [_cell(task, action, match) for action, match in pairs]) for task in sorted(tasks, key=short)]
@@ -70,7 +71,7 @@ def _cell(task: str, action: Interpreted, chosen: Match | None) -> Cell:
         why = "; or ".join(f"{m.explanation} ({_roles(m)})" if m.roles else m.explanation for m in matches)
         kind = "chosen" if chosen is not None and chosen.task == task else "match"
         return Cell(kind, f"{task}: {why}. All {matches[0].conditions} conditions hold.")
-    why = next((r.sentence for r in action.rejections if r.task == task), f"not {task}: no rule is about this task here.")
+    why = next((r.sentence for r in action.rejections if r.task == task), f"not {task}: no rule for this task was tried on this action.")
     return Cell("no", why)
 
 

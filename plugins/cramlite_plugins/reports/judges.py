@@ -1,4 +1,4 @@
-"""Verdict: the validators' measurements in the run, and the files beside the page."""
+"""Verdict in the report: the validators' measurements in the run, and links to the other files of the run."""
 
 from __future__ import annotations
 
@@ -31,7 +31,8 @@ def report_sections() -> Iterable[ReportSection]:
 
 
 def render(done: Finished) -> str:
-    """Render the report's list of the validators' findings, with the files beside the page, as HTML."""
+    """Render the report's table of what the validators found, and its links to the other files of the run
+    directory, as HTML."""
     if done.shown is None:
         return ""
     candidate = done.shown.candidate
@@ -56,8 +57,10 @@ def measured(finding: Finding) -> Measured:
 
 
 def _number(value: float | None, unit: str) -> str:
-    """Number with three digits; lengths below 0.1 m in mm. Less than a thousandth is rounding of the
-    simulation."""
+    """Text of a number, with three digits and its unit; lengths below 0.1 m are in mm.
+
+    Smaller numbers than a thousandth, which are rounding of the simulation, read "< 0.001".
+    """
     if value is None:
         return ""
     if unit == "m" and abs(value) < 0.1:

@@ -1,4 +1,4 @@
-"""Picture of a failure: the run of a program that was refused, the state that was refused most, or the scene as it is at first."""
+"""Picture of a failure: the refused run of a program, a refused collision, or the scene at the start."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Moment(Value):
 
 
 def moment(done: Finished) -> Moment:
-    """Return the picture that says most of a failure."""
+    """Return the picture that explains a failure best: a refused run, else a refused collision, else the start."""
     if done.shown is not None and done.shown.candidate.rollout is not None:
         return run_in_short(done, f"The run of candidate {done.shown.number} that was refused")
     if (worst := _worst(done.trace.entries)) is not None and worst.collision is not None:
@@ -47,8 +47,10 @@ def run_in_short(done: Finished, says: str, about: Iterable[str] = ()) -> Moment
 
 
 def _worst(entries: Iterable[Entry]) -> Entry | None:
-    """Return the collision to draw: the nearest miss if it is one, else one of its designator's most frequent
-    pair of bodies.
+    """Return the refused collision to draw: that of the refusal nearest to a proof, else one of the same designator.
+
+    In the second case it is a collision of the pair of bodies for which that designator was refused most
+    often.
 
     Of such a pair the smallest overlap is drawn.
     """

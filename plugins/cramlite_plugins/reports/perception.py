@@ -38,7 +38,10 @@ class Seen(Value):
 
 
 class Shot(Value):
-    """Picture with its query: data URIs of recognised things, of colours and of depth."""
+    """Picture from the robot's camera, with the object query that it answers.
+
+    Recognised things, colours and depth are images as data URIs.
+    """
 
     task: str
     query: str

@@ -1,4 +1,5 @@
-"""Plan diagram: tasks in order, and a lane for each object, from the description to where it is used."""
+"""Diagram of a plan: tasks in order, and a lane for each object, from its designator to the tasks that use
+it."""
 
 from __future__ import annotations
 
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class LaneRow(Value):
-    """Diagram row: an object whose lane begins, a rule, or a task.
+    """Row of the plan diagram: an object whose vertical line begins here, a rule, or a task.
 
     Args:
         action, thing: what it is about; one of them.

@@ -52,8 +52,11 @@ class Bar(Value):
 
 
 class CandidateRow(Value):
-    """Candidate as the page shows it; ``miss`` is its refusal nearest to a proof, ``anchors`` are the
-    numbers of the decisions that links lead to, the last one of each designator."""
+    """Candidate as the page shows it: its decisions, progress and costs.
+
+    ``miss`` is its refusal nearest to a proof. ``anchors`` are the numbers of the decisions that links lead
+    to: the last one of each designator.
+    """
 
     attempt: CandidateDecisions
     title: str
@@ -109,7 +112,7 @@ def _written(entries: Sequence[Entry]) -> str:
 
 
 def stages(tasks: Sequence[str], entries: Sequence[Entry], *, ran: bool) -> tuple[TaskStage, ...]:
-    """Return the progress of a candidate; a program that ran came to the end of its tasks."""
+    """Return how far the search came in the tasks of a candidate; all are reached if the program ran."""
     last = len(tasks) + 1 if ran else max((e.numbers.get("task", 0) for e in entries), default=0)
     states = ("reached" if k < last else "stopped" if k == last else "unreached" for k in range(1, len(tasks) + 1))
     return tuple(TaskStage(name, state) for name, state in zip(tasks, states, strict=True))
@@ -142,5 +145,5 @@ def reasons(entries: Iterable[Entry]) -> list[Alike]:
 
 
 def _counts(found: list[CandidateDecisions]) -> tuple[int, int]:
-    """Decisions and refused alternatives over all candidates."""
+    """Numbers of decisions, and of refused alternatives, summed over all candidates."""
     return sum(len(a.decisions) for a in found), sum(a.refusals for a in found)

@@ -51,7 +51,7 @@ def _doubts(world: World) -> list[str]:
 
 
 def _substitutes(solution: Solution) -> frozenset[str]:
-    """Names of the objects that were filled by a thing of another class than those asked for."""
+    """Names of the plan's objects for which a thing of another class than asked was taken."""
     bindings, belief, classes = solution.candidate.bindings, solution.candidate.belief, solution.candidate.taxonomy
     found = set()
     for asked in (o for o in solution.plan.objects if o.types and not o.entity and o.name in bindings):

@@ -74,7 +74,7 @@ def work(rollout: Rollout) -> str:
     rest = sum(share for share, _ in shares if share < LEAST)
     others = f", others {rest:.0%}" if rest else ""
     slept = ", ".join(f"'{name}'" for name, points in rollout.work.items() if not points and name in rollout.poses)
-    return f"{total:.0f} contact points on the mean of all samples: {told}{others}" + (f"; asleep all the time: {slept}" if slept else "")
+    return f"{total:.0f} contact points in an average sample: {told}{others}" + (f"; asleep all the time: {slept}" if slept else "")
 
 
 def _tick(rollout: Rollout) -> float:

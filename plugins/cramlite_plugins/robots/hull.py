@@ -37,12 +37,13 @@ class Hull(Value):
 
 
 def corners(hull: Hull) -> Floats:
-    """Return the corners (n, 3) of polygons about the circles, in the link's body frame [m]."""
+    """Return the corners (n, 3) of the polygons around the circles of a hull, in the link's body frame [m]."""
     return np.vstack([_polygon(c) for c in hull.circles])
 
 
 def _polygon(circle: Circle) -> Floats:
-    """The corners (sides, 3) of the regular polygon about a circle, two sides of it along each of the other axes."""
+    """Corners (sides, 3) of the regular polygon around a circle, with sides parallel to both axes of the
+    circle's plane."""
     one, other = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[circle.axis]
     turns, radius = (np.arange(circle.sides) + 0.5) * math.tau / circle.sides, circle.radius / math.cos(math.pi / circle.sides)
     found = np.tile(np.asarray(circle.centre, dtype=float), (circle.sides, 1))

@@ -50,8 +50,8 @@ def gripper_mjcf(wrist: str, sensor: float = 0.0, sensor_mass: float = 0.0) -> t
 
 
 def _body(sensor: float, sensor_mass: float) -> str:
-    """MJCF of the gripper's body; its force site is at the flange, also with a sensor in between, as
-    drivers transform readings to the flange."""
+    """Return MJCF of the gripper's body; its force site is at the flange, to which drivers convert a sensor's
+    readings."""
     mass = 0.725 + sensor_mass
     centre = (0.725 * 0.055 - sensor_mass * sensor / 2) / mass
     disc = f'<geom name="gripper/2" type="cylinder" fromto="0 0 {-sensor} 0 0 0" size="0.041" rgba=".7 .7 .72 1"/>'

@@ -71,7 +71,7 @@ LINKS = (
 
 
 def mjcf(carrier: tuple[str, str, str] = ("", "", "")) -> str:
-    """Write the arm and its gripper as MJCF text; ``carrier`` as for ``arm_mjcf``."""
+    """Write the arm and its gripper as MJCF text; ``carrier`` are the MJCF elements of a platform under the arm."""
     tool = gripper_mjcf(LINKS[-1].name)
     return arm_mjcf("ur5e", DH, LINKS, JOINTS, LIMITS, BASE, tool, carrier=carrier)
 

@@ -38,7 +38,7 @@ def overlaps(shape: Body, centres: Floats, turns: Floats, half: Floats) -> NDArr
 
 
 def _meet(off: Floats, turn: Floats, one: Floats, other: Floats) -> NDArray[np.bool_]:
-    """Whether no axis separates pairs of boxes.
+    """Mask of those pairs of boxes that overlap, since no axis separates them.
 
     Args:
         off: centre of the other in the frame of the one (k, 3) [m].

@@ -37,8 +37,10 @@ def carried_along(belief: Belief, name: str) -> dict[str, Estimate]:
 
 
 def pushed_along(belief: Belief, place: Place) -> Belief:
-    """Return a belief in which a place's thing and its contents have been pushed straight towards the
-    place, by the place's ``pushed_m``."""
+    """Return a belief in which a thing has been pushed straight to its new place, and its contents with it.
+
+    It moved by the ``pushed_m`` of the place.
+    """
     if place.carried is None or not place.carried.pushed_m:
         return belief
     return gone_along(belief, place.thing, place.carried.pushed_m * np.asarray(place.approach))
@@ -56,8 +58,10 @@ def gone_along(belief: Belief, name: str, way: Floats, sigma: float = 0.0, sourc
 
 
 def driven_before(belief: Belief, place: Place, way: Floats) -> Belief:
-    """Return a belief in which the things that a place's thing pushes ahead of itself have moved along a
-    unit vector (3,) of the base frame."""
+    """Return a belief in which the things that another one pushes ahead on the way to its place have moved along.
+
+    ``way`` is the unit vector (3,) of this motion in the base frame.
+    """
     for name, metres in driven(place).items():
         belief = gone_along(belief, name, metres * way, metres, "predicted: driven along")
     return belief

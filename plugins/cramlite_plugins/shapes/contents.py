@@ -42,7 +42,7 @@ def pouring_obstacle(belief: Belief, source: str, into: str) -> str:
 
 
 def volume(cavity: Feature) -> float:
-    """Compute the volume of a cavity [m3]: round ones have a radius."""
+    """Compute the volume of a cavity, a box or a cylinder [m3]."""
     size = cavity.size
     area = math.pi * size["radius"] ** 2 if "radius" in size else size["width"] * size["depth"]
     return area * size["height"]
@@ -102,7 +102,7 @@ def on_its_surface(rollout: Rollout, thing: str) -> Floats:
 
 
 def _local(poses: Floats, feature: Feature, centres: Floats) -> Floats:
-    """Points (N, count, 3) in the world [m], in the frame of a feature of a thing with poses (N, 7)."""
+    """Transform points (N, count, 3) from the world to the frame of a feature of a thing with poses (N, 7) [m]."""
     from scipy.spatial.transform import Rotation
 
     rows = np.repeat(poses, centres.shape[1], axis=0)

@@ -87,7 +87,7 @@ def parts(vertices: Floats, faces: Any, bores: Sequence[Bore] = ()) -> list[Floa
 
 
 def solid(vertices: Floats, faces: Any) -> Any:
-    """Convert a mesh to a Manifold.
+    """Convert a closed mesh to a Manifold of the library manifold3d.
 
     Raises:
         ValueError: it is not closed, with manifold3d's reason.
@@ -148,9 +148,12 @@ def _depths(piece: Any) -> Floats:
 
 
 def _cut(piece: Any, centre: Floats) -> list[Any]:
-    """Connected pieces on both sides of the plane that leaves the least hull volume, and leaves it evenly:
-    the first cut through a bowl gains nothing, but lets the next ones gain. Empty if no plane divides
-    the piece."""
+    """Cut a piece by the plane that leaves the least hull volume; return the connected parts, none if no
+    plane divides it.
+
+    The largest excess of one part's hull counts, too: the first cut through a bowl gains nothing, but lets
+    the next ones gain.
+    """
     best, least = [], math.inf
     for normal, offset in _planes(piece, centre):
         sides = piece.split_by_plane(normal.tolist(), offset)
@@ -229,7 +232,7 @@ def _connected(shape: Any) -> list[Any]:
 
 
 def _corners(piece: Any) -> Floats | None:
-    """Corners of the hull of a piece; None for a sliver."""
+    """Corners of the convex hull of one piece of a mesh; None for a piece of almost no volume."""
     from scipy.spatial import ConvexHull, QhullError
 
     points = np.round(np.asarray(piece.hull().simplify(2e-5).to_mesh64().vert_properties)[:, :3] / FINEST) * FINEST

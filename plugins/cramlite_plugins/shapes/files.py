@@ -113,8 +113,8 @@ def _check_file(path: Path) -> None:
 
 def _too_many(path: Path, faces: int, about: str = "") -> str:
     return (
-        f"mesh '{path}' has {about}{faces:,} faces; up to {MOST_FACES:,} are read. Simplify it to some 20,000, which is"
-        " below 1 mm for a product: trimesh's simplify_quadric_decimation(face_count=20000), MeshLab or Blender"
+        f"mesh '{path}' has {about}{faces:,} faces; up to {MOST_FACES:,} are read. Simplify it to some 20,000, which moves"
+        " a product's surface by less than 1 mm: trimesh's simplify_quadric_decimation(face_count=20000), MeshLab or Blender"
     )
 
 

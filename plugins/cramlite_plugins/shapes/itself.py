@@ -34,7 +34,10 @@ class Itself(Generic[T]):
 
 
 def remembered(function: Callable[[T], R]) -> Callable[[T], R]:
-    """Remember what a function returned for the last objects, which must not change; nobody may change the results."""
+    """Decorate a function to remember its results for the objects of the last calls.
+
+    Neither these objects nor the results may be changed.
+    """
     kept: Callable[[Itself[T]], R] = lru_cache(maxsize=LAST)(lambda key: function(key.it))
 
     @wraps(function)

@@ -58,8 +58,10 @@ def nested(thing: Thing, pose: Pose, below: Thing, at: Pose) -> Surface | None:
 
 
 def touching(thing: Thing, pose: Pose, below: Thing, at: Pose) -> Any:
-    """Return the hull of the contacts, or near contacts, of a thing with its support, seen from above;
-    empty beside it."""
+    """Return the hull of the contacts, or near contacts, of a thing with its support, seen from above.
+
+    It is empty if the thing is beside the support.
+    """
     xs, ys, own, under = _seen(thing, pose, below, at)
     gap = _gap(own, under, CELLS, CELLS)
     rise = float(gap.max())
@@ -68,8 +70,9 @@ def touching(thing: Thing, pose: Pose, below: Thing, at: Pose) -> Any:
 
 
 def room_under(thing: Thing, pose: Pose, below: Thing, at: Pose) -> float:
-    """Return the distance that a thing could be let down straight before it meets another [m]; negative if
-    they overlap, inf beside it.
+    """Return how far a thing could be let down straight before it meets another one [m].
+
+    The distance is negative if the two overlap, and inf if the thing would pass beside the other one.
 
     The arguments are those of ``nested``.
     """
@@ -99,8 +102,7 @@ def _gap(own: Floats, under: Floats, i: int, j: int) -> Floats:
 
 
 def _lowest(own: Floats, under: Floats) -> tuple[int, int]:
-    """Shift in cells from which no neighbouring shift lets the thing get lower, searched downhill from the
-    middle."""
+    """Shift of a thing in grid cells at which it sinks lowest, searched downhill from the middle."""
     at = (CELLS, CELLS)
     rise = float(_gap(own, under, *at).max())
     while True:

@@ -36,7 +36,10 @@ class Opening(Value):
 
 
 def openings(mesh: Any) -> list[Opening]:
-    """Find the openings of a closed trimesh.Trimesh, the roundest first along each axis, each once."""
+    """Find the openings of a closed trimesh.Trimesh: round holes and handles.
+
+    An opening that several directions of view show is found once; along each axis the roundest come first.
+    """
     body, found = solid(mesh.vertices, mesh.faces), list[Opening]()
     centre = np.asarray(mesh.center_mass)
     for axis in _axes(mesh):

@@ -31,7 +31,7 @@ def body(geoms: Iterable[Geom]) -> Body:
 
 
 def spans(body: Body, point: Floats, way: Floats) -> Iterator[tuple[float, float, Geom]]:
-    """Compute where a line (unit vector ``way``) enters and leaves each geom [m from the point]."""
+    """Compute where a line through a point, along a unit vector, enters and leaves each geom [m from the point]."""
     low, high = intervals(body, np.reshape(point, (1, 3)), np.reshape(way, (1, 3)))
     for k in np.flatnonzero(low[0] < high[0]).tolist():
         yield float(low[0, k]), float(high[0, k]), body.geoms[k]
@@ -78,7 +78,7 @@ def inverse(pose: Pose) -> Pose:
 
 
 def _span(geom: Geom, p: Floats, d: Floats) -> Span:
-    """Spans of lines p + t d (n, 3) inside a geom, in its frame, as (t at entry, t at exit); (inf, -inf)
+    """Intervals of lines p + t d (n, 3) inside a geom, in its frame, as (t at entry, t at exit); (inf, -inf)
     for lines that miss it."""
     if geom.shape in ("box", "convex"):
         return _between(p, d, planes(geom))
@@ -96,7 +96,7 @@ def _span(geom: Geom, p: Floats, d: Floats) -> Span:
 
 
 def _between(p: Floats, d: Floats, faces: Floats) -> Span:
-    """Spans of lines that are below all planes n x + o <= 0, as (t at entry, t at exit)."""
+    """Intervals of lines p + t d that are below all planes n x + o = 0, as (t at entry, t at exit)."""
     slope, height = d @ faces[:, :3].T, p @ faces[:, :3].T + faces[:, 3]
     level = np.abs(slope) < 1e-9
     at = -height / np.where(level, 1.0, slope)
@@ -107,7 +107,7 @@ def _between(p: Floats, d: Floats, faces: Floats) -> Span:
 
 
 def _ball(p: Floats, d: Floats, radius: float) -> Span:
-    """Spans of lines p + t d inside a sphere of a radius: the roots of |p + t d| = r."""
+    """Intervals of lines p + t d inside a sphere of a radius: the roots of |p + t d| = r."""
     a, b, c = np.einsum("ij,ij->i", d, d), np.einsum("ij,ij->i", p, d), np.einsum("ij,ij->i", p, p) - radius * radius
     along, safe = a < 1e-9, np.where(a < 1e-9, 1.0, a)
     root = b * b - a * c

@@ -69,8 +69,10 @@ def roof_over(thing: Thing, pose: Pose, point: Vector3) -> float:
 
 
 def open_sides(thing: Thing, pose: Pose, surface: Surface, height: float) -> list[Floats]:
-    """Return the level directions (3,) in which nothing of its own thing is beside the middle of a surface
-    at a height [m], that to the nearest edge first."""
+    """Return the level directions (3,) in which no part of the thing stands beside a point over a surface's middle.
+
+    The point is at a height [m] over the surface. The direction to the nearest edge comes first.
+    """
     middle = np.asarray(surface.pose.apply((0.0, 0.0, height)))
     ways = (surface.pose.rotate(axis) for axis in AXES)
     free = [way for way in ways if _first(thing, pose, middle, way) == np.inf]

@@ -131,8 +131,10 @@ def _simplified(mesh: Any) -> tuple[Any, tuple[str, ...]]:
 
 
 def _unless_all_hole(geoms: tuple[Geom, ...]) -> tuple[Geom, ...]:
-    """Parts of a shape; if most of their volume is labelled as a hole's rim, as of a ring, the labels are
-    removed, since something must be gripped."""
+    """Parts of a shape; without labels of rims if most of their volume belongs to the rim of a hole, as in a ring.
+
+    The rim of a hole is not gripped, and some part must be.
+    """
     from .convex import hull_volume
 
     volumes = [hull_volume(g.corners) for g in geoms]

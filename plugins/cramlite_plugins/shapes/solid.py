@@ -13,7 +13,7 @@ SECTIONS = 32  # of round geoms
 
 
 def mesh_of(thing: Thing) -> Any:
-    """Convert a thing to one trimesh.Trimesh in its own frame [m], the file's where it was made from one.
+    """Convert a thing to one trimesh.Trimesh in its own frame [m]: its mesh file's, else one of its geoms.
 
     Geoms that touch are put side by side, not united; a file that is gone is replaced by the geoms.
 

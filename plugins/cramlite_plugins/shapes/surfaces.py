@@ -1,4 +1,5 @@
-"""Surfaces of things: level upper faces, the things on them, and whether these stay when released.
+"""Surfaces of things: level upper faces, the things on them, and whether a thing that is released on one
+stays there.
 
 A face is level where its normal is within ``LEVEL`` of the vertical, and faces that lie in one plane within ``FLAT`` are
 one surface: the rim of a pot is one, of twelve boxes. Boxes and cylinders have them analytically, hulls by their planes;
@@ -78,7 +79,9 @@ def surfaces(thing: Thing, pose: Pose, part: str = "") -> tuple[Surface, ...]:
 
 
 def stated_surface(thing: Thing, pose: Pose, part: str) -> Surface | None:
-    """Return the surface that a feature of a thing states, which may lean as the back of a rack does; None if no surface is called so.
+    """Return the surface that a thing's feature of a given name describes; None without such a feature.
+
+    It need not be level: the back of a rack leans.
 
     Args:
         pose: of the thing in a frame whose z is up.

@@ -108,7 +108,7 @@ class FaultsToCome:
         return self.compiled.data()
 
     def _has_room(self, fault: Fault) -> bool:
-        """Whether the place where a fault puts a thing is free: no real thing gets into fingers or other things."""
+        """Whether the place to which a fault moves a thing is free of fingers and of other things."""
         if fault.kind not in _PLACES:
             return True
         self._tried.qpos[:] = self.data.qpos
@@ -118,7 +118,7 @@ class FaultsToCome:
         return all(depth <= TOO_DEEP for *pair, depth in overlaps(self.compiled, self._tried) if fault.thing in pair)
 
     def awake(self) -> None:
-        """Switch sleep off: a displaced thing may have carried resting ones."""
+        """Keep all things awake from now on: things asleep may have rested on one that a fault moved."""
         self.arm.sleep = None
         self.arm.model.opt.enableflags &= ~SLEEP
 
@@ -148,7 +148,10 @@ def _lines_with(wanted: str, text: str) -> Collection[int]:
 
 
 def _lines_of(trigger: Trigger, text: str) -> Collection[int]:
-    """Numbers of the lines of a program at which a trigger's line is reached; none of a later program that lacks it."""
+    """Line numbers of the program at which the trigger of a fault is reached.
+
+    There may be none if the fault is left over from an earlier program.
+    """
     found = _lines_with(trigger.line, text)
     if not found and not trigger.carried_over:
         raise UserError(f"A fault happens at '{trigger.line}', and no line of the program has that text; name a task, such as 'PickingUp'.")
@@ -175,7 +178,7 @@ def _added(run: FaultsToCome, fault: Fault) -> Pose:
 
 
 def _fallen(run: FaultsToCome, fault: Fault) -> Pose:
-    """Pose of a thing that a quarter turn about its side, away from the robot, has put down at its place."""
+    """Pose of a thing that has fallen over at its place, by a quarter turn away from the robot."""
     pose, thing = run.compiled.pose(run.data, fault.thing), run.compiled.world.thing(fault.thing)
     away = np.subtract(pose.position, run.arm.base.position)
     angle = math.atan2(away[1], away[0]) + math.pi / 2

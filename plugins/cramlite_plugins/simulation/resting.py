@@ -58,8 +58,8 @@ def resting_pose(thing: Thing, start: Pose, below: Thing, at: Pose) -> Pose | No
 
 
 def let_down(thing: Thing, start: Pose, below: Thing, at: Pose) -> Pose | None:
-    """Return the pose 3 to 6 mm over a thing's first touch of another when let down straight; None if it passes
-    beside that.
+    """Return the pose of a thing 3 to 6 mm above where it first touches another when let down straight; None
+    if it misses the other.
 
     Args:
         start: of the thing in a frame whose z is up: its height does not matter.

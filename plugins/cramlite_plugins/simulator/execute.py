@@ -187,8 +187,10 @@ class _Run:
         self.recorder.observe(self.data, line)
 
     def shown(self, watch: Watch, line: int) -> Notice | None:
-        """Show the robot's readings to the run's watcher if they are due; return its notice, which stops the
-        arm, or None."""
+        """Pass the robot's sensor readings to the watcher of the run when they are due; return its notice or None.
+
+        A notice stops the arm.
+        """
         now = float(self.data.time)
         if now < self.read_at - 1e-9:
             return None
@@ -204,7 +206,7 @@ class _Run:
         self.observe(0)
 
     def await_readings(self) -> None:
-        """Hold still while a fault withholds or freezes the readings, for at most ``PATIENCE`` [s]."""
+        """Hold the arm still while a fault withholds or freezes the sensor readings, for at most ``PATIENCE`` [s]."""
         until = float(self.data.time) + PATIENCE
         while self.data.time < min(until, max(self.faults.lost_until, self.faults.frozen_until)):
             self.hold()
@@ -224,7 +226,7 @@ class _Run:
         self.recorder.message(float(self.data.time), text, self.machine.main_line if self.machine else 0)
 
     def play(self, machine: _Runner, time_limit: float, watch: Watch | None) -> tuple[str, str]:
-        """Cycle program and physics until either ends; the outcome and its reason."""
+        """Run program and physics, cycle by cycle, to the program's end; return its outcome and the reason."""
         self.machine = machine
         farthest, since = machine.main_line, 0.0
         try:
@@ -241,7 +243,7 @@ class _Run:
                 if watch is not None and (notice := self.shown(watch, machine.main_line)):
                     return "noticed", str(notice)
             ran = f"the program still ran after {self.data.time:.0f} s"
-            return "timeout", f"line {machine.main_line}: {ran}, of which {time_limit:g} s brought no further line"
+            return "timeout", f"line {machine.main_line}: {ran} and reached no further line in the last {time_limit:g} s"
         except Halted:
             said = [m.text.removeprefix("cramlite abort: ") for m in self.recorder.messages[-1:]]
             return "halted", said[0] if said else f"line {machine.main_line}: halt, without a message"

@@ -1,4 +1,4 @@
-"""Preconditions of tasks on the hand, that it is empty or holds something; and the locations that tasks share."""
+"""Preconditions of tasks: that the hand is empty, or that it holds something; and locations that several tasks use."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ def near(thing: Object) -> Location:
 
 
 def at_or_near(thing: Object | None, following: Action | None, goal: Location) -> Location:
-    """Return the location to which a free motion towards a thing leads.
+    """Return the location to which a collision-free motion towards a thing leads.
 
     To ``goal``, where the following task begins, if that is about the thing or a part of it; else near the thing.
     """
@@ -45,7 +45,7 @@ def held_payload(belief: Belief, to_be: str) -> Held:
 
 
 def grasp_of(thing: Object) -> Location:
-    """Return the location of a thing's grasp."""
+    """Return the location designator for a grasp of a thing."""
     return Location(f"grasp({thing.name})", "grasp", thing.name)
 
 

@@ -67,8 +67,10 @@ class InsertHoleOntoPeg(TaskType):
         yield Decomposition(steps, "touch the tip, search for it, push along the peg, let down; elsewhere if the peg does not carry")
 
     def _attempt(self, action: Action, belief: Belief, k: int) -> Action:
-        """Motions of attempt ``k`` to thread the hole, and to check by force that the peg carries the
-        payload, since a search can end as if the tip were in the hole when it is not."""
+        """Motions of attempt ``k`` to thread the hole, and to check by force that the peg carries the payload.
+
+        The check is needed since a search can end as if the tip were in the hole when it is not.
+        """
         relatum, way, once = action.roles["Relatum"], self.begins_at(action), "" if k == 0 else f"attempt_{k + 1}"
         beside = {"aside_m": tuple(self.parameter(action, "aside_m") * v for v in AROUND[k % len(AROUND)])} if k else {}
         known, advance = belief.poses.get(relatum.thing), self.parameter(action, "advance_m")

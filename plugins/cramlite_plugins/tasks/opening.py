@@ -47,8 +47,10 @@ class Opening(ByHandle):
         yield from self._driving(replace(action, parameters={**action.parameters, DRIVES: 1.0}), belief)
 
     def _driving(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
-        """Decompositions of opening a drawer that push obstacles along; tried last, since where those end
-        is less certain."""
+        """Decompositions of opening a drawer in which it pushes obstacles along.
+
+        They are tried last, since it is less certain where the obstacles end up.
+        """
         joint = belief.thing(action.roles["Patient"].entity or "").joint
         ways = (*super().decompose(action, belief), self._pressing(action)) if joint is not None and joint.kind == "slide" else ()
         for way in ways:

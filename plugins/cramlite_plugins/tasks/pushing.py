@@ -123,8 +123,10 @@ class Pushing(TaskType):
         )
 
     def effects(self, action: Action, belief: Belief) -> Belief:
-        """Return the belief in which a pushed thing's pose is uncertain by the stroke, or by less if it moved
-        with the fingers."""
+        """Return the belief after a push: the thing's pose is uncertain by the distance pushed.
+
+        The uncertainty is less if the thing moved with the fingers.
+        """
         thing = action.roles["Patient"].entity or ""
         known = belief.poses[thing]
         before_them = action.parameters.get("where") or known.source == CAME_ALONG
@@ -145,7 +147,7 @@ def _where(far: Location) -> str:
 
 
 def _resists(belief: Belief, name: str) -> float:
-    """Friction of a thing on a support as rough as itself [N]."""
+    """Friction [N] between a thing and a support that has the same coefficient of friction."""
     thing = belief.thing(name)
     rough = max((g.friction for g in thing.geoms if g.friction is not None), default=thing.friction)
     return GRAVITY * (thing.mass or 0.0) * rough

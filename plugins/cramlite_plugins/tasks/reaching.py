@@ -40,8 +40,8 @@ class Reaching(TaskType):
         yield Decomposition((move,) if led else (move, rest), f"collision-free motion to {goal}", 1.0)
 
     def leads_to(self, action: Action, following: Action | None, goal: Location) -> Location:
-        """Return the location where the next task begins, if that is at the reached thing; else a location
-        near this thing."""
+        """Return the location at which the next task begins if that task is about the thing to be reached;
+        else a location near that thing."""
         return at_or_near(action.roles.get("Goal"), following, goal)
 
 

@@ -68,7 +68,7 @@ class Ungrasping(TaskType):
             Motion(action.inside("down"), "linear", there, {"stage": Stage.POSE}, touch, f"behind {what}"),
             Motion(action.inside("push"), "linear", there, push, touch, "in again, as far as it came out with the hand"),
         )
-        return Decomposition(steps, f"under the roof of {relatum.entity} with its foot first; it tips over there, and is pushed in", 1.0)
+        return Decomposition(steps, f"under the roof of {relatum.entity}: the payload goes in foot first, tips over, and is pushed in", 1.0)
 
     def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
         """Return what the task may touch and move: it may move the payload that it pushes in after that has
@@ -85,7 +85,7 @@ class Ungrasping(TaskType):
 
 
 def _way_in(what: Object) -> str:
-    """Name of the location of the final push on a thing that has tipped over, which moves it farther in."""
+    """Name of the location where the hand pushes a thing that has tipped over farther into its container."""
     return f"pushed_in({what.name})"
 
 
@@ -97,7 +97,7 @@ def _let_go(action: Action, place: Location) -> tuple[Motion, Motion]:
 
 
 def _has_a_roof(action: Action, belief: Belief) -> bool:
-    """Whether the opening that the action is about is under a part of its own thing."""
+    """Whether the container's opening that the task is about is under another part of the container."""
     from ..shapes.roofs import has_own_roof
 
     entity = EntityName.parse(action.roles["Relatum"].entity or "")

@@ -105,7 +105,7 @@ class _Run:
         return int(registers.fields.get(LINE, 0))
 
     def say(self, text: str) -> None:
-        """Drop the controller's own log; only a stop matters here."""
+        """Drop a message of the controller's own log."""
 
     def begin(self, program: Path, host: str) -> None:
         """Start the client's program, when the ports are open."""
@@ -138,7 +138,7 @@ class _Run:
         return ""
 
     def observe(self) -> None:
-        """Record the peaks and the state of a control cycle."""
+        """Record the forces and the state of a control cycle."""
         self.peaks.see(self.robot.time, self.robot.arm)
         self.recorder.observe(self.robot.data, self.line)
 

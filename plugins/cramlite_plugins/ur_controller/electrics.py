@@ -36,7 +36,7 @@ def set_analog_outputdomain(port: Any, domain: Any) -> None:
 
 
 def set_input_actions_to_default() -> None:
-    """Free every input of its action."""
+    """Remove the actions that were assigned to inputs, without effect: no input is connected here."""
 
 
 def set_tool_voltage(voltage: Any) -> None:
@@ -64,55 +64,59 @@ def set_tool_digital_output_mode(n: Any, mode: Any) -> None:
 
 
 def set_safety_mode_transition_hardness(type: Any) -> None:
-    """Check the hardness of changes between safety modes, without effect: the model has one safety mode."""
+    """Check how hard changes between safety modes are to be, 0 or 1, without effect: the model has one safety mode."""
     _one_of(type, (0, 1), "set_safety_mode_transition_hardness's type")
 
 
 def set_tool_digital_input_action(port: Any, action: Any) -> None:
-    """Give an input of the tool flange an action; nothing is wired to it."""
+    """Assign an action to an input of the tool flange, without effect: no input is connected here."""
     _one_of(port, (0, 1), "set_tool_digital_input_action's port")
 
 
 def set_standard_digital_input_action(port: Any, action: Any) -> None:
-    """Give an input an action; nothing is wired to it."""
+    """Assign an action to an input, without effect: no input is connected here."""
     _one_of(port, tuple(range(8)), "set_standard_digital_input_action's port")
 
 
 def set_configurable_digital_input_action(port: Any, action: Any) -> None:
-    """Give a configurable input an action; nothing is wired to it."""
+    """Assign an action to a configurable input, without effect: no input is connected here."""
     _one_of(port, tuple(range(8)), "set_configurable_digital_input_action's port")
 
 
 def set_gp_boolean_input_action(port: Any, action: Any) -> None:
-    """Give a Boolean register an action; RTDE clients that set it here change nothing else."""
+    """Assign an action to a Boolean register, without effect.
+
+    RTDE clients that set the register change nothing else.
+    """
     real(port, "set_gp_boolean_input_action's port")
 
 
 def set_runstate_standard_digital_outputs(outputs: Any) -> None:
-    """List the outputs that follow whether a program runs; nothing is wired to them."""
+    """List the outputs that follow whether a program runs, without effect: no output is connected here."""
 
 
 def set_runstate_standard_digital_output_to_value(outputId: Any, state: Any) -> None:
-    """Set the value of an output when a program starts or ends; nothing is wired to it."""
+    """Set the value of an output when a program starts or ends, without effect: no output is connected here."""
     _one_of(outputId, tuple(range(8)), "set_runstate_standard_digital_output_to_value's output")
 
 
 def set_runstate_configurable_digital_output_to_value(outputId: Any, state: Any) -> None:
-    """Set the value of an output when a program starts or ends; nothing is wired to it."""
+    """Set the value of an output when a program starts or ends, without effect: no output is connected here."""
     _one_of(outputId, tuple(range(8)), "set_runstate_configurable_digital_output_to_value's output")
 
 
 def set_runstate_tool_digital_output_to_value(outputId: Any, state: Any) -> None:
-    """Set the value of an output when a program starts or ends; nothing is wired to it."""
+    """Set the value of an output when a program starts or ends, without effect: no output is connected here."""
     _one_of(outputId, (0, 1), "set_runstate_tool_digital_output_to_value's output")
 
 
 def tool_wrench_limit_disable() -> None:
-    """Switch the tool's wrench limit off, which PolyScope's programs do first; there is none here."""
+    """Do nothing: PolyScope's programs begin by switching off a wrench limit of the tool, which the
+    controller model does not have."""
 
 
 def motion_version_set(version: Any) -> None:
-    """Choose a version of PolyScope's motion laws; there is one here."""
+    """Accept a version number of PolyScope's motion laws; the controller model has one version only."""
     real(version, "motion_version_set's version")
 
 

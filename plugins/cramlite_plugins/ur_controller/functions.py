@@ -260,7 +260,7 @@ class Functions:
     # Settings
 
     def set_tcp(self, pose: Any, tcp_name: Any = "") -> None:
-        """Set the tool centre point in the flange frame; its name is for PolyScope's screen."""
+        """Set the tool centre point in the flange frame; the name, for PolyScope's screen, is ignored."""
         self.arm.set_tcp(as_pose(pose, "set_tcp"))
 
     def set_payload(self, m: Any, cog: Any = None) -> None:
@@ -304,7 +304,7 @@ class Functions:
     def popup(
         self, s: Any, title: Any = "Popup", warning: Any = False, error: Any = False, blocking: Any = False
     ) -> None:
-        """Write a line to the log; nobody has to confirm it."""
+        """Write a popup's title and text to the log; the program goes on without a confirmation."""
         self.log(f"{show(title)}: {show(s)}")
 
     def halt(self) -> None:

@@ -147,7 +147,7 @@ def _publish(ports: Ports, count: int) -> None:
 def _guarded(
     ports: Ports, handler: Callable[[Ports, Reader, Writer], Awaitable[None]]
 ) -> Callable[[Reader, Writer], Awaitable[None]]:
-    """Wrap the handler of a connection: one that breaks, or sends garbage, ends alone."""
+    """Wrap the handler of a connection, so that an error, or garbage from the client, ends this connection only."""
 
     async def handle(reader: Reader, writer: Writer) -> None:
         if ports.connections >= CLIENTS or not ports.robot.reachable:
@@ -159,7 +159,7 @@ def _guarded(
             await handler(ports, reader, writer)
         except (OSError, EOFError, ValueError, LookupError, struct.error, asyncio.LimitOverrunError) as error:
             if not isinstance(error, asyncio.IncompleteReadError | ConnectionError):
-                ports.robot.log(f"a client was sent away: {type(error).__name__}: {str(error)[:100]}")
+                ports.robot.log(f"a client was disconnected after an error: {type(error).__name__}: {str(error)[:100]}")
         finally:
             ports.connections -= 1
             ports.writers.discard(writer)

@@ -35,7 +35,8 @@ class Registers:
         self.outputs = 0
 
     def library(self) -> Library:
-        """Return the functions that a program may call."""
+        """Return the URScript functions by which a program uses registers, digital outputs and the watchdog
+        on inputs."""
         library: dict[str, Any] = {"rtde_set_watchdog": self.rtde_set_watchdog}
         for kind in KINDS:
             for way in ("input", "output"):
@@ -51,8 +52,10 @@ class Registers:
         self.written |= dict.fromkeys(values, self.clock())
 
     def late(self) -> str | None:
-        """Return the name of a watched input that was not written in time, None without one; both actions,
-        "pause" and "stop", stop the program."""
+        """Return the name of a watched input that was not written in time; None if there is none.
+
+        Inputs whose action is "pause" are treated like those with "stop": the program stops.
+        """
         for name, (patience, action) in self.watched.items():
             if action != "ignore" and self.clock() - self.written[name] > patience:
                 return name
@@ -68,7 +71,7 @@ class Registers:
         self.written[show(variable_name)] = self.clock()
 
     def _outputs(self, name: str, first: int) -> tuple[Callable[[Any, Any], None], Callable[[Any], bool]]:
-        """Setter and getter of a kind of digital outputs, whose bits begin at ``first``."""
+        """Functions that set and get the digital outputs of one group, whose bits begin at ``first``."""
         count = OUTPUTS - first if first == TOOL else OUTPUTS if first == 0 else 8
 
         def put(n: Any, b: Any) -> None:

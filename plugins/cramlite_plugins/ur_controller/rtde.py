@@ -79,7 +79,7 @@ class Recipe(Value):
 
     @property
     def complete(self) -> bool:
-        """Check whether the controller knows every field."""
+        """Check whether the controller knows every field of this RTDE recipe."""
         return "NOT_FOUND" not in self.types
 
     @property

@@ -123,7 +123,7 @@ class Settings:
     # Force mode and contact
 
     def force_mode_set_damping(self, damping: Any) -> None:
-        """Check the damping of force mode, 0 to 1; the model's is not changed."""
+        """Check the damping of force mode, 0 to 1, without effect: the model keeps its own."""
         self._tune(damping, "damping", 0.0, 1.0)
 
     def force_mode_set_gain_scaling(self, scaling: Any) -> None:
@@ -177,7 +177,7 @@ class Settings:
         raise ProtectiveStop("the program asked for it")
 
     def set_gravity(self, d: Any) -> None:
-        """Check the direction opposite to gravity (3,) [m/s2] against the mount's."""
+        """Check that the direction opposite to gravity (3,) [m/s2] agrees with the mount of the robot."""
         wanted = np.array(numbers(d, 3, "set_gravity"))
         if np.linalg.norm(wanted / 9.81 - self.arm.up) > 0.05:
             raise ScriptError(f"set_gravity {[float(v) for v in wanted]}: gravity here is along {self.arm.up.tolist()}")

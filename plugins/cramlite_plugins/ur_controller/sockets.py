@@ -76,7 +76,7 @@ class Sockets:
     def socket_read_byte_list(
         self, number: Any, socket_name: Any = "socket_0", timeout: Any = 2
     ) -> Generator[None, None, list[int]]:
-        """Read at most ``number`` bytes: the count, then the bytes."""
+        """Read at most ``number`` bytes from a socket; return a list of their count and the bytes."""
         buffer = self._buffer(socket_name)
         yield
         if type(number) is not int or number <= 0:
@@ -117,7 +117,7 @@ class Sockets:
             raise ScriptError(f"socket '{show(socket_name)}': more than {LONGEST} bytes wait to be read")
 
     def answer(self, words: list[str]) -> bytes:
-        """Answer the words of a request to the gripper's server; SET takes one or more pairs."""
+        """Answer a request to the gripper's server, given as words; SET takes one or more pairs of name and value."""
         if words[:1] == ["GET"] and len(words) == 2 and (value := self.server.ask(words[1])) is not None:
             return f"{words[1]} {value}\n".encode()
         pairs = list(zip(words[1::2], words[2::2], strict=False))

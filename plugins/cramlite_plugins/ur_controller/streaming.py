@@ -46,14 +46,17 @@ class JointSpeed(Value):
         return self.start + self.gone(time)
 
     def rate(self, time: float) -> float:
-        """Return the largest speed of an axis at a time since the start [rad/s]."""
+        """Return the speed of the fastest axis at a time since the start [rad/s]."""
         share = min(1.0, time / self.ramp) if self.ramp > 0 else 1.0
         return float(np.abs(self.before + share * (self.wanted - self.before)).max())
 
 
 class ToolSpeed(JointSpeed):
-    """Tool speeds (6,) [m/s, rad/s], base axes, that change like those of ``JointSpeed``; ``place`` is the
-    first TCP pose, and ``start`` is unused."""
+    """Tool speeds (6,) [m/s, rad/s], base axes, that change to the wanted ones within a time.
+
+    They change as the joint speeds of ``JointSpeed`` do. ``place`` is the first TCP pose, and ``start`` is
+    unused.
+    """
 
     place: Pose = field(default_factory=Pose)
 
@@ -66,7 +69,8 @@ class ToolSpeed(JointSpeed):
 
 
 class Servo(Value):
-    """A first-order approach to a joint target (n,) that may be replaced at any time."""
+    """A motion to a joint target (n,) that slows down exponentially (first-order lag); the target may change
+    at any time."""
 
     start: Floats
     goal: Floats

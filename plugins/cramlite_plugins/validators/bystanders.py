@@ -105,9 +105,11 @@ def _let(name: str, key: str, value: float, unit: str) -> Remedy:
 
 
 def stays(rollout: Rollout, thing: Thing, moved: Moved) -> Iterator[Stay]:
-    """Yield the displacement of a thing in each stretch in which no task moves it, from its pose at the
-    stretch's beginning. Of a hanging thing the hole must stay; the rest may swing up to the limit of
-    tilt."""
+    """Yield the displacement of a thing in each stretch of the run in which no task moves it.
+
+    It is measured from the thing's pose at the beginning of the stretch. Of a hanging thing only the hole
+    must keep its place; the rest may swing up to the limit of tilt.
+    """
     for nobody, stretch in groupby(range(len(rollout.times)), key=lambda k: moved[thing.name][k] is None):
         rows = list(stretch)
         if nobody:
@@ -126,8 +128,10 @@ def _watched(thing: Thing, *, hanging: bool) -> Floats:
 
 
 def _carriers(rollout: Rollout, thing: Thing, sample: int, moved: Moved) -> list[str]:
-    """Things that bear a thing at a sample, directly or through others, and that some task moves: of the
-    content of a bowl in a drawer, the drawer."""
+    """Things that carry a thing at a sample, directly or through others, and that some task moves.
+
+    For a spoon in a bowl in a drawer that is opened, that is the drawer.
+    """
     found, new, names = list[str](), [thing.name], {t.name for t in rollout.world.things}  # a hand bears things, too
     while new:
         borne = [o for n in new if rollout.world.thing(n).movable for o in borne_by(rollout, n, sample)]

@@ -1,4 +1,4 @@
-"""Carries: stretches in which the hand moves a thing along that it touches without holding it."""
+"""Carries: times at which the hand takes a thing along by touching it, without holding it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Contacts: each is permitted by the running task, or is an objection with its force."""
+"""Contacts of a run: one that no task permits, or that is too hard, becomes an objection with its force."""
 
 from __future__ import annotations
 
@@ -37,10 +37,12 @@ class Bump(NamedTuple):
 
 
 class Collision(Value):
-    """Validator of contacts: each must be permitted by the running task, or by the task that released a
-    thing that still falls. Force is judged by what the arm feels; of two things pressed together
-    without a grip, by the task's limit beyond their weight. The shock of a dropped thing is not judged,
-    since a rigid model says little of it."""
+    """Validator of contacts: each must be permitted by the running task, and no harder than that task permits.
+
+    A task that released a thing permits its contacts while the thing still falls. Force is judged by what the
+    arm feels; of two things pressed together without a grip, by the task's limit plus their weight. The shock
+    of a dropped thing is not judged, since a rigid model says little of it.
+    """
 
     name: str = "collision"
     cost: Cost = "rollout"
@@ -51,7 +53,7 @@ class Collision(Value):
         whose = f"limit {brush:g} N {candidate.limits.source('brush')}"
         worst = max(bumps(candidate), default=None)
         if worst is None:
-            reason = f"each contact is permitted by a task and within its force ({whose} elsewhere)"
+            reason = f"each contact is permitted by a task and within its force (for other contacts, {whose})"
             yield Finding(self.name, True, reason, 0.0, brush, "N")
             return
         task = inner_tasks(candidate)[worst.sample]
@@ -75,7 +77,7 @@ def more_room(worst: Bump) -> Remedy:
 
 
 def bumps(candidate: Candidate) -> Iterator[Bump]:
-    """Touches that are objections, one for each sample."""
+    """Yield the contacts, at each sample, that are too hard, or that no task permits and that do more than brush."""
     rollout, brush = candidate.rollout, candidate.limits.brush
     assert rollout is not None
     contacts = _Contacts(candidate, rollout)
@@ -91,8 +93,10 @@ def bumps(candidate: Candidate) -> Iterator[Bump]:
 
 
 def _to_judge(rollout: Rollout, contacts: _Contacts) -> Iterator[tuple[int, tuple[Touch, ...]]]:
-    """Samples with the contacts to judge; of sleeping things only those contacts that were not permitted
-    when they fell asleep."""
+    """Yield each sample of a run with those of its contacts that are to be judged.
+
+    Contacts of sleeping things are left out if all of them were permitted when the things fell asleep.
+    """
     still, known = tuple[Touch, ...](), list[Pair]()
     asleep = itertools.chain(rollout.asleep, itertools.repeat(()))
     for k, (touches, awake, now) in enumerate(zip(rollout.touches, rollout.awake_touches, asleep, strict=False)):
@@ -182,8 +186,7 @@ class _Contacts:
         return bool(self.times[k] - self.rested[held] > GAP)
 
     def _among_contents(self, task: str, k: int, pair: Pair) -> bool:
-        """Whether a task that brings a payload into a container lets two bodies touch, one of which is the
-        container's content or rests against it."""
+        """Whether two bodies may touch because a task lets one of them touch a container that the other one touches."""
         touches = self.allowances.get(task, Allowance()).touches
         return HAND not in pair and any(
             frozenset({one, c}) in touches and any(self._goes_on(k, frozenset({other, c})) for other in pair - {one})

@@ -44,7 +44,8 @@ Forced = ForceMove | SpiralSearch | ForceInsert | ForceExtract | CompliantSlide
 
 
 class TaskForce(NamedTuple):
-    """Largest force of a task [N], its source, and whether it is the task's own declaration."""
+    """Largest force that a task may press or pull with [N], the source of this limit, and whether the task
+    declares it."""
 
     most: float
     source: str
@@ -52,7 +53,10 @@ class TaskForce(NamedTuple):
 
 
 def task_forces(candidate: Candidate) -> dict[str, TaskForce]:
-    """Return the force limit of each task of a program; the program's own limit is above all of them."""
+    """Return for each task of a program the largest force that it may press or pull with.
+
+    The force limit of the whole program, which no task may exceed, is not regarded.
+    """
     steps = _steps(candidate)
     names = {"", *(a.name for a in (*candidate.actions, *candidate.parts))}
     return {name: _of(name, candidate, steps.get(name, ())) for name in names}

@@ -13,8 +13,7 @@ KEYS = "this hand is from a file: 'pads' and 'tcp' of 'gripper' say where it gri
 
 
 def closed_on_nothing(candidate: Candidate, sample: int) -> str:
-    """Return a clause on the opening at which a hand from a robot file closed on nothing; "" for other hands,
-    and if it was not to grasp then.
+    """Describe a hand from a robot file that was to grasp a thing and closed on nothing; "" otherwise.
 
     Args:
         sample: at which the run ended.

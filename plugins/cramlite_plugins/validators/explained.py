@@ -20,7 +20,7 @@ a thing before they have arrived, and contacts of stiff pads chatter (``grips.SH
 
 
 class ExplainedGrip(NamedTuple):
-    """Grip with the handovers of the plan that explain it, or the reason why no task does.
+    """Grip of a run with the steps of the plan that begin and end it, or the reason why no task explains it.
 
     Args:
         grip: thing and samples.
@@ -39,8 +39,7 @@ class ExplainedGrip(NamedTuple):
 
 @remembered
 def explained_grips(candidate: Candidate) -> list[ExplainedGrip]:
-    """Return every grip of a run with the handover that ends it, or with the reason why no task explains
-    the grip."""
+    """Return every grip of a run with the step of the plan that ends it, or the reason why no task explains it."""
     assert candidate.rollout is not None
     run = _Run(candidate, candidate.rollout)
     return [run.explained(grip) for grip in grips(candidate.rollout)]
@@ -48,8 +47,7 @@ def explained_grips(candidate: Candidate) -> list[ExplainedGrip]:
 
 @remembered
 def explained_at(candidate: Candidate) -> list[str]:
-    """Return the name of the payload at each sample, of grips that begin where a task takes the thing; ""
-    for none."""
+    """Return the name of the payload at each sample; "" where no task took the held thing into the hand."""
     assert candidate.rollout is not None
     held = [""] * len(candidate.rollout.times)
     for found in explained_grips(candidate):
@@ -102,8 +100,10 @@ class _Run:
         return any(h.thing == thing and tasks & set(enclosing_names(h.by)) for h in found)
 
     def _own_way(self, grip: Grip) -> bool:
-        """Whether one task, for which the plan states no handovers, runs at both ends of a grip; False if
-        the plan states handovers of the gripped thing."""
+        """Whether a grip begins and ends in the same task, for which the plan does not state what it grasps.
+
+        False if the plan states when it takes the gripped thing, or lets go of it.
+        """
         if any(h.thing == grip.thing for h in self.handovers or ()):
             return False
         tasks = {self._whole(k) for k in (grip.first, grip.last)}
@@ -123,8 +123,7 @@ class _Run:
         return any(o.thing == thing for a in acting for o in a.roles.values())
 
     def _near(self, thing: str, sample: int, *, taken: bool) -> Handover | None:
-        """Return the plan's taking or letting go of a thing whose code runs at about a sample; None without
-        one."""
+        """Return the step of the plan that takes, or lets go of, a thing at about a sample; None without one."""
         now = self.times[sample]
         before, after = (LATE, EARLY) if taken else (EARLY, LATE)
         near = {o for t, o in zip(self.times, self.came_from, strict=True) if now - before <= t <= now + after}
@@ -138,7 +137,8 @@ class _Run:
         return last is not None and last.taken
 
     def _after(self, left: Handover, grip: Grip) -> Iterator[int]:
-        """Samples of a grip at which code runs that the program has after the handover that ends the grip."""
+        """Samples of a grip at which code runs that comes later in the program than the step that lets go of
+        the thing."""
         until, end = self.order.get(left.by, math.inf), self.times[grip.last] - LATE
         for k in range(grip.first, grip.last):
             if self.order.get(self.came_from[k], 0) > until and self.times[k] < end:

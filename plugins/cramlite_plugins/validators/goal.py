@@ -84,7 +84,7 @@ def _what(literal: GoalLiteral) -> str:
 
 
 def _unmet(literal: GoalLiteral, timeline: Timeline, rollout: Rollout) -> str:
-    """Clause on the first condition that does not hold all through the last moments of the run; empty if
+    """Describe the first condition that does not hold all through the last moments of the run; empty if
     all do."""
     binding: dict[str, str | float] = {v: _recorded(e, timeline.episode) for v, e in literal.binding.items()}
     last = float(rollout.times[-1])
@@ -103,7 +103,7 @@ def _unmet(literal: GoalLiteral, timeline: Timeline, rollout: Rollout) -> str:
 
 
 def _doubtful(literal: GoalLiteral, timeline: Timeline, rollout: Rollout) -> str:
-    """Clause on a thing that is inside of its region by less than simulators differ; empty if it is well
+    """Describe a thing that is inside of its region by less than simulators differ; empty if it is well
     inside."""
     from cramlite.plugin import atoms
 
@@ -119,8 +119,11 @@ def _doubtful(literal: GoalLiteral, timeline: Timeline, rollout: Rollout) -> str
 
 
 def _recorded(entity: str, episode: Episode) -> str:
-    """Name of an entity in the recording: the robot's for the hand, the vessel's for a filling, the whole
-    thing's for a feature without a shape, unless the feature is a place."""
+    """Name under which a recording knows an entity.
+
+    It is the robot's name for the hand, the vessel's for a filling, and the whole thing's for a feature
+    without a shape, unless the feature is a place.
+    """
     whole = thing_of(entity)
     if entity == EFFECTOR:
         return episode.effector or entity
@@ -132,8 +135,10 @@ def _recorded(entity: str, episode: Episode) -> str:
 
 
 def _too_few(clause: Clause, literal: GoalLiteral, rollout: Rollout) -> str:
-    """Clause on a vessel whose content has arrived in too small a share; empty if enough has, or if the
-    clause is about no content."""
+    """Describe a vessel into which too small a share of poured content has come; empty if enough has.
+
+    Empty, too, for conditions that are about no content.
+    """
     from cramlite.plugin import atoms
 
     for atom in atoms(clause.condition) if not clause.text.startswith("not ") else ():
@@ -147,7 +152,7 @@ def _too_few(clause: Clause, literal: GoalLiteral, rollout: Rollout) -> str:
 
 
 def _beside(literal: GoalLiteral, candidate: Candidate) -> str:
-    """Clause on a thing that is not on the wanted side of another, as seen from the robot's base; empty if it
+    """Describe a thing that is not on the wanted side of another, as seen from the robot's base; empty if it
     is."""
     if not literal.side:
         return ""
@@ -164,7 +169,7 @@ def _beside(literal: GoalLiteral, candidate: Candidate) -> str:
 
 
 def _unsettled(literal: GoalLiteral, rollout: Rollout) -> str:
-    """Clause on the first thing of the literal that still moves at the end of the run; empty if all are at
+    """Describe the first thing of the literal that still moves at the end of the run; empty if all are at
     rest."""
     recent = rollout.times >= rollout.times[-1] - LASTS
     for name in dict.fromkeys(thing_of(t) for t in literal.things if thing_of(t) in rollout.poses):
@@ -175,7 +180,7 @@ def _unsettled(literal: GoalLiteral, rollout: Rollout) -> str:
 
 
 def _badly_rests(literal: GoalLiteral, candidate: Candidate) -> str:
-    """Clause on a thing that rests wrongly on its support, such as on its edge; empty if it rests well."""
+    """Describe a thing that rests wrongly on its support, such as on its edge; empty if it rests well."""
     from cramlite.plugin import atoms
 
     assert candidate.rollout is not None
@@ -190,7 +195,7 @@ def _badly_rests(literal: GoalLiteral, candidate: Candidate) -> str:
 
 
 def _sprung_back(literal: GoalLiteral, candidate: Candidate) -> str:
-    """Clause on a knob that is turned off but not to its stop; empty if there is none."""
+    """Describe a knob that is turned off but not to its stop; empty if there is none."""
     from cramlite.plugin import atoms
 
     assert candidate.rollout is not None
@@ -209,7 +214,7 @@ def _sprung_back(literal: GoalLiteral, candidate: Candidate) -> str:
 
 
 def _tipped(literal: GoalLiteral, candidate: Candidate) -> str:
-    """Clause on a thing that tipped over after a task of the plan had released it and it had come to rest;
+    """Describe a thing that tipped over after a task of the plan had released it and it had come to rest;
     empty if there is none.
 
     Also where bystanders only advise: how it then comes to rest is left to chance.
@@ -230,7 +235,7 @@ def _tipped(literal: GoalLiteral, candidate: Candidate) -> str:
 
 
 def _measured(literal: GoalLiteral, rollout: Rollout, episode: Episode) -> str:
-    """Clause on the things of a literal at the end of the run: openings of joints, and the position of a
+    """Describe the things of a literal at the end of the run: openings of joints, and the position of a
     thing in the frame of its place."""
     said, last = [], float(rollout.times[-1])
     names = list(dict.fromkeys(thing_of(t) for t in literal.things if episode.known(thing_of(t)) is not None))

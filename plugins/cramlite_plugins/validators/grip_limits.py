@@ -27,7 +27,7 @@ PADS = ("effector/left", "effector/right")
 
 
 class Limit(NamedTuple):
-    """Largest force of each pad on a thing [N], and its source."""
+    """Limit of the force with which each pad may press on a thing [N], and the source of the limit."""
 
     thing: str
     force: float
@@ -35,7 +35,7 @@ class Limit(NamedTuple):
 
 
 class GripLimits(Value):
-    """Check that no thing is gripped harder than it bears, as commanded and as pressed."""
+    """Check that neither the commanded nor the simulated force of a grip is more than the thing bears."""
 
     name: str = "grip_limits"
     cost: Cost = "rollout"

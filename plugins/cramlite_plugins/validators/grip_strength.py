@@ -42,7 +42,7 @@ class GripStrength(Value):
 
 
 def explained(grip: GripLoad, force: float) -> str:
-    """Explain, as a clause, that a force of each pad [N] does not carry a weight, and which force would."""
+    """Explain in words that a force of each pad [N] does not carry a weight, and which force would."""
     low, high = grip.gripper.force
     carried = f"{force:g} N on each pad carry {2 * grip.friction * force:.1f} N of {grip}"
     if not grip.friction:

@@ -48,7 +48,7 @@ def pressed_at(rollout: Rollout) -> list[str]:
 
 @lru_cache(maxsize=1)
 def _pressed_at(run: Itself[Rollout]) -> tuple[str, ...]:
-    """Result of ``pressed_at``, computed once for all validators of a run."""
+    """Thing that both pads press at each sample, as ``pressed_at`` returns it; computed once for each run."""
     rollout = run.it
     loose = {t.name for t in rollout.world.things if t.movable or t.joint}
     pressed = zip(map(_pressed, rollout.awake_touches), rollout.opening, strict=True)
@@ -91,8 +91,9 @@ def _pressed(touches: Iterable[Touch]) -> str:
 
 
 def slip(rollout: Rollout, grip: Grip, turns: Sequence[Turn] = ()) -> Floats:
-    """Return the distance that a thing moved in the effector's frame since its grasp, beyond declared turns, at
-    each sample [m].
+    """Return how far a thing has slipped in the hand since its grasp, at each sample [m].
+
+    Turns in the hand that the program declares do not count.
 
     The first and last tenth of a second are left out: fingers that close or open push a thing.
     """

@@ -18,7 +18,7 @@ Span = tuple[float, float]
 
 
 def held_times(clause: Clause, bindings: Iterable[dict[str, Any]], timeline: Timeline) -> list[Span]:
-    """Return the spans of the run [s] in which a condition holds for one of the bindings.
+    """Return the spans of the run [s] in which a condition holds for at least one of some bindings of its variables.
 
     Moments begin and end together.
 
@@ -58,8 +58,8 @@ def said_times(spans: list[Span]) -> str:
 
 
 def said_values(clause: Clause, bindings: Iterable[dict[str, Any]], phase: Phase) -> str:
-    """Format the value that a comparison evaluates, as ": it is 2"; "" for other conditions, and if there
-    is no value."""
+    """Format the measured value of a comparison in a rule, as ": it is 2"; "" for other conditions, or
+    without a value."""
     from cramlite.plugin import Compare
 
     if not isinstance(clause.condition, Compare):

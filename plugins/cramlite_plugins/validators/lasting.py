@@ -1,4 +1,4 @@
-"""Lasting values: the least over a time, so that a short peak does not count."""
+"""Least values of a measured signal in time windows: a short peak does not raise them."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ ALONG = 0.03
 
 
 class Hanging(NamedTuple):
-    """Least and largest load of the flange at each sample (N,) [kg], and a clause on what it consists of."""
+    """Least and largest mass that may hang on the flange at each sample (N,) [kg], and in words what hangs there."""
 
     least: Floats
     most: Floats
@@ -67,19 +67,20 @@ class Payload(Value):
 
 
 def _slack(mass: Floats | float) -> Floats:
-    """Tolerance of the told payload [kg]."""
+    """Tolerance of the payload mass that the controller is told [kg]."""
     return np.maximum(LEAST, SHARE * np.asarray(mass))
 
 
 def _share(told: Floats, hanging: Hanging) -> Floats:
-    """Error of the told payload, as a share of its tolerance; 0 until something is told."""
+    """Error of the payload mass that the controller is told, as a share of its tolerance; 0 until one is
+    told."""
     off = np.maximum(np.maximum(hanging.least - told, told - hanging.most), 0.0) / _slack(hanging.most)
     off[: int(np.argmax(told > 0))] = 0.0
     return np.asarray(off)
 
 
 def hanging_on(candidate: Candidate) -> Hanging:
-    """Return the least and the largest load of the flange at each sample.
+    """Return the least and the largest mass that may hang on the flange at each sample.
 
     While the payload stands on something, the least load is that of the gripper alone. The least load counts
     vessels as empty, the largest one as full.
@@ -110,8 +111,11 @@ def _empty(thing: Thing) -> float:
 
 
 def _along(rollout: Rollout, grip: Grip) -> Iterator[str]:
-    """Things that move with the payload: in contact with it, or with another such thing, in the middle of
-    the grip, and at rest in the hand's frame."""
+    """Things that are carried along: they touch the payload, or another such thing, halfway through the time
+    of the grip.
+
+    They also stay at rest in the hand's frame.
+    """
     loose = {t.name for t in rollout.world.things if t.movable and t.joint is None} - {grip.thing}
     pairs = [frozenset({thing_of(t.a), thing_of(t.b)}) for t in rollout.touches[(grip.first + grip.last) // 2]]
     found, new = set[str](), {grip.thing}

@@ -1,4 +1,4 @@
-"""Validators of the goal: the rules that interpret demonstrations judge the run, and physics has the last word."""
+"""Validators of effects: a run must satisfy the rules of its tasks, and what the plan predicts must hold in physics."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def _last_about(candidate: Candidate, thing: str) -> str:
 
 
 def _not_in(rollout: Rollout, thing: str, container: Thing) -> str:
-    """Clause on a thing whose centre is in no cavity of the container; empty if it is in one. Which cavity
+    """Describe a thing whose centre is in no cavity of the container; empty if it is in one. Which cavity
     is meant is checked with the goal."""
     found = [_beside(rollout, thing, container, f) for f in container.features if f.type == "cram:Cavity"]
     return "" if "" in found else next(iter(found), f"'{container.name}' has no cavity")
@@ -92,7 +92,7 @@ def _beside(rollout: Rollout, thing: str, container: Thing, cavity: Feature) -> 
 
 
 def _not_on(rollout: Rollout, thing: str, support: Thing) -> str:
-    """Clause on a support that bears too little of the thing's weight; empty if it bears most of it."""
+    """Describe a support that bears too little of the thing's weight; empty if it bears most of it."""
     weight, lift = (rollout.world.thing(thing).mass or 0.0) * GRAVITY, 0.0
     pair = {thing, support.name}
     for touch in rollout.touches[-1]:
@@ -106,7 +106,7 @@ def _not_on(rollout: Rollout, thing: str, support: Thing) -> str:
 
 
 def _not_hanging(rollout: Rollout, thing: str, hanger: Thing) -> str:
-    """Clause on a thing that does not hang: no peg of the hanger passes through a hole of it, or the peg,
+    """Describe a thing that does not hang: no peg of the hanger passes through a hole of it, or the peg,
     unless upright, does not bear it; else empty."""
     from ..episodes.detection.threaded import around_standing, threaded
 
@@ -123,7 +123,7 @@ def _of(hole: str, peg: str) -> tuple[str, str]:
 
 
 def _unsettled(rollout: Rollout, thing: str, *, hanging: bool) -> str:
-    """Clause on a thing that is not released and at rest at the end; empty if it is. Of a hanging thing
+    """Describe a thing that is not released and at rest at the end; empty if it is. Of a hanging thing
     the hole must be at rest, and the rest may swing."""
     held = any(
         "effector" in (t.a + t.b) and thing in (thing_of(t.a), thing_of(t.b)) for t in rollout.touches[-1]
@@ -169,8 +169,10 @@ class TaskRules(Value):
 
 
 def _already(candidate: Candidate, action: Action) -> str:
-    """Clause on a part of the previous action that did the same task with the same things; empty without
-    one. No effect can be demanded twice."""
+    """Describe a part of the previous action that has done the same task with the same things; empty without one.
+
+    The effect of the action is then not demanded once more.
+    """
     names = [a.name for a in candidate.actions]
     if action.name not in names[1:]:
         return ""
@@ -185,8 +187,8 @@ def _fillers(action: Action) -> dict[str, str | None]:
 
 
 def _in_order(candidate: Candidate) -> Iterator[tuple[Action, Span | None, float]]:
-    """Actions and their parts, each with the time span of its code (None if it did not run), and the end
-    of the code before it [s]."""
+    """Actions and their parts, each with the span in which its code ran (None if it did not), and the time at
+    which earlier code ended [s]."""
     assert candidate.rollout is not None
     now = float(candidate.rollout.times[0])
     for action in candidate.actions:
@@ -197,7 +199,7 @@ def _in_order(candidate: Candidate) -> Iterator[tuple[Action, Span | None, float
 
 
 def no_trace(candidate: Candidate, task: str, ran: Span | None) -> str:
-    """Return a clause on a task whose steps are in the program while none of their code ran; empty if some
+    """Describe a task whose steps are in the program while none of their code ran; empty if some
     ran, or if it has no steps."""
     code = candidate.code
     assert code is not None
@@ -283,9 +285,11 @@ def _as_many(rule: Rule, action: Action, timeline: Timeline, ran: Span, name: st
 
 
 def _asked(clause: Clause, action: Action, rule: Rule) -> bool:
-    """Whether a precondition is demanded of a robot's action. Two negations are not: that the task's
-    result does not hold yet, as a program may find it done; and one about a role without a filler,
-    which would be about everything."""
+    """Whether a precondition of a task's rule must hold when the robot begins the task.
+
+    Two negations need not: that the task's result does not hold yet, as a program may find it done; and one
+    about a role without a filler, which would be about everything.
+    """
     from cramlite.plugin import Not, atoms
 
     if clause.phase != "pre" or not isinstance(clause.condition, Not):
@@ -315,8 +319,11 @@ def _unmet_in(rule: Rule, clauses: list[Clause], action: Action, ways: Iterable[
 
 
 def _unmet(clauses: Iterable[Clause], action: Action, rule: Rule, phases: Mapping[PhaseName, Phase]) -> Unmet | None:
-    """First condition that no value of the open variables satisfies, with roles bound to the objects that
-    were meant; None if all are satisfied."""
+    """First condition of a rule that cannot be met, with the plan's objects bound to the roles; None if all
+    can be met.
+
+    A condition is met if it holds for some values of the variables that are no roles.
+    """
     bindings: list[dict[str, Any]] = [
         {k: _felt(o.entity or "", phases) for k, o in action.roles.items() if k in rule.roles}
     ]
@@ -351,8 +358,7 @@ def _ends(rule: Rule, clause: Clause) -> list[Not]:
 
 
 def _has_ended(clause: Clause, end: Not, now: Phase, binding: dict[str, Any]) -> bool:
-    """Whether a precondition was ended by an effect that holds now, and held at the last instant without that
-    effect."""
+    """Whether a precondition held until an effect of its task, which holds now, ended it."""
     before = [now.timeline.instant(cut) for cut in reversed(now.timeline.cuts) if cut < now.start]
     ended = [next(end.solve(then, binding), None) is not None for then in (now, *before)]
     if False not in ended or not ended[0]:

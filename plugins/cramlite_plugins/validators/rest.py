@@ -49,8 +49,10 @@ def hangs(rollout: Rollout, thing: str, sample: int) -> bool:
 
 
 def restless(rollout: Rollout, thing: str, *, hanging: bool) -> str:
-    """Return the fault of a thing that still moves or turns at the end; of a hanging one the hole must be at
-    rest, and the rest may swing. Empty where it is at rest."""
+    """Describe a thing that still moves or turns at the end of a run; empty if it is at rest.
+
+    Of a hanging thing the hole must be at rest, and the rest may swing a little.
+    """
     hole = rollout.world.thing(thing).feature("vrps:Hole") if hanging else None
     speed = _speed(rollout, thing, hole.pose.position if hole else (0.0, 0.0, 0.0))
     if speed > REST:

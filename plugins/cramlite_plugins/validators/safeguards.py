@@ -205,20 +205,21 @@ def _called(code: Code, origins: set[str]) -> dict[str, set[str]]:
 
 
 def _no_longer_watched(program: Program, proven: Program) -> Iterator[str]:
-    """Clauses on monitors of the proven program that have no counterpart, in order, in another program:
+    """Describe the monitors of the proven program that have no counterpart, in order, in another program:
     what they watch is watched no more, or less closely."""
     left = [s for s in walk(program.steps) if isinstance(s, Monitor)]
     for one in (s for s in walk(proven.steps) if isinstance(s, Monitor)):
         same = next((k for k, other in enumerate(left) if _watches(other, one)), None)
         if same is None:
             what = ", ".join(f"{name} {value:g}" for name in WATCHED if (value := getattr(one, name)) is not None)
-            yield f"no monitor watches any more, or as closely, what one of the proven program did ({what})"
+            yield f"what a monitor of the proven program watches ({what}) is watched no more, or less closely"
         else:
             left = left[same + 1 :]
 
 
 def _watches(one: Monitor, other: Monitor) -> bool:
-    """Whether a monitor watches the same steps as another, and each condition at least as closely."""
+    """Whether a monitor is at least as strict as another one: it watches all steps of that one, and none of
+    its limits is wider."""
     limits = ((getattr(one, name), getattr(other, name)) for name in WATCHED)
     same_origins = {s.origin for s in walk(other.steps)} <= {s.origin for s in walk(one.steps)}
     return same_origins and all(there is None or (own is not None and own <= there) for own, there in limits)

@@ -33,7 +33,7 @@ CONTACT = 0.01
 
 
 def wrongly_rests(candidate: Candidate, thing: Thing, support: Thing) -> str:
-    """Return a clause on what is wrong with how a thing rests on another at the end of a run; "" if nothing
+    """Describe what is wrong with how a thing rests on another at the end of a run; "" if nothing
     is.
 
     A lid covers the opening that it lies on. What is stacked on a thing that can be moved has its centre of mass over that; on
@@ -50,7 +50,7 @@ def wrongly_rests(candidate: Candidate, thing: Thing, support: Thing) -> str:
 
 
 def borne(rollout: Rollout, thing: str, support: str) -> float:
-    """Return the share of a thing's weight that another bears at the end of a run."""
+    """Return the share of a thing's weight that another thing bears at the end of a run."""
     pairs = ((thing_of(t.a), thing_of(t.b), t.lift) for t in rollout.touches[-1])
     lift = sum(lift if b == thing else -lift for a, b, lift in pairs if {a, b} == {thing, support})
     weight = (rollout.world.thing(thing).mass or 0.0) * GRAVITY
@@ -58,7 +58,7 @@ def borne(rollout: Rollout, thing: str, support: str) -> float:
 
 
 def uncovered(lid: Thing, vessel: Thing) -> str:
-    """Return a clause on the part of a vessel's opening that a lid leaves open; "" if it covers one, or the
+    """Describe the part of a vessel's opening that a lid leaves open; "" if it covers one, or the
     vessel has none.
 
     Args:
@@ -72,7 +72,7 @@ def uncovered(lid: Thing, vessel: Thing) -> str:
 
 
 def near_tip(thing: Thing, hanger: Thing) -> str:
-    """Return a clause on a thing that hangs too near to the end of a peg; "" if it is far enough inside, or the
+    """Describe a thing that hangs too near to the end of a peg; "" if it is far enough inside, or the
     peg is unknown.
 
     Args:
@@ -102,7 +102,7 @@ def _openings(vessel: Thing) -> Iterator[Any]:
 
 
 def unbalanced(thing: Thing, support: Thing) -> str:
-    """Return a clause on a thing whose centre of mass is too little inside of its support; "" if it is enough.
+    """Describe a thing whose centre of mass is too little inside of its support; "" if it is enough.
 
     Args:
         thing, support: where they are, their z upwards.

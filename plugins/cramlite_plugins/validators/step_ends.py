@@ -37,7 +37,7 @@ and a sample may miss the peak."""
 
 
 def wrong_end(candidate: Candidate, steps: Sequence[AnyStep], samples: Sequence[int]) -> str:
-    """Return a clause on what is wrong with the end of a step that feels contact; "" if nothing is, and for
+    """Describe what is wrong with the end of a step that feels contact; "" if nothing is, and for
     all other steps.
 
     Args:
@@ -81,7 +81,7 @@ def _position(candidate: Candidate, joints: Sequence[float]) -> Floats:
 
 
 def _guarded(run: _Run, step: MoveUntilContact) -> str:
-    """Clause on a guarded motion that ended without a contact, or beyond its range; "" if it ended at a
+    """Describe a guarded motion that ended without a contact, or beyond its range; "" if it ended at a
     contact, or at the range's end where none is expected."""
     touched, way = list(touched_at(run.rollout, held_at(run.rollout))), np.array(step.direction)
     gone = float((run.tools[-1] - run.tools[0]) @ way)
@@ -96,7 +96,7 @@ def _guarded(run: _Run, step: MoveUntilContact) -> str:
 
 
 def _searched(run: _Run, step: SpiralSearch) -> str:
-    """Clause on a search that left its radius, or in which neither the tool gave way nor a rim held it; ""
+    """Describe a search that left its radius, or in which neither the tool gave way nor a rim held it; ""
     for a search that ended well."""
     axis, ways = _axis(step.frame), run.tools - run.tools[0]
     aside = float(np.linalg.norm(ways[-1] - (ways[-1] @ axis) * axis))

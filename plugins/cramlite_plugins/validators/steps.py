@@ -1,4 +1,5 @@
-"""Validator of steps: each step of the program has code in the text, runs in its turn, and covers its way."""
+"""Validator of steps: each step of the program has code in the text, runs in its turn, and moves as far as it
+should."""
 
 from __future__ import annotations
 
@@ -62,7 +63,7 @@ class Ran(NamedTuple):
 
 
 class Turns(NamedTuple):
-    """Order in which a run went through the stages.
+    """Order in which the stages of a program (groups of steps) ran.
 
     Args:
         ran: number of a stage -> when its code ran.
@@ -164,7 +165,7 @@ class Steps(Value):
             target, thing = _target(candidate, stage), held[when.end]
             lean = _lean(_hand(candidate, when.end), target) if target is not None and thing in loose else 0.0
             if lean > LEAN:
-                said = f"{stage.origin} was not carried out: '{thing}' leans {np.degrees(lean):.0f} deg from the attitude that it leads to"
+                said = f"{stage.origin} was not carried out: '{thing}' leans {np.degrees(lean):.0f} deg from the step's goal attitude"
                 yield Finding(self.name, False, f"{said}, limit {np.degrees(LEAN):.0f} deg", lean, LEAN, "rad", stage.origin)
 
 
@@ -186,7 +187,7 @@ def _without_code(code: Code | None, stages: list[Stage]) -> list[int]:
 
 
 def _left_out(stages: list[Stage], lost: Iterable[int]) -> Iterator[tuple[str, str]]:
-    """Origin of each stage, or of a whole task, that has lost its code, and a clause on that."""
+    """Origin of each stage, or of a whole task, whose code is missing in the text, and a sentence that says so."""
     names = [stages[k].origin for k in lost]
     kept = {task_of(s.origin) for s in stages if s.origin not in names}
     for origin in dict.fromkeys(o if task_of(o) in kept else task_of(o) for o in names):
@@ -194,8 +195,11 @@ def _left_out(stages: list[Stage], lost: Iterable[int]) -> Iterator[tuple[str, s
 
 
 def _turns(candidate: Candidate, stages: list[Stage]) -> Turns:
-    """Assign each stretch of a run to the next stage that has the stretch's origin; a stretch whose stages
-    are all before the last assigned one is late."""
+    """Assign each stretch of a run to a stage of the program, and find the stretches that come too late.
+
+    A stretch belongs to the next stage that has its origin; it is late if all such stages are before the last
+    assigned one.
+    """
     now, ran, late = 0, dict[int, Ran](), list[tuple[int, int, int]]()
     for origin, first, end in _stretches(origins(candidate)):
         own = [k for k, stage in enumerate(stages) if origin in stage.known and _moves(stage)]
@@ -209,7 +213,8 @@ def _turns(candidate: Candidate, stages: list[Stage]) -> Turns:
 
 
 def _stretches(each: list[str]) -> Iterator[tuple[str, int, int]]:
-    """Stretches of equal origin: the origin, its first sample, and the one after its last."""
+    """Stretches of a run in which code of one step ran: the origin of the code, the first sample, and the one
+    after the last."""
     first = 0
     for origin, same in groupby(each):
         end = first + sum(1 for _ in same)
@@ -218,8 +223,10 @@ def _stretches(each: list[str]) -> Iterator[tuple[str, int, int]]:
 
 
 def _moves(stage: Stage) -> bool:
-    """Whether a stage moves the arm, the fingers or the platform; stages that move nothing may swap places
-    with their neighbours."""
+    """Whether a stage of the program moves the arm, the fingers or the platform.
+
+    The order of stages that move nothing is not checked.
+    """
     return any(not isinstance(s, SetPayload | ZeroSensor | Wait | Control) for s in walk(stage.steps))
 
 

@@ -16,7 +16,8 @@ FINE = 61  # poses of a turn that are looked at: 1 deg apart
 
 
 class Turn(NamedTuple):
-    """A declared turn: the first and last sample of the motion it belongs to."""
+    """Turn of a held thing in the hand, as the program declares it, with the first and last sample of its
+    motion."""
 
     swing: Swing
     first: int

@@ -41,7 +41,8 @@ def origins(candidate: Candidate) -> list[str]:
 
 @remembered
 def inner_tasks(candidate: Candidate) -> list[str]:
-    """Return for each sample the innermost action, of the plan or a part of one, whose code ran; "" where none did."""
+    """Return for each sample the innermost action (one of the plan, or a part of such an action) whose code
+    ran; "" if none."""
     known = {a.name for a in (*candidate.actions, *candidate.parts)}
     found = origins(candidate)
     inner = {o: next((n for n in enclosing_names(o) if n in known), "") for o in set(found)}
@@ -49,8 +50,7 @@ def inner_tasks(candidate: Candidate) -> list[str]:
 
 
 def span(candidate: Candidate, task: str) -> Span | None:
-    """Span in which the code of an action, of the plan or a part of one, ran; None without code, or if it never
-    ran."""
+    """Span in which the code of an action (one of the plan, or a part of such an action) ran; None if it never ran."""
     rollout, code = candidate.rollout, candidate.code
     assert rollout is not None and code is not None
     starts = sorted(code.origins)

@@ -1,4 +1,4 @@
-"""Validator of whole tracks: each time that a thing is in the hand, falls, or is moved along belongs to a task that says so."""
+"""Validator of tracks: tasks of the plan must explain each time that a thing is held, falls or is moved along."""
 
 from __future__ import annotations
 
@@ -36,8 +36,11 @@ RANGE = 0.1
 
 
 class Tracks(Value):
-    """Validator of tracks: each time that a thing is in the hand, falls or is moved along is explained by
-    a task of the plan: by a handover, by the place of its release, or as moved or slid by the task."""
+    """Validator of tracks: tasks of the plan must explain each time that a thing is held, falls or is moved along.
+
+    A grip is explained by steps that take the thing and let go of it, a fall by the place of the release, and
+    other motions by a task that may move or slide the thing.
+    """
 
     name: str = "tracks"
     cost: Cost = "rollout"
@@ -74,8 +77,10 @@ def _way(track: Floats) -> float:
 
 
 def _interrupted(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
-    """Findings on times without a grip between two handovers of a thing, both of which the plan always
-    makes."""
+    """Findings on times at which the hand did not hold a thing that, by the plan, it had taken and not let go of.
+
+    Steps that the plan may leave out are not regarded.
+    """
     rollout, tasks = _rollout(candidate), inner_tasks(candidate)
     came_from = np.array(origins(candidate))
     for taken, left in _held_between(candidate.handovers or ()):
@@ -90,7 +95,10 @@ def _interrupted(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterat
 
 
 def _held_between(handovers: Iterable[Handover]) -> Iterator[tuple[Handover, Handover]]:
-    """Pairs of handovers of a thing: one that takes it, and the next one, which lets go of it."""
+    """Pairs of steps of the plan: one that takes a thing into the hand, and the next one, which lets go of it.
+
+    Pairs with a step that the plan may leave out are not among them.
+    """
     taken: Handover | None = None
     for one in handovers:
         if taken is not None and not one.taken and one.thing == taken.thing and not (one.optional or taken.optional):
@@ -127,8 +135,10 @@ def _topples(rollout: Rollout, grip: Grip) -> float:
 
 
 def _slid(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
-    """Findings on payloads that were dragged along a surface by a task that slides nothing, except in
-    declared turns."""
+    """Findings on payloads that were dragged along a surface by a task that does not declare to slide them.
+
+    Dragging during a declared turn of the payload in the hand is left out.
+    """
     rollout, tasks, turns = _rollout(candidate), inner_tasks(candidate), declared(candidate)
     for grip, _, _, _, taken in found:
         for task, rows in () if not taken else _stretches(tasks):
@@ -144,8 +154,8 @@ def _slid(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Find
 
 
 def _taken_along(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
-    """Findings on things that the open hand moves along after their release and before they rest, or
-    before their grasp."""
+    """Findings on things that the open hand takes along without holding them: before their grasp, or after
+    their release until they rest."""
     rollout, tasks, limit = _rollout(candidate), inner_tasks(candidate), candidate.limits.bystander_motion
     for grip, wrong, _, _, _ in found:
         rest = min(rests(rollout, grip.thing, grip.last), len(rollout.times) - 1)
@@ -182,15 +192,14 @@ def _returned(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[
 
 
 def _carried(rollout: Rollout, found: Iterable[ExplainedGrip], rows: range) -> set[str]:
-    """Names of the loose things of which a grip that tasks explain ends in ``rows``; things on a joint are
-    led by the hand and are not among them."""
+    """Names of the loose things that the hand lets go of at a sample in ``rows``, as tasks of the plan explain."""
     let_go = {grip.thing for grip, wrong, *_ in found if not wrong and grip.last in rows}
     return {name for name in let_go if rollout.world.thing(name).joint is None}
 
 
 def _ways(rollout: Rollout, name: str, rows: range) -> tuple[Floats, float, str]:
-    """Distances of a thing from its first position (on its joint, if it has one), the largest permitted return,
-    and the unit."""
+    """Distances of a thing from its first position (on its joint, if it has one), how far it may come back
+    towards it, and the unit."""
     joint = rollout.world.thing(name).joint
     if joint is None or name not in rollout.values:
         track = rollout.poses[name][rows, :3]

@@ -547,6 +547,18 @@ def test_what_can_be_moved_carries_things_within_its_rim() -> None:
     assert isinstance(middle.value, Place) and "mm from its middle" not in middle.key
 
 
+def test_beside_its_middle_too_the_payload_alone_touches_a_support_with_a_rim() -> None:
+    """A hand that came down onto the wall of a tray stopped there, and kept the bowl."""
+    walls = (Geom("box", (0.1, 0.004, 0.01), Pose((0.0, s * 0.034, 0.014))) for s in (-1, 1))
+    tray = Thing("box", "soma:Plate", Pose((0.45, -0.35, 0.165)), (Geom("box", (0.1, 0.03, 0.004)), *walls), mass=0.3)
+    desk = table("box", Pose((0.45, -0.35, 0.25)), (0.3, 0.35, 0.02))
+    amid, beside = prepared([query_on(believed(tray), "box")])
+    (level,) = prepared([query_on(believed(desk), "box")])
+    assert amid.under is not None and beside.under is None
+    assert [q.let_down(q.now).hand for q in (amid, beside, level)] == [False, False, True]
+    assert len(beside.openings) == 3 and len(level.openings) == 1  # beside a rim fingers may have to open less
+
+
 def test_not_where_something_else_stands_within_the_rim() -> None:
     pin = block("pin", Pose((0.45, -0.35, 0.199)), (0.02, 0.02, 0.06))
     found, ended = answers(on("box"), believed(DISH, pin))

@@ -47,7 +47,7 @@ def hits(samples: range, one: str, other: str, force: float = 10.0) -> Candidate
 def test_the_run_as_it_is_passes() -> None:
     found = only(Collision(), good())
     assert found.passed and (found.value, found.limit) == (0.0, 2.0)
-    assert "(limit 2 N by default elsewhere)" in found.reason
+    assert "(for other contacts, limit 2 N by default)" in found.reason
 
 
 def test_a_carried_thing_that_hits_another_is_an_objection() -> None:

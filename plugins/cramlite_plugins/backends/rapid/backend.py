@@ -9,7 +9,7 @@ from cramlite.plugin import Backend, Code, hookimpl
 
 
 class Rapid(Value):
-    """RAPID modules for ABB arms; no controller executes them here, as every text and every result says."""
+    """Backend that writes RAPID modules for ABB arms; cramlite has no controller to run them on."""
 
     name: str
     forces: bool

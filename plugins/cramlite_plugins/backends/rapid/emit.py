@@ -45,7 +45,7 @@ ORI, LONGEST = 60.0, 30  # reorientation speed [deg/s]; letters of an identifier
 
 
 class _Writer(Struct):
-    """RAPID text under construction.
+    """Writer of a RAPID module: the declarations and lines that were written so far.
 
     Args:
         zero: where ABB's axes are zero, in the angles of typed programs [rad].
@@ -72,7 +72,7 @@ class _Writer(Struct):
             origin = ""
 
     def declare(self, kind: str, prefix: str, origin: str, value: str) -> str:
-        """The name of a constant; the same value under the same name is declared once."""
+        """Declare a constant and return its name; equal values with the same origin share one constant."""
         base = name = prefix + identifier(origin)[: LONGEST - len(prefix) - 3]
         text, k = f"CONST {kind} {{}} := {value};", 1
         while self.data.get(name, text.format(name)) != text.format(name):
@@ -106,14 +106,14 @@ class _Writer(Struct):
             case Fallback() | SetPayload():
                 self.add(*(self.attempts(step) if isinstance(step, Fallback) else self.payload(step)), origin=step.origin)
             case Monitor() | Parallel():
-                why = f"RAPID has no {type(step).__name__} here: one task moves the arm"
+                why = f"RAPID has no {type(step).__name__} here: the one task that moves the arm can do nothing else meanwhile"
                 raise unsupported_step(step, "RAPID", why)
             case _:
                 self.add(*leaf(step, self), origin=step.origin)
 
     def payload(self, step: SetPayload) -> list[str]:
-        """Load data of the payload without the gripper, in the tool frame, as the gripper's own load is in
-        its tooldata."""
+        """Write the GripLoad instruction for the payload alone: its mass and centre in the tool frame,
+        without the gripper."""
         gripper, mass = self.robot.gripper, step.mass - self.robot.gripper.mass
         self.load = "load0"
         if mass > 1e-3:
@@ -126,8 +126,8 @@ class _Writer(Struct):
         return [f"GripLoad {self.load};"]
 
     def attempts(self, step: Fallback) -> list[str]:
-        """A routine for each branch, with error handlers that start the next branch when a step of one
-        fails."""
+        """Write a routine for each branch of a fallback; when one of its steps fails, its error handler
+        starts the next branch."""
         self.number += 1
         n, count_ = self.number, len(step.branches)
         body, self.lines = self.lines, []
@@ -165,7 +165,7 @@ def emit(program: Program, robot: Robot, *, forces: bool) -> Code:
     zeros = _axis_zeros(program, robot)
     if program.late:
         things = ", ".join(t.thing for t in program.late)
-        asked = f"poses that the program asks for at its start, late poses ({things}),"
+        asked = f"late poses ({things}), which the program would ask for when it starts,"
         raise UserError(f"{asked} cannot be written in RAPID yet; take the backend urscript")
     refuse_drives(program, "RAPID")
     out = _Writer(robot, zeros, forces, at=program.start)
@@ -187,8 +187,8 @@ def emit(program: Program, robot: Robot, *, forces: bool) -> Code:
 
 
 def _axis_zeros(program: Program, robot: Robot) -> tuple[float, ...]:
-    """Zeros of the robot's axes as ABB counts them; refuse robots that are no ABB arms or do not state
-    them."""
+    """Return the joint angles at which ABB's axes are zero; refuse robots that are no ABB arms, or do not
+    state these."""
     if program.robot_type != robot.type or robot.backend not in NATIVE:
         said = f"RAPID is for ABB arms (backend 'rapid'), not for '{robot.type}' (backend '{robot.backend}')"
         raise UserError(f"program for '{program.robot_type}': {said}")
@@ -275,8 +275,7 @@ def _forced(step: AnyStep, out: _Writer, name: str) -> str:
 
 
 def _joint_moves(step: MoveJoints, out: _Writer) -> list[str]:
-    """Write a MoveAbsJ for each joint target with the time that its leading axis needs, as speeddata states
-    no axis speeds."""
+    """Write one MoveAbsJ for each joint target, with a duration that suits the joint that turns farthest."""
     lines, here = [], out.at
     radii = [*(step.radii or (0.0,) * (len(step.path) - 1)), 0.0]
     for q, radius in zip(step.path, radii, strict=True):

@@ -16,7 +16,8 @@ NONE = "[9E9, 9E9, 9E9, 9E9, 9E9, 9E9]"
 
 
 def zone(radius: float) -> str:
-    """Return the largest predefined zone within a checked radius [m]; ``fine`` where none fits."""
+    """Return the largest predefined zone (ABB's corner rounding) within a checked radius [m]; ``fine`` where
+    none fits."""
     fitting = [name for size, name in ZONES.items() if size <= 1000 * radius]
     return fitting[-1] if fitting else "fine"
 
@@ -32,7 +33,10 @@ def robtarget(pose: Pose, joints: tuple[float, ...], zero: tuple[float, ...]) ->
 
 
 def configuration(joints: tuple[float, ...], zero: tuple[float, ...]) -> str:
-    """Format confdata: quadrants of axes 1, 4, 6; cfx is 0, as ``ConfL \\Off`` lets linear motions keep the nearest."""
+    """Format RAPID's confdata: the quadrants of axes 1, 4 and 6, and 0 as cfx.
+
+    ``ConfL \\Off`` lets linear motions keep the nearest configuration.
+    """
     if not joints:
         return "[0, 0, 0, 0]"
     quadrants = [math.floor(math.degrees(joints[i] - zero[i]) / 90 + 1e-9) for i in (0, 3, 5)]
@@ -66,7 +70,8 @@ def plain(text: str) -> str:
 
 
 def identifier(text: str) -> str:
-    """Convert a text to a RAPID name: letters, digits and underscores, with a task's number behind it."""
+    """Convert a text to a RAPID name of letters, digits and underscores: "3.Grasping/approach" becomes
+    "Grasping_3_approach"."""
     moved = re.sub(r"^(\d+)\.([^/]*)", r"\2_\1", text or "pose")
     name = re.sub(r"[^A-Za-z0-9]+", "_", moved).strip("_")
     return name if name[:1].isalpha() else f"t_{name}"

@@ -187,7 +187,7 @@ def header(program: Program, robot: Robot, forces: bool) -> list[str]:
         f"  robot: {robot.type} '{program.robot}', RobotWare 6 or 7 {control}",
         f"  gripper: {robot.gripper.type} on a field bus: signals goGripPosition, goGripSpeed, goGripForce (0 .. 255),",
         "    doGripGo, giGripEcho (requested position), giGripObject (0 moving, 1 and 2 object, 3 at the position)",
-        f"  force sensor: {robot.sensor}; diContact is set while the force against the way is above aoContactForce [N]"
+        f"  force sensor: {robot.sensor}; diContact is set while the force against the motion is above aoContactForce [N]"
         + ("" if forces else "; doZeroSensor tares it"),
         f"  a protective limit of {program.force_limit:.0f} N on the TCP force, by the safety controller or the sensor",
         "  start posture jStart, checked to START_TOLERANCE degrees",

@@ -78,11 +78,12 @@ class StreamedArm(CommandedArm):
         return self.kinematics.forward(self.actual_joints())
 
     def wrench(self) -> Floats:
-        """Return the wrench (6,) that the process feels, less that of the last tare, base axes, at the TCP [N, Nm]; 0 if none."""
+        """Return the wrench (6,) that the process measures at the TCP, less its value at the tare, base axes
+        [N, Nm]; 0 if none."""
         return np.zeros(6) if self.state.wrench is None else np.array(self.state.wrench) - self.tare
 
     def force_vector(self) -> Floats:
-        """Return the force (3,) of ``wrench`` alone [N]."""
+        """Return the force part (3,) of ``wrench``, without the torque [N]."""
         return self.wrench()[:3]
 
     def force(self) -> float:
@@ -94,8 +95,7 @@ class StreamedArm(CommandedArm):
         self.tare = np.array(self.state.wrench or (0.0,) * 6)
 
     def set_payload(self, mass: float, center: Floats) -> None:
-        """Do nothing: the process's forces are without the weight of the hand, and it carries its payload by
-        itself."""
+        """Ignore the payload's mass and centre: the robot process compensates the weight of hand and payload itself."""
 
     # One period
 
@@ -124,8 +124,9 @@ class StreamedArm(CommandedArm):
             self.under_way = between and self.motion is None
 
     def settled(self) -> bool:
-        """Return whether the tool is at its last target within the usual tolerance, which motions in
-        free space may end outside of.
+        """Return whether the tool has arrived at its last target, within the usual tolerance.
+
+        A motion in free space may end farther off.
 
         Raises:
             ProtectiveStop: it has not, and had the time.
@@ -133,8 +134,7 @@ class StreamedArm(CommandedArm):
         return not self.under_way or self._arrived()
 
     def _action(self, rate: Floats, correction: Floats) -> Action:
-        """Action of this period: the command, with a lead for the arm's lag and for the effect of inertia,
-        so that it brakes in time."""
+        """Return the command for this period, ahead of the planned motion to make up for the arm's lag and inertia."""
         ahead = self.q + self.response.lead(rate, free=self.force_mode is None)
         hand = Action(opening=round(self.gripper.command, 6), grip=self.gripper.force)
         if self.hello.actions == "joints":

@@ -16,8 +16,9 @@ class Stream:
     remark = "the controller model ran the program at 125 Hz; a robot process is sent the same motions at its own rate"
 
     def emit(self, program: Program, robot: Robot) -> Code:
-        """Write the program as JSON, the text that ``drive`` streams; fingers that hold nothing move while
-        the arm is on a transfer.
+        """Write the program as the JSON text that ``run.drive`` streams to a robot process.
+
+        Fingers that hold nothing are made to open or close while the arm is on a transfer.
 
         Raises:
             UserError: the program is for another robot, drives a platform or asks for poses while it runs.

@@ -8,8 +8,9 @@ from cramlite.model import AnyStep, MoveJoints, Parallel, Program, SetGripper, e
 
 
 def opened_on_the_way(program: Program) -> Program:
-    """Return a program in which fingers that hold nothing move while the arm is on a transfer: they open
-    during the transfer after the gripper step, and close during the one before it.
+    """Return a program whose empty fingers open and close while the arm moves, not before or after the motion.
+
+    They open during the transfer after the gripper step, and close during the transfer before it.
 
     The transfer was planned with fingers as they are after it: wider than those that still open. Those that still close, or that a program
     begins with, may be wider than planned: whether they have room is seen when the text runs in the proof, where the arm is as fast as it
@@ -38,16 +39,15 @@ def opened_on_the_way(program: Program) -> Program:
 
 
 def _empty(before: SetGripper | None, order: SetGripper) -> bool:
-    """Whether a gripper step moves fingers that hold nothing: it is the program's first, or follows one that
-    expects nothing between the fingers."""
+    """Whether the fingers are empty when a gripper step moves them, by what this step and the one before
+    expect them to hold."""
     if before is None:
         return order.opening > 0.0 if order.expect == "any" else _shuts(before, order)
     return before.expect == "none" and (order.expect == "none" or (order.expect == "any" and order.opening > 0.0))
 
 
 def _shuts(before: SetGripper | None, order: SetGripper) -> bool:
-    """Whether a gripper step shuts fingers that hold nothing: it is the program's first, or follows one that
-    expects nothing between the fingers."""
+    """Whether a gripper step closes empty fingers fully, by what this step and the one before expect them to hold."""
     return order.expect == "none" and order.opening == 0.0 and (before is None or before.expect == "none")
 
 

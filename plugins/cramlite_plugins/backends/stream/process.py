@@ -70,11 +70,11 @@ class LineProcess:
         return answer
 
     def wrong(self, what: str) -> UserError:
-        """End the process, and return an error that names its defect, a clause."""
+        """End the robot process, and return an error that says what the process did wrong."""
         return UserError(self._ended(what))
 
     def gone(self, what: str) -> ProcessGone:
-        """End the process, and return an error that says in a clause how the connection was lost."""
+        """End the process, and return an error that says how the connection was lost."""
         return ProcessGone(self._ended(what))
 
     def _ended(self, what: str) -> str:
@@ -105,7 +105,7 @@ class LineProcess:
         self.lines.put(b"")
 
     def _death(self) -> str:
-        """Clause on how the process ended, with the last line that it wrote to standard error."""
+        """Say how the process ended, with the last line that it wrote to standard error."""
         try:
             code: object = self.process.wait(1.0)
         except subprocess.TimeoutExpired:
@@ -171,8 +171,8 @@ class RobotProcess:
 
 
 def _out_of_range(hello: Hello) -> str:
-    """First value of the robot's description that is out of its range, as a clause; "" if all are
-    plausible."""
+    """Name the first implausible value in a robot process's description of its robot, with the allowed range;
+    "" if there is none."""
     ranges = {
         "rate": (hello.rate, 1.0, 1000.0, "Hz"), "lag": (hello.lag, 0.0, 1.0, "s"), "inertia": (hello.inertia, 0.0, 0.1, "s2"),
         "hesitation": (hello.hesitation, 0.0, 10.0, "s"),
@@ -186,7 +186,7 @@ def _out_of_range(hello: Hello) -> str:
 
 
 def _surroundings(modules: Path | None) -> dict[str, str] | None:
-    """Return environment variables with a folder appended to PYTHONPATH; None, to inherit ours, without a folder."""
+    """Return this process's environment variables with a folder appended to PYTHONPATH; None if no folder is given."""
     if modules is None:
         return None
     found = [os.environ.get("PYTHONPATH", ""), str(modules)]

@@ -33,7 +33,8 @@ class Response:
         self.rate, self.off = np.zeros(joints), np.zeros(6)
 
     def lead(self, rate: Floats, free: bool = True) -> Floats:
-        """Return the lead of the command over the arm (n,) [rad], at a rate (n,) of the command [rad/s].
+        """Return how far the command must be ahead of the arm (n,) [rad] while the command moves at a rate
+        (n,) [rad/s].
 
         Args:
             free: whether it may be led by its acceleration, too; what a force commands is noise.
@@ -42,16 +43,16 @@ class Response:
         return self.lag * rate + (self.inertia * faster if free else 0.0)
 
     def correction(self, off: Floats) -> Floats:
-        """Return the correction of a delta (6,) for the tool's deviation from the last command (6,) [m,
-        rad], critically damped."""
+        """Return what to add to a commanded displacement (6,) [m, rad] so that the tool's deviation (6,) dies
+        out without overshoot."""
         further = (off - self.off) / self.period
         damping = self.slow * (math.sqrt(1.0 + self.stiffer) - 1.0)
         added: Floats = self.stiffer * off + damping * further
         return added
 
     def gliding(self, off: Floats) -> Floats:
-        """Return how much farther an arm glides on [m, rad]: the speed at which its distance (6,) to the goal
-        changes, times the time that its damping takes to stop it.
+        """Estimate how far an arm glides on before it stops (6,) [m, rad], from the speed at which its
+        distance to the goal changes.
 
         One that treats position and rotation apart may hardly be pulled back: at a grasp it was within 1 mm, at 60 mm/s, and glided on by
         9 mm in 0.3 s, while the fingers closed. A spring that falls back as it should ends this sum at its distance, and takes no longer.

@@ -124,12 +124,12 @@ def _refuse(program: Program, hello: Hello, name: str) -> None:
         if hello.wrench is None and (isinstance(step, FEELING) or (isinstance(step, Monitor) and step.force is not None)):
             raise UserError(
                 f"Step '{label}' ends by the force that it feels, and the {name} tells none. Answer with 'wrench', "
-                "or let the scenario's tasks do without contact."
+                "or take tasks that need no force sensor."
             )
 
 
 def _play(machine: ProgramMachine, arm: StreamedArm, record: _Record, watched: _Watched | None) -> tuple[str, str]:
-    """Cycle the program and the robot until either ends; the outcome and its reason."""
+    """Advance program and robot period by period until the run ends; return the outcome and its reason."""
     try:
         while arm.clock < LONGEST:
             if not machine.finished:
@@ -171,8 +171,10 @@ def _is_still(before: State, now: State, period: float) -> bool:
 
 
 def readings(arm: StreamedArm, line: int, mount: RobotMount) -> Readings:
-    """Return the present readings of the robot and the things around it; the fingers close along the tool's y
-    axis."""
+    """Return the present readings of the robot and the things around it.
+
+    The fingers are taken to close along the tool's y axis.
+    """
     state, tool = arm.state, mount.base * arm.actual_tcp()
     x, y, z = tool.rotation[:, 1].tolist()
     poses = None if state.poses is None else {n: Pose((p[0], p[1], p[2]), (p[3], p[4], p[5], p[6])) for n, p in state.poses.items()}
@@ -181,7 +183,8 @@ def readings(arm: StreamedArm, line: int, mount: RobotMount) -> Readings:
 
 
 class _Watched(Struct):
-    """Watcher of a run on a robot process, with the robot's mount, which places the readings in the world."""
+    """Watcher of a run on a robot process: it checks the readings of each period, placed in the world, for
+    deviations."""
 
     watch: Watch
     mount: RobotMount
@@ -191,7 +194,7 @@ class _Watched(Struct):
 
 
 class _Record(Struct):
-    """Measurements of the robot, once a period."""
+    """Recorder of a streamed run: a sample of joints, wrench and gripper for each period, and the run's log."""
 
     arm: StreamedArm
     machine: ProgramMachine | None = None

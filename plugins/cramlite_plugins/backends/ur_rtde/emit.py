@@ -58,7 +58,7 @@ IMPORTS = (
 
 
 class _Writer(Struct):
-    """Python text of the program itself, under construction.
+    """Writer of a generated Python program's own text: the values and lines that were written so far.
 
     Args:
         robot: that it is for.
@@ -80,7 +80,7 @@ class _Writer(Struct):
             origin = ""
 
     def name(self, origin: str, value: str) -> str:
-        """A name for a value, in capitals."""
+        """Name, in capitals, of the constant that holds a value in the generated Python program."""
         return self.poses.name(identifier(origin or "pose").upper(), value)
 
     def steps(self, steps: Iterable[AnyStep]) -> None:
@@ -150,7 +150,7 @@ def emit(program: Program, robot: Robot) -> Code:
     refuse_drives(program, "ur_rtde")
     if program.late:
         things = ", ".join(t.thing for t in program.late)
-        asked = f"poses that the program asks for at its start, late poses ({things}),"
+        asked = f"late poses ({things}), which the program would ask for when it starts,"
         raise UserError(f"{asked} cannot be written in Python for ur_rtde yet; take the backend urscript")
     out = _Writer(robot)
     tasks = [out.function(name, steps, title) + "(arm)" for name, title, steps in _tasks(program)]

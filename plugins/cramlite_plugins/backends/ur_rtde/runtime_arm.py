@@ -59,7 +59,7 @@ def log(text: str) -> None:
 
 
 def gone(reason: str) -> None:
-    """End the program at once where the robot is gone: the end of ur_rtde would wait for it, or abort this process."""
+    """End the process at once when the robot no longer answers; ur_rtde's own shutdown would hang or crash."""
     out, silent = os.dup(1), os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):  # threads of ur_rtde print until the process ends, also in the middle of a line
         os.dup2(silent, stream)
@@ -128,7 +128,8 @@ class Arm:
         return list(self.receive.getActualTCPPose())
 
     def force(self) -> list[float]:
-        """Force of the environment on the tool, base axes, without the tare [N]."""
+        """Force of the environment on the tool [N], base axes: the sensor's reading less its value at the
+        last tare."""
         return [f - t for f, t in zip(self.receive.getActualTCPForce()[:3], self.tare, strict=True)]
 
     # What must hold at all times
@@ -205,12 +206,13 @@ class Arm:
             raise Aborted(f"the robot did not carry out {what}: protective stop, lost connection, or its script has ended")
 
     def there(self) -> bool:
-        """Whether the robot answers: a command to one that is gone would be waited for without end."""
+        """Whether the robot still answers; if not, ur_rtde would wait for a command without end."""
         heard = time.monotonic() - self.seen[1] <= SILENT
         return heard and self.receive.isConnected() and self.control.isConnected()
 
     def listen(self) -> None:
-        """End this program where the robot is gone while a command waits for it, which ur_rtde does without end."""
+        """Watch the connection, and end the program when the robot is silent for too long; calls of ur_rtde
+        would wait forever."""
         last, heard = self.time(), time.monotonic()
         while not self.ended.wait(0.1):
             now = self.time()
@@ -225,8 +227,7 @@ class Arm:
         self.taken()
 
     def taken(self) -> None:
-        """Wait until the controller has taken a command of force mode, which ur_rtde does not do: the next
-        command would replace it.
+        """Wait until the controller has carried out a force-mode command; a command sent before that would replace it.
 
         The clock that this program sees is late when the program was kept waiting by its machine: only after it has
         slept do some cycles on that clock mean as many since the command.
@@ -239,7 +240,7 @@ class Arm:
             time.sleep(CYCLE)
 
     def close(self) -> None:
-        """End the control script on the robot; it stops what moves."""
+        """End ur_rtde's control script on the robot, which also stops the arm, and disconnect."""
         self.ended.set()
         self.control.stopScript()
         self.control.disconnect()
@@ -317,8 +318,10 @@ class Arm:
     # Gripper, payload, tare, time
 
     def grip(self, step: str, position: int, *, speed: int, force: int, expect: str, timeout: float) -> None:
-        """Move the fingers to a position, with speed and force, all 0 .. 255. OBJ is trusted only after
-        PRE has echoed the command."""
+        """Move the gripper's fingers to a position, with a speed and a force, all 0 .. 255.
+
+        The register OBJ is trusted only after the register PRE has echoed the command.
+        """
         self.at()
         hand = self.gripper
         for name, value in (("SPE", speed), ("FOR", force), ("POS", position)):
@@ -337,7 +340,7 @@ class Arm:
         self.done(self.control.setPayload(mass, list(center)), "setPayload")
 
     def zero(self, settle: float = 0.3) -> None:
-        """Tare the force sensor, after the arm and the sensor's filter have settled [s]."""
+        """Tare the force sensor after a time in which the arm and the sensor's filter settle [s]."""
         self.stand_still(settle)
         if self.can_zero:
             self.done(self.control.zeroFtSensor(), "zeroFtSensor")

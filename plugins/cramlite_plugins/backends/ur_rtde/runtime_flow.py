@@ -29,8 +29,11 @@ def fallback(arm: Arm, name: str, branches: Sequence[Steps]) -> None:
 def monitored(
     arm: Arm, name: str, steps: Steps, *, force: float | None = None, slip: float | None = None, time: float | None = None
 ) -> None:
-    """Run steps while the force [N], the further closing of the fingers [of 255] and the time [s] are
-    watched."""
+    """Run steps while the force [N], the further closing of the fingers [of 255] and the time [s] are checked
+    against limits.
+
+    When a limit is exceeded, the arm is stopped and the steps have failed.
+    """
     this, began = object(), arm.time()
     closed = arm.gripper.get("POS") if slip is not None else 0
 
@@ -54,7 +57,7 @@ def monitored(
 
 
 class Side:
-    """Branch that does not move the arm, running in a thread of its own."""
+    """Parallel branch of a program that does not move the arm, running in a thread of its own."""
 
     def __init__(self, arm: Arm, steps: Steps) -> None:
         self.error: Exception | None = None
@@ -75,7 +78,7 @@ class Side:
             self.error = error
 
     def stop(self) -> None:
-        """End the branch; the fingers stop where they are."""
+        """End this parallel branch of the program; the fingers stop where they are."""
         if self.thread.is_alive():
             self.stopped = True
             self.thread.join()

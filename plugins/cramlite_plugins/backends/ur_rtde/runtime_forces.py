@@ -23,7 +23,7 @@ def axis(frame: Vector) -> list[float]:
 
 
 def turned(frame: Vector, way: Vector) -> list[float]:
-    """A vector of a frame, in the base frame (Rodrigues)."""
+    """Rotate a vector from the axes of a frame to those of the base frame (Rodrigues)."""
     angle = math.hypot(*frame[3:])
     if angle < 1e-9:
         return list(way)
@@ -39,7 +39,7 @@ def way_along(arm: Arm, start: Vector, direction: Vector) -> float:
 
 
 class ForceMode:
-    """Force mode that is on inside a ``with``, and a motion in it that is stopped at the end."""
+    """Context manager in which force mode is on; a motion that is started inside it is stopped at its end."""
 
     def __init__(self, arm: Arm, frame: Vector, selection: Sequence[int], wrench: Vector, limits: Vector) -> None:
         self.arm = arm
@@ -75,8 +75,8 @@ def watched(arm: Arm, step: str, limit: float, timeout: float, late: str, ended:
 
 
 def along_path(arm: Arm, waypoints: Sequence[Vector], speed: float) -> Callable[[], bool]:
-    """Return a function that sends the tool to one waypoint after the other, one at each call, and is True
-    at the last one."""
+    """Return a function that sends the tool to the next waypoint at each call, and returns True once the last
+    one is reached."""
     left = [list(w) for w in waypoints]
 
     def arrived() -> bool:
@@ -138,7 +138,8 @@ def spiral_search(
     arm: Arm, step: str, *, frame: Vector, force: float, pitch: float, radius: float, speed: float, advance: float,
     force_limit: float, timeout: float,
 ) -> None:  # fmt: skip
-    """Press along z of a frame and move across it on a spiral until the tool gives way, or a rim holds it."""
+    """Press along z of a frame and move across it on a spiral, until the tool sinks in or is held by the rim
+    of a hole."""
     arm.at()
     direction, start = axis(frame), arm.tcp()
     arrived = along_path(arm, spiral(list(arm.receive.getTargetTCPPose()), frame, pitch, radius), speed)

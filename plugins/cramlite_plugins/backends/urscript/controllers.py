@@ -1,4 +1,4 @@
-"""Capabilities of Universal Robots controllers: each function's first PolyScope version, data that the backend obeys.
+"""First PolyScope version of each URScript function on each Universal Robots controller; checks of programs against it.
 
 Sources: [script] the version marks of ur_rtde 1.6.5's control script inside its wheel ("$5.10|3.15 ..." keeps a line for these
 versions and later); [client] UniversalRobots' ur_client_library, "Script Command Interface" and "Force Mode example" (no gain
@@ -68,7 +68,8 @@ def controller_of(robot: Robot) -> tuple[str, str]:
 
 
 def check_arm(program: Program, robot: Robot, language: str) -> None:
-    """Check that the program is for this arm, and that its axes count zero as Universal Robots' do.
+    """Check that the program is for this arm, and that the arm's axes have their zeros where those of
+    Universal Robots have them.
 
     Raises:
         UserError: it is not.
@@ -83,7 +84,7 @@ def check_arm(program: Program, robot: Robot, language: str) -> None:
 
 
 def lacking(text: str, controller: str, version: str) -> Iterator[str]:
-    """List, as clauses, the functions that a program calls and a controller of this version lacks."""
+    """List, in words, the functions that a program calls and a controller of this version lacks."""
     code = "\n".join(line.split("#")[0] for line in text.split("\n"))
     for c in CAPABILITIES:
         if re.search(rf"\b{c.function}\(", code):

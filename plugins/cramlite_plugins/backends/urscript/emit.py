@@ -33,7 +33,7 @@ START_TOLERANCE = 0.01  # how far each joint may be from the start posture [rad]
 
 
 class _Writer(Struct, dict=True):
-    """URScript text under construction."""
+    """Writer of a URScript program: the lines that were written so far, with the steps that they come from."""
 
     robot: Robot
     lines: list[str] = field(default_factory=list)  # without the indentation of the program's function
@@ -78,7 +78,7 @@ def emit(program: Program, robot: Robot) -> Code:
 
 
 def _body(out: _Writer, program: Program) -> None:
-    """Lines of the program's own function, from its start to its end."""
+    """Write the statements of the program's main function: its preparation, its steps with titles, and its end."""
     out.add(*_start(program, out.robot), *urscript_late.asking(program), "")
     sections = {s.first: s for s in program.sections}
     for i, step in enumerate(program.steps):

@@ -109,7 +109,7 @@ class FlowWriter(Struct):
         self.add("end")
 
     def next(self) -> int:
-        """Return the next number for a name."""
+        """Return the next number, which makes a generated name unique."""
         self.number += 1
         return self.number
 
@@ -168,7 +168,7 @@ class FlowWriter(Struct):
         self.end()
 
     def monitor(self, step: Monitor) -> None:
-        """Write the watched steps, with a thread that watches."""
+        """Write a monitor: its steps, and a thread that checks its limits while they run."""
         number_ = self.next()
         name = f"monitor_{number_}"
         self.define += _monitor(step, number_, self.gripper)
@@ -182,7 +182,7 @@ class FlowWriter(Struct):
         self.end()
 
     def parallel(self, step: Parallel) -> None:
-        """Write parallel branches: the arm's runs here, the others in threads.
+        """Write parallel branches: the one that moves the arm in the main function, each other one as a thread.
 
         Raises:
             UserError: more than one branch moves the arm or the gripper.
@@ -277,7 +277,7 @@ def comment(step: AnyStep) -> str:
 
 
 def write(step: Control, writer: FlowWriter) -> tuple[list[str], list[CodeLine]]:
-    """Write a control step of the program's own function: threads to define before it, and its lines.
+    """Return a control step as URScript: the threads to define in the main function, and the statements to put there.
 
     Inside, a failure is judged by the control steps; what is left of it ends the program.
     """

@@ -51,7 +51,8 @@ def asking(program: Program) -> list[str]:
 
 
 def _asked(late: LatePose) -> str:
-    """Arguments of ``ask_pose``, with the tolerances widened by 1 mm and 0.01 rad, as noise would never meet 0."""
+    """Return the arguments of ``ask_pose`` for a late-bound pose, its tolerances widened by 1 mm and 0.01 rad
+    for noise."""
     distance, angle = late.tolerance
     return f'"{label(late.thing)}", {pose(late.pose)}, {number(distance + 0.001)}, {number(angle + 0.01)}'
 

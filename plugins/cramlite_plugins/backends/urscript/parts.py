@@ -202,14 +202,15 @@ def header(program: Program, robot: Robot) -> list[str]:
 
 
 def _controller(robot: Robot) -> str:
-    """Needed controller and PolyScope version, and where its force readings come from."""
+    """Return the precondition on the controller: its PolyScope version, and where the arm's force readings
+    come from."""
     controller, version = controller_of(robot)
     known = f"{'CB3, ' if controller == CB3 else ''}PolyScope {version} or later"
     if robot.sensor == "flange":
         return known
     known += "; no sensor in the flange" if controller == CB3 else ""
     if robot.sensor is None:
-        return f"{known}; forces are what the controller itself works out"
+        return f"{known}; forces are estimated by the controller itself"
     return (
         f"{known}{':' if controller == CB3 else ';'} the {robot.sensor} between flange and gripper must be the"
         " controller's force source (enable_external_ft_sensor, by its URCap), with readings at the flange"

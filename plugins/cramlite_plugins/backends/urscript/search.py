@@ -152,7 +152,7 @@ end
 
 
 def call(step: SpiralSearch | ForceInsert | ForceExtract, poses: Names) -> str:
-    """Write the call that carries out a step; true when it succeeded."""
+    """Write the URScript call of a force-controlled step; the call returns True if the step succeeded."""
     frame = Pose((0.0, 0.0, 0.0), step.frame.quaternion)
     match step:
         case SpiralSearch():

@@ -1,5 +1,4 @@
-"""Steps without inner steps as URScript: definitions, preparation, and the call that tells whether they
-succeeded."""
+"""URScript of steps that contain no other steps: definitions, preparation, and the call that returns success."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Detection of force-dynamic events in poses and contacts."""
+"""Detection of contacts, supports, grasps and similar states in recorded poses and contact forces."""

@@ -50,8 +50,7 @@ class Grid(Value):
     poses: dict[str, Floats]
 
     def time(self, index: int) -> float:
-        """Return the time of an index of the grid [s]; the index after the last one gives the last time and
-        one step."""
+        """Return the time of a sample of the grid by its index [s]; the index may be one past the last."""
         return float(self.times[0] + index * STEP)
 
     def moving(self, name: str) -> Flags:
@@ -138,7 +137,8 @@ def _travels(grid: Grid, thing: str, carrier: str, start: int, end: int) -> tupl
 
 
 def _steady(place: Floats, start: int, end: int) -> list[Span]:
-    """Spans within start and end in which a relative position stays near its median over start to end."""
+    """Return the parts of the span from ``start`` to ``end`` in which a relative position is near its median
+    over that span."""
     near = _away(place[start:end], place[start:end]) < STEADY
     return [(start + s, start + e) for s, e in runs(near)]
 
@@ -152,8 +152,8 @@ def _away(place: Floats, of: Floats) -> Floats:
 
 
 def at_its_place(grid: Grid, thing: str, hand: str, span: Span, within: float) -> Span:
-    """Return the span, extended while the hand-to-thing distance vector stays within ``within`` [m] of its
-    median in the span."""
+    """Return the span, extended by neighbouring samples at which the thing keeps its place in the hand within
+    a distance [m]."""
     place = grid.place(thing, hand)
     near = np.linalg.norm(place - np.median(place[slice(*span)], axis=0), axis=1) < within
     start, end = span

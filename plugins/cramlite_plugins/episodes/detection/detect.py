@@ -90,8 +90,8 @@ def detect(rollout: Rollout, name: str) -> Episode:
 
 
 def _since(rollout: Rollout, name: str, poses: Floats) -> Track | None:
-    """Track of a frame from a camera's first sight of it, if its pose was not known at the start; None without
-    a sight."""
+    """Return the track of a frame from its first known pose on, at the start or when a camera first sees it;
+    None if it never does."""
     known = rollout.times >= rollout.seen.get(name, -np.inf)
     return _track(rollout.times[known], poses[known]) if known.any() else None
 
@@ -144,8 +144,8 @@ def _contents(rollout: Rollout) -> list[Event]:
 
 
 def _snapped(states: tuple[Event, ...], times: Floats) -> list[Event]:
-    """States in which a start or end within SNAP after an earlier one, or after the recording's start, is set
-    to the time of the earlier one.
+    """Move each start or end of a state that comes within SNAP after another, or after the recording's start,
+    to that instant.
 
     Both are one instant; the gap would otherwise become an action of a few samples.
     """

@@ -14,8 +14,8 @@ CONSTRAINED_DOF = {"vrps:Peg": 4.0, "vrps:Hook": 4.0, "vrps:Tip": 4.0, "vrps:Sur
 
 
 def thing_entities(thing: Thing, rollout: Rollout) -> tuple[Entity, ...]:
-    """Return the entities of a thing: the thing itself, its features, and the parts that only its geometry
-    names."""
+    """Return the entities of a thing: itself, its features, and the parts that its geoms name and that are no
+    features."""
     properties = {"friction": thing.friction} | ({} if thing.mass is None else {"mass": thing.mass})
     if thing.joint is not None:
         properties |= {"joint_lower": thing.joint.lower, "joint_upper": thing.joint.upper}

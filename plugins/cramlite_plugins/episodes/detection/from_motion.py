@@ -104,8 +104,8 @@ def with_grasps(episode: Episode) -> Episode:
 
 
 def _with_carrier(episode: Episode, grid: Grid) -> Episode:
-    """Episode with a hand, where no frame is named like one: of the frames that carry other things, the one
-    that travels the longest way alone becomes the hand."""
+    """Episode without a named hand: the frame that carries other things and travels farthest alone is taken
+    for the hand."""
     free = [n for n, t in episode.tracks.items() if episode.whole(n) == n and len(t.times) > 1]
     alone = {n: w for n in free if (w := _alone(grid, n, [o for o in free if o != n])) > IDLE}
     if not alone:
@@ -134,7 +134,7 @@ def hands_of(episode: Episode) -> tuple[str, ...]:
 
 
 def _grid(episode: Episode) -> Grid:
-    """Grid of all tracks, with constant poses for things whose pose was recorded only once."""
+    """Return all tracks on one time grid; things whose pose was recorded only once have constant poses."""
     grid = grid_of(episode.tracks)
     still = {e.name: e.pose for e in episode.entities if e.part_of is None and e.name not in grid.poses and e.pose is not None}
     poses = {n: np.tile([*p.position, *p.quaternion], (len(grid.times), 1)) for n, p in still.items()}
@@ -194,8 +194,7 @@ def _on_joint(episode: Episode, name: str) -> bool:
 
 
 def _merged(found: Sequence[Loose]) -> list[Loose]:
-    """Merge the entries that give the same contents into one, with the numbers of pieces in each vessel added
-    up."""
+    """Merge entries about the same loose contents into one, and add up their numbers of pieces in each vessel."""
     by_name: dict[str, Loose] = {}
     for one in found:
         other = by_name.get(one.name)
@@ -249,7 +248,7 @@ def _held_on(grid: Grid, thing: str, hand: str, start: int, end: int) -> int:
 
 
 def _steadies(grip: InferredGrasp, acting: InferredGrasp) -> bool:
-    """Whether a hand only steadies the acting hand's payload, rather than takes it over and holds it longer."""
+    """Whether a hand only steadies the payload of the acting hand, and does not take it over from that hand."""
     both = _overlap(grip.span, acting.span)
     return grip.thing == acting.thing and both > 0 and (grip.span[1] - grip.span[0]) - both < HANDED_OVER / STEP
 
@@ -309,8 +308,12 @@ def _grip(grid: Grid, hand: str, thing: str, span: Span, near: Span | None = Non
 
 
 def _unseen_hand(episode: Episode, grid: Grid, tracked: Sequence[str]) -> str | None:
-    """Hand that moved things without being recorded: of the episode's hands without poses a right one first;
-    ``NOBODY`` if there is none and all recorded hands are idle; else None."""
+    """Return the hand that must have moved the things though its poses were not recorded; None if a recorded
+    hand may have.
+
+    Of several hands without poses a right one is taken; if there is none, and all recorded hands are idle, it
+    is ``NOBODY``.
+    """
     lost = sorted((h for h in hands_of(episode) if h not in tracked), key=_right_first)
     idle = all(travel(grid.poses[h]) < IDLE for h in tracked)
     return lost[0] if lost else NOBODY if idle else None
@@ -325,8 +328,10 @@ def _with_nobody(episode: Episode, held: Sequence[InferredGrasp]) -> Episode:
 
 
 def _held_unseen(episode: Episode, grid: Grid, hand: str | None, things: Sequence[str]) -> tuple[list[InferredGrasp], dict[str, set[str]]]:
-    """Grasps by a hand without poses: a thing that rises and stays up was held. Of things that rise
-    together the larger is held, else the lower."""
+    """Infer the grasps of a hand without poses: a thing that rises and stays up was held.
+
+    Of things that rise together the largest is held, or of equal ones the lowest.
+    """
     spans = [(s, e, n) for n in things for s, e in _flights(grid, n)] if hand is not None else []
     held: list[InferredGrasp] = []
     riding: dict[str, set[str]] = defaultdict(set)
@@ -393,8 +398,8 @@ def _labels(grips: Sequence[InferredGrasp], grid: Grid) -> Iterator[Event]:
 
 
 def _standing(episode: Episode, grips: Sequence[InferredGrasp], grid: Grid) -> tuple[list[Event], list[Entity]]:
-    """Support states of lifted things before and after they are lifted, and the supports that had to be
-    added: an entity without a shape where no known shape is below the thing."""
+    """Return support states of lifted things before and after each lift, with new support entities where no
+    known thing is below."""
     free = [(g.thing, grid.time(g.lift), grid.time(g.down if g.down is not None else g.span[1])) for g in grips if g.lift is not None]
     known = resting(episode, free)
     carried = {e.roles["supportee"] for e in known if e.type == "soma:SupportState"}

@@ -1,5 +1,5 @@
-"""Gestures with a held thing that no state shows: swinging to and fro, and tilting, found in the thing's
-sampled poses."""
+"""Swinging and tilting of a held thing, found in the thing's sampled poses, as no contact or support state
+shows them."""
 
 from __future__ import annotations
 
@@ -39,8 +39,10 @@ def shaking(poses: Floats, start: int, end: int) -> list[Span]:
 
 
 def _arrived(mean: Floats, start: int, end: int) -> Span:
-    """Span cut to the first and last sample at which the moving mean is near its median: without the way to
-    the place of shaking and back."""
+    """Shorten a span of shaking to the time at the place of shaking, without the ways there and back.
+
+    The place follows from the moving average of the thing's position.
+    """
     near = np.flatnonzero(np.linalg.norm(mean[start:end] - np.median(mean[start:end], axis=0), axis=1) < SHAKEN_AT)
     return (start + int(near[0]), start + int(near[-1]) + 1) if len(near) else (start, end)
 

@@ -1,5 +1,4 @@
-"""Contents in recordings: many like things that stay within a vessel, or lie on a moved thing, become one
-entity.
+"""Loose contents in recordings: many similar things that stay in a vessel, or lie on a moved thing, become one entity.
 
 Grains are recorded one by one, and nobody handles a grain. ``contents(cup)`` stands for those that were in the cup at first;
 ``ContainmentState`` says in which vessels they are, and the extra ``count:contents(cup):bowl`` how many, at each instant of
@@ -51,19 +50,17 @@ class Loose(Value):
 
 
 def contents_named(vessel: str) -> str:
-    """Return the entity name of the first contents of a vessel."""
+    """Return the entity name of the contents that are in a vessel at the start."""
     return f"contents({vessel})"
 
 
 def alike(name: str) -> str:
-    """Return the common part of the names of like things: "particle12" and "Particle_C_3" without the
-    number."""
+    """Return the common part of the names of similar things: "particle12" and "Particle_C_3" without the number."""
     return re.sub(r"[\W_]*\d+$", "", name)
 
 
 def find_contents(episode: Episode, grid: Grid, things: Sequence[str], hands: Sequence[str]) -> tuple[Loose, ...]:
-    """Find contents: at least ``MANY`` like things that start within one vessel, and that no hand moves
-    alone.
+    """Find loose contents: at least ``MANY`` similar things that start in one vessel, and that no hand moves alone.
 
     A small thing that a hand moves alone is contents, too, where a hand carries a vessel with ``MANY`` others of its kind:
     it sticks to the hand.
@@ -91,7 +88,7 @@ def find_contents(episode: Episode, grid: Grid, things: Sequence[str], hands: Se
 
 
 def _many_alike(episode: Episode, grid: Grid, things: Sequence[str]) -> set[str]:
-    """Names of the things that share the common part of their name with at least ``MANY`` - 1 others.
+    """Names of the things of which there are at least ``MANY`` with the same common part of the name.
 
     A kind is left out if one of it is a vessel that holds ``MANY`` things of a more numerous kind.
     """
@@ -103,7 +100,7 @@ def _many_alike(episode: Episode, grid: Grid, things: Sequence[str]) -> set[str]
 
 
 def _hold(episode: Episode, grid: Grid, vessels: list[str], others: list[str]) -> bool:
-    """Whether one of several like vessels holds at least ``MANY`` things of a more numerous kind at the start."""
+    """Whether one of several similar vessels holds at least ``MANY`` things of a more numerous kind at the start."""
     if len(others) <= len(vessels):
         return False
     at = [_first_vessel(_vessel_of(episode, grid, n, vessels)) for n in others]

@@ -84,7 +84,7 @@ def over(a: OrientedBox, b: OrientedBox) -> bool:
 
 
 def is_inside_outline(inner: OrientedBox, outer: OrientedBox, slack: float) -> bool:
-    """Check whether one box is inside the outline of another, seen from above; it may stand out by the slack [m]."""
+    """Check whether one box is inside the outline of another, seen from above, with a tolerance [m]."""
     return all(
         float((outer.corners @ n).min()) - slack <= float((inner.corners @ n).min())
         and float((inner.corners @ n).max()) <= float((outer.corners @ n).max()) + slack
@@ -93,7 +93,8 @@ def is_inside_outline(inner: OrientedBox, outer: OrientedBox, slack: float) -> b
 
 
 def _separation(a: OrientedBox, b: OrientedBox, directions: Iterable[Floats]) -> float:
-    """Widest space between the projections of two boxes onto directions [m]; negative if they overlap in all of them."""
+    """Return the widest gap between two boxes along one of several directions [m]; negative if they overlap
+    along all."""
     found = []
     for n in directions:
         p, q = a.corners @ n, b.corners @ n

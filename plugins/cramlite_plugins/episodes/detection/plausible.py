@@ -30,7 +30,8 @@ def too_fast(hands: Iterable[str], grid: Grid) -> str:
 
 
 def without_pauses(episode: Episode) -> Episode:
-    """Return the episode with its long pauses, in which no pose of any frame was recorded, cut short, and a repair for each."""
+    """Shorten the long pauses of an episode, in which no pose was recorded; each one is noted among the
+    episode's repairs."""
     times = np.unique(np.concatenate([t.times for t in episode.tracks.values()]))
     gaps = np.diff(times)
     long = np.flatnonzero(gaps > PAUSE[0])

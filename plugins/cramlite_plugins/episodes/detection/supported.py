@@ -22,8 +22,9 @@ STOOD = 0.5
 
 
 def carried(rollout: Rollout, pairs: dict[tuple[str, str], Pair]) -> dict[tuple[str, str], Flags]:
-    """Return for each pair of a supporter (a part, where known) and a supported whole thing whether it is
-    supported, per sample.
+    """Return, for each pair of a body and a thing, whether the body carries the thing at each sample.
+
+    The body may be a part of a thing; the thing that is carried is a whole one.
 
     A support begins and ends with a share of the weight, while they touch; and it goes on for as long as the thing stays
     where it stood, within ``STILL``: closing fingers that take the weight off a table have not lifted anything.

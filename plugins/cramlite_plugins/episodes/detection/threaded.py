@@ -1,5 +1,4 @@
-"""Detection of pegs in holes: a threaded thing rattles, and losing contact for a moment does not take it
-off.
+"""Detection of things threaded onto pegs, from poses: contact may be lost for a moment without the thing coming off.
 
 A peg that stands is loose in a hole that rests around it, and need not touch it: the hole is on it for as long as the peg is in it.
 """
@@ -22,8 +21,8 @@ Flags = NDArray[np.bool_]
 
 
 def threaded(rollout: Rollout) -> Iterator[tuple[str, str, Flags]]:
-    """Yield for every pair of a hole and a peg of different things: "thing/hole", "hanger/peg", and per
-    sample whether the peg passes through the hole."""
+    """Yield each pair of a hole and another thing's peg, by their names, with whether the peg is in the hole
+    at each sample."""
     things = rollout.world.things
     for owner in things:
         for other in things:
@@ -79,7 +78,7 @@ def _out_of(poses: Floats, point: Floats) -> Floats:
 
 
 def _unit(poses: Floats) -> Floats:
-    """The quaternions of frames (N, 7), of length 1."""
+    """Return the quaternions of poses (N, 7), scaled to length 1."""
     found: Floats = poses[:, 3:] / np.linalg.norm(poses[:, 3:], axis=1, keepdims=True)
     return found
 

@@ -26,7 +26,8 @@ Pairs = Mapping[tuple[str, str], Flags]
 
 
 class Pair(Value):
-    """Contact force and lift of one pair of entities, per sample, (N,) each [N]."""
+    """Contact force of one pair of entities, and upward force of the first on the second, per sample, (N,)
+    each [N]."""
 
     force: Floats
     lift: Floats
@@ -58,8 +59,7 @@ def touching_pairs(rollout: Rollout, known: set[str]) -> dict[tuple[str, str], P
 
 
 def _stretches(rollout: Rollout) -> Iterator[tuple[slice, tuple[Touch, ...]]]:
-    """Yield slices of samples, each with its touches; touches of sleeping things come once, for all samples
-    of the sleep."""
+    """Yield ranges of samples with their contacts; contacts of things at rest come once for all samples of the rest."""
     asleep = rollout.asleep or ((),) * len(rollout.touches)
     begins = [k for k in range(len(asleep)) if k == 0 or asleep[k] is not asleep[k - 1]]
     spans = dict(zip(begins, [*begins[1:], len(asleep)], strict=True))
@@ -75,8 +75,8 @@ def _finest(touched: str, known: set[str]) -> str:
 
 
 def entity_of(touched: str, rollout: Rollout) -> str:
-    """Return the entity that a touched body is in an episode: what a rollout calls "effector" has there the
-    name of the hand or gripper."""
+    """Return the name that a touched body has in an episode; a rollout's "effector" has there the name of the
+    hand or gripper."""
     name = EntityName.parse(touched)
     return str(EntityName(rollout.effector, name.part)) if name.thing == "effector" else touched
 

@@ -21,7 +21,7 @@ LATER = 10.0
 
 
 def episode_of(parts: Parts) -> Episode:
-    """Assemble an episode: impossible events are dropped and unknown entities added, each with its repair."""
+    """Assemble an episode; impossible events are dropped and unknown entities added, and each is noted as a repair."""
     tracks, repairs = world_tracks(parts.rows)
     parts.repairs += repairs
     _one_clock(parts, tracks)
@@ -49,8 +49,10 @@ def _one_clock(parts: Parts, tracks: dict[str, Track]) -> None:
 
 
 def _from_motion(episode: Episode) -> Episode:
-    """Episode with events inferred from motion in place of its actions, none of which takes or
-    releases a thing; if no event is found, the actions stay."""
+    """Replace the actions of an episode, which take and release nothing, by events inferred from motion.
+
+    If no event is found, the actions stay.
+    """
     repairs = episode.repairs
     if episode.events:
         named = ", ".join(sorted({e.type for e in episode.events}))
@@ -76,8 +78,10 @@ def _is_hand(name: str) -> bool:
 
 
 def _with_links(episode: Episode, parts: Parts) -> Episode:
-    """Episode in which links that never move in their parent become parts of it, without tracks; a track of a
-    single pose is dropped, since the entity has that pose."""
+    """Make each link that never moves in its parent link a part of that link.
+
+    A track of a single pose is dropped, since the entity has that pose.
+    """
     links = {n: p for n, p in rigid_links(parts.rows).items() if n in episode.tracks and p in episode.tracks}
     tracks = {n: t for n, t in episode.tracks.items() if len(t.times) > 1}
     entities = []
@@ -130,8 +134,7 @@ def _complete(parts: Parts, events: tuple[Event, ...], tracks: dict[str, Track])
 
 
 def _acyclic(entities: dict[str, Entity], parts: Parts) -> tuple[Entity, ...]:
-    """Entities, where one that is described as a part of itself, directly or through others, becomes a
-    separate thing."""
+    """Make entities that are described as parts of themselves, directly or through others, separate things."""
     for name in list(entities):
         seen, at = {name}, entities[name].part_of
         while at is not None and at not in seen:

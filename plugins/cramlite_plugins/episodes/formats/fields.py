@@ -53,7 +53,10 @@ def compact(iri: str) -> str:
 
 
 def local_name(iri: str) -> str:
-    """Return the name after the last # or /: RobCoG's generations differ in their namespaces only."""
+    """Return the local name of an IRI, which follows its last # or /.
+
+    RobCoG's generations differ in their namespaces only.
+    """
     return re.split(r"[#/]", iri)[-1]
 
 

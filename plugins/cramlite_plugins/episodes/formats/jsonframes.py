@@ -1,4 +1,4 @@
-"""Documents of a JSON file: one a line (read without limit), an array, or a single one."""
+"""Reader of JSON files with many documents: one document a line, or an array of them; also of a single one."""
 
 from __future__ import annotations
 

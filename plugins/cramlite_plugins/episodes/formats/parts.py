@@ -104,7 +104,7 @@ def _read_dump(file: Path, parts: Parts) -> None:
 
 
 def add_triples(parts: Parts) -> None:
-    """Add the content of statements that RobCoG's own files lack.
+    """Add the events and objects that RDF statements describe, if other files gave no events.
 
     To be called once all files are read, because statements about one event may stand in several collections.
     """

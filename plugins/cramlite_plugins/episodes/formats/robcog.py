@@ -110,7 +110,10 @@ def _is_experiment(properties: dict[str, list[str]]) -> bool:
 
 
 def _events(name: str, properties: dict[str, list[str]]) -> tuple[list[Event], list[Repair]]:
-    """The event of an individual; several when two share one id."""
+    """Return the event that an RDF individual describes, or all events of individuals with the same id.
+
+    An individual that cannot be read gives a repair that says so.
+    """
     spans: list[tuple[float, float]] = []
     try:
         starts, ends = (sorted(_seconds(v) for v in properties[k]) for k in ("startTime", "endTime"))

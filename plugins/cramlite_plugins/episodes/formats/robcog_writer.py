@@ -1,5 +1,7 @@
-"""Writers of RobCoG's event data and semantic map: the RDF/XML that RobCoG's own tools write, and beside
-it literals of our namespace for what RobCoG cannot say (fields.py), so that nothing is lost."""
+"""Writers of RobCoG's event data and semantic map, as the RDF/XML that RobCoG's own tools write.
+
+What RobCoG cannot express is added as literals in the cram namespace (fields.py), so that nothing is lost.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +30,7 @@ _CLASSES = {ours: theirs for theirs, (ours, _) in reversed(EVENTS.items()) if ou
 
 
 def event_data(episode: Episode, id_: str, map_id: str) -> str:
-    """Return the text of ``<id>_ED.owl``."""
+    """Return the text of the file ``<id>_ED.owl``, in which RobCoG keeps the events of an episode."""
     times = sorted({t for e in episode.events for t in (e.start, e.end)})
     return _document(
         line
@@ -70,8 +72,10 @@ def _document(lines: Iterator[str]) -> str:
 
 
 def _fragment(name: str) -> str:
-    """Quoted name that can end an IRI. In "kind+name" the plus separates the kind: a quoted name contains
-    none, so kinds never clash."""
+    """Return a name as the percent-encoded end of an IRI; in "kind+name" the plus stays.
+
+    A name has no plus once it is encoded, so names of different kinds never clash.
+    """
     kind, plus, rest = name.rpartition(_PLUS)
     return f"{kind}+{quote(rest, safe='')}" if plus else quote(name, safe="")
 
@@ -81,7 +85,7 @@ def _kind(kind: str, name: str) -> str:
 
 
 def _individual(name: str, types: tuple[str, ...], *properties: str) -> Iterator[str]:
-    """A named individual; types as CURIEs of the document, or IRIs."""
+    """Write an OWL individual as XML lines; its types are CURIEs of the document, or IRIs."""
     yield f'<owl:NamedIndividual rdf:about="&log;{_fragment(name)}">'
     for type_ in types:
         prefix, _, local = type_.partition(":")

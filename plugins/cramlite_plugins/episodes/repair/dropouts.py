@@ -86,8 +86,10 @@ def _wholes(event: Event, episode: Episode) -> set[str]:
 def _losses(
     mine: list[Event], thing: str, episode: Episode, longest: float
 ) -> Iterator[tuple[float, float, str | None]]:
-    """Intervals (start, end, hand) of up to ``longest`` in which a hand's grasp or contact of the thing
-    pauses, or (with hand None) in which all of the thing's states pause."""
+    """Yield (start, end, hand) of each pause, up to ``longest``, of a hand's grasp or contact of a thing.
+
+    With hand None, all states of the thing pause.
+    """
     seen = set()
     hands = {h for e in mine for h in _hands(e, episode)} - {thing}
     groups: list[tuple[str | None, list[Event]]] = [
@@ -117,8 +119,11 @@ def _pauses(group: list[Event]) -> Iterator[tuple[float, float]]:
 
 
 def _absence(episode: Episode, thing: str, hand: str | None, start: float, end: float) -> Dropout | None:
-    """Tracking dropout in an interval if the thing has the same pose in the hand, or in the world, before and
-    after it; None if the thing may really have been let go."""
+    """Return the tracking dropout in an interval, if the thing's pose in the hand or in the world is the same
+    before and after it.
+
+    The result is None if the thing may really have been let go.
+    """
     before, after = start - MARGIN, end + MARGIN
     if hand is not None:
         at = [(episode.pose_at(hand, t), episode.pose_at(thing, t)) for t in (before, after)]
@@ -172,15 +177,17 @@ def _without(absence: Dropout, episode: Episode) -> Episode:
 
 
 def _cut_short(absence: Dropout, mine: list[Event]) -> set[str]:
-    """Ids of the two halves into which a dropout cut one state; neither is dropped as spurious, however short
-    it is."""
+    """Ids of the states that are halves of one state which a dropout cut in two; they are kept, however short."""
     pairs = ((a, b) for a, b in _pairs(mine) if a.start < absence.start and b.end > absence.end)
     return {e.id for a, b in pairs if abs(a.end - absence.start) < MOMENT for e in (a, b)}
 
 
 def _stays(absence: Dropout, event: Event, mended: Episode) -> float:
-    """Time [s] up to which a thing stayed where it was in a state that the dropout ended, according to its
-    corrected poses."""
+    """Return the time [s] until which a state really lasted, if the recording ends it because its thing was
+    lost by tracking.
+
+    It is read from the thing's corrected poses.
+    """
     partner = next((w for w in _wholes(event, mended) if w != absence.thing), absence.thing)
     times = [t for t in mended.tracks[absence.thing].times.tolist() if absence.start <= t < absence.end]
     until = event.end
@@ -235,7 +242,8 @@ def _recorded(track: Track, start: float, end: float) -> tuple[tuple[float, ...]
 
 
 def _carried(absence: Dropout, episode: Episode) -> Track | None:
-    """The thing's track with poses as if it had never been gone; None if it needs no change."""
+    """Return a thing's track with expected poses for the time of a dropout; None if the recorded ones agree
+    with them."""
     track = episode.tracks[absence.thing]
     within = (track.times >= absence.start) & (track.times < absence.end)
     if absence.hand is None:

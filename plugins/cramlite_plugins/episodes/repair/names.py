@@ -25,7 +25,7 @@ _UNREAL = re.compile(r"^(SM|SK|BP|SKM|AD)_|_C(?=_\d+$)|_?Component$")
 
 @hookimpl
 def episode_repairs() -> Iterable[EpisodeRepair]:
-    """Declare the repair of names."""
+    """Declare the repair that gives each thing of an episode one name."""
     return [EpisodeRepair("names", 5, one_namespace)]
 
 

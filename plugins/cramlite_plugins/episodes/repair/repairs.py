@@ -22,5 +22,5 @@ def _smooth_flicker(episode: Episode) -> Episode:
 
 @hookimpl
 def episode_repairs() -> Iterable[EpisodeRepair]:
-    """Declare the repairs of dropouts and flicker."""
+    """Declare the repairs of tracking dropouts and of flickering states."""
     return [EpisodeRepair("dropouts", 10, _bridge_dropouts), EpisodeRepair("flicker", 20, _smooth_flicker)]

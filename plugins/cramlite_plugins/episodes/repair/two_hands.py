@@ -49,7 +49,7 @@ def episode_repairs() -> Iterable[EpisodeRepair]:
 
 
 def one_handed(episode: Episode) -> Episode:
-    """Merge hands that pass something on into the episode's one effector.
+    """Merge hands that pass a thing to each other: together they become the episode's one effector.
 
     Returns:
         The very episode, if nothing is handed over; else a new one. The repair that it lists holds the states as they
@@ -85,7 +85,8 @@ def handovers(episode: Episode) -> Iterator[Handover]:
 
 
 def _chain(found: Sequence[Handover]) -> list[Handover]:
-    """Handovers that follow one thing from hand to hand, in time order: the hand that took it last gives it next."""
+    """Return the handovers that pass one thing on: each is given by the hand that took the thing in the
+    handover before."""
     chain: list[Handover] = []
     for one in sorted(found, key=lambda h: h.time):
         if not chain or one.given.roles["gripper"] == chain[-1].taken.roles["gripper"]:
@@ -111,8 +112,8 @@ class _Acting:
         return self.order[bisect_right(self.times, time)]
 
     def called(self, entity: str, time: float) -> str:
-        """Name in the converted episode of a hand or its part at a time: the hand that acts then and the
-        effector exchange their names."""
+        """Return the name of a hand or its part in the converted episode: at each time the hand that acts
+        then gets the effector's name."""
         name, mine = EntityName.parse(entity), self.at(time)
         return str(replace(name, thing={mine: self.name, self.name: mine}.get(name.thing, name.thing)))
 
@@ -125,7 +126,7 @@ class _Acting:
             yield replace(event, start=start, end=end, roles=roles)
 
     def is_passing(self, event: Event) -> bool:
-        """Whether a state is the passive hand's action on the thing while it is passed on."""
+        """Whether a state relates a thing that is being handed over to a hand other than the episode's effector."""
         who = {thing_of(f) for f in event.roles.values()}
         hands = who & self.hands
         return bool(hands) and self.name not in hands and any(

@@ -36,7 +36,7 @@ def read_recording(file: Path) -> Episode | None:
         return None
     both = set(mapping.hands) & set(mapping.things)
     if both:
-        raise UserError(f"{file}: '{min(both)}' is both a hand and a thing; give them two names ('track' is the recording's).")
+        raise UserError(f"{file}: '{min(both)}' is both a hand and a thing; give each its own name ('track' is for the recording's name).")
     return episode_of(file, mapping, read_table(file.parent / mapping.recording, mapping.kind))
 
 
@@ -89,7 +89,7 @@ def _following(episode: Episode, mapping: Mapping) -> Episode:
 
 
 def _mounted(name: str, mapping: Mapping) -> list[str]:
-    """Names of a thing with a joint and of the things that it is mounted on that have a joint, too."""
+    """Return a thing's name and those of the things that it is mounted on, as far as they have a joint."""
     found = [name]
     while (spec := mapping.things[found[-1]].opens) is not None and spec.on in mapping.things and spec.on not in found:
         found.append(spec.on)
@@ -146,8 +146,11 @@ def _seen_from(track: Track, other: Track) -> Track:
 
 
 def _pulled(track: Track) -> Floats:
-    """Distance (N,) of a thing from its first position along the direction to its farthest position [m]; the
-    plain distance would add up noise."""
+    """Return how far a thing has moved at each sample (N,) [m], along the direction from its first to its
+    farthest position.
+
+    The plain distance would add up noise.
+    """
     away = _smooth(track.poses[:, :3] - _smooth(track.poses[:, :3], track.times)[0], track.times)
     far = away[np.argmax(np.linalg.norm(away, axis=1))]
     return np.asarray(np.clip(away @ (far / max(float(np.linalg.norm(far)), 1e-9)), 0.0, None))

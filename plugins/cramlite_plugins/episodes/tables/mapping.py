@@ -183,7 +183,8 @@ class Mapping(Spec):
         return {**self.hands, **{n: t for n, t in self.things.items() if n not in still}}
 
     def conventional(self, unit: str | None = None, rotation: str | None = None) -> Convention:
-        """Return the convention: from the file, the mapping, or the usual one, in this order.
+        """Return the units and axes of the recording: as its own file states them, else the mapping, else as
+        usual for its format.
 
         Args:
             unit, rotation: that the file states in its header.
@@ -230,7 +231,7 @@ class Mapping(Spec):
 
 
 def _agreed(key: str, said: str | None, stated: str | None) -> str | None:
-    """Value of a convention's key from the mapping, or else from the recording's header; both must agree."""
+    """Return the value of a key from the mapping, or else from the recording's header; refuse two that differ."""
     if said is not None and stated is not None and said != stated:
         raise UserError(f"'{key}: {said}' contradicts the recording's own header, which says {stated}; leave '{key}' out.")
     return said or stated
@@ -252,7 +253,7 @@ def read_mapping(path: Path) -> Mapping | None:
 
 
 def _fields(error: ValidationError) -> list[str]:
-    """Keys that are allowed at the place of the first invalid key."""
+    """Return the keys that a mapping file allows at the place of its first invalid key."""
     place = error.errors()[0]["loc"][:-1]
     specs: dict[str, type[Spec]] = {
         "time": TimeSpec, "columns": ColumnsSpec, "gripper": GripperSpec, "shape": ShapeSpec, "at": PlaceSpec, "opens": OpensSpec,

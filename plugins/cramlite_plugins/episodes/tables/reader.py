@@ -13,7 +13,7 @@ NAME = "recording.yaml"
 
 @hookimpl
 def read_episode(path: Path) -> Episode | None:
-    """Read the recording that a mapping file describes, itself or in its folder; None if there is none."""
+    """Read a recording, given its mapping file or the folder of that file; None if there is no mapping file."""
     file = path / NAME if path.is_dir() else path
     if file.suffix.lower() not in (".yaml", ".yml") or not file.is_file():
         return None

@@ -150,7 +150,7 @@ def _table(path: Path, names: Sequence[str], rows: Rows, **stated: Any) -> Table
 
 
 def _last(names: Sequence[str]) -> int:
-    """Number of columns up to the last one with a name."""
+    """Return the number of the last column that has a name, counted from 1; 0 without one."""
     return max((k for k, n in enumerate(names, 1) if n), default=0)
 
 

@@ -46,7 +46,7 @@ def read_entries(file: Path) -> Mapping[str, Entry]:
     data = load_yaml(file)
     models = data.get("models") if isinstance(data, dict) else None
     if not isinstance(models, dict) or not models:
-        raise UserError(f"{file}:1: a library has kinds under 'models'; make one with 'cramlite library add FOLDER'.")
+        raise UserError(f"{file}:1: a library lists its object models under 'models'; make one with 'cramlite library add FOLDER'.")
     try:
         return {str(name): Entry.model_validate(value) for name, value in models.items()}
     except ValidationError as error:

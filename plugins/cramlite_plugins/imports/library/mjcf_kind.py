@@ -86,7 +86,7 @@ def _geoms(shapes: list[Shaped], mesh: Any, name: str) -> tuple[tuple[Geom, ...]
 
     closed = files.closed(mesh, f"mesh of '{name}'")
     found = shape.from_mesh(closed.mesh, closed.notes)
-    return found.geoms, (*notes, f"nothing of the file collides: {found.notes[-1]} of what is seen")
+    return found.geoms, (*notes, f"no shape of the file collides, so its visible mesh does: {found.notes[-1]}")
 
 
 def _joint(model: Any, joint: int) -> str:
@@ -98,8 +98,11 @@ def _joint(model: Any, joint: int) -> str:
 
 
 def _parts(source: Source, frame: Pose) -> list[look.Part]:
-    """Triangles of the geoms to be shown: the purely visual ones, with colliding ones of their groups
-    unless all colliding geoms are in these groups; all opaque geoms if none is purely visual."""
+    """Return the triangles of the geoms that show a model: the purely visual ones, or all opaque ones if none
+    is purely visual.
+
+    Colliding geoms in the groups of visual ones are shown, too, unless all colliding geoms are in these groups.
+    """
     model = source.model
     seen = [g for g in range(model.ngeom) if model.geom_bodyid[g] and _opacity(model, g) > 0]
     shown = [g for g in seen if not collides(model, g)]
@@ -135,7 +138,10 @@ def _part(source: Source, geom: int, frame: Pose) -> look.Part:
 
 
 def _places(model: Any, mesh: int, material: int) -> Floats:
-    """Texture coordinates (F, 3, 2) of a mesh's corners; MuJoCo counts rows downwards."""
+    """Return the texture coordinates (F, 3, 2) of a mesh's corners.
+
+    MuJoCo counts the rows of an image downwards.
+    """
     start, count = int(model.mesh_faceadr[mesh]), int(model.mesh_facenum[mesh])
     first = int(model.mesh_texcoordadr[mesh])
     coordinates = np.asarray(model.mesh_texcoord[first : first + int(model.mesh_texcoordnum[mesh])], float)

@@ -44,7 +44,7 @@ def sources(folder: Path) -> Sources:
 
 
 def _folders(scene: Path) -> list[Path]:
-    """The uppermost folders, beside a scene file, in which the scene file names files."""
+    """Return the top-level folders beside a scene file that contain the files which the scene names."""
     try:
         named = FILE.findall(scene.read_text(encoding="utf-8", errors="replace"))
     except OSError:

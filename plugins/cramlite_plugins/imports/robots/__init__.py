@@ -1,1 +1,1 @@
-"""Arms that other programs describe, MJCF and URDF, as robots of cramlite."""
+"""Arms that MJCF and URDF files describe, as robots of cramlite."""

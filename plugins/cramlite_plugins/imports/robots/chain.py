@@ -154,8 +154,7 @@ def _moves(model: Any, body: int) -> bool:
 
 
 def _flange(source: Source, data: Any, last: int, named: str) -> tuple[Pose, str, tuple[str, str]]:
-    """Flange pose in the world, a clause on where it was taken from, and the kind and name of that
-    element."""
+    """Flange pose in the world, where it was taken from (in words), and the kind and name of that element."""
     model = source.model
     sites = {model.site(s).name: int(s) for s in range(model.nsite) if _behind(model, int(model.site_bodyid[s]), last)}
     bodies = {model.body(b).name: b for b in range(1, model.nbody) if _behind(model, b, last)}
@@ -174,7 +173,7 @@ def _flange(source: Source, data: Any, last: int, named: str) -> tuple[Pose, str
 
 
 def _behind(model: Any, body: int, last: int) -> bool:
-    """Whether a body is the last one, or fixed to it."""
+    """Whether a body is the last one of the arm, or fixed to it."""
     while body != last and body > 0 and not model.body_jntnum[body]:
         body = int(model.body_parentid[body])
     return body == last
@@ -205,7 +204,10 @@ def _torque(model: Any, joint: int) -> float:
 
 
 def _speeds(source: Source, names: tuple[str, ...]) -> tuple[float, ...]:
-    """Highest speeds, which a URDF states and an MJCF cannot; 0 where there is none [rad/s]."""
+    """Return the highest speed of each joint that the file states, 0 where it states none [rad/s].
+
+    An MJCF cannot state any.
+    """
     if not source.urdf:
         return (0.0,) * len(names)
     text = source.path.read_text(encoding="utf-8", errors="replace")

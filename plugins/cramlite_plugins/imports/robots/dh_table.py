@@ -54,8 +54,10 @@ def table_of(axes: tuple[tuple[Floats, Floats], ...], flange: Pose) -> Table:
 
 @lru_cache(maxsize=32)  # a model, its servos and the robot ask for the same table's
 def reach_of(table: Table, limits: tuple[tuple[float, float], ...]) -> float:
-    """Return the largest distance of the flange from the base's z axis [m]; ``limits`` are of the file's
-    joint angles."""
+    """Return the largest distance of the flange from the base's z axis within the joint limits [m].
+
+    ``limits`` count joint angles as the file does.
+    """
     from scipy.optimize import minimize
 
     bounds = [(low + zero, high + zero) for (low, high), zero in zip(limits, table.zeros, strict=True)]
@@ -111,7 +113,8 @@ def _frame(origin: Floats, x: Floats, z: Floats) -> Floats:
 
 
 def _row(before: Floats, after: Floats) -> tuple[float, float, float, float]:
-    """(a, d, alpha, theta) between two frames that keep to the convention."""
+    """Return the Denavit-Hartenberg parameters (a, d, alpha, theta) from one frame to the next, both placed
+    by that convention."""
     moved = np.linalg.inv(before) @ after
     theta = math.atan2(moved[1, 0], moved[0, 0])
     alpha = math.atan2(moved[2, 1], moved[2, 2])
@@ -120,8 +123,10 @@ def _row(before: Floats, after: Floats) -> tuple[float, float, float, float]:
 
 
 def _round(length: float) -> float:
-    """The length, or 0 if only rounding makes it differ from 0: an analytic solver checks whether axes
-    meet."""
+    """Return a length without rounding errors: 0 if it is nearly 0.
+
+    The analytic solver checks whether axes meet exactly.
+    """
     return 0.0 if abs(length) < 1e-9 else length
 
 

@@ -1,4 +1,5 @@
-"""The drives of a hand: those of its file where they hold a position, else servos of ours."""
+"""Drives of a hand from a file: the file's own actuators if they hold a position, else position servos made
+by cramlite."""
 
 from __future__ import annotations
 
@@ -88,8 +89,10 @@ def _add_servo(spec: Any, kind: int, target: str, joints: dict[str, Any], effort
 
 
 def _stiffen(spec: Any, joints: dict[str, Any]) -> None:
-    """Give undriven joints the gear that couples them, since MuJoCo's own coupling gives way by 6 mm under 12 N
-    (measured)."""
+    """Stiffen the coupling of a hand's joints, which gives way by 6 mm under 12 N with MuJoCo's defaults (measured).
+
+    The joints also get the armature that a gear would have.
+    """
     for joint in joints.values():
         joint.armature = max(float(joint.armature), ARMATURE[int(joint.type) == SLIDE])
     for equality in spec.equalities:

@@ -89,7 +89,7 @@ def _owners(hand: Driven, pads: Pads) -> tuple[str, str]:
 
 
 def _name_pads(spec: Any, pads: Pads) -> list[Any]:
-    """The geoms of the pads, which are named as those of every gripper."""
+    """Name the geoms of the pads as in every gripper of cramlite ("left_pad1" ...), and return them."""
     geoms, found = {int(g.id): g for g in spec.geoms}, []
     for side, ids in (("left", pads.left), ("right", pads.right)):
         for k, g in enumerate(ids, 1):
@@ -109,7 +109,7 @@ def _resist_turning(pads: Sequence[Any], torsion: float | None) -> tuple[str, ..
 
 
 def _named(where: Path, spec: Any, stated: HandFile) -> list[list[int]] | None:
-    """Geoms of the pads that are named: geoms of these names, or of these bodies."""
+    """Return the geoms of each pad, if the scenario names the pads: a geom by its name, or all geoms of a body."""
     if stated.pads is None:
         return None
     model, found = spec.compile(), []
@@ -185,7 +185,7 @@ def _weights(hand: Driven, signs: Floats) -> Floats:
 
 
 def _limited_stroke(where: Path, linkage: Linkage, opening: tuple[float, float] | None) -> Linkage:
-    """Part of a hand's stroke within the stated opening."""
+    """Return a hand's stroke, cut to the range of openings that the user states."""
     if opening is None:
         return linkage
     from msgspec.structs import replace
@@ -218,7 +218,7 @@ def _force(where: Path, spec: Any, hand: Driven, linkage: Linkage, stated: HandF
         most = can[mid]
         weak = min(can[mid:])
         notes = [f"it grips with {most:.3g} N at half its opening, as the file's drives do; 'force' of 'gripper' can state another"]
-        notes += [f"on narrow things it exerts down to {weak:.3g} N, as its drives are soft"] if weak < 0.8 * most else []
+        notes += [f"on narrow things its grip force is as low as {weak:.3g} N, as its drives are soft"] if weak < 0.8 * most else []
         if most <= 0:
             raise UserError(f"{where}: the hand's drives exert no force; state it by 'force' of 'gripper': [lowest, highest] in N.")
         return (WEAKEST * most, most), tuple(notes)
@@ -276,8 +276,8 @@ def _found(where: Path, hand: Driven, gripper: Gripper, owners: tuple[str, str])
 
 
 def _texts(text: str, tcp: Pose, wrist: str) -> tuple[str, str]:
-    """Text of the hand's body with the sites that cramlite needs, and of the elements beside the world's
-    bodies."""
+    """Return MJCF text of the hand's body, with the sites that cramlite needs, and of the elements outside of
+    the worldbody."""
     root = ElementTree.fromstring(text)
     body = root.find("worldbody/body")
     assert body is not None

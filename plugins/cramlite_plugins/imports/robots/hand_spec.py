@@ -93,7 +93,7 @@ def _drop_loose(spec: Any) -> None:
 
 
 def _simplify(source: Source, spec: Any) -> None:
-    """Keep shapes that collide, each with a name; meshes as hulls that need no file."""
+    """Keep only shapes that collide, name each of them, and replace meshes by convex hulls that need no file."""
     for geom in list(spec.geoms):
         if not (geom.contype or geom.conaffinity):
             spec.delete(geom)

@@ -42,7 +42,10 @@ class RigidPart(Value):
 
 
 class Posed(Value):
-    """The file's model with the arm's joints at zero; ``urdf`` where its world is the root link of a URDF."""
+    """Compiled model of a robot file, with all joints of the arm at zero.
+
+    ``urdf`` is whether the file is a URDF whose root link became the world body.
+    """
 
     urdf: bool
     model: Any
@@ -64,7 +67,7 @@ def posed(source: Source, chain: Chain) -> Posed:
 
 
 def parts_of(at_zero: Posed, chain: Chain) -> tuple[RigidPart, ...]:
-    """Return the base and the links; the model stands where the file's base does."""
+    """Return the rigid parts of an arm, its base and its links, each with its pose in the part before it."""
     model, first = at_zero.model, (chain.base, *chain.bodies)
     found = []
     for k, b in enumerate(first):
@@ -75,7 +78,7 @@ def parts_of(at_zero: Posed, chain: Chain) -> tuple[RigidPart, ...]:
 
 
 def _fixed(model: Any, body: int) -> Iterator[int]:
-    """Bodies that are carried without a joint in between."""
+    """Bodies that are fixed to a body, directly or through others, without a joint between."""
     for b in range(1, model.nbody):
         if int(model.body_parentid[b]) == body and not model.body_jntnum[b]:
             yield b
@@ -85,7 +88,7 @@ def _fixed(model: Any, body: int) -> Iterator[int]:
 def write_model(
     name: str, at_zero: Posed, chain: Chain, table: Table, tool: tuple[str, str], apart: tuple[tuple[str, str], ...]
 ) -> tuple[str, tuple[str, ...]]:
-    """Write the model.
+    """Write the MJCF text of an arm that was read from a file, with a gripper on its flange.
 
     Args:
         tool: (element for the flange, elements beside worldbody) of the gripper.
@@ -145,7 +148,7 @@ def _joint(model: Any, chain: Chain, table: Table, k: int) -> str:
 
 
 def _servos(model: Any, chain: Chain, table: Table) -> str:
-    """Position servos as stiff against the arm's inertia as a UR5e's, as for the other arms (``robots/universal_robots``)."""
+    """Return position servos for an arm's joints as MJCF, with a stiffness that grows with the arm's inertia."""
     count = len(chain.joints)
     mass = float(sum(model.body_mass[b] for b in chain.bodies))
     stiff = 2000.0 * max(1.0, mass * reach_of(table, chain.limits) ** 2 / UR5E_INERTIA)

@@ -133,7 +133,7 @@ def _depth(model: Any, data: Any, tcp: Pose) -> float:
 
 
 def points(model: Any, data: Any, geom: int) -> Floats:
-    """Return points of a geom's surface in the world (n, 3): corners, or of round ones some."""
+    """Return points on a geom's surface in the world (n, 3): its corners, or samples if it is round."""
     kind, size = int(model.geom_type[geom]), model.geom_size[geom]
     if kind == KINDS.mjGEOM_MESH:
         mesh = int(model.geom_dataid[geom])

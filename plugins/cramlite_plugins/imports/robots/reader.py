@@ -25,8 +25,10 @@ def read_robot(file: RobotFile, name: str) -> ImportedRobot | None:
 
 
 def called(path: Path, name: str) -> str:
-    """Return a robot's type, "MODEL (FILE)", as many a vendor's file is called "robot.xml"; the file's
-    name alone if its model has no name or the same."""
+    """Return a robot's type, made of the model's name in its file and the file's name: "MODEL (FILE)".
+
+    It is the file's name alone if the model has no name or the same. Many a vendor's file is called "robot.xml".
+    """
     try:
         _, root = next(ElementTree.iterparse(path, events=("start",)))
     except (ElementTree.ParseError, OSError, ValueError):

@@ -1,4 +1,5 @@
-"""A robot from the MJCF or URDF of its arm, with one of our grippers on its flange, or that of a file."""
+"""Robot from the MJCF or URDF of an arm, with a gripper on its flange: one that comes with cramlite, or one
+from a file."""
 
 from __future__ import annotations
 
@@ -72,7 +73,8 @@ def read_robot(path: Path | str, name: str, stated: Stated) -> ImportedRobot:
 
 
 def _hand(path: Path, source: Source, stated: Stated, chain: Chain, flange: Pose) -> Hand:
-    """Gripper: one of ours, that of a file of its own, or that of the arm's file."""
+    """Return the gripper for an arm: one that comes with cramlite, one from its own file, or the hand in the
+    arm's file."""
     if isinstance(stated.gripper, str):
         if stated.gripper not in GRIPPERS:
             raise UserError(
@@ -187,8 +189,7 @@ def _bolted(tool: tuple[str, str], place: Pose, on_flange: Pose) -> tuple[str, s
 
 
 def _home(path: Path, model: Any, chain: Chain, said: tuple[float, ...]) -> tuple[tuple[float, ...], str]:
-    """Home joint position, counted from the file's own joint zeros, and a clause on where it was taken
-    from."""
+    """Home joint position, counted from the file's own joint zeros, and in words where it was taken from."""
     keys = [k for k in range(model.nkey) if model.key(k).name == "home"]
     if said:
         own, where = said, "as said"

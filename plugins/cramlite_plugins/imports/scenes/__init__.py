@@ -1,1 +1,1 @@
-"""Scenes that other programs wrote: MJCF and URDF become things."""
+"""Scenes from MJCF and URDF files, as things of cramlite."""

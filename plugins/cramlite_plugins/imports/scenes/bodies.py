@@ -41,7 +41,8 @@ class Group(Value):
 
 
 class Grouped(Value):
-    """Groups of a scene, with notes on bodies that were not understood.
+    """Groups of bodies that are fixed to each other, of a whole scene, with notes on bodies that were not
+    understood.
 
     Args:
         groups: in the file's order.
@@ -55,8 +56,10 @@ class Grouped(Value):
 
 
 def grouped(model: Any, data: Any) -> Grouped:
-    """Group the bodies of a model that move together; fixed bodies are grouped, too, except those that a
-    room holds together."""
+    """Group the bodies of a model that move together.
+
+    Fixed bodies are grouped, too, unless it is only a room that joins them.
+    """
     robots, bases, notes = _robots(model)
     rooms = _rooms(model, data)
     of: dict[int, int] = {}
@@ -88,13 +91,13 @@ def _kind(model: Any, body: int, carrier: str) -> tuple[Literal["fixed", "joint"
         what = "a ball joint" if types == [BALL] else f"{len(types)} joints"
         return "fixed", f"'{name}' has {what}; things have one hinge or slide, so it is held where it starts"
     if carrier != "fixed":
-        return "fixed", f"'{name}' is on a joint of a body that moves itself; this joint is held where it starts"
+        return "fixed", f"'{name}' is on a joint of a body that can move, too; its own joint is held where it starts"
     return "joint", ""
 
 
 def _rooms(model: Any, data: Any) -> frozenset[int]:
-    """Fixed bodies that only group others, such as a room: without shape and site, their parts standing in
-    two places or more.
+    """Find bodies that only group others, such as a room: fixed, without shape and site, with parts that do
+    not touch each other.
 
     A kitchen's cupboards are not one thing; a table's legs, which touch its top, are.
     """
@@ -127,7 +130,7 @@ def _box(model: Any, data: Any, top: int) -> tuple[Any, Any] | None:
 
 
 def _touching(boxes: list[tuple[Any, Any]]) -> bool:
-    """Whether boxes hang together: from the first, all others are reached over gaps of ``GAP`` at most."""
+    """Whether boxes form one connected cluster, with gaps of at most ``GAP`` [m] between neighbours."""
     reached, waiting = [boxes[0]], boxes[1:]
     while near := [b for b in waiting if any((b[0] <= r[1] + GAP).all() and (r[0] <= b[1] + GAP).all() for r in reached)]:
         reached += near
@@ -142,7 +145,7 @@ def joints(model: Any, body: int) -> range:
 
 
 def _robots(model: Any) -> tuple[frozenset[int], tuple[int, ...], list[str]]:
-    """Bodies of arms, the lowest one of each, and a sentence for each arm."""
+    """Find the arms of a scene: the bodies of all arms, the lowest body of each, and a note on each for people."""
     driven = {int(model.actuator_trnid[a, 0]) for a in range(model.nu) if int(model.actuator_trntype[a]) in (0, 1)}
     found: set[int] = set()
     bases: list[int] = []
@@ -182,8 +185,10 @@ def _chain(model: Any, body: int, top: int) -> int:
 
 
 def _base(model: Any, body: int, tree: frozenset[int]) -> frozenset[int]:
-    """Bodies of an arm with its base: the parents above the arm, at most one of them with shapes, as long
-    as no other body below them has a joint."""
+    """Return the bodies of an arm with its base: the bodies that carry the arm and nothing else that moves.
+
+    Of the bodies above the arm, at most one has shapes.
+    """
     above, first = int(model.body_parentid[body]), True
     while above and not len(joints(model, above)):
         whole = frozenset(_below(model, above))

@@ -1,4 +1,4 @@
-"""Guard before MuJoCo reads a scene file: the files that it would open, and the memory that it would allocate.
+"""Check of a scene file before MuJoCo reads it: the files that it would open, and the memory that it would allocate.
 
 MuJoCo itself opens any path, devices included, repeats elements as often as a file says, and crashes on a model that is attached to
 itself (MuJoCo 4.0).
@@ -35,7 +35,8 @@ Weight = tuple[int, int]
 
 
 class _Named(Struct):
-    """File name that a file contains, its line, and whether the named file must be a part of a model."""
+    """Name of a file that a scene file contains, with its line, and whether the named file must be a part of
+    a model."""
 
     path: Path
     line: int
@@ -168,7 +169,8 @@ class _Read(Struct):
 
 
 def _weight(path: Path, text: str, read: _Read, around: tuple[Path, ...]) -> Weight:
-    """Elements and bodies of a file with all that it includes and attaches."""
+    """Return the numbers of elements and bodies of a scene file, with those of all files that it includes and
+    attaches."""
     here = _File(path)
     check_xml(path, text, here.visit)
     read.named += here.named
@@ -199,8 +201,9 @@ def _weigh_part(named: _Named, file: Path, read: _Read, around: tuple[Path, ...]
 
 
 def _meant(named: _Named, read: _Read) -> list[Path]:
-    """Files that a name may mean, each checked: beside the naming file or the scene, or in a folder of meshes
-    or pictures.
+    """Return the files to which a name in a scene file may refer, each checked for whether it may be read.
+
+    They are beside the naming file or the scene, or in a folder of meshes or pictures.
 
     MuJoCo takes a backslash for a slash, and ``x/..`` away without a look at whether x is there, or is a link.
     """
@@ -231,7 +234,7 @@ def _model(file: Path, part: bool) -> str | None:
 
 
 def _count(where: str, text: str) -> int:
-    """The product of the integers of an attribute."""
+    """Return the product of the integers in an attribute of an XML element."""
     product = 1
     for word in text.split():
         try:

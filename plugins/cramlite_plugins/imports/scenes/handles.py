@@ -60,7 +60,10 @@ def find_handle(geoms: Sequence[Geom], names: Sequence[str], joint: Joint) -> Ha
 
 
 def _outward(geoms: Sequence[Geom], joint: Joint) -> list[Floats]:
-    """Directions out of the front: a drawer's way; a door's thin axis, the side that it opens to first."""
+    """Return the directions that may lead out of a front: a drawer's slide axis, or both normals of a door.
+
+    The side to which the door opens comes first.
+    """
     axis = joint.pose.rotation[:, 2]
     if joint.kind == "slide":
         return [axis]

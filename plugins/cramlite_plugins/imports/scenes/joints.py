@@ -1,4 +1,4 @@
-"""Joints of a scene file: with their closed end at the lower value."""
+"""Joints of a scene file, turned round where needed, so that their lower value is the closed end."""
 
 from __future__ import annotations
 
@@ -59,8 +59,10 @@ def joint_of(source: Any, group: Group, parent: str, meets: bool, stated: Stated
 
 
 def _range(model: Any, joint: int, value: float, name: str, stated: StatedJoint, notes: list[str]) -> tuple[float, float]:
-    """Range of a joint as the file counts [m, rad]: the stated one, else the file's; differences are
-    appended to the notes."""
+    """Range of a joint from the file's own zero [m, rad]: the scenario's, else the file's.
+
+    What differs from the file is appended to the notes.
+    """
     slide = int(model.jnt_type[joint]) == SLIDE
     unit, low, high = "m" if slide else "rad", *(float(v) for v in model.jnt_range[joint])
     if stated.ends is not None:
@@ -96,7 +98,7 @@ def _left_out(model: Any, joint: int, dof: int, name: str) -> list[str]:
 
 
 def _closed_above(source: Any, group: Group, joint: int, ends: tuple[float, float]) -> tuple[bool, str]:
-    """Whether a joint is closed at its upper end, and why."""
+    """Whether a joint is closed at the upper limit of its range, and why."""
     low, high = ends
     below, above = (_room(source, group, joint, at) for at in ends) if group.carrier else (1.0, 1.0)
     if min(below, above) <= COMPACT * max(below, above):

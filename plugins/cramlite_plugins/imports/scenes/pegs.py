@@ -70,7 +70,8 @@ def _threading(thing: Thing, posts: Iterable[Feature]) -> tuple[Feature, ...]:
 
 
 def _post(thing: Thing, things: Iterable[Thing]) -> Feature | None:
-    """Only shape of a fixed thing as a peg: from its foot to its free end; None if it is none."""
+    """Return a fixed thing with only one shape as a peg, from its foot to its free end; None if it is no
+    slender post."""
     if thing.movable or thing.joint is not None or len(thing.geoms) != 1:
         return None
     shaft = _shaft(thing.geoms[0])

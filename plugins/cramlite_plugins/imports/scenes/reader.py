@@ -70,7 +70,7 @@ def _read(path: Path, packages: Mapping[str, Path], keyframe: str, joints: Mappi
 
 
 def _things(source: Any, groups: tuple[Group, ...], joints: Mapping[str, StatedJoint]) -> tuple[list[Made], list[str]]:
-    """All things, and notes on bodies that are none."""
+    """Return all things of a scene file, and notes on bodies that do not become things."""
     from .geoms import collides
     from .things import make, make_of_world
 
@@ -102,7 +102,7 @@ def _things(source: Any, groups: tuple[Group, ...], joints: Mapping[str, StatedJ
 
 
 def _solid(model: Any, group: Group) -> bool:
-    """Whether anything of a group collides."""
+    """Whether any shape of a group of bodies that are fixed to each other collides."""
     from .geoms import collides
 
     return any(collides(model, g) for g in range(model.ngeom) if int(model.geom_bodyid[g]) in group.bodies)
@@ -121,8 +121,10 @@ def _named(name: str, taken: dict[str, str], notes: list[str]) -> str:
 
 
 def _apart(source: Any, group: Group) -> bool:
-    """Whether contacts between a jointed group and its mount are to be ignored: the file excludes them, or
-    the two overlap at the start."""
+    """Whether contacts between jointed bodies and their mount are to be ignored.
+
+    They are if the file excludes them, or if the two overlap at the start.
+    """
     model, data = source.model, source.data
     both = [(a, b) for a in group.bodies for b in group.carrier]
     excluded = bool({_pair(*p) for a, b in both for p in ((a, b), (b, a))} & {int(s) for s in model.exclude_signature})
@@ -133,7 +135,7 @@ def _apart(source: Any, group: Group) -> bool:
 
 
 def _meet(model: Any, a: int, b: int) -> bool:
-    """Whether the bits of two geoms let them collide."""
+    """Whether MuJoCo lets two geoms collide, by their contype and conaffinity bits."""
     return bool(model.geom_contype[a] & model.geom_conaffinity[b] | model.geom_contype[b] & model.geom_conaffinity[a])
 
 
@@ -147,7 +149,7 @@ def _between(model: Any, geoms: Any, group: Group) -> bool:
 
 
 def _physics(model: Any) -> tuple[dict[str, float | int | str], list[str]]:
-    """Options that differ from MuJoCo's defaults, and notes on those that are not kept."""
+    """Return a scene's physics options that differ from MuJoCo's defaults, and notes on those that are not kept."""
     found: dict[str, float | int | str] = {k: getattr(model.opt, k) for k, usual in KEPT.items() if getattr(model.opt, k) != usual}
     notes: list[str] = []
     if int(model.opt.cone) == 1:

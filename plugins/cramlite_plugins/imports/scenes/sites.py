@@ -80,8 +80,7 @@ def _leaning(thing: Thing, model: Any, data: Any, site: int) -> Feature | None:
 
 
 def _over_level(thing: Thing, pose: Pose) -> bool:
-    """Whether a level surface of a thing is close to a pose in its frame, so that nothing would come to
-    rest leaning there."""
+    """Whether a thing has a level surface close to a pose in its frame; nothing would come to rest leaning there."""
     import shapely
 
     middle = thing.pose.apply(pose.position)

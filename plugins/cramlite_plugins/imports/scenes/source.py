@@ -106,7 +106,7 @@ def _warnings() -> Iterator[list[str]]:
 
 
 def _drop_textures(spec: Any) -> None:
-    """Leave out pictures on surfaces, which take longer to read than all else; colours of materials stay."""
+    """Leave out the textures of a scene, which take longer to read than all else; the colours of materials stay."""
     for material in spec.materials:
         material.textures = [""] * len(material.textures)
     for texture in list(spec.textures):
@@ -114,7 +114,10 @@ def _drop_textures(spec: Any) -> None:
 
 
 def _loosen(spec: Any) -> None:
-    """Move the links of a URDF that float to the top level, where they are: MuJoCo takes free joints nowhere else."""
+    """Move the floating links of a URDF to the top level of the model, since MuJoCo takes free joints only there.
+
+    Their poses in the world stay.
+    """
     spec.compiler.fusestatic = False
     loose = [b for b in spec.bodies for j in b.joints if int(j.type) == 0 and b.parent.name != "world"]
     for body in loose:
@@ -194,7 +197,10 @@ def _check_up(path: Path, model: Any) -> None:
 
 
 def _urdf(path: Path, packages: Mapping[str, Path]) -> str:
-    """The text with paths of files as MuJoCo finds them, and one root: MuJoCo drops further ones without a word."""
+    """Return the text of a URDF, with paths of files that MuJoCo finds; refuse a URDF with more than one root link.
+
+    MuJoCo would drop the other roots without a word.
+    """
     text = path.read_text(encoding="utf-8", errors="replace")
     bare = re.sub(r"<!--.*?-->", lambda c: "\n" * c[0].count("\n"), text, flags=re.DOTALL)
     if made := re.search(r"<xacro:|\$[{(]", bare):
@@ -237,7 +243,7 @@ def _resolved(path: Path, line: int, text: str, packages: Mapping[str, Path]) ->
         where = f"{path}:{line}"
         target = _package(path, where, package[1], packages) / package[2] if package else path.parent / found[2].removeprefix("file://")
         if not target.is_file():
-            raise UserError(f"{where}: there is no file '{target}', which '{found[2]}' means.")
+            raise UserError(f"{where}: there is no file '{target}', to which '{found[2]}' refers.")
         Roots(path, (*packages.values(), *([_package(path, where, package[1], packages)] if package else []))).check(where, target)
         if target.suffix[1:].lower() not in READ:
             raise UserError(f"{where}: '{target.name}' is no mesh that MuJoCo reads ({', '.join(READ)}); convert it.")
@@ -299,7 +305,7 @@ def _files(path: Path, seen: tuple[Path, ...] = ()) -> list[Path]:
 
 
 def _line(path: Path, word: str, otherwise: int = 1) -> int:
-    """Number of the first line in which a word stands in quotes or ends a path."""
+    """Return the number of the first line that has a word in quotes, alone or as the end of a path."""
     if not word:
         return otherwise
     lines = path.read_text(encoding="utf-8", errors="replace").splitlines()

@@ -1,4 +1,8 @@
-"""Groups of bodies as things: shape, mass, joint, and the features that names, sites and geometry show."""
+"""Conversion of a scene's bodies to things: bodies that are fixed to each other make one, with shape, mass
+and joint.
+
+Features come from names, sites and geometry.
+"""
 
 from __future__ import annotations
 
@@ -44,7 +48,7 @@ class Made(Value):
 
 
 def make(source: Any, group: Group, name: str, parent: str, meets: bool, stated: StatedJoint) -> Made | None:
-    """Make the thing of a group; None if it has no shape that collides.
+    """Make one thing of bodies that are fixed to each other; None if no shape of theirs collides.
 
     Args:
         source: a ``Source``.
@@ -123,7 +127,7 @@ def _featured(source: Any, group: Group, thing: Thing, shapes: list[Shaped]) -> 
 
 
 def _turns_in_place(thing: Thing) -> bool:
-    """Whether a hinge turns its handle about itself, as that of a knob."""
+    """Whether a thing's hinge turns its handle on the spot, as a knob's does."""
     handle = thing.feature("cram:Handle")
     if thing.joint is None or thing.joint.kind != "hinge" or handle is None:
         return False
@@ -132,8 +136,10 @@ def _turns_in_place(thing: Thing) -> bool:
 
 
 def _surfaced(thing: Thing) -> tuple[Thing, str]:
-    """Thing with its cavity and large level faces as features, and their description; a movable thing
-    without either gets its largest face, such as a bottle's cap."""
+    """Add a thing's cavity and its large level faces to its features; return also a description of them.
+
+    A movable thing without either gets its largest level face, such as a bottle's cap.
+    """
     from ...shapes.cavities import cavity
     from ...shapes.surfaces import surfaces
 
@@ -163,8 +169,7 @@ def _floors(hollow: Feature | None) -> list[Feature]:
 
 
 def _largest(area: Any) -> dict[str, float]:
-    """Sides of the largest rectangle about the origin that an area covers, in the proportions of the
-    area's bounding box."""
+    """Scale an area's bounding box down about the origin until it fits into the area, and return its sides [m]."""
     import shapely
 
     x, y, x1, y1 = area.bounds

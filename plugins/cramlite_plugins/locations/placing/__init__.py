@@ -1,1 +1,1 @@
-"""Placing: stable poses of a payload, ways out of them into the open, and the checks of both."""
+"""Placing: stable poses of a payload, the ways between them and free space, and the checks of both."""

@@ -118,8 +118,7 @@ def goes_in_upright(query: Query, now: Pose) -> bool:
 
 
 def covered(query: Query) -> Query:
-    """Copy of a placement's query that lists the overhangs above its opening, up to the height from which
-    things are released."""
+    """Return a placing problem that lists the overhangs above its opening, up to the height of a release."""
     return replace(query, covers=covers(query, heights(query, query.now)[-1][0]))
 
 

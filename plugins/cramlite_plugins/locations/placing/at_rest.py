@@ -75,8 +75,8 @@ def resting_poses(query: Query, now: Pose) -> Iterator[Pose]:
 
 
 def _over(query: Query) -> list[tuple[float, float]]:
-    """Positions over a thing or a region of it, in the base frame [m]: along the middles of the box around
-    it, the nearest to its own middle first."""
+    """Return positions over a thing or a region of it, in the base frame [m]: along the centre lines of its
+    box, from its middle out."""
     below, at, target = query.whole, query.at, query.target
     frame = _level(at)
     corners_of_it = np.insert(shapely.get_coordinates(target.area), 2, 0.0, axis=1)
@@ -137,8 +137,11 @@ def leaning(query: Query, now: Pose) -> Iterator[Pose]:
 
 
 def _starts(query: Query, now: Pose) -> Iterator[Pose]:
-    """Poses of the payload tilted over its narrow side, at positions across the target's opening; those nearest
-    to the middle of the opening first."""
+    """Yield poses of the payload tilted in the direction of its smaller width, at positions across the
+    target's opening.
+
+    Those nearest to the middle of the opening come first.
+    """
     for upright, lean, sign in product(along_walls(query, now), LEANS, (1.0, -1.0)):
         low, high = extent(query, upright)
         narrow = int(np.argmin((high - low)[:2]))

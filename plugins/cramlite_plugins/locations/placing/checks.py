@@ -99,8 +99,8 @@ def clear(placement: Placement, query: Query) -> str | Refused:
 
 
 def inside(placement: Placement, query: Query) -> str | Refused:
-    """Check that all of the payload is over the container's opening, and apart from its walls as far as there
-    is room."""
+    """Check that all of the payload is over the container's opening, and keeps a gap from its walls where
+    there is room for one."""
     outline = footprint(query.thing, query.target.pose.inverse() * placement.thing)
     (low, left, high, right), (x, y, x1, y1) = outline.bounds, query.target.area.bounds
     gap = min(OFF_WALLS, *(max(0.0, room) / 4 for room in _play(outline, query)))  # with half of the room to choose from
@@ -122,7 +122,8 @@ def inside(placement: Placement, query: Query) -> str | Refused:
 
 
 def _play(outline: Any, query: Query) -> tuple[float, float]:
-    """Distances that an outline could be shifted by, along x and along y, between walls and content [m]."""
+    """Return how far an outline could be shifted along x and along y between the walls and the obstacles
+    beside it [m]."""
     ends = np.reshape(query.target.area.bounds, (2, 2))
     low, high = np.reshape(outline.bounds, (2, 2))
     found = ends[1] - ends[0] - (high - low)
@@ -149,7 +150,7 @@ def falls_in(placement: Placement, query: Query) -> str | Refused:
     for name in (o.name for o in query.covers) if placement.height > 0 else ():
         between = footprint(belief.world.thing(name), to * belief.pose(name), 2 * FLAT, placement.height)
         if (overlap := float(footprint(query.thing, to * placement.thing).intersection(between).area)) > 0:
-            said = f"'{name}' is over {1e4 * overlap:.1f} cm2 of it, between it and '{query.entity}': it would come to rest on that"
+            said = f"'{name}' is between the payload and '{query.entity}' over {1e4 * overlap:.1f} cm2: the payload would rest on '{name}'"
             return refusal(said, blocking=(name,))
     return ""
 
@@ -245,8 +246,10 @@ def room(placement: Placement, query: Query) -> str | Refused:
 
 
 def _met(placement: Placement, query: Query, hand: bool) -> Refused | None:
-    """Refusal by what a payload meets on its way, with or without the hand; a pose out of reach is left to
-    another check."""
+    """Return the refusal if the payload meets something on its way, with or without the hand.
+
+    A pose out of reach is left to another check.
+    """
     for pose, far in placement.way:
         short = not placement.led and reach_shortfall(query.context.robot, pose)
         no: Refused | None = None if short else query.scene.met(query.belief.base() * pose, hand)
@@ -307,7 +310,7 @@ def opened(placement: Placement, query: Query) -> float | Refused:
 
 
 def lowered(placement: Placement, query: Query) -> Pose:
-    """Return the TCP at the release: a payload that is put onto something is lowered before."""
+    """Return the TCP pose at the release; before it, a payload that is put onto something is lowered to its support."""
     return placement.pose if query.depth else shift(placement.pose, (0.0, 0.0, -placement.height))
 
 
@@ -359,8 +362,10 @@ def dropped(placement: Placement, query: Query) -> str | Refused:
 
 
 def _astray(end: Pose | None, query: Query) -> str | Refused:
-    """Reason why a payload at rest is not at its place: its origin in its region, or its middle over its
-    target."""
+    """Say why a payload would come to rest at a wrong place; "" if the place is right.
+
+    Its origin must be in the wanted region, or, where no region is wanted, its centre of mass over the target.
+    """
     if end is None:
         return "it may come to rest nowhere near"
     to = query.target.pose.inverse() * end

@@ -59,8 +59,9 @@ def let_go(placement: Placement, query: Query) -> Belief:
 
 
 def room_to_leave(placement: Placement, query: Query) -> str | Refused:
-    """Check that the open hand has room for the end of a way back from the place. Contacts are allowed; the
-    later search of that way keeps a distance.
+    """Check that the open hand has room at the end of at least one retreat from the place.
+
+    Contacts are allowed here; the search of that way, later, keeps a distance.
 
     What a later task closes over a thing is left out: the hand pushes the thing farther in first, and leaves
     from there. So is what swings in the hand. Later tasks are looked at only where no way is free, so that
@@ -75,7 +76,7 @@ def room_to_leave(placement: Placement, query: Query) -> str | Refused:
 
 
 def _blocked(placement: Placement, query: Query) -> Refused | None:
-    """Refusal of the way back on which the hand collides least deeply; None if one way back is free."""
+    """Refusal of the retreat on which the hand collides least deeply; None if one retreat is free."""
     after, thing, opening = Arm(let_go(placement, query), query.context), query.thing.name, query.openings[-1]
     found = list[Refused]()
     for name, pose in reversed(ways_back(lowered(placement, query))):  # the shortest first, which has most room
@@ -88,7 +89,7 @@ def _blocked(placement: Placement, query: Query) -> Refused | None:
 
 
 def _remedy(no: Refused, query: Query) -> Remedy | None:
-    """Remedy where the hand meets the support or the container."""
+    """Return the advice if the hand would meet the support or the container."""
     if no.collision is None or thing_of(query.entity) not in {thing_of(name) for name in no.collision.pair}:
         return None
     into, more = query.belief.thing(query.entity), max(1.0, 1000 * no.collision.depth)

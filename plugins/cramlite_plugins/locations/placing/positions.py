@@ -1,4 +1,4 @@
-"""Positions on a surface or in an opening: where the payload has room, and of these which come first."""
+"""Positions at which a payload has room on a surface or in an opening, in the order in which to try them."""
 
 from __future__ import annotations
 
@@ -162,7 +162,7 @@ def free_area(core: Any, obstacles: Iterable[Any], radius: float) -> Any:
 
 
 def beside(area: Any, axis: Offset, least: float) -> Any:
-    """Return the part of an area [m] whose points p have p . axis of at least ``least``."""
+    """Return the part of an area [m] in which the dot product of a point with ``axis`` is at least ``least``."""
     along, far = np.asarray(axis, dtype=float), 100.0
     length = float(np.linalg.norm(along))
     if length < 1e-9:
@@ -175,9 +175,11 @@ def beside(area: Any, axis: Offset, least: float) -> Any:
 
 def positions(area: Any, anchor: Offset) -> Iterator[Offset]:
     """Generate positions in an area without end: the one nearest to an anchor, the middles of its parts, then
-    a Halton sequence (J. H. Halton, On the efficiency of certain quasi-random sequences, Numerische
-    Mathematik 2, 1960), which leaves ever smaller gaps and comes nowhere twice; in rounds of doubling size,
-    each from the anchor outwards.
+    ever denser ones.
+
+    The last are a Halton sequence (J. H. Halton, On the efficiency of certain quasi-random sequences,
+    Numerische Mathematik 2, 1960), which comes nowhere twice. They come in batches of doubling size, each
+    from the anchor outwards.
     """
     if area.is_empty:
         return
@@ -265,7 +267,7 @@ def corner(area: Any, left: Any, sides: tuple[float, float], near: Offset) -> Of
 
 
 def _corners(area: Any, sides: tuple[float, float]) -> list[Offset]:
-    """Extreme positions of a rectangle's middle with its corners in a convex area."""
+    """Return the extreme positions of a rectangle's middle at which all of its corners are in a convex area."""
     x, y = sides[0] / 2, sides[1] / 2
     moved = [shapely.affinity.translate(area, a * x, b * y) for a in (-1, 1) for b in (-1, 1)]
     points = shapely.get_coordinates(shapely.intersection_all(moved)).round(4).tolist()

@@ -1,4 +1,5 @@
-"""Query of a placement: the payload, its support or container, and the obstacles on it, in it and over it."""
+"""Problem of placing a payload: the payload, its support or container, and the obstacles on it, in it and
+over it."""
 
 from __future__ import annotations
 
@@ -47,7 +48,7 @@ class Obstacle(Value):
 
 
 class Query(Value, dict=True):
-    """Payload, its target, and all that a placement has to heed.
+    """Problem of placing a payload: its target, and all that a placement has to heed.
 
     Args:
         thing: the payload.
@@ -86,7 +87,7 @@ class Query(Value, dict=True):
 
     @property
     def context(self) -> Context:
-        """Return the context of the query: robot, bindings, later tasks, seed and limits."""
+        """Return the context of the placing problem: robot, bindings, later tasks, seed and limits."""
         return self.arm.context
 
     @property
@@ -124,12 +125,12 @@ class Query(Value, dict=True):
 
     @property
     def region(self) -> str:
-        """Return the name of the region or feature that is asked for, or ""."""
+        """Return the name of the target's region or feature where the payload is to be placed, or ""."""
         return self.where.region or EntityName.parse(self.entity).part
 
     @property
     def lowest(self) -> float:
-        """Return the height over the face at which the region that is asked for begins [m]."""
+        """Return the height over the target's face at which the region for the payload begins [m]."""
         return next((f.size.get("lowest", 0.0) for f in self.whole.features if f.name == self.region), 0.0)
 
     @property
@@ -151,7 +152,7 @@ class Query(Value, dict=True):
         return Leg(pose, touching, opening, 0.0, hand=not self.settles)
 
     def hand(self, thing: Pose) -> Pose:
-        """Return the TCP with the payload at a pose."""
+        """Return the TCP pose at which the held payload is at a given pose."""
         return thing * self.held.tcp_to_thing.inverse()
 
     def standing_there(self) -> tuple[str, ...]:
@@ -208,13 +209,13 @@ class Placement(Value):
 
     @property
     def begins(self) -> Pose:
-        """Return the TCP pose right after the stand-off on the way to the placement: between the two the way
-        is straight."""
+        """Return the TCP pose at which the straight line from the stand-off ends, on the way to the placement."""
         return (*self.through, self.pose)[0]
 
     @property
     def way(self) -> list[tuple[Pose, float]]:
-        """Return TCP poses on the way that need room, each with its distance out of the place [m]."""
+        """Return TCP poses on the way to the placement that must be checked for room, each with its distance
+        from the placement [m]."""
         if not self.led:
             return [(self.before, 0.0), (self.pose, 0.0)]
         out = np.subtract(self.before.position, self.begins.position)

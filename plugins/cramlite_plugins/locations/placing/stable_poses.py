@@ -56,7 +56,7 @@ ACROSS = (0.0, 0.4, -0.4)  # positions across the way in, as shares of half of t
 
 
 class Rest(Value):
-    """Stable pose of a payload on or in the target of a query.
+    """Stable pose of a payload on or in the target of a placing problem.
 
     Args:
         query: with the surface that carries it.
@@ -166,9 +166,11 @@ def _turns(query: Query, now: Pose, offset: Offset, few: tuple[float, ...]) -> t
 
 
 def _settled(query: Query, now: Pose, yaw: float) -> Query:
-    """Copy of a query whose target is the part of an uneven support that will carry the payload turned by ``yaw``.
+    """Return a placing problem whose target is the part of an uneven support that will carry the payload.
 
-    The query itself if its support is level, or if no part of it carries the payload.
+    The payload is turned by ``yaw``.
+
+    The same problem if its support is level, or if no part of it carries the payload.
     """
     if query.under is None:
         return query
@@ -178,7 +180,7 @@ def _settled(query: Query, now: Pose, yaw: float) -> Query:
 
 
 def stood(query: Query, now: Pose, offset: Offset, yaw: float) -> Pose:
-    """Return a payload on its target, its middle over a position.
+    """Return the pose of a payload that stands on its target with its middle over a position.
 
     It is turned by an angle [deg] from facing the robot as it does now, or from facing what it shall face.
     """
@@ -193,7 +195,7 @@ def stood(query: Query, now: Pose, offset: Offset, yaw: float) -> Pose:
 
 
 def about_vertical(pose: Pose, angle: float) -> Pose:
-    """Return the attitude of a pose, turned about the vertical [rad]."""
+    """Return the orientation of a pose, turned about the vertical by an angle [rad], as a pose at the origin."""
     return Pose((0, 0, 0), (Pose.from_rotvec((0, 0, 0), (0, 0, angle)) * Pose((0, 0, 0), pose.quaternion)).quaternion)
 
 
@@ -235,7 +237,7 @@ def as_asked(now: Pose, where: Where) -> Pose:
 
 
 def check_turn(query: Query, asked: Pose) -> None:
-    """Check that a payload can be brought to the attitude of a pose, with the present grasp.
+    """Check that a payload can be turned to the orientation of a pose, with the present grasp.
 
     Raises:
         Unresolvable: what is in it would be spilled, or the hand would come under it; then another grasp may
@@ -253,7 +255,8 @@ def check_turn(query: Query, asked: Pose) -> None:
 
 
 def with_middle(level: list[Query]) -> list[Query]:
-    """Return the queries to try, one for each surface; on a support with a rim its middle comes first.
+    """Return the placing problems to try, one for each surface; on a support with a rim its middle comes
+    first.
 
     Of a movable support with a rim, such as a plate: the middle of its largest surface, then that surface if
     it has room elsewhere.
@@ -268,12 +271,14 @@ def with_middle(level: list[Query]) -> list[Query]:
     own = replace(first, obstacles=tuple(o for o in first.obstacles if o.name == thing.name))
     spots = (shift(stood(own, now, (0.0, 0.0), yaw), (0.0, 0.0, ONTO[0][0])) for yaw in YAWS)
     within = any(not clear(Placement("", spot, spot, spot, ONTO[0][0]), own) for spot in spots)
-    return [amid, first] if within and not free_for(first, now).is_empty else [amid]
+    return [amid, replace(first, settles=True)] if within and not free_for(first, now).is_empty else [amid]
 
 
 def toppled(query: Query, upright: Pose, out: Floats, lean: float) -> Iterator[tuple[Pose, Pose, str]]:
-    """Generate releases of a payload that leans out of an opening by an angle [deg], each with the pose after
-    it topples over its lowest edge, its origin in the region.
+    """Generate poses in which to release a payload that leans out of an opening by an angle [deg], with the
+    pose to which it falls.
+
+    It topples over its lowest edge, and its origin is then in the region.
 
     Those farthest in come first.
 
@@ -316,8 +321,11 @@ def carried_at(thing: Thing, turned: Pose, point: Vector3, belief: Belief) -> fl
 
 
 def _inside_from(query: Query, out: Floats, deep: float, share: float) -> Floats:
-    """Position (3,) in the base frame [m]: ``deep`` inside an opening's edge towards ``out``, sideways by a
-    share of the half width."""
+    """Position (3,) in the base frame [m] of a point of an opening: ``deep`` inwards from the opening's edge
+    on the side ``out``.
+
+    Along that edge it is off the middle by a share of half the width.
+    """
     low, high = np.reshape(query.target.area.bounds, (2, 2))
     way = query.target.pose.inverse().rotate(out)[:2]
     across = np.array([-way[1], way[0]])

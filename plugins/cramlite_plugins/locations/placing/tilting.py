@@ -76,8 +76,10 @@ def _check_empty(query: Query, does: str) -> None:
 
 
 def _leaning_in(query: Query) -> Iterator[Placement]:
-    """Ways in that are free for hand and payload, wherever the arm is: the release nearly upright, the leaning
-    pose on the way, and the way out from that."""
+    """Yield ways into an opening on which hand and payload are free of collision, whatever the arm's posture.
+
+    Each has a leaning pose on the way, the nearly upright pose of the release, and a way out from that.
+    """
     for towards, tilt in product(_under(query), TILTS):
         turns = _hand_down(query, _lean(towards, tilt))
         for offset, turned in product(_offsets(query, towards), turns):
@@ -111,7 +113,7 @@ def _lean(towards: Floats, degrees: float) -> Pose:
 
 
 def _up_and_away(towards: Floats) -> Iterator[Floats]:
-    """Ways up and away from the overhang of an opening."""
+    """Displacements (3,) [m] that lead a payload up and away from the overhang of an opening."""
     for share in SHARES:
         yield RISE * (np.array([0.0, 0.0, 1.0]) - share * towards)
 

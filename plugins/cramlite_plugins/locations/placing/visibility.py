@@ -18,7 +18,8 @@ SEEN = 0.5  # share of a thing that others may not hide
 
 
 def visible(placement: Placement, query: Query) -> str:
-    """Check that other things hide at most half of the payload, and that a camera looks its way."""
+    """Check that a placed payload is in a camera's field of view, and that other things hide at most half of
+    it."""
     asked = query.where.visible_from
     if asked is None:
         return ""

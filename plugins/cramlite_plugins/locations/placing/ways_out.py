@@ -22,6 +22,7 @@ from ..parameters import Where
 from .access import COVERS, covered, goes_in_upright
 from .at_rest import CLOSE
 from .checks import SHAPES, at_rest, first_objection
+from .edge_first import edge_first
 from .positions import free_for, positions_on, radius
 from .query import Found, Groups, Placement, Query, covers, is_roofed, lying_in, standing_on
 from .sideways import sideways
@@ -39,7 +40,7 @@ PER_HEIGHT = 0.02  # cost of each height above the lowest
 
 
 class WayOut(Value):
-    """Way of a payload out of a target.
+    """Kind of way on which a payload can leave a target, such as up or through an open side.
 
     Args:
         name: for people.
@@ -71,8 +72,10 @@ def up(asked: list[Query]) -> Groups:
 
 
 def _from_above(rest: Rest) -> Iterator[Found]:
-    """Placements of a stable pose at each release height, straight from above and obliquely: under another
-    drawer a drawer has room only for oblique ways."""
+    """Yield placements of a stable pose at each release height, with a way straight down and oblique ways.
+
+    Under another drawer, a drawer has room only for oblique ways.
+    """
     query = rest.query
     for k, (over, above) in enumerate(rest.heights):
         thing = shift(rest.thing, (0.0, 0.0, over))
@@ -90,7 +93,7 @@ def _from_above(rest: Rest) -> Iterator[Found]:
 
 
 def _may_be_there(placement: Placement, query: Query) -> bool:
-    """Whether hand and payload have room at a place that is within reach, wherever they come from."""
+    """Whether hand and payload have room at a place within reach, whatever the way there."""
     if not inverse(query.context.robot, placement.pose, seed=query.belief.joints):
         return False
     return query.scene.met(query.belief.base() * placement.pose) is None
@@ -107,9 +110,9 @@ def _at_best(asked: list[Query], now: Pose) -> Iterator[Refused]:
 
 
 def prepared(bare: list[Query]) -> list[Query]:
-    """Return the queries of a payload that comes from above, with their obstacles.
+    """Return the placing problems of a payload that comes from above, with their obstacles.
 
-    An opening has two queries: one for positions beside its contents and its overhang, one for positions
+    An opening has two problems: one for positions beside its contents and its overhang, one for positions
     anywhere.
     """
     if not bare[0].depth:
@@ -119,7 +122,7 @@ def prepared(bare: list[Query]) -> list[Query]:
 
 
 def beside_content(query: Query) -> Query:
-    """Return the query of an opening with its contents and overhang as obstacles.
+    """Return a query for places in an opening that counts the opening's contents and overhang as obstacles.
 
     A smaller clearance is kept from them if there is no room for the payload otherwise.
     """
@@ -153,14 +156,21 @@ def _rank_tilted(asked: Sequence[Query]) -> int | None:
     return 1 if not is_roofed(asked[0]) and covers(asked[0], COVERS) else None
 
 
+def _rank_edge_first(asked: Sequence[Query]) -> int | None:
+    return 0 if any(math.isinf(q.room) for q in asked) and not asked[0].uneven else None
+
+
 def _rank_toppling(asked: Sequence[Query]) -> int | None:
     return 0 if is_roofed(asked[0]) else None
 
 
+ABOVE = WayOut("from above", _rank_up, up, endless=True)
 SIDEWAYS = WayOut("through its sides", _rank_sideways, sideways, by_hand=True)
+LAID, HUNG = (ABOVE,), (SIDEWAYS, WayOut("edge first", _rank_edge_first, edge_first, by_hand=True))
+"""Ways onto a thing of a payload that hangs from the fingers: laid down, and released as it hangs."""
 WAYS: Mapping[str, tuple[WayOut, ...]] = {
-    "on": (WayOut("from above", _rank_up, up, endless=True), SIDEWAYS),
-    "in": (WayOut("from above", _rank_up, up, endless=True), WayOut("tilted", _rank_tilted, tilted, by_hand=True), SIDEWAYS),
+    "on": (ABOVE, SIDEWAYS),
+    "in": (ABOVE, WayOut("tilted", _rank_tilted, tilted, by_hand=True), SIDEWAYS),
     "toppled": (WayOut("toppling", _rank_toppling, toppling),),
 }  # fmt: skip
 """Ways out by relation."""

@@ -1,4 +1,5 @@
-"""Pushes along a joint: closed fingers before a front, behind a door that stands ajar, or upon the bar of a drawer's handle."""
+"""Pushes along a joint: closed fingers in front of a door or drawer, behind a door that stands ajar, or upon
+the bar of a drawer's handle."""
 
 from __future__ import annotations
 
@@ -27,8 +28,8 @@ INSIDE = 0.025  # the stand-off behind a door that stands ajar, where there is l
 
 
 def before_front(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate closed fingers before the most prominent part of a drawer's or a door's front at its handle,
-    straight or tilted."""
+    """Generate TCP poses of closed fingers that face the part of a drawer's or a door's front that sticks out
+    most at its handle."""
     entity = bound(context, location.of)
     thing, handle = belief.thing(entity), belief.feature(entity, "cram:Handle")
     if handle is None or thing.joint is None:
@@ -38,8 +39,10 @@ def before_front(location: Location, belief: Belief, context: Context) -> Iterat
 
 
 def behind_door(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate closed fingers behind a door that stands ajar, over its upper edge, with which the arm can
-    follow the door until it is "least" open."""
+    """Generate TCP poses of closed fingers behind a door that stands ajar, over its upper edge, for pushing it open.
+
+    With each of them the arm can follow the door until it is "least" open.
+    """
     entity = bound(context, location.of)
     thing, handle = belief.thing(entity), belief.feature(entity, "cram:Handle")
     if handle is None or thing.joint is None or thing.joint.kind != "hinge":
@@ -51,8 +54,10 @@ def behind_door(location: Location, belief: Belief, context: Context) -> Iterato
 def _pushing(
     thing: Thing, joint: Joint, spots: Iterator[tuple[Pose, str]], belief: Belief, context: Context, least: float | None
 ) -> Iterator[Grounding | Refused]:
-    """Groundings of hands that push a thing along its arc until it is all but shut, or open by the share
-    ``least``; refusals of hands that are not free or cannot follow the arc."""
+    """Ground hand poses that push a thing along its arc until it is all but shut, or open by the share ``least``.
+
+    A hand pose is refused if it is not free of collision, or if the arm cannot follow the arc with it.
+    """
     shut, pose = context.robot.gripper.opening[0], belief.pose(thing.name)
     stand_offs = (BEHIND, NEARER) if least is None else (INSIDE,)
     late = list[Grounding]()
@@ -81,8 +86,8 @@ def _pushing(
 
 
 def _nearer_first(fronts: Iterable[tuple[Pose, str]], now: Pose) -> Iterator[tuple[Pose, str]]:
-    """Hand poses before a front; of two in a row that differ by half a turn, the one to which the hand turns
-    less comes first."""
+    """Yield hand poses in front of a thing; of two in a row that differ by half a turn, first the one to
+    which the hand turns less."""
     last: tuple[Pose, str] | None = None
     for found in fronts:
         if last is not None and math.isclose(_apart(last[0], found[0]), math.pi, abs_tol=1e-6):
@@ -102,15 +107,22 @@ def _apart(one: Pose, other: Pose) -> float:
 
 
 def _follows(thing: Thing, at: Pose, joints: Joints, share: float, belief: Belief, context: Context) -> Refused | None:
-    """Reason why the arm cannot follow a front that it pushes to a share of its range, obstacles aside; None if
-    it can."""
+    """Reason why the arm cannot follow a front that it pushes to a share of the joint's range; None if it
+    can.
+
+    Obstacles are not checked.
+    """
     path = along_joint(thing, belief, at, share)
     line = plan_straight_line(None, context.robot, joints, path, step_m=COARSE[0], step_rad=COARSE[1])
     return line if isinstance(line, Refused) else None
 
 
 def atop_handle(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate closed fingers over the bar of a drawer's handle, pointing down towards the front, so that it comes along when pressed."""
+    """Generate TCP poses of closed fingers over the bar of a drawer's handle, for moving the drawer by
+    pressing on the bar.
+
+    They point down and towards the front.
+    """
     entity = bound(context, location.of)
     thing, handle, shut = belief.thing(entity), belief.feature(entity, "cram:Handle"), context.robot.gripper.opening[0]
     out = belief.pose(thing.name).rotate(handle.pose.rotate((0.0, 0.0, 1.0))) if handle is not None else (0.0, 0.0, 1.0)

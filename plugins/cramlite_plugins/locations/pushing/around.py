@@ -108,8 +108,8 @@ def _names(no: Refused | None) -> frozenset[str]:
 
 
 def _traced(start: Point, end: Side, came: dict[Side, Side | None], blame: dict[tuple[Side, Side], Refused]) -> list[Point] | Refused:
-    """Corners and end of the way that a search on the lattice found, or the refusal that names the movable
-    things on it."""
+    """Corners and end of the way that a grid search found for a pushed thing; or a refusal that names the
+    movable things on the way."""
     cells, before = [end], came[end]
     while before is not None:
         cells.append(before)
@@ -162,7 +162,7 @@ def on_a_shorter_way(start: Point, left: Left, alone: Met, hand: Met) -> Refused
 
 
 def _shortened(start: Point, corners: list[Point], met: Met) -> list[Point]:
-    """Remove corners from a way, where the straight way past them is free."""
+    """Remove corners from a path wherever the straight line past them is free."""
     found: list[Point] = []
     while corners:
         straight = [not any(map(met, _between(start, to))) for to in corners]
@@ -197,20 +197,27 @@ def met_alone(belief: Belief, context: Context, entity: str) -> Met:
 def _known(
     world: Itself[World], poses: Itself[Mapping[str, Estimate]], relations: frozenset[Relation], base: Pose, entity: str
 ) -> dict[Point, Refused | None]:
-    """Cache of the obstacles that a thing alone meets at points, shared by all hands that are tried, while
-    everything stands as it does."""
+    """Return a cache, shared by all hand poses: point in the plane -> what a pushed thing would meet there,
+    hand left out.
+
+    It is valid for one state of the world.
+    """
     return {}
 
 
 def met_with_hand(belief: Belief, context: Context, entity: str, hand: Pose) -> Met:
-    """Return the obstacles of a thing and of the hand that takes it along, whose TCP is at a pose in the base
-    frame now."""
+    """Return a function from a spot to what a thing meets there, together with the hand that pushes it.
+
+    ``hand`` is the pose of the TCP in the base frame at the thing's present place.
+    """
     return cache(_meets(belief, context, entity, hand))
 
 
 def _meets(belief: Belief, context: Context, entity: str, tcp: Pose) -> Met:
-    """Function that returns the obstacles of a thing at a spot (x, y) to which a TCP takes it along; those of
-    the hand are left out if the TCP is at the thing's origin."""
+    """Return a function from a spot (x, y) to what a thing meets there, together with the hand that pushes it.
+
+    The hand is left out if the TCP is at the thing's origin.
+    """
     pose, base = belief.pose(entity), belief.base()
     held = Held(entity, tcp.inverse() * shift(pose, LIFT), 0.0, carries=carried_along(belief, entity))
     scene, hand = make_scene(belief.grasped(held), context, [entity], clearance=CLEAR), tcp != pose

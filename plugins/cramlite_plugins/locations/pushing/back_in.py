@@ -1,4 +1,5 @@
-"""Pushing something back to where it is believed to lie: fingers come down well behind it, and go on to where its end should be.
+"""Pushing a toppled thing back in: the fingers come down behind it and push its near end to the believed
+position of this end.
 
 What was let go of to tip over comes out with the hand, by more or less: wherever it is on their way, the fingers bring it to where it
 should be.
@@ -32,7 +33,8 @@ AHEAD = 0.1  # of a thing, a point that gives the way [m]
 
 
 def pushed_in(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate poses with the fingers behind a thing, as seen along the approach of its release.
+    """Generate poses of the fingers behind a thing that was released, from which they push it along the
+    hand's approach.
 
     The ``path`` ends where the thing is believed to be.
     """
@@ -46,8 +48,8 @@ def pushed_in(location: Location, belief: Belief, context: Context) -> Iterator[
 
 
 def ways_in(entity: str, ahead: Vector3, belief: Belief, context: Context) -> Iterator[tuple[str, Place | Refused]]:
-    """Generate hands with the places from which fingers push a thing along a level unit vector to its believed
-    place, or the refusal."""
+    """Yield hand poses from which fingers push a thing along a level unit vector to its believed place, or
+    why the arm cannot."""
     thing, pose, way = belief.thing(entity), belief.pose(entity), np.asarray(ahead)
     there = shift(pose, AHEAD * way)
     for _, near, opening, turn in hands_behind(thing, pose, APART, context.robot.gripper, SPOT, there, (0.0,)):
@@ -57,7 +59,7 @@ def ways_in(entity: str, ahead: Vector3, belief: Belief, context: Context) -> It
 
 
 def _not_led(place: Place, belief: Belief, context: Context) -> Refused | None:
-    """Reason why the arm cannot lead the fingers down and on to the end of a place; None if it can."""
+    """Return the reason why the arm cannot lead the fingers down to a place and along its path; None if it can."""
     down = Leg(place.before, (place.thing,), place.opening, along=(place.pose, *place.path))
     led = Arm(belief, context).led((Leg(place.before, (), place.opening), down))
     return led if isinstance(led, Refused) else None

@@ -1,5 +1,5 @@
-"""Contacts of hands that push: behind or in a lying thing, before a front, behind a door, or upon the bar of
-a handle."""
+"""Contacts of hands that push: behind or in a lying thing, in front of a door or drawer, behind a door, or
+upon the bar of a handle."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ OVER, DEEP, PLAY = 0.0005, 0.006, 0.001  # finger tips in a thing, over its floo
 SPOTS = ((0.0, 0.0), (0.8, 0.0), (-0.8, 0.0), (0.0, 0.6), (0.8, 0.6), (-0.8, 0.6))
 """Spots on a front: at its handle, towards its edges, and higher."""
 TILTS, TURNS = (0.0, -30.0, -45.0, -60.0), (90.0, -90.0, 0.0, 180.0)
-"""Tilts of a hand before a front about the level line across the front, from above, and its turns about its own axis [deg]:
-first the slim side up."""
+"""Tilts of a hand in front of a door or drawer [deg], about the level line across the front, from above, and
+its turns about its own axis: first the slim side up."""
 FROM_ABOVE = ((0.55, 0.8), (0.8, 0.8), (0.3, 0.8), (0.0, 0.8)), (-70.0, -90.0), tuple(45.0 * k for k in range(8))
 AT_BAR = ((0.0, 0.6), (0.0, 0.75), *FROM_ABOVE[0]), FROM_ABOVE[1], (0.0, 90.0, 180.0, 270.0, 45.0, 135.0, 225.0, 315.0)
 """Spots, tilts and turns of a hand over the upper edge of a front, its fingers alone before it: last, for what turns so far that no hand
@@ -64,7 +64,7 @@ Hand = tuple[Floats, Pose, float, str]
 def hands_behind(
     thing: Thing, pose: Pose, apart: float, gripper: Gripper, area: Feature, frame: Pose, shares: Sequence[float] = SHARES
 ) -> Iterator[Hand]:
-    """Generate hands whose fingers are behind a thing, as far open as a share of the thing's width."""
+    """Yield hand poses with the fingers behind a thing, opened to the share ``apart`` of the thing's width."""
     low, top = -support(thing, pose, -UP), support(thing, pose, UP)
     for share, turn in itertools.product(shares, HALVES):
         way = towards(pose, area, frame, share)
@@ -77,7 +77,9 @@ def hands_behind(
 
 
 def hands_in(thing: Thing, pose: Pose, gripper: Gripper, way: Floats, last: Floats) -> Iterator[Hand]:
-    """Hands whose closed fingers are in a thing, over its floor and behind the side of its rim that is ahead on the last leg (3,).
+    """Yield hand poses with closed fingers inside a thing, just above its floor, that push the thing's rim.
+
+    The push at the rim is in the direction ``last`` (3,).
 
     They stay there where they take it along by friction, and else come there in the end, where the rim stops them.
 
@@ -101,8 +103,10 @@ def hands_in(thing: Thing, pose: Pose, gripper: Gripper, way: Floats, last: Floa
 
 
 def towards(pose: Pose, area: Feature, frame: Pose, share: float) -> Floats:
-    """Level displacement (3,) [m] that brings a thing's origin into an area: to its middle, or at most to a
-    share of its half sides from it."""
+    """Return the level displacement (3,) [m] that brings a thing's origin into the middle part of an area.
+
+    ``share`` is that part's share of the area's sides; 0 is the very middle.
+    """
     half, local = share * np.array(sides(area)) / 2, frame.inverse().apply(pose.position)
     target = frame.apply((*np.clip(local[:2], -half, half), 0.0))
     return np.array([*(target - np.asarray(pose.position))[:2], 0.0])
@@ -148,8 +152,10 @@ def free_ahead(thing: Thing, pose: Pose, hand: Pose, ahead: Floats, opening: flo
 
 
 def at_front(thing: Thing, joint: Joint, handle: Feature, pose: Pose, gripper: Gripper) -> Iterator[tuple[Pose, str]]:
-    """Closed fingers before a front, with descriptions; last those that may slip off, and those much nearer to
-    a hinge than the handle is."""
+    """Yield TCP poses of closed fingers that face the front of a drawer or door, with descriptions, for pushing it.
+
+    Fingers that may slip off come last, and after them those much nearer to the hinge than the handle is.
+    """
     loose, near, far = list[tuple[Pose, str]](), list[tuple[Pose, str]](), NEAR_HINGE * lever(joint, handle.pose)
     over = AT_BAR if joint.kind == "hinge" else FROM_ABOVE
     for spot, tilt, turn in itertools.chain(itertools.product(SPOTS, TILTS, TURNS), itertools.product(*over)):
@@ -166,8 +172,10 @@ def at_front(thing: Thing, joint: Joint, handle: Feature, pose: Pose, gripper: G
 
 
 def at_inner_side(thing: Thing, joint: Joint, handle: Feature, pose: Pose, gripper: Gripper) -> Iterator[tuple[Pose, str]]:
-    """Closed fingers behind a door, over its upper edge, with descriptions; last those much nearer to its hinge
-    than its handle is."""
+    """Yield TCP poses of closed fingers behind a door, over its upper edge, with descriptions, for pushing it open.
+
+    Those much nearer to the hinge than the handle is come last.
+    """
     near, far = list[tuple[Pose, str]](), NEAR_HINGE * lever(joint, handle.pose)
     out, up = _facing(pose * handle.pose, inner=True)
     side = math.copysign(1.0, np.cross(up, out) @ np.subtract((pose * joint.pose).position, (pose * handle.pose).position))
@@ -188,8 +196,8 @@ def _against(
     thing: Thing, handle: Feature, pose: Pose, spot: tuple[float, float], turns: tuple[float, float], gripper: Gripper, swings: bool,
     inner: bool = False,
 ) -> tuple[Pose, bool]:
-    """TCP of closed fingers at a gap of ``ALMOST`` [m] before a front, and whether fingers that are ``OFF``
-    [m] to any side would still meet it.
+    """Return a TCP pose of closed fingers ``ALMOST`` [m] away from a front, and whether they would hit the
+    front even ``OFF`` [m] aside.
 
     Args:
         spot: how far from its handle, to a side and up, as shares of the way to the edge of the thing.
@@ -217,14 +225,15 @@ def _against(
 
 
 def _facing(handle: Pose, inner: bool) -> tuple[Floats, Floats]:
-    """Direction out of a front (or of its inner side), and the direction up along the front, as unit vectors."""
+    """Direction away from the front of a drawer or door (or from its inner side), and the direction up along
+    the front, as unit vectors."""
     out = np.asarray(handle.rotate((0.0, 0.0, -1.0 if inner else 1.0)))
     return out, np.array([0.0, 0.0, 1.0]) if abs(out[2]) < UPRIGHT else np.asarray(handle.rotate((0.0, 1.0, 0.0)))
 
 
 def _clear_of(thing: Thing, pose: Pose, hand: Pose, out: Floats, gripper: Gripper) -> float:
-    """Distance that closed fingers at a TCP pose must go out until they are clear of a thing [m], bars beside
-    them included."""
+    """Return how far closed fingers at a TCP pose must move out until they are clear of all of a thing, its
+    bars included [m]."""
     across, thick = np.linspace(-0.5, 0.5, 3) * gripper.pad[0], np.linspace(-FINGER, FINGER, 5)
     along = np.linspace(-gripper.depth, gripper.pad[1] / 2, 6)
     fingers, to = np.array(list(itertools.product(across, thick, along))), pose.inverse()
@@ -233,7 +242,8 @@ def _clear_of(thing: Thing, pose: Pose, hand: Pose, out: Floats, gripper: Grippe
 
 
 def upon(thing: Thing, handle: Feature, pose: Pose, turns: tuple[float, float], gripper: Gripper) -> Pose:
-    """TCP of closed fingers over a handle's bar, their lowest edge at a gap of ``ALMOST`` [m] above its middle."""
+    """Return the TCP pose of closed fingers over a handle's bar, their lowest edge at a gap of ``ALMOST`` [m]
+    above its middle."""
     up, middle = np.array([0.0, 0.0, 1.0]), np.asarray((pose * handle.pose).position)
     hand = _turned(pose.rotate(handle.pose.rotate(up)), up, turns)
     met = spans(body(thing.geoms), np.asarray(handle.pose.position), pose.inverse().rotate(up))
@@ -245,6 +255,7 @@ def upon(thing: Thing, handle: Feature, pose: Pose, turns: tuple[float, float], 
 
 
 def _turned(out: Floats, up: Floats, turns: tuple[float, float]) -> Pose:
-    """The hand that points into a front, tilted about the level line across it, and turned about its own axis [deg]."""
+    """Orientation of a hand that points at the front of a drawer or door, tilted about the front's level
+    axis, then turned about the hand's own axis [deg]."""
     tilted = Pose.from_axes((0, 0, 0), -out, np.cross(up, out)) * Pose.from_rotvec((0, 0, 0), (math.radians(turns[0]), 0, 0))
     return tilted * Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(turns[1])))

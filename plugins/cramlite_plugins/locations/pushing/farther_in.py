@@ -28,8 +28,10 @@ BACK = 0.12  # distance that hands go back from a released payload, as elsewhere
 
 
 def off(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate the place straight back, at the same height, from a released thing that has to go farther in:
-    closed fingers do not touch it there."""
+    """Generate a place straight back from a released thing, at the same height, at which closed fingers touch nothing.
+
+    From there the fingers push the thing farther in.
+    """
     entity, ahead = bound(context, location.of), _ahead(belief, context)
     way, here = _needed(entity, ahead, belief, context), tcp(belief, context)
     shut = make_scene(belief, context, (), context.robot.gripper.opening[0], LET_GO)
@@ -40,7 +42,7 @@ def off(location: Location, belief: Belief, context: Context) -> Iterator[Ground
             said = f"{1000 * back:.0f} mm back, to push '{entity}' farther in by {1000 * way:.0f} mm"
             yield Grounding(Place(there, there, context.robot.gripper.opening[0], thing=entity), said, key="off")
             return
-    yield Refused("off", f"closed fingers find no free place up to {1000 * BACK:.0f} mm back from '{entity}': {no.reason if no else ''}")
+    yield Refused("off", f"closed fingers collide up to {1000 * BACK:.0f} mm straight back from '{entity}': {no.reason if no else ''}")
 
 
 def deeper(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
@@ -54,11 +56,11 @@ def deeper(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     if isinstance(there, Refused):
         yield there.of("in")
     else:
-        yield Grounding(there, f"'{entity}' farther in by {1000 * way:.0f} mm, from {1000 * gap:.0f} mm before it", key="in")
+        yield Grounding(there, f"'{entity}' farther in by {1000 * way:.0f} mm, beginning {1000 * gap:.0f} mm in front of it", key="in")
 
 
 def _ahead(belief: Belief, context: Context) -> Floats:
-    """The level unit vector (3,) along which the hand points inwards.
+    """Horizontal unit vector (3,) of the direction in which the hand points.
 
     Raises:
         Unresolvable: it points down or up.
@@ -71,7 +73,7 @@ def _ahead(belief: Belief, context: Context) -> Floats:
 
 
 def _needed(entity: str, ahead: Floats, belief: Belief, context: Context) -> float:
-    """Distance that a thing has to go along a way (3,) to be clear of all that later tasks close [m].
+    """Distance that a thing has to go in a direction (3,) to be clear of all that later tasks close [m].
 
     Raises:
         Unresolvable: it is, or it would not be as far in as something carries it.

@@ -1,4 +1,4 @@
-"""Straight pushes of loose things: beside a face and on, or from behind or inside it to a region or out of the way."""
+"""Straight pushes of loose things: against a side, to a region, or out of the way of later tasks."""
 
 from __future__ import annotations
 
@@ -92,7 +92,8 @@ def beyond(location: Location, belief: Belief, context: Context) -> Iterator[Gro
 
 
 def behind(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate fingers on the side of a thing that is opposite to the region that it shall go to; to the region's middle first.
+    """Generate hand poses on the side of a thing opposite to its goal region; those that push to the region's
+    middle come first.
 
     With "inside" they are in the thing, low, and take it along at the inner side of its rim. With "aside_m" in the place of a region it
     shall go about as far as that, in any direction.
@@ -118,8 +119,10 @@ def behind(location: Location, belief: Belief, context: Context) -> Iterator[Gro
 
 
 def _to_region(thing: Thing, pose: Pose, location: Location, belief: Belief, context: Context) -> Iterator[Hand | Refused]:
-    """Hands that push a thing to its region; for fingers inside the thing, a refusal if the thing itself,
-    whatever the hand, meets obstacles on its last leg."""
+    """Yield hand poses that push a thing to its region.
+
+    With fingers inside the thing, a refusal if the thing itself meets obstacles on the last line of its way.
+    """
     area, frame = _region(thing, pose, asked(location, PushedThing).region, belief)
     if not asked(location, PushedThing).inside:
         yield from hands_behind(thing, pose, _apart(location), context.robot.gripper, area, frame)
@@ -132,7 +135,7 @@ def _to_region(thing: Thing, pose: Pose, location: Location, belief: Belief, con
 
 
 def _aside(thing: Thing, pose: Pose, location: Location, belief: Belief, context: Context) -> Iterator[Hand | Refused]:
-    """Hands that push a thing out of the way: one for each free direction, then a second one for each.
+    """Yield hand poses that push a thing out of the way: one for each free direction, then further ones for each.
 
     Directions away from things of later tasks come first, those towards them last.
     """
@@ -152,7 +155,8 @@ def _aside(thing: Thing, pose: Pose, location: Location, belief: Belief, context
 
 
 def _directions(pose: Pose, belief: Belief, context: Context) -> list[Point]:
-    """Level unit vectors all around, those first that lead away from things of later tasks."""
+    """Return horizontal unit vectors in all directions; those that lead away from the things of later tasks
+    come first."""
     named = (entity for task in context.later for entity in task.entities.values())
     about = [belief.pose(n).position[:2] for n in dict.fromkeys(map(thing_of, named)) if n in belief.poses]
     off = np.asarray(pose.position[:2]) - np.mean(about, axis=0) if about else np.array([1.0, 0.0])
@@ -184,8 +188,10 @@ def _stopped(no: Refused, location: Location, entity: str, way: str = "on") -> R
 
 
 def _around(location: Location, belief: Belief, context: Context, entity: str) -> Iterator[Grounding | Refused]:
-    """Ways around obstacles that the arm can follow; where it can follow none, obstacles of a shorter way are
-    to blame, too."""
+    """Yield ways around obstacles that the arm can follow; if it can follow none, a refusal.
+
+    The refusal blames obstacles of a shorter way, too.
+    """
     pose, thing = belief.pose(entity), belief.thing(entity)
     left = _left(*_region(thing, pose, asked(location, PushedThing).region, belief))
     hand, (x, y, _) = met_with_hand(belief, context, entity, tcp(belief, context)), pose.position
@@ -206,8 +212,9 @@ def _around(location: Location, belief: Belief, context: Context, entity: str) -
 
 
 def _last(location: Location, belief: Belief, context: Context, entity: str, area: Feature, frame: Pose) -> Floats | Refused:
-    """Last leg (3,) of the way of a thing that is pushed by fingers inside it; a refusal if obstacles stop
-    the thing itself, so that no hand need be searched for.
+    """Return the last straight line (3,) of a thing's way to its region; a refusal if obstacles stop the thing itself.
+
+    It is for fingers inside the thing; after a refusal no hand pose need be searched.
 
     Raises:
         Unresolvable: it is there already.

@@ -68,7 +68,9 @@ def agreement(picture: Picture, mask: Mask, appearance: Appearance, poses: Seque
 
 
 def edged(picture: Picture, mask: Mask, appearance: Appearance, pose: Pose) -> float:
-    """Return how much of a model's outline at a pose, as far as it runs through a mask, has an edge of depth or colour beside it, 0 to 1.
+    """Return the share of a model's outline at a pose that has an edge of depth or colour beside it, 0 to 1.
+
+    Only the outline inside of the mask is judged.
 
     A thing ends where one of them changes; a piece of a larger face has no edge around it.
     """

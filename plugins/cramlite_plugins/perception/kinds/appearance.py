@@ -52,7 +52,7 @@ def appearance_of(model: Thing) -> Appearance:
 
 
 class _Key(Value, eq=False):
-    """Cache key of a model: keys of equal text are equal."""
+    """Cache key of a model, compared by its text only."""
 
     text: str
     thing: Thing
@@ -98,7 +98,10 @@ def _sides(surface: PoseModel, colours: Floats) -> Floats:
 
 
 def histogram(colours: Floats, weights: Floats | None = None) -> Floats:
-    """Return the blurred colour histogram (bins,) of colours (N, 3), its sum 1; the brightest counts as white light."""
+    """Return the blurred colour histogram (bins,) of colours (N, 3), with the sum 1.
+
+    Brightness is relative to that of the brightest colours, whatever the light.
+    """
     weights = np.ones(len(colours)) if weights is None else weights
     if not weights.sum() > 0:
         return np.zeros(CHROMA * CHROMA * BRIGHTNESS)
@@ -114,5 +117,8 @@ def histogram(colours: Floats, weights: Floats | None = None) -> Floats:
 
 
 def likeness(own: Floats, appearance: Appearance) -> float:
-    """Return how well a part's histogram agrees with the likeliest side, 0 to 1 (their intersection)."""
+    """Return how well a colour histogram agrees with the most similar side of a known model, 0 to 1.
+
+    The agreement is the histograms' intersection.
+    """
     return float(np.minimum(own[None], appearance.sides).sum(axis=1).max())

@@ -1,5 +1,4 @@
-"""Experts for kinds with a printed texture: a picture is explained by known models, and each object says
-which model explains it and at which pose."""
+"""Experts for things with a printed texture: they find which known models, at which poses, explain a picture."""
 
 from __future__ import annotations
 
@@ -108,7 +107,7 @@ def _fit(reading: Reading, likely: float, others: Sequence[Reading], limits: Map
 
 
 def kind(inputs: Inputs) -> Mapping[str, Any]:
-    """Say which model explains an object, and at which poses; a fixture keeps its class.
+    """Return the class of an object, the models that may explain it, and the poses at which they do.
 
     Raises:
         Unresolvable: it was segmented without known models.

@@ -61,7 +61,7 @@ class Part(Value, eq=False):
 
     @property
     def score(self) -> float:
-        """Return the score of the best explanation; 0 without one."""
+        """Return the score of the best explanation of this part of the picture; 0 if nothing explains it."""
         return self.readings[0].score if self.readings else 0.0
 
 
@@ -95,18 +95,23 @@ def interpreted(scene: Scene) -> list[Part]:
 
 
 def rarity(mask: Mask, limits: Mapping[str, float]) -> float:
-    """Return a factor on limits of scores: 1 for a small part, and the less the more pixels a part has, as
-    a wrong model seldom explains many pixels by chance."""
+    """Return the factor by which limits of scores are lowered for a large part of the picture; 1 for a small part.
+
+    A wrong model seldom explains many pixels by chance.
+    """
     return float(min(1.0, (limits["small"] / max(1, int(mask.sum()))) ** limits["rarer"]))
 
 
 def bad(mask: Mask, limits: Mapping[str, float]) -> float:
-    """Return the score below which a model does not explain a part."""
+    """Return the score below which a model does not explain a part of the picture."""
     return limits["bad"] * rarity(mask, limits)
 
 
 def clusters(scene: Scene, front: Mask) -> list[Mask]:
-    """Return the masks of points whose voxels touch, the largest first; without pixels beside an edge of depth."""
+    """Return the masks of clusters of points, the largest first: points in voxels that touch are one cluster.
+
+    Pixels beside an edge of depth are left out.
+    """
     inner = front & ~_beside_edges(scene.picture.view)
     points = scene.points[inner]
     if len(points) < scene.limits["pixels"]:
@@ -131,13 +136,15 @@ def _beside_edges(view: View) -> Mask:
 
 
 def extent(scene: Scene, mask: Mask) -> float:
-    """Return the longest side of a part's box along the world's axes [m]."""
+    """Return the longest side of the box around a part of the picture, along the world's axes [m]."""
     return float(np.ptp(scene.points[mask], axis=0).max())
 
 
 def _whole_or_split(scene: Scene, mask: Mask) -> Part:
-    """Explain a cluster of points by one thing, or by one of several touching things where that explains its
-    own part better."""
+    """Explain a cluster of points as one thing, or a part of it as one of several touching things.
+
+    The part is returned if its explanation is better than that of the whole cluster.
+    """
     limits = scene.limits
     whole, among = read(scene, mask, ranked(scene, mask)), pieces(scene.picture.view, mask, limits["pixels"])
     if whole.score < limits["good"] * rarity(mask, limits) and int(mask.sum()) >= 3 * limits["pixels"]:
@@ -151,15 +158,18 @@ def _whole_or_split(scene: Scene, mask: Mask) -> Part:
 
 
 def _ways(scene: Scene, mask: Mask, among: Sequence[Mask]) -> Iterator[list[Reading]]:
-    """Yield explanations of a cluster as several things: by its pieces, then by two and by three parts."""
+    """Yield explanations of a cluster as several things: of its pieces, then of two and of three parts of it."""
     if len(among) > 1:
         yield [r for p in among[: int(scene.limits["pieces"])] for r in read(scene, p, ranked(scene, p)).readings]
     yield from (list(_partial(scene, mask, number)) for number in (2, 3))
 
 
 def _stands_out(scene: Scene, mask: Mask, part: Part, whole: float) -> bool:
-    """Whether the outline of a part's best explanation runs along edges of depth or colour, and explains
-    more pixels, weighted by score, than one thing for the whole cluster does, if that explains it at all."""
+    """Whether a part of a cluster is explained better as one thing than the whole cluster is.
+
+    The outline of the part's best explanation must run along edges of depth or colour. If one thing explains
+    the whole cluster at all, the part must also have the greater product of score and pixels.
+    """
     first = part.readings[0]
     if whole >= bad(mask, scene.limits) and first.score * part.mask.sum() < whole * mask.sum():
         return False
@@ -180,8 +190,11 @@ def _partial(scene: Scene, mask: Mask, number: int) -> Iterator[Reading]:
 
 
 def _touching(scene: Scene, mask: Mask, whole: tuple[Floats32, Outline], appearance: Appearance, starts: PoseBatch) -> Reading:
-    """Best explanation of a thing in a cluster of touching things by one model: from given poses, these
-    moved to the ends of the cluster, and their equivalents by the model's symmetries."""
+    """Best pose of a model for one of several things that touch each other in the picture.
+
+    It is chosen among given poses, these shifted to the ends of the cluster, and their equivalents by the
+    model's symmetries.
+    """
     model = appearance.surface
     near = slid(model, whole[1], starts.pick(slice(0, 4)))
     order = np.argsort(-_partly(model, whole, near), kind="stable")[: int(scene.limits["yaws"])]
@@ -189,19 +202,22 @@ def _touching(scene: Scene, mask: Mask, whole: tuple[Floats32, Outline], appeara
     fits = _partly(model, whole, _batch(scene, poses))
     colours = agreement(scene.picture, mask, appearance, poses)
     k = int((fits**2 * colours).argmax())
-    said = f"{100 * colours[k]:.0f} % of its printed texture agrees", "it touches something"
+    said = f"{100 * colours[k]:.0f} % of its printed texture agrees with the picture", "it touches something"
     return Reading(appearance, poses[k], float(fits[k]), float(colours[k]), said)
 
 
 def _partly(model: PoseModel, whole: tuple[Floats32, Outline], poses: PoseBatch) -> Floats:
-    """Scores of poses; pixels of the cluster that the model does not explain do not lower them."""
+    """Scores of poses of a model; they are not lowered by pixels of the cluster that the model leaves unexplained."""
     scores = score_poses(model, *whole, poses, 200)
     return np.asarray(scores.free**2 * np.sqrt(np.minimum(1, scores.seen / ENOUGH)), dtype=float)
 
 
 def _scored(model: PoseModel, seen: tuple[Floats32, Outline], poses: PoseBatch, surface: int = SURFACE) -> Scores:
-    """Score poses; each score is divided by the square root of the seen share of the model's visible side,
-    since scores are squared later, which would count this share twice."""
+    """Score poses of a model against a part of the depth image.
+
+    Each score is divided by the square root of the seen share of the model's visible side: scores are squared
+    later, which would count this share twice.
+    """
     scores = score_poses(model, *seen, poses, surface)
     return replace(scores, score=scores.score / np.sqrt(np.clip(scores.seen / ENOUGH, 1e-3, 1.0)))
 
@@ -247,7 +263,8 @@ def _beside(scene: Scene, reading: Reading) -> bool:
 
 
 def ranked(scene: Scene, mask: Mask) -> list[Reading]:
-    """Return the best coarse registration of each model whose colours and size fit a part, best first."""
+    """Return the best coarse registration of each model whose colours and size fit a part of the picture,
+    best first."""
     quick = [q for a in _candidates(scene, mask) if (q := _quick(scene, mask, a, _standing(a))) is not None]
     return sorted(quick, key=lambda q: -q.score)
 
@@ -257,8 +274,10 @@ def _standing(appearance: Appearance) -> Prior:
 
 
 def _candidates(scene: Scene, mask: Mask, *, partly: bool = False) -> list[Appearance]:
-    """Models whose colours and size fit a part, the likeliest first, without those smaller than the part;
-    chosen by colours alone if it may show two things."""
+    """Known models whose colours and size fit a part of the picture, the likeliest first.
+
+    With ``partly``, only colours decide, since the part may show two things.
+    """
     own = histogram(scene.picture.view.rgb[mask].astype(float))
     seen = extents(scene.points[mask])
     lengths, whole = np.sort([seen.height, seen.width, seen.depth]), not _covered(scene, mask)
@@ -273,8 +292,11 @@ def _covered(scene: Scene, mask: Mask) -> bool:
 
 
 def _sized(lengths: Floats, appearance: Appearance, limits: Mapping[str, float], whole: bool) -> float:
-    """Likelihood of sorted visible extents [m] given a model: some extent may be hidden, any if the part
-    is not whole, and a tilted thing's box is larger."""
+    """Likelihood of the sorted visible extents [m] of a part of the picture, if it shows a given model.
+
+    The smallest extent may be partly hidden, and all of them if the part may not be the whole thing; the box
+    around a tilted thing is larger than the model.
+    """
     own = np.sort(appearance.surface.extents)
     if lengths[2] > appearance.surface.diameter + limits["larger_m"] or lengths[1] > math.hypot(own[1], own[2]) + limits["larger_m"]:
         return 0.0
@@ -284,7 +306,7 @@ def _sized(lengths: Floats, appearance: Appearance, limits: Mapping[str, float],
 
 
 def _seen(scene: Scene, mask: Mask) -> tuple[Floats32, Outline] | None:
-    """Points of a part in the optical frame, and its outline; None if they are too few."""
+    """Points of a part of the picture in the optical frame, and its outline; None if the points are too few."""
     clouds = scene_clouds(scene.picture.view, mask)
     if not clouds or len(clouds[-1].points) < scene.limits["pixels"] / 2:
         return None
@@ -292,8 +314,10 @@ def _seen(scene: Scene, mask: Mask) -> tuple[Floats32, Outline] | None:
 
 
 def _coarse(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> PoseBatch | None:
-    """The best few poses of a coarse registration; the search starts farther away for large things than
-    for products."""
+    """The best few poses of a model after coarse registration with a part of the picture; None if there are none.
+
+    The search for a large model has a longer reach and takes more iterations.
+    """
     seen, model, view = _seen(scene, mask), appearance.surface, scene.picture.view
     if seen is None:
         return None
@@ -308,7 +332,8 @@ def _coarse(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> P
 
 
 def _quick(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> Reading | None:
-    """Best explanation of a part by a model after coarse registration; None where no pose is possible."""
+    """Best explanation of a part of the picture by a model after coarse registration; None where no pose is
+    possible."""
     starts, seen = _coarse(scene, mask, appearance, prior), _seen(scene, mask)
     if starts is None or seen is None:
         return None
@@ -319,7 +344,8 @@ def _quick(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> Re
 
 
 def _full(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> list[Reading]:
-    """Registration in full; of poses that shape cannot tell apart the one whose printed texture agrees best."""
+    """Explanations of a part of the picture by a model, fully registered, each at the pose at which its
+    texture agrees best."""
     starts, seen, model, view = _coarse(scene, mask, appearance, prior), _seen(scene, mask), appearance.surface, scene.picture.view
     if starts is None or seen is None:
         return []
@@ -333,7 +359,10 @@ def _full(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> lis
 
 
 def _by_print(scene: Scene, mask: Mask, appearance: Appearance, seen: tuple[Floats32, Outline], found: PoseHypothesis) -> Reading:
-    """Explanation by a registered pose, turned so that its texture agrees best, and registered again."""
+    """Explanation of a part of the picture by a model at a registered pose, turned so that its texture agrees best.
+
+    The turned pose is registered once more.
+    """
     model = appearance.surface
     poses, fits = _turned(scene, seen, model, found.pose)
     colours = agreement(scene.picture, mask, appearance, poses)
@@ -344,7 +373,7 @@ def _by_print(scene: Scene, mask: Mask, appearance: Appearance, seen: tuple[Floa
     if refined and refined[0].score >= fit:
         pose, fit = refined[0].pose, refined[0].score
         colour = float(agreement(scene.picture, mask, appearance, [pose])[0])
-    return Reading(appearance, pose, fit, colour, (*found.reasons, f"{100 * colour:.0f} % of its printed texture agrees"))
+    return Reading(appearance, pose, fit, colour, (*found.reasons, f"{100 * colour:.0f} % of its printed texture agrees with the picture"))
 
 
 def distinct(model: PoseModel, found: Sequence[PoseHypothesis]) -> list[PoseHypothesis]:
@@ -358,8 +387,10 @@ def distinct(model: PoseModel, found: Sequence[PoseHypothesis]) -> list[PoseHypo
 
 
 def _turned(scene: Scene, seen: tuple[Floats32, Outline], model: PoseModel, pose: Pose) -> tuple[list[Pose], Floats]:
-    """A pose, and those turns of it by a symmetry or about the vertical that fit nearly as well (many for
-    nearly round things), with their scores."""
+    """A pose and those turns of it that fit nearly as well, with their scores.
+
+    It is turned by the model's symmetries and about the vertical; of nearly round things many turns fit.
+    """
     centre = pose.apply(model.centre)
     there, back = Pose(tuple(centre)), Pose(tuple(-centre))
     yaws = [there * Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(a))) * back * pose for a in range(STEP, 360, STEP)]
@@ -376,7 +407,7 @@ def _batch(scene: Scene, poses: Sequence[Pose]) -> PoseBatch:
 
 
 def claimed(scene: Scene, part: Part, among: Sequence[Mask]) -> Part:
-    """Return a part reduced to the pixels that its best explanation covers, without pieces that belong to
+    """Return a part of the picture reduced to the pixels that its best explanation covers, without pieces that belong to
     other parts; unchanged if it is not explained."""
     if not part.readings or part.score < bad(part.mask, scene.limits):
         return part

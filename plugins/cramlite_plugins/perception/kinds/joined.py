@@ -1,4 +1,5 @@
-"""Parts of one thing whose middle is hidden: parts that are badly explained alone are explained together."""
+"""Regions of a picture that show one thing whose middle is hidden: those badly explained alone are explained
+together."""
 
 from __future__ import annotations
 
@@ -12,8 +13,8 @@ from .interpret import Part, Scene, bad, claimed, extent, ranked, rarity, read
 
 
 def joined(scene: Scene, parts: Sequence[Part]) -> list[Part]:
-    """Explain neighbouring parts by one thing, where that explains more of their pixels than one thing for
-    each does."""
+    """Explain neighbouring regions of a picture by one thing, if that explains more of their pixels than a
+    thing for each."""
     found = list(parts)
     for group in _groups(scene, parts):
         whole = np.logical_or.reduce([p.mask for p in group])
@@ -28,13 +29,14 @@ def joined(scene: Scene, parts: Sequence[Part]) -> list[Part]:
 
 
 def _explained(scene: Scene, group: Sequence[Part]) -> float:
-    """Pixels that the best explanation of each part covers, weighted by its score."""
+    """Number of pixels that the known models chosen for some regions of a picture explain, each weighted by
+    its score."""
     return sum(p.score * float(p.mask.sum()) for p in group if p.score >= bad(p.mask, scene.limits))
 
 
 def _groups(scene: Scene, parts: Sequence[Part]) -> Iterator[list[Part]]:
-    """Groups of neighbouring parts, none of which is explained well and at least one of which is not
-    explained at all."""
+    """Yield groups of neighbouring regions of a picture, none explained well and at least one not explained
+    at all."""
     limits = scene.limits
     left = [p for p in parts if p.score < limits["full"] * rarity(p.mask, limits)]
     boxes = {id(p): _box(scene, p.mask) for p in left}

@@ -23,7 +23,10 @@ OWN = 0.6
 
 
 def pieces(view: View, mask: Mask, least: float) -> list[Mask]:
-    """Return the pieces of a mask with at least so many pixels, the largest first."""
+    """Return the pieces of a mask, divided at steps and concave edges, the largest first.
+
+    Pieces with fewer than ``least`` pixels are left out.
+    """
     rows, columns = np.flatnonzero(mask.any(1)), np.flatnonzero(mask.any(0))
     area = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
     known = view.valid[area]
@@ -42,8 +45,10 @@ def pieces(view: View, mask: Mask, least: float) -> list[Mask]:
 
 
 def given_back(own: Mask, among: Sequence[Mask]) -> Mask:
-    """Return the pixels that a thing claims, without those in pieces of the picture of which it claims less
-    than the share ``OWN``."""
+    """Return the pixels that a thing claims, without pieces of the picture of which it claims only a small share.
+
+    A piece is given back if the thing claims less than the share ``OWN`` of it.
+    """
     kept = own.copy()
     for piece in among:
         if (own & piece).sum() < OWN * piece.sum():
@@ -52,12 +57,15 @@ def given_back(own: Mask, among: Sequence[Mask]) -> Mask:
 
 
 RING = 4
-"""Pixels beside a part that are looked at: flying pixels are two or three wide."""
+"""Pixels beside a region that are looked at: flying pixels are two or three wide."""
 
 
 def covered(view: View, mask: Mask, front: Mask) -> float:
-    """Return the share of a part's border beyond which more of it may be hidden: by foreground that is not
-    farther away, or by the picture's border."""
+    """Return the share of a picture region's border where its thing may continue out of sight, 0 to 1.
+
+    That is beside foreground that is not farther away, which may hide more of the thing, and at the picture's
+    border.
+    """
     rows, columns = np.flatnonzero(mask.any(1)), np.flatnonzero(mask.any(0))
     area = tuple(slice(max(0, k[0] - RING), k[-1] + RING + 1) for k in (rows, columns))
     own = mask[area]
@@ -72,8 +80,10 @@ def covered(view: View, mask: Mask, front: Mask) -> float:
 
 
 def middles(where: Floats, mask: Mask, number: int, least: float) -> list[Mask]:
-    """Return parts of a cluster beside each other, found by k-means in the horizontal plane (Lloyd, 1982);
-    of two parts also one on the other."""
+    """Split a cluster of points into regions by k-means (Lloyd, 1982) in the horizontal plane.
+
+    Two parts are also sought one above the other. Parts with fewer than ``least`` pixels are left out.
+    """
     from scipy.cluster.vq import kmeans2
 
     points = where[mask].astype(float)

@@ -43,7 +43,7 @@ class Samples(Value, eq=False):
 
 
 def samples_of(skin: Skin) -> Samples:
-    """Return the samples of a textured surface; made once, and kept by the surface's content."""
+    """Return the samples of a textured surface, from a file if those of an equal surface were kept."""
     kept = _folder() / f"{_digest(skin)}.npz"
     try:
         found = read_arrays(kept, MOST_BYTES)
@@ -106,7 +106,7 @@ def _thinned(points: Floats, normals: Floats) -> Any:
 
 
 def _smeared(points: Floats, normals: Floats, colours: Floats) -> Floats:
-    """Colours averaged over the area of one pixel."""
+    """Colours (N, 3) of surface points, each averaged with its neighbours over the area of one pixel."""
     from scipy.spatial import cKDTree
 
     sides = np.concatenate([points, SMEARED * normals], axis=1)

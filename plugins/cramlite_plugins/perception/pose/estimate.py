@@ -113,7 +113,7 @@ def _turned(model: PoseModel, starts: PoseBatch) -> PoseBatch:
 
 
 def allowed(view: View, prior: Prior, starts: PoseBatch) -> PoseBatch:
-    """Return the hypotheses that are finite and satisfy the prior's limits for results."""
+    """Return the hypotheses that are finite and deviate from the orientation prior by no more than it allows."""
     keep = np.isfinite(starts.turn).all((1, 2)) & np.isfinite(starts.shift).all(1)
     for a in prior.alignments:
         keep &= alignment_error(view.camera, starts.turn, a) <= a.after
@@ -180,6 +180,6 @@ SYMMETRIC = "depth cannot tell it from the best: the shape is symmetric"
 
 
 def keeps_to(pose: Pose, prior: Prior) -> bool:
-    """Check whether an object pose in the world frame satisfies the prior's limits for results."""
+    """Check whether an object pose in the world deviates from the orientation prior by no more than it allows."""
     turn = pose.inverse().rotation[None].astype(np.float32)
     return all(float(alignment_error(Pose(), turn, a)[0]) <= a.after for a in prior.alignments)

@@ -145,7 +145,8 @@ def _outline_terms(
 
 
 def _vector_terms(moved: Batch, gap: Batch, weight: Batch) -> tuple[Batch, Batch]:
-    """Normal equations of |gap + w x moved + v|^2, (H, 6, 6) and (H, 6)."""
+    """Normal equations (H, 6, 6) and (H, 6) of the rotation vector w and shift v that minimise |gap + w x
+    moved + v|^2."""
     weighted = moved * weight[:, None]
     outer = weighted @ moved.transpose(0, 2, 1)
     crossed = weighted @ gap.transpose(0, 2, 1)
@@ -181,7 +182,10 @@ def _cross_matrix(v: Batch) -> Batch:
 
 
 def _step(matrix: Batch, vector: Batch, turn: Batch, shift: Batch) -> tuple[Batch, Batch]:
-    """Poses after one damped step; directions constrained by less than 2 % of the strongest hardly change."""
+    """Poses after one damped step of ICP (iterative closest point).
+
+    They hardly change in directions that the points constrain by less than 2 % of the strongest.
+    """
     strongest = matrix[:, 3, 3] + matrix[:, 4, 4] + matrix[:, 5, 5] + np.float32(1e-6)
     damped = (matrix + strongest[:, None, None] * _DAMPING).astype(np.float64)
     step = np.linalg.solve(damped, -vector[..., None])[..., 0]

@@ -129,7 +129,10 @@ class PoseModel(Value, eq=False, dict=True):
 
     @cached_property
     def opposite_points(self) -> Indices:
-        """Return the index of each point's nearest opposite point, through a plate of at most 6 mm; else its own."""
+        """Return for each point the index of the nearest one on the other side of a thin plate; else its own index.
+
+        A plate is at most 6 mm thick.
+        """
         near, which = self.tree.query(self.points, k=48, distance_upper_bound=0.006)
         which = np.where(np.isfinite(near), which, np.arange(len(self.points))[:, None])
         away = np.einsum("ij,ikj->ik", self.normals, self.normals[which]) < -0.7
@@ -188,7 +191,8 @@ def mesh_model(mesh: Any, name: str, type_: str, features: Sequence[Feature] = (
 
 
 def with_symmetries(model: PoseModel) -> PoseModel:
-    """Return the model with its rotational symmetries: of a cube's 24, and continuous ones about each axis."""
+    """Return the model with its rotational symmetries: any of the 24 rotations of a cube, or all turns about
+    an axis."""
     turns = cube_rotations()
     found = [Pose()] + [p for p in (_about(model, q) for q in turns[1:]) if _invariant(model, p)]
     for k in range(3):

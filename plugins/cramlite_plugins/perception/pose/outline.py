@@ -47,13 +47,16 @@ class Outline(Value, eq=False, dict=True):
 
     @cached_property
     def _hiding(self) -> Floats32:
-        """Least depth [m] beside each pixel that is not the object's, as depth images have gaps at the
-        edges of an occluder."""
+        """Least depth [m] of anything but the object, at each pixel and those next to it.
+
+        A depth image has gaps at the edges of an occluder, so the occluder may be seen in the next pixel
+        only.
+        """
         others = np.where(self.mask | np.isnan(self.depth), np.inf, self.depth)
         return np.asarray(ndimage.minimum_filter(others, 3), dtype=np.float32)
 
     def hidden(self, flat: NDArray[np.int64], depth: Floats32) -> Mask:
-        """Check whether another object, at least as near, covers pixels.
+        """Check which points of the object are hidden: their pixels show another thing that is at least as near.
 
         Args:
             flat: (...) flat indices of pixels of the crop.

@@ -29,7 +29,7 @@ def plausible(inputs: Inputs) -> Mapping[str, Any]:
 
 
 def best_fit(inputs: Inputs) -> Mapping[str, Any]:
-    """Select the best-fitting hypothesis, whatever is physically possible."""
+    """Select the best-fitting hypothesis, without a check of physical plausibility."""
     return _values_of_best(inputs["hypotheses"], {m.name: m for m in inputs["models"]})
 
 
@@ -52,7 +52,7 @@ def _values_of_best(fits: Sequence[Fit], models: Mapping[str, Thing]) -> Mapping
 
 
 def _possible(fit: Fit, model: Thing, inputs: Inputs) -> tuple[float, str]:
-    """Factor of a fit's score by its physical plausibility, and the reason if it is not 1."""
+    """Factor by which physical plausibility lowers a fit's score, and the reason; 1 and "" where it does not."""
     fixtures = {t.name: t for t in inputs.get("fixtures", ())}
     limits = inputs.parameters
     facts = [f for f in inputs.get("relations", ()) if f[1] in fixtures]

@@ -34,7 +34,7 @@ Method = Callable[..., Sequence[Any]]
 
 
 def hypotheses(inputs: Inputs) -> Mapping[str, Any]:
-    """Register the models that colour and size allow, by the method of ``pose``."""
+    """Register the models that colour and size allow, by the batched ICP of the package ``pose``."""
     from .estimate import estimate
 
     return registered(inputs, estimate)
@@ -68,7 +68,7 @@ def _fits(inputs: Inputs, tried: Sequence[Judged], method: Method, prior: Any) -
 
 
 class _Key(Value, eq=False):
-    """Cache key of a model: keys of equal text are equal."""
+    """Cache key of a model, compared by its text only."""
 
     text: str
     thing: Thing

@@ -1,4 +1,8 @@
-"""Score of a pose hypothesis against the depth image: the mask that it explains, visible surface that the image denies."""
+"""Score of a pose hypothesis against the depth image.
+
+It combines the share of the mask that the model explains and the share of its visible surface that the image
+does not contradict.
+"""
 
 from __future__ import annotations
 
@@ -69,7 +73,7 @@ def _explained(model: PoseModel, points: Floats32, starts: PoseBatch) -> tuple[F
 def _shown(
     model: PoseModel, middle: Floats32, outline: Outline, starts: PoseBatch, surface: int
 ) -> tuple[Floats32, Floats32, Floats32]:
-    """Counts of the model's visible points: shown by the mask, denied by the image, all."""
+    """Numbers of the model's visible points (H,): confirmed by the mask, contradicted by the image, and all of them."""
     which = np.linspace(0, len(model.points) - 1, surface).astype(np.int64)
     points, normals = model.points[which], model.normals[which]
     facing = (starts.turn @ (middle / np.linalg.norm(middle))) @ normals.T < -0.1

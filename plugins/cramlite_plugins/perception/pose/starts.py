@@ -87,7 +87,10 @@ def starts_for(camera: Pose, model: PoseModel, prior: Prior, scene: Floats32) ->
 
 
 def _about_alignment(camera: Pose, alignment: Alignment) -> Floats32:
-    """Turns about each pair of axis and direction, all with the axis exactly on it."""
+    """Initial rotations that put an axis of the object exactly on a direction of the world, for each such pair.
+
+    For each pair they are spread evenly about the direction.
+    """
     pairs = list(itertools.product(alignment.axes, alignment.directions))
     steps = max(6, STARTS // len(pairs))
     found = []

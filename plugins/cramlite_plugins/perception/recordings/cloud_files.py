@@ -109,7 +109,7 @@ def pcd_rows(data: bytes, path: Path) -> tuple[Any, tuple[int, int] | None]:
 
 
 def _organised(header: Mapping[str, list[str]], count: int) -> tuple[int, int] | None:
-    """(height, width) of the image that a cloud is of; None for a heap of points."""
+    """Height and width of the image that an organised cloud was made from; None for an unorganised cloud."""
     try:
         height, width = int(header["HEIGHT"][0]), int(header["WIDTH"][0])
     except (KeyError, ValueError, IndexError):
@@ -156,7 +156,8 @@ def _pcd_rows(form: str, body: bytes, layout: Any, count: int, path: Path) -> An
 
 
 def _columns(body: bytes, layout: Any, count: int, path: Path) -> Any:
-    """Rows of compressed data: two sizes of 4 bytes, then one field after another, in LZF."""
+    """Decode compressed points of a PCD file: its data begin with two 4-byte sizes, then come the fields one
+    after the other, packed by LZF."""
     packed, size = (int(n) for n in np.frombuffer(body[:8].ljust(8, b"\0"), "<u4"))
     if size != count * layout.itemsize:
         raise UserError(f"{path}: {count} points need {count * layout.itemsize} bytes, and the data say {size}.")

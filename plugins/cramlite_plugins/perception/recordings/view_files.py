@@ -77,7 +77,7 @@ def read_view(path: Path) -> View:
         return _from_images(path)
     kinds = {".npz": _from_arrays, ".ply": _from_cloud, ".pcd": _from_cloud}
     if path.suffix.lower() not in kinds:
-        what = f"'{path.suffix}' is no kind of recording; {nearest(path.suffix, kinds)}; or a folder with {DEPTH}"
+        what = f"'{path.suffix}' is no kind of recording that can be read; {nearest(path.suffix, kinds)}; or give a folder with {DEPTH}"
         raise UserError(f"{path}: {what}.")
     if not path.is_file():
         raise UserError(f"{path}: there is no such file.")

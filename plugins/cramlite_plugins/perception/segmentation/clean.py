@@ -58,7 +58,7 @@ def voxel_components(points: Points32, parameters: Mapping[str, float]) -> Label
 
 
 def density(points: Points32, parameters: Mapping[str, float]) -> Labels:
-    """Cluster points by DBSCAN (Ester et al., KDD 1996): cores have neighbours enough, clusters are what cores reach."""
+    """Cluster points by DBSCAN (Ester et al., KDD 1996), with a radius and a least number of neighbours."""
     import numpy as np
     from scipy.sparse import csr_matrix
     from scipy.sparse.csgraph import connected_components
@@ -78,7 +78,10 @@ def density(points: Points32, parameters: Mapping[str, float]) -> Labels:
 
 
 def hierarchical(points: Points32, parameters: Mapping[str, float]) -> Labels:
-    """Cluster at most 2,000 points by single linkage, cut at a distance; the others follow their nearest."""
+    """Cluster points by single linkage, cut at a distance.
+
+    Some 2,000 of the points are clustered; each of the others gets the cluster of the nearest of these.
+    """
     import numpy as np
     from scipy.cluster.hierarchy import fcluster, linkage
     from scipy.spatial import cKDTree

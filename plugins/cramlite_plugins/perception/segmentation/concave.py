@@ -30,7 +30,7 @@ NEIGHBOURS = ((0, 1), (0, -1), (1, 0), (-1, 0))
 
 
 def segments(inputs: Inputs) -> Mapping[str, Any]:
-    """Segment what stands before the planes that bound the view, along steps and concave edges.
+    """Segment the things in front of the background planes of a view, along steps of depth and concave edges.
 
     Raises:
         Unresolvable: the map has fixtures, on which products hang flush with each other; a known model has a print, by which
@@ -56,8 +56,11 @@ def segments(inputs: Inputs) -> Mapping[str, Any]:
 
 
 def _front(cloud: Cloud, inverse: Inverse, planes: Sequence[Plane], limits: Mapping[str, float]) -> Mask:
-    """Pixels in front of the planes that bound the scene, by more than noise; of a wide plane with much
-    behind it, pixels on both sides."""
+    """Pixels whose points stand out from the planes that bound the scene, by more than noise.
+
+    A plane with little behind it keeps the pixels in front of it, and a wide one with more behind it those on
+    both sides.
+    """
     import numpy as np
     from scipy import ndimage
 
@@ -146,7 +149,8 @@ def _joined(labels: Labels, bends: Sequence[Inverse], limits: Mapping[str, float
 
 
 def _grown(labels: Labels, inverse: Inverse, front: Mask, limits: Mapping[str, float]) -> Labels:
-    """Labels spread over the edges between them, each pixel to the neighbour on whose surface it lies."""
+    """Extend labels over unlabelled edge pixels: each pixel takes the label of the neighbour on whose surface
+    it lies."""
     import numpy as np
 
     for _ in range(int(limits["grow"])):

@@ -34,8 +34,10 @@ def obstacles(inputs: Inputs) -> Mapping[str, Any]:
 
 
 def _unexplained(inputs: Inputs, known: Sequence[Thing]) -> tuple[Floats, Floats]:
-    """Voxels with several points, as mean points: those farther from anything known than noise and pose
-    errors explain, and the others."""
+    """Mean points of well-filled voxels: first those that no known thing explains, then those that one explains.
+
+    A thing explains points that are no farther from it than noise and errors of poses make likely.
+    """
     import numpy as np
 
     view, cloud, limits = inputs["view"], inputs["cloud"], inputs.parameters
@@ -50,7 +52,7 @@ def _unexplained(inputs: Inputs, known: Sequence[Thing]) -> tuple[Floats, Floats
 
 
 def _thinned(points: Floats, depth: Floats, limits: Mapping[str, float]) -> tuple[Floats, Floats]:
-    """The mean of each voxel's points, without those that only a few flying pixels are in."""
+    """Mean points and depths of voxels; those with few points, which may be flying pixels, are left out."""
     import numpy as np
 
     cells = np.floor((points - points.min(axis=0)) / limits["cell_m"]).astype(np.int64)
@@ -118,7 +120,7 @@ def _parts(points: Floats, known: Floats, limits: Mapping[str, float]) -> Iterat
 
 
 def _holds(points: Floats, others: Floats, depth: float) -> Any:
-    """Mask of other points at least ``depth`` [m] inside the convex hull of the points."""
+    """Flags of those of ``others`` in the box around points: whether each is ``depth`` [m] inside their convex hull."""
     import numpy as np
 
     near = others[((others > points.min(axis=0)) & (others < points.max(axis=0))).all(axis=1)]

@@ -94,7 +94,7 @@ def on_planes(cloud: Cloud, found: Iterable[Plane], thickness: float, extent: fl
 
 
 def _span(points: Points32) -> float:
-    """The longest extent along a coordinate axis [m], without the outermost hundredths."""
+    """Longest extent of points along a coordinate axis [m], without the lowest and the highest hundredth of them."""
     import numpy as np
 
     return float(np.max(np.subtract(*np.percentile(points, (99, 1), axis=0))))

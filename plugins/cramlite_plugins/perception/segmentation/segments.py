@@ -103,8 +103,10 @@ def _shifted(axis: int) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
 
 
 class _Part(Value, eq=False):
-    """Part of a picture, of one or several segment labels, with what merging compares: number of pixels,
-    colour, a sample of points, and the rectangle around it."""
+    """Part of a picture, of one or several segments, with the properties by which parts are compared.
+
+    These are the number of pixels, the colour, a sample of points, and the rectangle around the part.
+    """
 
     labels: tuple[int, ...]
     count: int
@@ -131,8 +133,10 @@ def _parts(labels: Labels, points: Points32, chroma: Floats32) -> list[_Part]:
 
 
 def _merged(parts: list[_Part], looks: Sequence[Known], parameters: Mapping[str, float]) -> list[_Part]:
-    """Segments joined, the smallest first, if of one colour and close: a tab and its box, two sides of an
-    occluder."""
+    """Join parts of a picture that may show one object; return all parts, the smallest first.
+
+    Such parts are a box and its tab, or what is seen on both sides of an occluder.
+    """
     left = sorted(parts, key=lambda p: p.count)
     done: list[_Part] = []
     while left:
@@ -156,8 +160,10 @@ def _joined(a: _Part, b: _Part) -> _Part:
 
 
 def _belong(small: _Part, large: _Part, looks: Sequence[Known], parameters: Mapping[str, float]) -> bool:
-    """Whether two parts are of one object: one colour, near in space, and together no larger than a known model
-    of that colour, or else than any product."""
+    """Whether two parts may show one object: they have one colour, are near in space, and not too large together.
+
+    Too large is larger than each known model of that colour; without such a model, longer than any product.
+    """
     import numpy as np
 
     if np.abs(small.chroma - large.chroma).max() > parameters["same_chroma"]:

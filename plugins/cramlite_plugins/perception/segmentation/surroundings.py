@@ -74,8 +74,10 @@ def _refined(thing: Thing, inputs: Inputs) -> Judged | str:
 
 
 def _groups(thing: Thing, inputs: Inputs, eye: Floats) -> list[tuple[str, Floats]]:
-    """Points of a fixture's panel ("") and of its peg, by nearness to the surface where the map has it,
-    and by colour."""
+    """Points of a fixture's panel and points of its peg, each with the part's name, which is "" for the panel.
+
+    They are near the surface of the part where the map has it, and of the fixture's colour.
+    """
     import numpy as np
 
     view, cloud, limits = inputs["view"], inputs["cloud"], inputs.parameters
@@ -96,7 +98,7 @@ def _groups(thing: Thing, inputs: Inputs, eye: Floats) -> list[tuple[str, Floats
 
 
 def _residuals(thing: Thing, part: str, points: Floats, eye: Floats) -> tuple[Floats, Floats]:
-    """Signed distances from the surface of the body ("") or of peg and tip, and its normals, world frame.
+    """Signed distances [m] of points from a fixture's panel (``part`` is "") or its peg, and the normals there.
 
     A camera sees the side that faces it. A point whose nearest surface faces away is measured against the tangent plane
     on the near side, else a thin peg that is believed nearer than it is would be registered with its back side: in

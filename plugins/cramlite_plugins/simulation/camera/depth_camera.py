@@ -30,7 +30,7 @@ def render(
     stamp: float = 0.0,
     skins: Skins | None = None,
 ) -> tuple[View, InstanceIds]:
-    """Render a camera's view of a state: colour, depth and the body that each pixel sees; needs kinematics.
+    """Render a camera's view of a state whose kinematics are computed: colour, depth, and the body at each pixel.
 
     Args:
         camera: the optical frame in the world: x right, y down, z forward.
@@ -81,7 +81,7 @@ def look(world: World, robots: Mapping[str, Robot], camera: Camera, *, seed: int
         index = compiled.robots[camera.mount]
         if len(camera.joints) != len(index.joints):
             count = f"{len(camera.joints)} joint positions, and robot '{camera.mount}' has {len(index.joints)} joints"
-            raise UserError(f"The camera on the flange is given {count}")
+            raise UserError(f"The camera on the flange needs one position for each joint: there are {count}")
         data.qpos[list(index.joints)] = camera.joints
         mujoco.mj_forward(compiled.model, data)
         pose = site_pose(data, index.flange) * camera.pose

@@ -42,7 +42,7 @@ class Camera(Value):
 def render(
     model: Model, data: Data, camera: Camera | None = None, width: int = 480, height: int = 360, shadows: bool = False
 ) -> Image:
-    """Render a state as an image, shape (height, width, 3); needs kinematics.
+    """Render a state whose kinematics are computed as an image (height, width, 3).
 
     Args:
         shadows: cast a second ray from each point to the light; about twice the time.
@@ -90,7 +90,7 @@ def shade(
 def cast(
     model: Model, data: Data, eye: Floats, directions: Floats, groups: NDArray[np.uint8] | None = None
 ) -> tuple[NDArray[np.int32], Floats, Floats]:
-    """Cast rays from one point.
+    """Cast rays from one point, and find the geom that each ray hits first.
 
     Args:
         eye: (3,) and directions: (N, 3), unit length, world frame.

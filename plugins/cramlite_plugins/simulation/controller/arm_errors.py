@@ -1,4 +1,4 @@
-"""Errors of an arm that its controller does not know: zero errors of joints, play (backlash) in joints, and
+"""Inaccuracies of an arm that its controller does not know: wrong joint zeros, play (backlash) in joints, and
 delayed measurements.
 
 Encoders sit on the motors' side: what a joint really stands at is what its encoder says, plus the error of its zero, less the play
@@ -16,7 +16,8 @@ from cramlite.model import Disturbance, Floats
 
 
 class ArmErrors:
-    """Errors of an arm while it runs.
+    """Simulated inaccuracies of an arm while it runs: wrong joint zeros, play in joints, and delayed
+    measurements.
 
     Args:
         off: as drawn.
@@ -35,8 +36,10 @@ class ArmErrors:
         self._readings: deque[Floats] = deque(maxlen=cycles + 1)
 
     def moved(self, goal: Floats) -> Floats:
-        """Return the joint positions (n,) [rad] that result when the motors are at ``goal`` (n,), by play and
-        zero errors."""
+        """Return the true joint positions (n,) [rad] when the motors are at ``goal`` (n,).
+
+        They differ from it by the play of the joints, and by the errors of their zeros.
+        """
         self.behind = np.minimum(np.maximum(self.behind, goal - self.half), goal + self.half)
         self.play = goal - self.behind
         return np.asarray(self.behind + self.zeros)

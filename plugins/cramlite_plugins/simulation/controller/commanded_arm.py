@@ -75,7 +75,7 @@ class CommandedArm(ABC):
 
     @abstractmethod
     def force_vector(self) -> Floats:
-        """Return the force (3,) of ``wrench`` alone [N]."""
+        """Return the force part (3,) of ``wrench``, without the torque [N]."""
 
     @abstractmethod
     def force(self) -> float:
@@ -111,7 +111,10 @@ class CommandedArm(ABC):
         return self._begin(blended_motion(points, radii, rates, lambda q: self.kinematics.place(q)))
 
     def move_linear(self, goal: Pose, speed: float, acceleration: float) -> Motion:
-        """Start a movel [m/s, m/s2]; in force mode from the nominal end of the motion before, without the deviation."""
+        """Start a straight motion of the TCP (movel) to a pose, at a speed [m/s] and an acceleration [m/s2].
+
+        In force mode it starts at the nominal end of the last motion, without the deviation of force mode.
+        """
         return self._begin(linear_motion(self._start(), goal, speed, acceleration))
 
     def move_process(self, goals: list[Pose], radii: list[float], speed: float, acceleration: float) -> Motion:
@@ -148,17 +151,17 @@ class CommandedArm(ABC):
         return self.nominal if self.force_mode else self.kinematics.forward(self.q)
 
     def follow(self, motion: Motion) -> Motion:
-        """Start a given motion of any other kind, from where the arm is now."""
+        """Start a motion that the caller has planned, such as a speedj, from where the arm is now."""
         return self._begin(motion)
 
     def stop(self, deceleration: float) -> Motion | None:
-        """Stop the running motion on its own path, with a deceleration in its unit."""
+        """Stop the running motion on its own path, with a deceleration in m/s2 or rad/s2, whichever the motion uses."""
         if self.motion is None or isinstance(self.motion, StoppingMotion):
             return self.motion
         return self._begin(stopping_motion(self.motion, self.time, deceleration))
 
     def start_force_mode(self, mode: ForceMode) -> None:
-        """Switch force mode on; if it is on already, its deviation is kept."""
+        """Switch force mode on; if it is on already, the arm stays as far from its commanded path as it is."""
         if self.force_mode is None:
             self.nominal = self.kinematics.forward(self.q)
         else:

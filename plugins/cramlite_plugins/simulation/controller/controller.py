@@ -63,7 +63,7 @@ class Applied(NamedTuple):
 
 
 class Controller(CommandedArm):
-    """The arm side of the controller.
+    """Controller of an arm in a MuJoCo state: it moves arm and gripper, measures forces, and stops on violated limits.
 
     Args:
         model, data: MuJoCo's; settled, with the arm at rest.
@@ -190,7 +190,7 @@ class Controller(CommandedArm):
         return self._wrench
 
     def force_vector(self) -> Floats:
-        """Return the force (3,) of ``wrench`` alone [N]."""
+        """Return the force part (3,) of ``wrench``, without the torque [N]."""
         self._measure()
         return self._felt
 
@@ -292,7 +292,8 @@ class Controller(CommandedArm):
         self._forget()
 
     def _payload(self) -> Floats:
-        """Servo offset (n,) [rad] that holds the weight of the payload which the program states, less the gripper's own."""
+        """Servo offset (n,) [rad] that makes up for the weight of the payload that the program stated, less
+        the gripper's mass."""
         mass = self.sensor.mass - self.arm.gripper.mass
         if abs(mass) < 1e-3:
             return self.nothing
@@ -320,7 +321,8 @@ class Controller(CommandedArm):
 
 
 def adjacent(addresses: Sequence[int]) -> slice | list[int]:
-    """Return consecutive addresses as a slice, with which NumPy indexes three times as fast; others as a list."""
+    """Return consecutive array indices as a slice, with which NumPy indexes three times as fast; others as a
+    list."""
     first, count = addresses[0], len(addresses)
     return slice(first, first + count) if list(addresses) == list(range(first, first + count)) else list(addresses)
 

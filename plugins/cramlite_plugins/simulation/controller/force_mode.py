@@ -20,7 +20,7 @@ DEAD = np.array([0.3] * 3 + [0.03] * 3)  # N and Nm
 
 
 class ForceMode(Struct):
-    """Force mode while it is switched on.
+    """State of force mode while it is switched on.
 
     Args:
         frame: compliance frame in base; only its rotation counts.

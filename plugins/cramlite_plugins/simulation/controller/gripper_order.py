@@ -1,4 +1,5 @@
-"""The order of a parallel gripper, in metres and newtons: an opening, how it is approached, and when the fingers have stopped."""
+"""Command to a parallel gripper, in metres and newtons: an opening, how the fingers approach it, and when
+they have stopped."""
 
 from __future__ import annotations
 
@@ -18,7 +19,10 @@ State = Literal["moving", "stopped opening", "stopped closing", "there"]
 
 
 class GripperOrder:
-    """One order at a time: an opening, a speed and a force; ``command`` is the opening that the fingers are sent to now [m]."""
+    """Current command to the gripper: an opening, a speed and a force.
+
+    ``command`` is the opening that the fingers are sent to now [m].
+    """
 
     def __init__(self, gripper: Gripper) -> None:
         self.gripper = gripper

@@ -4,4 +4,5 @@ from __future__ import annotations
 
 
 class Halted(Exception):
-    """Raised when the program gives up: URScript's ``halt``, or a failure that a typed program lets through."""
+    """Raised when a program ends itself: by URScript's ``halt``, or when a step fails that a typed program
+    does not retry."""

@@ -80,7 +80,7 @@ class PlatformDrive:
         self.motion, self.time = leg(self.goal, goal, rates, turning), 0.0
 
     def stop(self) -> None:
-        """Stop on the present leg, with its own deceleration."""
+        """Stop the platform along the leg that it drives, with that leg's own deceleration."""
         if isinstance(self.motion, Leg):
             self.motion, self.time = stopping_motion(self.motion, self.time, self.motion.acceleration), 0.0
 
@@ -104,7 +104,7 @@ class PlatformDrive:
         return self.start * Pose((x, y, 0.0), (math.cos(turn / 2), 0.0, 0.0, math.sin(turn / 2)))
 
     def late(self) -> str:
-        """Explain, as a clause, why the platform does not follow its command; empty where it does."""
+        """Explain in words why the platform does not follow its command; "" if it does."""
         off = self.data.qpos[self.joints] - self.goal
         way, turn = math.hypot(off[0], off[1]), abs(float(off[2]))
         if way <= TRACKING[0] and turn <= TRACKING[1]:

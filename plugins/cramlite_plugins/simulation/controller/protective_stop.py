@@ -26,7 +26,7 @@ class Safety(Value):
 
 
 class ProtectiveStop(Exception):
-    """The arm was stopped by the controller; the message is a clause with numbers."""
+    """The arm was stopped by the controller; the message gives the reason with numbers."""
 
 
 class SafetyWatch:

@@ -52,7 +52,7 @@ class TrapezoidalProfile(Value):
         return profile_position(time, self.way, self.speed, self.acceleration) / self.way if self.way > 0 else 1.0
 
     def rate(self, time: float) -> float:
-        """Return the speed at a time, in way units per second."""
+        """Return the speed at a time, in the unit of ``way`` per second."""
         rest = self.duration - time
         if time <= 0 or rest <= 0:
             return 0.0

@@ -151,7 +151,10 @@ def attach(spec: Any, mjcf: str, mount: RobotMount) -> None:
 
 
 def mask_robots(spec: Any, pad_friction: float) -> None:
-    """Set contact bits of all robots and hands, and sliding friction of their pads; before any thing is added."""
+    """Set the contact bits of all robots and hands, and the sliding friction of their pads.
+
+    To be called before any thing is added.
+    """
     for geom in spec.geoms:
         geom.contype, geom.conaffinity = ROBOT
         if is_pad(geom.name):
@@ -195,7 +198,10 @@ def _inertia(thing: Thing, joint: Joint) -> float:
 
 
 def _add_joint(spec: Any, body: Any, thing: Thing, joint: Joint) -> None:
-    """A hinge or a slide whose value at the body's own pose is the stated one; a thread is a hinge and a slide behind it, coupled."""
+    """Add the joint of a thing to its body; at the thing's stated pose, the joint has its stated value.
+
+    A thread is a hinge and a slide behind it, coupled.
+    """
     kinds = {"slide": mujoco.mjtJoint.mjJNT_SLIDE, "hinge": mujoco.mjtJoint.mjJNT_HINGE}
     body.add_joint(
         name=thing.name,

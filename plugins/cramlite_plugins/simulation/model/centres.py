@@ -1,5 +1,7 @@
-"""Things of a twin, the copy of a world with drawn errors, whose centres of mass are off those that follow
-from their shapes."""
+"""Things of a twin whose centres of mass are displaced from those that follow from their shapes.
+
+A twin is a copy of a world with drawn errors.
+"""
 
 from __future__ import annotations
 

@@ -35,14 +35,14 @@ BAD = tuple(int(getattr(mujoco.mjtWarning, f"mjWARN_BAD{kind}")) for kind in ("Q
 
 
 def unstable(data: Data) -> str:
-    """Explain, as a clause, why the simulation has diverged; empty while it has not."""
+    """Explain in words why the simulation has diverged; "" while it has not."""
     if any(data.warning.number[BAD[0] : BAD[-1] + 1].tolist()):
         return "the simulation is unstable: a position, speed or acceleration became huge; check masses, sizes and the timestep"
     return ""
 
 
 class Compiled(Value):
-    """A compiled model with its addresses.
+    """Compiled MuJoCo model of a world, with the indices in it of robots and things.
 
     Args:
         world: what it was made of.
@@ -117,12 +117,15 @@ class Compiled(Value):
             data.qvel[index.dof : index.dof + 6] = 0.0
 
     def pose(self, data: Data, thing: str) -> Pose:
-        """Return the pose of a thing in the world; needs kinematics."""
+        """Return the pose of a thing in the world, in a state whose kinematics are computed."""
         body = self.things[thing].body
         return Pose(tuple(data.xpos[body]), tuple(data.xquat[body]))
 
     def collisions(self, data: Data) -> set[tuple[str, str]]:
-        """Return the pairs in contact, each sorted, by the names of ``Owner.touch``; needs ``mj_collision``."""
+        """Return the pairs of bodies in contact, by their names in contacts (``Owner.touch``), each pair sorted.
+
+        ``mj_collision`` must have run.
+        """
         found = set()
         for i in range(data.ncon):
             a, b = (self.owners[g].touch for g in data.contact.geom[i])
@@ -197,7 +200,7 @@ def _stated(world: World) -> frozenset[str]:
 
 
 def _rests(hand: bool | Pose | tuple[Pose, ...]) -> tuple[Pose, ...]:
-    """Rest orientations of the free-floating hands that are asked for."""
+    """Rest orientations of the free-floating hands, as the argument ``hand`` of a compilation asks for them."""
     if isinstance(hand, Pose):
         return (hand,)
     return hand if isinstance(hand, tuple) else (REST,) if hand else ()

@@ -96,8 +96,10 @@ def add_pairs(spec: Any, stated: Container[str] = (), apart: Apart = NOTHING, fi
 
 
 def _surface(geom: Any, stated: Container[str]) -> Surface | None:
-    """Surface of a finger pad's or a thing's geom; None for a grain, and for a robot link's geom, whose
-    friction is set to ``LINK``."""
+    """Contact parameters of a geom of a finger pad or a thing; None for grains and links of robots.
+
+    The friction of a link is set to ``LINK``.
+    """
     if f"/{GRAIN}/" in geom.name:
         return None
     pad, (sliding, torsional, rolling) = is_pad(geom.name), map(float, geom.friction)

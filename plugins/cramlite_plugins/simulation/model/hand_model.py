@@ -34,7 +34,7 @@ class WristTooFar(UserError):
 
 
 class HandIndex(EffectorIndex):
-    """Addresses of a hand in the model.
+    """Indices of a hand in the MuJoCo model.
 
     Args:
         slides, ball: qpos addresses of the position and of the orientation.

@@ -1,4 +1,4 @@
-"""Addresses in a compiled model by name, looked up once."""
+"""Indices of bodies, joints and sensors in a compiled MuJoCo model, looked up once by name."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Owner(Value):
 
 
 class ThingIndex(Value):
-    """Addresses of a thing in the model.
+    """Indices of a thing in the MuJoCo model.
 
     Its body; qpos and dof are the addresses of its free joint, None where it has none, and ``joint`` the qpos
     address of its hinge or slide; ``grains`` are the bodies and qpos addresses of what it is filled with.
@@ -47,7 +47,9 @@ class ThingIndex(Value):
 
 
 class LinkageIndex(Value):
-    """Addresses of a linkage in the model, and its table (``cramlite.model.Linkage``); K samples, J joints, A actuators.
+    """Indices of a gripper's linkage in the MuJoCo model, and its table (``cramlite.model.Linkage``).
+
+    K samples, J joints, A actuators.
 
     Args:
         joints: qpos addresses of its joints.
@@ -83,7 +85,7 @@ class LinkageIndex(Value):
 
 
 class EffectorIndex(Value):
-    """Addresses of an effector in the model, a robot's gripper or a hand.
+    """Indices of an effector (a robot's gripper or a hand) in the MuJoCo model.
 
     Args:
         name: of the mount, or "hand".
@@ -131,19 +133,20 @@ class EffectorIndex(Value):
             data.qpos[a] = share * far
 
     def pose(self, data: Data) -> Pose:
-        """Return the tool frame in the world; needs kinematics."""
+        """Return the tool frame in the world, in a state whose kinematics are computed."""
         return site_pose(data, self.tcp)
 
 
 class PlatformIndex(Value):
-    """Addresses of a platform in the model: its body, qpos addresses and actuators of its joints x, y and turn."""
+    """Indices of a platform in the MuJoCo model: its body, and qpos addresses and actuators of its joints x,
+    y and turn."""
 
     body: int
     joints: tuple[int, ...]
     actuators: tuple[int, ...]
 
     def pose(self, data: Data) -> Pose:
-        """Return the platform's frame in the world; needs kinematics."""
+        """Return the platform's frame in the world, in a state whose kinematics are computed."""
         return Pose(tuple(data.xpos[self.body]), tuple(data.xquat[self.body]))
 
     def put(self, data: Data, start: Pose, stand: Pose) -> None:
@@ -158,7 +161,7 @@ def flat(pose: Pose) -> tuple[float, float, float]:
 
 
 class RobotIndex(EffectorIndex):
-    """Addresses of a robot in the model.
+    """Indices of a robot in the MuJoCo model.
 
     Args:
         robot: its description.

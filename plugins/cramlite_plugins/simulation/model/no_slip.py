@@ -28,7 +28,7 @@ class NoSlip:
         self._grains = model.body_treeid[[b for t in compiled.things.values() for b, _ in t.grains]].tolist()
 
     def look(self, data: Data) -> None:
-        """Set the iterations of the next steps; once a control cycle."""
+        """Set the number of no-slip iterations for the physics steps of the next control cycle."""
         if self._grains and self._iterations:
             self._options.noslip_iterations = 0 if self._carries(data) else self._iterations
 

@@ -1,4 +1,4 @@
-"""MuJoCo without its window dependencies, which are imported when a window is opened: nothing here opens one."""
+"""Import of MuJoCo without its libraries for windows, such as GLFW, which are imported when a window is opened."""
 
 from __future__ import annotations
 

@@ -139,7 +139,9 @@ def _rests(
 
 
 def _at_rest(start: World, read: World, pair: tuple[str, str], deep: float) -> dict[str, Pose]:
-    """Poses, once all is at rest with payloads fixed, of a pair's first thing and of others that have moved.
+    """Poses of the first of two overlapping things, and of other loose things that have moved, once all is at rest.
+
+    Payloads are fixed meanwhile.
 
     Empty if the pair overlaps again.
     """

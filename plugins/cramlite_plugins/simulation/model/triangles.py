@@ -88,7 +88,7 @@ def lathe(outline: Floats) -> tuple[Floats, Any]:
 
 
 def _proper(vertices: Floats, faces: Any) -> Any:
-    """Faces without those that have no area, as at the ends of a lathe's outline."""
+    """Faces that have an area; at the ends of a lathe's outline some have none."""
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     return faces[np.linalg.norm(np.cross(b - a, c - a), axis=1) > 1e-12]
 

@@ -79,11 +79,11 @@ def _falling(compiled: Compiled, data: Data) -> Iterator[tuple[str, str]]:
             yield name, f"'{name}' stands on nothing and falls; {beneath[name]}"
         elif fall > LOWER * (high := height(thing := compiled.world.thing(name), thing.pose)):
             said = f"'{name}', which is {1000 * high:.0f} mm high, starts {1000 * fall:.0f} mm above where it comes to rest"
-            yield name, f"{said}; state a lower pose, since hands go to the stated one"
+            yield name, f"{said}; state a lower pose, since a hand would go to the stated one to grasp it"
 
 
 def _beneath(compiled: Compiled, data: Data, thing: str) -> str:
-    """Clause on the body under the middle of a thing."""
+    """Say what is under the middle of a thing."""
     hit, start = np.zeros(1, np.int32), np.array(compiled.pose(data, thing).position)
     body = compiled.things[thing].body
     gap = mujoco.mj_ray(compiled.model, data, start, np.array([0.0, 0.0, -1.0]), None, 1, body, hit)

@@ -73,7 +73,7 @@ def collision_picture(world: World, robots: Mapping[str, Robot], collision: Coll
 
 
 def _state(world: World, robots: Mapping[str, Robot], collision: Collision) -> tuple[Compiled, Data]:
-    """The planning model of the refused state, and its data after kinematics."""
+    """Compiled planning model of the state that was refused, and MuJoCo's data with all poses computed."""
     mounts = tuple(replace(m, base=collision.base) if m.name == collision.robot else m for m in world.robots)
     placed = replace(world.moved(dict(collision.moved)), robots=mounts)
     carried = {name: Carried(collision.robot, pose) for name, pose in collision.held.items()}
@@ -133,7 +133,7 @@ def _seen(model: Model, data: Data, camera: Camera, size: tuple[int, int]) -> li
 
 
 def _faded(colour: Floats, away: Floats) -> Floats:
-    """Colours (N, 3) that lose their strength with the distance (N,) from the place [m]."""
+    """Colours (N, 3) that fade to grey with the distance (N,) from a point [m]."""
     near = np.exp(-away / LOCAL)[:, None]
     grey = 0.5 + 0.4 * colour.mean(axis=1, keepdims=True)
     return np.asarray(near * colour + (1 - near) * grey)

@@ -17,7 +17,7 @@ from ..model.sleep import awake_copy
 WEAKEST = 1e-3  # a contact below this normal force [N] is a gap within the contact margin, not a touch
 
 Named = tuple[tuple[str, str], bool]
-"""Names as a ``Touch`` has them, and whether they are the other way round than MuJoCo's geoms."""
+"""Names as a ``Touch`` has them, and whether MuJoCo's geoms are the other way round."""
 
 
 class _Kept(NamedTuple):
@@ -70,18 +70,18 @@ class Contacts:
         self._asleep.append(self._theirs)
 
     def touches(self) -> tuple[tuple[Touch, ...], ...]:
-        """List the touches of each sample, summed over the points of each pair.
+        """List the contacts of each sample, summed over the contact points of each pair.
 
         In each pair ``a`` is the effector or robot if one takes part, else the first by name.
         """
         return tuple(_joined(own, more) for own, more in zip(_summed(self._awake), self._asleep, strict=True))
 
     def asleep(self) -> tuple[tuple[Touch, ...], ...]:
-        """List for each sample the touches that sleeping things have."""
+        """List for each sample the contacts of things that the simulation lets sleep while they rest."""
         return tuple(self._asleep)
 
     def _between(self, data: Data, asleep: Any) -> tuple[Touch, ...]:
-        """Touches of sleeping things with each other and with furniture."""
+        """Contacts of things that the simulation lets sleep, with each other and with furniture."""
         copy = awake_copy(self._model, data)
         kept = self._kept(copy)
         theirs = np.flatnonzero((asleep[kept.trees] | (kept.trees < 0)).all(axis=1)).tolist()
@@ -104,8 +104,11 @@ class Contacts:
         return [row for row, _ in found], [named for _, named in found]
 
     def _name(self, first: int, second: int) -> Named | None:
-        """Names of two geoms, in the order of a touch, and whether they were exchanged; None for contacts
-        that are not recorded."""
+        """Names of the two bodies in contact, ordered as in ``Touch``, and whether MuJoCo has them the other
+        way round.
+
+        None for contacts that are not recorded.
+        """
         one, two = self._owners[first], self._owners[second]
         if one.name == two.name or "grain" in (one.kind, two.kind):
             return None
@@ -127,7 +130,7 @@ def _measured(model: Model, data: Data, rows: list[int], named: list[Named]) -> 
 
 
 def _summed(samples: list[_Points]) -> list[tuple[Touch, ...]]:
-    """Touches of each sample, summed over the sample's contact points."""
+    """Contacts of each sample as ``Touch``, summed over the sample's contact points."""
     if not samples:
         return []
     forces = np.concatenate([s.forces for s in samples])
@@ -140,8 +143,11 @@ def _summed(samples: list[_Points]) -> list[tuple[Touch, ...]]:
 
 
 def _touches(points: list[tuple[Named, float, float, list[float]]]) -> tuple[Touch, ...]:
-    """Touches of a sample, summed over its contact points: names, normal force, upward force of the first on
-    the second [N], and the magnitude of the summed normal forces [N]."""
+    """Contacts of a sample as ``Touch``, summed over its contact points.
+
+    Each has names, the normal force, the upward force of the first on the second [N], and the magnitude of
+    the summed normal forces [N].
+    """
     sums: dict[tuple[str, str], list[float]] = {}
     for (pair, flip), pushed, lift, (x, y, z) in points:
         if pushed >= WEAKEST:
@@ -156,5 +162,5 @@ def _touches(points: list[tuple[Named, float, float, list[float]]]) -> tuple[Tou
 
 
 def _joined(some: tuple[Touch, ...], others: tuple[Touch, ...]) -> tuple[Touch, ...]:
-    """Touches of two lists in one, sorted by name."""
+    """Merge two lists of contacts, sorted by the names of the things in contact."""
     return tuple(sorted((*some, *others), key=lambda t: (t.a, t.b))) if some and others else some or others

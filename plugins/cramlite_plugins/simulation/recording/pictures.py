@@ -73,8 +73,8 @@ def _point(place: Floats) -> Vector3:
 
 
 def camera_of(world: World, model: Model, data: Data) -> Camera:
-    """Return the camera beside the first robot: on its right, or on its left if something near the camera hides
-    the place before the robot."""
+    """Return the camera beside the first robot: on its right, or on its left if something near the camera
+    hides the place in front of the robot."""
     usual, base = Camera(), world.robots[0].base if world.robots else Pose()
     x, y, z = usual.eye
     right, left = (Camera((base * Pose(e)).position, (base * Pose(usual.target)).position) for e in (usual.eye, (x, -y, z)))

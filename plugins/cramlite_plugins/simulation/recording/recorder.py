@@ -1,4 +1,4 @@
-"""A recorder of simulations as ``cramlite.model.Rollout``, one for hands and robots."""
+"""A recorder of simulations as ``cramlite.model.Rollout``, the same for free-floating hands and robots."""
 
 from __future__ import annotations
 

@@ -73,7 +73,7 @@ def monitor(run: Running, step: Monitor) -> Cycles:
 
 
 def _seen(run: Running, step: Monitor, waited: float, began: float) -> str:
-    """Clause on the limit of a monitor that is exceeded; "" if none is."""
+    """Name the limit of a monitor that is exceeded, with the measured value; "" if none is."""
     measured, closed = force(run.arm), began - run.arm.gripper.opening
     if step.force is not None and measured > step.force:
         return f"force {measured:.3f} N > {step.force:g} N"
@@ -96,7 +96,7 @@ def _advanced(cycles: Cycles) -> tuple[bool, StepFailed | None]:
 
 
 def _stop(run: Running, going: list[tuple[tuple[AnyStep, ...], Cycles]]) -> Cycles:
-    """End branches, and bring the arm and the gripper that they moved to rest."""
+    """End parallel branches of a program, and bring the arm and the gripper that they moved to rest."""
     for branch, cycles in going:
         cycles.close()
         if uses_arm(branch):

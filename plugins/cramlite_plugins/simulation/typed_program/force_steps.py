@@ -167,7 +167,7 @@ def _rest(arm: CommandedArm) -> Cycles:
 
 
 def _end(run: Running, origin: str, limit: float, timeout: float, *, done: bool) -> Cycles:
-    """Bring the arm to rest; fail if the step is not done, by the force limit or else by the timeout."""
+    """Bring the arm to rest; fail if the step is not done, naming its force limit if exceeded, else its timeout."""
     measured = force(run.arm)
     yield from _rest(run.arm)
     if not done and measured > limit:

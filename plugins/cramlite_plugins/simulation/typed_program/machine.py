@@ -93,7 +93,7 @@ def load_program(text: str, robot: Robot) -> ProgramText:
 
 
 def _wrong(step: AnyStep) -> str:
-    """Clause on why the controller model cannot run a step; empty if it can."""
+    """Explain in words why the controller model cannot run a step; "" if it can."""
     if type(step) not in STEPS:
         return "the controller model has no such step"
     for name in ("speed", "acceleration", "turn_speed", "turn_acceleration"):
@@ -153,7 +153,7 @@ class ProgramMachine:
             raise Halted
 
     def remember(self) -> None:
-        """Do nothing: typed programs cannot read measurements of earlier control cycles."""
+        """Do nothing after a control cycle: typed programs cannot read measurements of earlier cycles."""
 
     def close(self) -> None:
         """End the program."""

@@ -23,7 +23,7 @@ SETTLE = 0.3  # before taring [s]: the sensor's filter and the arm settle
 
 
 class StepFailed(Exception):
-    """The failure of a step; the message is a clause with numbers."""
+    """The failure of a step; its message gives the reason with numbers."""
 
 
 class Running(Protocol):

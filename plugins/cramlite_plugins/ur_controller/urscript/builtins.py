@@ -102,7 +102,10 @@ def rpy2rotvec(rpy_vector: Any) -> list[float]:
 
 
 def rotvec2rpy(rotation_vector: Any) -> list[float]:
-    """Convert a rotation vector to roll, pitch and yaw [rad] about the fixed axes; straight up or down, yaw is 0."""
+    """Convert a rotation vector to roll, pitch and yaw [rad] about the fixed axes.
+
+    Yaw is 0 at a pitch of 90 degrees up or down, where it is not determined.
+    """
     r = Pose.from_rotvec((0, 0, 0), numbers(rotation_vector, 3, "rotvec2rpy")).rotation
     along = math.hypot(r[0, 0], r[1, 0])
     pitch = math.atan2(-r[2, 0], along)

@@ -23,7 +23,7 @@ _NAMING = (Call, Name, Method, Run)
 
 
 class Lack(Value):
-    """Part of a program that a real controller may run and this model cannot: ``text`` says why."""
+    """Place in a program that a real controller may run and this model cannot: ``text`` says why."""
 
     line: int
     text: str
@@ -77,8 +77,8 @@ def refuse_lacks(program: Function, library: Library) -> None:
 
 
 def by_reason(lacks: list[Lack]) -> list[Lack]:
-    """Merge parts that cannot run here for the same reason into one: that of the first line, whose text also
-    lists the other lines."""
+    """Merge program lines that cannot run here for the same reason into one entry: the first line, which
+    lists the others."""
     lines: dict[str, list[int]] = {}
     for lack in lacks:
         lines.setdefault(lack.text, []).append(lack.line)

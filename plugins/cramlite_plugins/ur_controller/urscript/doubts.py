@@ -127,7 +127,7 @@ def _number(expression: Expression) -> float | None:
 
 
 def _speeds(program: Function) -> Iterator[Doubt]:
-    """Literal speeds that no arm of this make has."""
+    """Yield a lint warning for each number that is a higher speed than any arm of Universal Robots reaches."""
     for node in nodes(program):
         if isinstance(node, Call) and node.function in SPEEDS:
             most, unit = SPEEDS[node.function]
@@ -139,7 +139,7 @@ def _speeds(program: Function) -> Iterator[Doubt]:
 
 
 def _unblended(program: Function) -> Iterator[Doubt]:
-    """Blend radii that are not modelled, other than a literal zero."""
+    """Yield a lint warning for each blend radius in a motion whose blending is not modelled, unless it is 0."""
     for node in nodes(program):
         if isinstance(node, Call) and node.function in UNBLENDED:
             at = UNBLENDED[node.function]
@@ -152,7 +152,7 @@ def _unblended(program: Function) -> Iterator[Doubt]:
 
 
 def _left_on(program: Function) -> Iterator[Doubt]:
-    """Force mode that is switched on by a program that never switches it off."""
+    """Yield a lint warning for each call that switches force mode on, if the program never switches it off."""
     calls = [n for n in nodes(program) if isinstance(n, Call)]
     if not any(c.function == "end_force_mode" for c in calls):
         for call in calls:
@@ -161,7 +161,7 @@ def _left_on(program: Function) -> Iterator[Doubt]:
 
 
 def _recursion(program: Function) -> Iterator[Doubt]:
-    """Functions that call themselves, directly or through others."""
+    """Yield a lint warning for each function that calls itself, directly or through others."""
     own = functions(program)
     calls = {name: {n.function for n in nodes(f.body) if isinstance(n, Call)} & set(own) for name, f in own.items() if f is not program}
     for name, called in calls.items():
@@ -179,7 +179,7 @@ def _recursion(program: Function) -> Iterator[Doubt]:
 
 
 def _waits(program: Function) -> Iterator[Doubt]:
-    """Loops that wait for something, with nothing that counts or measures how long."""
+    """Yield a lint warning for each loop that waits for something and does not count or measure how long."""
     threads = {f.name for f in functions(program).values() if f.word == "thread"}
     for function in functions(program).values():
         if function.name in threads:
@@ -233,7 +233,7 @@ def _dead(program: Function) -> Iterator[Doubt]:
 def _after_the_end(body: Body) -> Iterator[Doubt]:
     for statement, following in itertools.pairwise(body):
         if _ends(statement) and not isinstance(following, Function):
-            yield Doubt(following.line, f"this statement is never reached: line {statement.line} never ends, or leads elsewhere")
+            yield Doubt(following.line, f"this statement is never reached: line {statement.line} never ends, or leaves this block")
 
 
 def _ends(statement: Statement) -> bool:
@@ -252,8 +252,11 @@ def _ends(statement: Statement) -> bool:
 
 
 def _inside(body: Iterable[object], *, loops: bool) -> Iterator[object]:
-    """Statements of a body and of its conditional branches, and all statements of inner loops, or (without
-    ``loops``) only their returns, since a ``break`` there ends the inner loop."""
+    """Statements of a block of code, of the branches of its conditions, and of the loops in it.
+
+    Without ``loops``, only the returns of inner loops are among them, since a ``break`` there ends the inner
+    loop.
+    """
     waiting = list(body)
     while waiting:
         node = waiting.pop()

@@ -74,13 +74,14 @@ class ExpressionParser:
         return self.sees(*values) and bool(self.take())
 
     def expect(self, value: str, where: str) -> Token:
-        """Consume the given operator or keyword, or raise the error that says where it is missing."""
+        """Read the next token, which must be the given operator or keyword; else raise an error that says
+        where it is missing."""
         if not self.sees(value):
             raise self.unexpected(f"'{value}' {where}")
         return self.take()
 
     def identifier(self, what: str) -> Token:
-        """Consume a name, or raise the error on the missing ``what``."""
+        """Read the next token, which must be a name; else raise an error that ``what`` was expected."""
         if self.word.kind != "name":
             raise self.unexpected(what)
         return self.take()

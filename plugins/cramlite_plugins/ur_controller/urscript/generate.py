@@ -133,8 +133,8 @@ class _Writer:
         return f'g["{s.target.name}"] = {value}' if is_global else f"v_{s.target.name} = {value}"
 
     def counted(self, e: Expression) -> str:
-        """Python code of a value; if the value may be a list, the code also counts its elements as
-        statements, since whoever uses it looks at each."""
+        """Python code of a value; if that may be a list, the code also counts its elements towards the
+        statement limit."""
         listed = isinstance(e, Name | Item | Member | Call | StructOf | Unary) or (isinstance(e, ListOf) and not e.pose)
         return f"m.kept({self.value(e)})" if listed else self.value(e)
 

@@ -103,8 +103,8 @@ def _compiled(tree: Function, library: Library) -> CodeType:
 
 
 def _too_deep(part: Function, library: Library) -> int:
-    """Line of the first statement that is too deeply nested even by itself: Python limits the nesting of
-    blocks and calls."""
+    """Line of a function's first statement that is nested too deeply for Python; the line of the function
+    itself if no statement alone is."""
     for statement in part.body:
         try:
             _compiled(replace(part, body=(statement,)), library)

@@ -50,7 +50,7 @@ def integer_to_binary_list(x: Any) -> list[bool]:
 
 
 def binary_list_to_integer(l: Any) -> int:  # noqa: E741 (the manual's name)
-    """Return the integer of at most 32 bits, the lowest first; the highest of 32 is the sign."""
+    """Convert a list of at most 32 bits, the lowest first, to an integer; the highest of 32 bits is the sign."""
     if not isinstance(l, list) or len(l) > BITS or any(type(bit) is not bool for bit in l):
         raise ScriptError(f"binary_list_to_integer needs a list of at most {BITS} truth values, not {show(l)}")
     value: int = sum(bit << i for i, bit in enumerate(l))
@@ -79,7 +79,7 @@ def str_find(src: Any, target: Any, start_from: Any = 0) -> int:
 
 
 def str_sub(src: Any, index: Any, len: Any = None) -> str:
-    """Return the part of a string from an index on, of at most a length; without one, all that follows."""
+    """Return the part of a string from an index on, of at most a length; all that follows if no length is given."""
     first = _index(index, str_len(src), "str_sub")
     return src[first:] if len is None else src[first : first + _index(len, LONGEST, "str_sub")]  # type: ignore[no-any-return]
 

@@ -172,8 +172,10 @@ class _Parser(ExpressionParser):
 
 
 def _is_program(main: Statement, after: list[Statement]) -> TypeGuard[Function]:
-    """Whether a controller would start a text as a program: one function, perhaps with a call of itself after
-    it, which has no effect."""
+    """Whether a controller would start a text as a program: it holds one function, and at most a call of it.
+
+    Such a call after the function has no effect.
+    """
     if not isinstance(main, Function) or main.word == "thread" or main.parameters:
         return False
     return all(isinstance(s, Evaluate) and s.value == Call(main.name, (), (), s.line) for s in after[:1]) and len(after) < 2

@@ -15,7 +15,7 @@ LARGEST, DEEPEST = 10_000, 10  # elements of a list or struct and their nesting:
 
 
 class ScriptError(Exception):
-    """A run-time error of a program: a clause with its reason; the line is added where it is caught."""
+    """A run-time error of a program, with its reason; the line is added where the error is caught."""
 
 
 class PoseValue(list[float]):

@@ -1,0 +1,118 @@
+"""Rest of a program that was stopped midway, for a world in which all things are where its proof had them.
+
+The step under way is finished and all later ones follow, so nothing is searched for. The rest is judged as any program, by a run in the
+believed world. Things that came meanwhile are larger there, so that what passes keeps a distance from them.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from msgspec.structs import replace
+
+from ..model.designator_name import enclosing_names
+from ..model.geometry import Pose
+from ..model.handover import Handover
+from ..model.steps import MoveJoints, MoveLinear, MoveUntilContact, SetGripper, SetPayload, Wait, ZeroSensor, walk
+from ..model.world import Geom
+from .proof import load_on_the_flange
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+
+    from ..model.program import Program
+    from ..model.steps import AnyStep, Joints
+    from ..model.world import Thing, World
+    from ..plugin.protocols import Candidate
+    from .setting import Setting
+
+ROOM = 0.01
+"""Distance that the rest keeps from things that came meanwhile [m]: 5 mm as planned paths do, and 5 mm for the noise of readings."""
+ON_WAY = 0.05
+"""Largest distance of a stopped arm from the line between two via points that it was on, in joint space [rad]: corners are rounded."""
+
+
+def rest_of(candidate: Candidate, origin: str, setting: Setting) -> Candidate | None:
+    """Return the rest of a candidate's program, from the step under way on, as a candidate; None if that step cannot be finished from the
+    arm's posture.
+
+    Free and guarded motions go on to their ends, guarded ones with a tared sensor; steps of the gripper and waits run again.
+    Force-controlled motions, control steps and platform motions depend on where they began.
+
+    Args:
+        origin: designator of the step under way.
+        setting: as believed after the stop.
+    """
+    program, mount = candidate.program, setting.world.robots[0]
+    own = [k for k, step in enumerate(program.steps) if origin in {s.origin for s in walk((step,))}]
+    first = _finished(program.steps[own[0]], mount.joints) if len(own) == 1 else ()
+    if not first or program.late:
+        return None
+    at, held = own[0], mount.holds.thing if mount.holds else ""
+    begun = {name for step in program.steps[: at + 1] for s in walk((step,)) for name in enclosing_names(s.origin)}
+    return replace(
+        candidate, program=_cut(program, at, first, setting), code=None, rollout=None, episode=None,
+        world=_with_room(setting.world, {t.name for t in candidate.world.things}),
+        actions=tuple(a for a in candidate.actions if a.name not in begun),
+        parts=tuple(p for p in candidate.parts if p.name not in begun),
+        handovers=_later(candidate, at, held),
+    )  # fmt: skip
+
+
+def _with_room(world: World, known: Collection[str]) -> World:
+    """Return a world with boxes around all things but the known ones, larger by ``ROOM`` on each side and as much above their supports."""
+    up = Pose((0.0, 0.0, ROOM))
+    return replace(world, things=tuple(t if t.name in known else replace(t, pose=up * t.pose, geoms=_boxes(t)) for t in world.things))
+
+
+def _boxes(thing: Thing) -> tuple[Geom, ...]:
+    """Return the boxes around the shapes of a thing, larger by ``ROOM`` on each side."""
+    return tuple(Geom("box", tuple(half + ROOM for half in g.half_extents), g.pose) for g in thing.geoms)
+
+
+def _finished(step: AnyStep, joints: Joints) -> tuple[AnyStep, ...]:
+    """Return the steps that finish another step from a posture in the middle of it; empty where it cannot be finished."""
+    match step:
+        case MoveJoints():
+            passed = _passed(step.path, joints)
+            return (replace(step, path=step.path[passed:], radii=step.radii[passed:]),)
+        case MoveUntilContact():
+            return ZeroSensor(origin=step.origin, comment="as the guarded motion found it"), step
+        case MoveLinear(swing=None) | SetGripper() | SetPayload() | ZeroSensor() | Wait():
+            return (step,)
+    return ()
+
+
+def _passed(path: tuple[Joints, ...], joints: Joints) -> int:
+    """Return how many via points of a path the arm has passed, by the last line between two of them that it is near."""
+    here, points = np.array(joints), np.array(path)
+    near = [k for k in range(1, len(points)) if _off(here, points[k - 1], points[k]) <= ON_WAY]
+    return near[-1] if near else 0
+
+
+def _off(point: np.ndarray, start: np.ndarray, end: np.ndarray) -> float:
+    """Return the distance of a joint position from a line between two others, all (axes,) [rad]."""
+    way = end - start
+    share = float(np.clip((point - start) @ way / max(float(way @ way), 1e-12), 0.0, 1.0))
+    return float(np.abs(start + share * way - point).max())
+
+
+def _cut(program: Program, at: int, first: tuple[AnyStep, ...], setting: Setting) -> Program:
+    """Return a program of the steps ``first``, which finish its step ``at``, and of all its later steps."""
+    by = at + 1 - len(first)
+    sections = (replace(s, first=0 if s.first <= at else s.first - by, last=s.last - by) for s in program.sections if s.last > at)
+    mass, center = load_on_the_flange(setting.belief(), setting.robot.gripper)
+    start = setting.world.robots[0].joints
+    return replace(program, steps=(*first, *program.steps[at + 1 :]), sections=tuple(sections), start=start, mass=mass, center=center)
+
+
+def _later(candidate: Candidate, at: int, held: str) -> tuple[Handover, ...] | None:
+    """Return the handovers from step ``at`` on, with the payload in the hand from the beginning; None where they are not known."""
+    if candidate.handovers is None:
+        return None
+    coming = {name for step in candidate.program.steps[at:] for s in walk((step,)) for name in enclosing_names(s.origin)}
+    later = tuple(h for h in candidate.handovers if h.by in coming)
+    if held and later and later[0].taken and later[0].thing == held:
+        later = later[1:]
+    return (Handover(held, "", True), *later) if held else later
