@@ -77,7 +77,7 @@ def _shown(examples: Sequence[Example], rules: Sequence[Rule], refused: Sequence
         return motion.apart_from(refused)
     sets = [[e.span for k, e in enumerate(examples) if k not in out] for out in left_out(len(examples))]
     turn = next((found for kept in sets if (found := shown_turn(kept)) is not None), None)
-    return turn or next((found for kept in sets if (found := shown_rest(kept)) is not None), None)
+    return turn or next((rest for kept in sets if (rest := shown_rest(kept)) is not None), None)
 
 
 def _predicate(motion: ShownMotion | ShownTurn | ShownRest | None, name: str) -> Predicate | None:
