@@ -159,7 +159,7 @@ class Tools:
         return await self._work(ctx, lambda say, stop: _data(check_answer(self._engine, self._read(scenario), seed)))
 
     async def interpret(self, ctx: Context[Any, Any], episode: str) -> Answer:
-        """Say which tasks each action of a recorded episode may execute."""
+        """Name the tasks that each action of a recorded episode may have been."""
         return await self._work(
             ctx, lambda say, stop: _data(interpret_answer(self._engine, self._files.episode(episode)))
         )

@@ -183,7 +183,7 @@ def _revealed(setting: Setting, reveal: Reveal, knowledge: Knowledge) -> Setting
     mount = seen.real.robots[0].name
     ran = knowledge.simulator.execute(text.text, seen.real, knowledge.robots_of(seen.real), mount=mount, seed=setting.seed)
     if ran.outcome != "finished":
-        return _shut(setting, reveal.name, f"what was proven did not come off ({ran.outcome}): {ran.reason}")
+        return _shut(setting, reveal.name, f"the proven program did not come to its end ({ran.outcome}): {ran.reason}")
     looked = look_into(seen, reveal.place, state, seen.camera, world_after_run(ran, seen.real), knowledge, setting.seed)
     return replace(setting, world=looked.world, relations=looked.relations, real=looked.real, look=looked)
 

@@ -142,16 +142,9 @@ class ClauseParser(RequestParser):
             if k >= len(self.words) or self.words[k] in (*english.STOPS, *FURTHER, *TIME):
                 ends.append(k)
             comma = k + (self.words[k : k + 1] == (",",))
-            more = (*self._courtesies(k, english.CLOSING), *self._purposed(comma), *self._contrasted(comma))
+            more = (*self._courtesies(k, english.CLOSING), *self._contrasted(comma))
             found += [e for e in more if e > k and e not in ends]
         return tuple(dict.fromkeys(sorted(ends, reverse=True)))
-
-    def _purposed(self, at: int) -> Iterator[int]:
-        """Yield the position after a subordinate clause of reason or purpose: "because it is in the way", "so
-        that I can reach it"."""
-        aims = [e for e in starts(self.words, at, AIMS) if self.words[e : e + 1] and self.words[e] in english.PEOPLE]
-        if aims or self.words[at : at + 1] in (("because",), ("since",)):
-            yield next((k for k in range(at, len(self.words)) if self.words[k] in english.STOPS), len(self.words))
 
     def _clauses(self, at: int) -> tuple[Found, ...]:
         if at not in self._parsed:

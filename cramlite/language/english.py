@@ -99,8 +99,6 @@ NUMBER = _patterns("number")
 """Words before the number of a thing."""
 PRELUDE = _set("prelude")
 """Words of announcements: "here is what I want: ..."."""
-PEOPLE = _set("people")
-"""Who may have a purpose, which is not asked for: "so that I can reach it"."""
 ORIGIN, SWAP = _patterns("origin"), _patterns("swap")
 """Words for where a thing was, and verbs by which two things change places."""
 TOWARD = _table("toward")

@@ -99,6 +99,22 @@ class Places:
         place = name if name != thing_of(name) else self._chosen(name, noun, words)
         return Referents(noun.said, (place,))
 
+    def leaves(self, phrase: GoalPhrase, theme: str, place: str) -> bool:
+        """Check whether a goal phrase only says that a thing shall no longer be at a place."""
+        if not meaningful(phrase, self._its, theme, place):
+            return False
+        condition = phrase.meaning(self._its.scene, theme, place)
+        return bool(condition.without) and not (condition.needs or condition.shown)
+
+    def said(self, phrase: GoalPhrase, things: tuple[str, ...]) -> str:
+        """Return the goal in words; refuse things for which the goal phrase has no meaning."""
+        try:
+            phrase.meaning(self._its.scene, *things)
+        except (UserError, KeyError) as error:
+            raise Refusal(FALSE, str(error).strip("'.")) from error
+        left = list(things)
+        return " ".join(left.pop(0) if w.isupper() else w for w in phrase.form.split())
+
     def now(self, name: str) -> tuple[GoalPhrase, str]:
         """Return the smallest thing or region that a thing is on or in now, with the goal phrase that states
         it.

@@ -84,7 +84,7 @@ class Reading:
                 if not self._brief:
                     moved = self._free and row.clause.place is not None and clause.relation == "phrase"
                     same = [f for f in same if moved and f.clause.place is not None]
-                if clause.theme.pronoun and any(not self._superseded(f, row, clauses, number) for f in same):
+                if (clause.theme.pronoun or clause.theme.elided) and any(not self._superseded(f, row, clauses, number) for f in same):
                     raise Refusal(FALSE, f"'{row.literal.goal}' is a second goal for {listed([*row.themes], 'and')}; use a verb for each")
                 found = [*(f for f in found if not self._superseded(f, row, clauses, number)), row]
         found = self._without_left(self._without_told(found))
@@ -198,8 +198,8 @@ class Reading:
         self._mention(clause, themes.names, ())
         origins = ((clause.said, "change places"), (clause.theme.said, themes.listed))
         return [
-            *self._rows(clause, its, [(one, self._said(its, (one, there)))], 0, origins),
-            *self._rows(clause, mine, [(other, self._said(mine, (other, here)))], 0, origins),
+            *self._rows(clause, its, [(one, self._places.said(its, (one, there)))], 0, origins),
+            *self._rows(clause, mine, [(other, self._places.said(mine, (other, here)))], 0, origins),
         ]
 
     def _clause(self, clause: Clause) -> Iterable[_Row]:
@@ -269,7 +269,7 @@ class Reading:
 
     def _unary(self, clause: Clause, phrase: GoalPhrase, themes: Referents) -> list[_Row]:
         amount = (clause.amount,) if clause.amount else ()
-        goals = [(n, self._said(phrase, (n, *amount))) for n in themes.names]
+        goals = [(n, self._places.said(phrase, (n, *amount))) for n in themes.names]
         origins = ((clause.said, _verb_of(phrase)), (clause.theme.said, themes.listed))
         return self._rows(clause, phrase, goals, themes.some, origins)
 
@@ -278,7 +278,7 @@ class Reading:
             raise Refusal(FALSE, f"'{clause.said}' is about no thing that the scene has")
         if clause.words and " ".join(clause.words) in _OPEN_WAYS and not phrase.suits(self._its.scene, themes.names[0], places.names[0]):
             raise Refusal(UNREAD, f"'{clause.said}' does not go with a place such as {places.names[0]}")
-        leaves = len(places.names) > 1 and self._leaves(phrase, themes.names[0], places.names[0])
+        leaves = len(places.names) > 1 and self._places.leaves(phrase, themes.names[0], places.names[0])
         if len(places.names) > 1 and places.some != 1 and not leaves:
             raise Refusal(OPEN, f"'{places.said}' are {listed(list(places.names), 'and')}; say which thing goes where")
         if clause.place is not None and clause.place.pronoun and clause.words == TOP_WORD and len(themes.names) > 1:
@@ -288,7 +288,7 @@ class Reading:
         for theme in themes.names:
             amount = (clause.amount,) if clause.amount else ()
             wheres = [p for p in places.names if thing_of(p) != theme and not (leaves and not self._its.anywhere(theme, thing_of(p)))]
-            ways = [self._said(phrase, (theme, p, *amount)) for p in wheres]
+            ways = [self._places.said(phrase, (theme, p, *amount)) for p in wheres]
             if clause.beside is not None and ways:
                 form, _ = self._places.beside(clause.beside, clause.phrases, theme, self._mentions, thing_of(places.names[0]))
                 ways = [form.replace("THING", theme)]
@@ -303,7 +303,7 @@ class Reading:
 
         Refuse things that are not there, unless the sentence put them there before.
         """
-        if not self._leaves(phrase, themes.names[0], places.names[0]) or {*themes.names} & self._mentions.put:
+        if not self._places.leaves(phrase, themes.names[0], places.names[0]) or {*themes.names} & self._mentions.put:
             return themes
         there = tuple(t for t in themes.names if any(self._its.anywhere(t, thing_of(p)) for p in places.names))
         if there and (clause.theme.quantity == "all" or clause.theme.several):
@@ -312,13 +312,6 @@ class Reading:
             at = f"is not on or in {listed([*places.names])}"
             raise Refusal(ABSENT, f"{listed([*themes.names], 'and')} {at}, so it cannot be taken from there")
         return themes
-
-    def _leaves(self, phrase: GoalPhrase, theme: str, place: str) -> bool:
-        """Check whether a goal phrase only says that a thing shall no longer be at a place."""
-        if not meaningful(phrase, self._its, theme, place):
-            return False
-        condition = phrase.meaning(self._its.scene, theme, place)
-        return bool(condition.without) and not (condition.needs or condition.shown)
 
     def _spots(self, clause: Clause, themes: Referents) -> list[_Row]:
         """Return goals with a place beside or under things."""
@@ -367,15 +360,6 @@ class Reading:
         if len(rests) > 1 or not all(scene.is_a(t, class_) for t in themes) or any(scene.is_a(t, class_) for t in others):
             raise Refusal(OPEN, self._its.which(clause.theme, [*dict.fromkeys(theme for theme, _ in goals)]))
         return f"{some} of {class_.rpartition(':')[2]}{rests.pop()}"
-
-    def _said(self, phrase: GoalPhrase, things: tuple[str, ...]) -> str:
-        """Return the goal in words; refuse things for which the goal phrase has no meaning."""
-        try:
-            phrase.meaning(self._its.scene, *things)
-        except (UserError, KeyError) as error:
-            raise Refusal(FALSE, str(error).strip("'.")) from error
-        left = list(things)
-        return " ".join(left.pop(0) if w.isupper() else w for w in phrase.form.split())
 
     def _mention(self, clause: Clause, themes: tuple[str, ...], places: tuple[str, ...], *, some: int = 0) -> None:
         words = self._mentions.words or (clause.place.words if clause.place is not None else ())

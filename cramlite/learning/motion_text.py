@@ -76,7 +76,7 @@ def said(proposal: Proposal) -> str:
     frame = f"in the frame of the {where} of {about}{', at its bottom' if path.anchor.deep else ''}"
     counts = " ".join(f"{c:g}" for c in motion.counts)
     along = f"along it {counts} times" if path.times > 1 else "along it once"
-    often = f"the examples went {f'round {counts} times' if path.closed else along}"
+    often = f"the examples went {f'round it {counts} times' if path.closed else along}"
     unit = "; x and y in halves of its width" if path.anchor.scaled else ""
     return f"Path of the bottom centre of {mover} {frame}{unit}: {often}; the examples differ by {1000 * motion.spread:.1f} mm."
 

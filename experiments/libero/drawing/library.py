@@ -1,6 +1,6 @@
 """Library of LIBERO: the scenes of libero_90, the goals of its 130 tasks, kinds of things and their regions.
 
-It runs in the judge's environment.
+It runs in the benchmark's environment.
 """
 
 from __future__ import annotations

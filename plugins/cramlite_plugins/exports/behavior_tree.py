@@ -81,8 +81,8 @@ def _preconditions(program: Program) -> str:
     start = ", ".join(f"{q:.4f}" for q in program.start)
     said = (
         f" cramlite {program.name}: robot {program.robot_type}, start posture [{start}] rad, TCP {_text(program.tcp)} in the flange, "
-        f"payload {program.mass:g} kg, force limit {program.force_limit:g} N. What was proven is the program's own text; nodes "
-        "must do what its steps do. "
+        f"payload {program.mass:g} kg, force limit {program.force_limit:g} N. What was proven is the program's own text; the "
+        "nodes of the tree must do what the program's steps do. "
     )
     return said.replace("--", "- -")
 

@@ -83,7 +83,7 @@ def _led(answer: Grounding, location: Location, belief: Belief, context: Context
         place, pose=way[0], before=before, path=tuple(way[1:]), swing=swing,
         release=replace(place.release, settles=settles),
     )  # fmt: skip
-    return replace(answer, value=led, reason=f"{answer.reason}, led down about its far side")
+    return replace(answer, value=led, reason=f"{answer.reason}, lowered by a turn about its far side")
 
 
 def released(shares: list[float], hands: list[Pose]) -> tuple[float, Pose]:

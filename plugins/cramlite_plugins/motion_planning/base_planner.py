@@ -217,7 +217,7 @@ class _Search:
     def why(self) -> str:
         """Say why the search found no path."""
         looked = f"{len(self.spots)} places were looked at, none nearer to the goal than {self.nearest:.2f} m"
-        return f"{looked}; in the way, for one: {self.last}"
+        return f"{looked}; one of the obstacles: {self.last}"
 
     def _offer(self, cell: Cell, other: Cell, total: float) -> None:
         if other in self.closed or total >= self.best.get(other, math.inf):

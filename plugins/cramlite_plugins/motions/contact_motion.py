@@ -78,7 +78,7 @@ def widen(motion: Motion, belief: Belief) -> tuple[Belief, str]:
     if held is None or added == 0.0:
         return belief, ""
     sigma = math.hypot(held.sigma, added)
-    said = f"'{held.thing}' is known to {1000 * sigma:.1f} mm in the hand, not {1000 * held.sigma:.1f} mm"
+    said = f"the position of '{held.thing}' in the hand is uncertain by {1000 * sigma:.1f} mm now, by {1000 * held.sigma:.1f} mm before"
     return replace(belief, held=replace(held, sigma=sigma)), said
 
 

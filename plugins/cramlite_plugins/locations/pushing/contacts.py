@@ -99,7 +99,7 @@ def hands_in(thing: Thing, pose: Pose, gripper: Gripper, way: Floats, last: Floa
             x, y, z = (float(v) for v in np.asarray(at.position) + gap * ahead)
             yield way, replace(at, position=(x, y, z)), closed, f"turned {turn:.0f} deg{aside}"
     if not rim:
-        raise Unresolvable(f"'{thing.name}' has no rim around its middle that fingers in it could push it at", (), blocking=())
+        raise Unresolvable(f"'{thing.name}' has no hollow at its middle: fingers lowered there meet no rim to push", (), blocking=())
 
 
 def towards(pose: Pose, area: Feature, frame: Pose, share: float) -> Floats:

@@ -56,7 +56,7 @@ def deeper(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     if isinstance(there, Refused):
         yield there.of("in")
     else:
-        yield Grounding(there, f"'{entity}' farther in by {1000 * way:.0f} mm, beginning {1000 * gap:.0f} mm in front of it", key="in")
+        yield Grounding(there, f"push '{entity}' farther in by {1000 * way:.0f} mm, from {1000 * gap:.0f} mm in front of it", key="in")
 
 
 def _ahead(belief: Belief, context: Context) -> Floats:
@@ -67,7 +67,7 @@ def _ahead(belief: Belief, context: Context) -> Floats:
     """
     ahead = np.asarray(tcp(belief, context).rotate((0.0, 0.0, 1.0)))
     if abs(ahead[2]) > STEEP:
-        raise Unresolvable(f"the hand points {'down' if ahead[2] < 0 else 'up'}, and does not push anything farther in", (), blocking=())
+        raise Unresolvable(f"the hand points {'down' if ahead[2] < 0 else 'up'}; only a level hand pushes a thing in", (), blocking=())
     level: Floats = np.array([ahead[0], ahead[1], 0.0]) / math.hypot(ahead[0], ahead[1])
     return level
 
@@ -81,7 +81,7 @@ def _needed(entity: str, ahead: Floats, belief: Belief, context: Context) -> flo
     name = thing_of(entity)
     met = first_met(name, belief, context, LET_GO)
     if met is None:
-        raise Unresolvable(f"'{entity}' is in the way of nothing that a later task closes", (), blocking=())
+        raise Unresolvable(f"'{entity}' is not in the way of a drawer or door that a later task closes", (), blocking=())
     for way in np.arange(STEP, FARTHEST, STEP).tolist():
         gone = gone_along(belief, name, way * ahead)
         if not _carried(name, gone):
