@@ -18,7 +18,7 @@ from cramlite_plugins.person.ways import go, hand_for
 
 WORLD = """scenario: screwing
 tasks:
-  - {task: OpenGripperTask}
+  - {task: NoOp}
 robot: {type: ur5e}
 things:
   - {name: floor, model: table, at: {position: [0.2, 0, -5 mm]}, with: {size: [1.6 m, 1.6 m, 20 mm]}}

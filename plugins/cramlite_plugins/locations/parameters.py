@@ -101,6 +101,16 @@ class JointWay(Value):
     drives: bool = False
 
 
+class Turned(Value):
+    """Parameters of a turn of a thing about its joint, from where it is.
+
+    Args:
+        turn: rotation vector in the thing's frame; what it has along the joint's axis counts [rad].
+    """
+
+    turn: Vector3
+
+
 class InnerSide(Value):
     """Parameters of a hand that pushes a door open from its inner side.
 
