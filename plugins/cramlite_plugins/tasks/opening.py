@@ -67,7 +67,7 @@ class Opening(ByHandle):
         level = Location(action.inside("level"), "closed", patient.name, {"lever": True})
         lever = Location(self._lever(action), "handle", patient.name, {"least": least, "lever": True})
         limits = {k: self.parameter(action, k) for k in ("speed_m_s", "force_limit_n")}
-        held = self.led_by_handle(action, self.way(action), lever)
+        held = self.led_by_handle(action, self.way(action), at=lever)
         k = next(k for k, step in enumerate(held) if step.name == self.way(action).name)
         touch = (patient.name,)
         turn = Motion(action.inside("turn"), "force_path", turned, limits, touch, f"the lever frees {patient.entity}")
