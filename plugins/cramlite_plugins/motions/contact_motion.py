@@ -37,6 +37,7 @@ from ..kinematics.timing import steady_speed
 from ..shapes.carried_along import carried_along, driven, driven_before, pushed_along
 from .motion_kinds import KINDS, value, word
 from .ontology_limits import adapted, known, noted
+from .sprung import across, tangent, with_lever
 
 Groundings = Iterator[Grounding]
 Kind = Callable[[Motion, Belief, Context], Groundings]
@@ -97,7 +98,7 @@ def _force_path(motion: Motion, belief: Belief, context: Context) -> Groundings:
     if (way := place.carried.joint if place.carried else None) is not None and belief.held is None:
         belief, moved = _along(place.thing, belief, context), _with_joint_moved(place.thing, way, belief)
     elif way is not None and belief.held is not None and belief.held.thing != place.thing:
-        belief, moved = _with_lever(place.thing, belief, context), _with_joint_moved(place.thing, way, belief)
+        belief, moved = with_lever(place.thing, belief, context), _with_joint_moved(place.thing, way, belief)
     elif belief.held is not None and (joint := belief.world.thing(belief.held.thing).joint) is not None and joint.spring:
         yield _against_spring(motion, place, belief, context)
         return
@@ -115,8 +116,8 @@ def _force_path(motion: Motion, belief: Belief, context: Context) -> Groundings:
     frame = frame_along(legs[int(np.argmax(lengths))] if straight else turned[int(np.argmax(turns))])
     pace = context.robot.pace if value(motion, "paced") and turns.max() < STRAIGHT else 1.0
     speed, limit = pace * value(motion, "speed_m_s"), value(motion, "force_limit_n")
-    sprung = _tangent(belief, context)
-    frame = frame if sprung is None else _across(sprung, frame)
+    sprung = tangent(belief, context)
+    frame = frame if sprung is None else across(sprung, frame)
     x, y, _ = frame.inverse().rotate((0.0, 0.0, carried(motion, belief)))  # 0 of what is on a joint
     step = ForceMove(
         path, frame, (sprung is None, True, False, False, False, False), (float(x), float(y), 0.0, 0.0, 0.0, 0.0),
@@ -146,34 +147,6 @@ def _against_spring(motion: Motion, place: Place, belief: Belief, context: Conte
         ))  # fmt: skip
         now = now.moved(points[-1])
     return Grounding(tuple(steps), f"{len(steps)} legs, against its spring, abort over {limit:.0f} N", 0.0, now, key="against a spring")
-
-
-def _tangent(belief: Belief, context: Context) -> Floats | None:
-    """Unit vector (3,) in the base frame along which a spring pulls what is in the hand; None if no spring does."""
-    from ..motion_planning.reach import held_pose, tcp
-
-    joint = belief.world.thing(belief.held.thing).joint if belief.held else None
-    if joint is None or not joint.spring:
-        return None
-    frame = held_pose(belief, context) * joint.pose
-    axis = np.asarray(frame.rotate((0.0, 0.0, 1.0)))
-    way: Floats = axis if joint.kind == "slide" else np.cross(axis, np.subtract(tcp(belief, context).position, frame.position))
-    return way / float(np.linalg.norm(way))
-
-
-def _across(pull: Floats, frame: Pose) -> Pose:
-    """Compliance frame whose x is along a pull, as far as its path leaves that across: stiff there, it gives way along y alone."""
-    return Pose.from_axes((0.0, 0.0, 0.0), frame.rotate((0.0, 0.0, 1.0)), tuple(pull.tolist()))
-
-
-def _with_lever(thing: str, belief: Belief, context: Context) -> Belief:
-    """Belief in which a hand that holds a thing's lever takes that thing along, with its content."""
-    from ..motion_planning.reach import held_pose
-
-    assert belief.held is not None
-    known, there = belief.poses[thing], (belief.base() * held_pose(belief, context)).inverse()
-    along = {n: replace(e, pose=there * known.pose * e.pose) for n, e in carried_along(belief, thing).items()}
-    return belief.grasped(replace(belief.held, carries={**belief.held.carries, thing: replace(known, pose=there * known.pose), **along}))
 
 
 def _along(thing: str, belief: Belief, context: Context) -> Belief:
