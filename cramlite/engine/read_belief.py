@@ -40,7 +40,12 @@ def world_as_read(before: World, readings: Readings, models: World, closed: floa
     read = readings.poses or {}
     known = {t.name for t in before.things}
     come = [t for t in models.things if t.name in read and t.name not in known]
-    things = [t.moved_to(_possible(t, read[t.name])) if t.name in read else t for t in (*before.things, *come)]
+    every = replace(before, things=(*before.things, *come))
+    possible = dict[str, Pose]()
+    for thing in every.things:
+        if thing.name in read:
+            possible[thing.name] = _possible(thing, read[thing.name], every.carrier_shift(thing.name, possible))
+    things = every.put(possible).things
     seen = tuple(t for t in things if t.name in read or not _is_read(t))
     mount = replace(before.robots[0], joints=readings.joints, opening=readings.opening, holds=in_hand(seen, readings, closed))
     return replace(before, things=seen, robots=(mount, *before.robots[1:]))
@@ -75,13 +80,14 @@ def real_after(rollout: Rollout, world: World, holds: InHand | None) -> World:
     return replace(left, faults=faults, robots=(mount, *left.robots[1:]))
 
 
-def _possible(thing: Thing, read: Pose) -> Pose:
+def _possible(thing: Thing, read: Pose, carrier: Pose) -> Pose:
     """Return the possible pose of a thing nearest to its read pose: a thing on a joint moves along the joint
-    only, within its range."""
+    only, within its range, from where its displaced ``carrier`` takes it."""
     if thing.joint is None:
         return read
-    joint, by = thing.joint, thing.joint.between(thing.pose, read)
-    return joint.moved(thing.pose, min(max(joint.value + by, joint.lower), joint.upper) - joint.value)
+    joint, start = thing.joint, carrier * thing.pose
+    by = joint.between(start, read)
+    return joint.moved(start, min(max(joint.value + by, joint.lower), joint.upper) - joint.value)
 
 
 def _is_read(thing: Thing) -> bool:

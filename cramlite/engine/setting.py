@@ -89,7 +89,7 @@ class Setting(Value):
     def now(self) -> World:
         """Believed world at the start of the plan: things that the robot moved to see behind or inside them are where it left them."""
         since = self.look.since if self.look else {}
-        return replace(self.world, things=tuple(t.moved_to(since[t.name]) if t.name in since else t for t in self.world.things))
+        return self.world.put(since)
 
     def start(self, plan: Plan) -> State:
         """Return the state in which the search for a plan begins: the start or, after exploration, where the

@@ -100,9 +100,11 @@ class SymbolicWorld(Value):
         return self.taxonomy.is_a(self.types.get(entity, ""), class_)
 
     def has(self, entity: str, class_: str) -> bool:
-        """Check whether an entity, or a part of the entity, is of a class."""
-        parts = [n for n in self.types if n == entity or thing_of(n) == entity == thing_of(entity)]
-        return any(self.is_a(p, class_) for p in parts)
+        """Check whether an entity, a part of the entity, or of what is mounted on it and moves along, is of a class."""
+        if self.is_a(entity, class_):
+            return True
+        whole = entity in self.types and entity == thing_of(entity)
+        return whole and any(self.taxonomy.is_a(f.type, class_) for f in self.world.features_of(entity))
 
     def filled(self) -> tuple[Thing, ...]:
         """Return the vessels with something in them."""

@@ -64,6 +64,7 @@ if TYPE_CHECKING:
     from .handover import Handover as Handover
     from .imported_robot import ImportedRobot as ImportedRobot
     from .imported_scene import ImportedScene as ImportedScene, StatedJoint as StatedJoint
+    from .joint import Joint as Joint
     from .known_kind import BuiltLibrary as BuiltLibrary, KnownKind as KnownKind
     from .judging_limits import JudgingLimits as JudgingLimits
     from .linkage import Linkage as Linkage
@@ -151,7 +152,6 @@ if TYPE_CHECKING:
         Geom as Geom,
         InHand as InHand,
         Inertia as Inertia,
-        Joint as Joint,
         MeshFile as MeshFile,
         Physics as Physics,
         RobotMount as RobotMount,

@@ -180,8 +180,8 @@ def world_after_run(rollout: Rollout, world: World) -> World:
     mount = world.robots[0]
     joints, opening = tuple(map(float, rollout.joints[-1])), float(rollout.opening[-1])
     mount = replace(mount, base=_end(rollout, str(EntityName(mount.name, "base")), mount.base), joints=joints, opening=opening)
-    things = tuple(t.moved_to(_end(rollout, t.name, t.pose)) if t.movable else t for t in world.things)
-    return replace(world, things=things, robots=(mount, *world.robots[1:]))
+    ends = {t.name: _end(rollout, t.name, t.pose) for t in world.things if t.movable}
+    return replace(world.put(ends), robots=(mount, *world.robots[1:]))
 
 
 def _end(rollout: Rollout, name: str, before: Pose) -> Pose:

@@ -17,6 +17,7 @@ from ..base.value import Value
 from .entity_name import EntityName
 from .fault import Fault
 from .geometry import Pose, Vector3
+from .joint import Joint
 from .robot_file import RobotFile
 from .view import D435, Intrinsics
 
@@ -130,47 +131,6 @@ class Feature(Value):
     size: dict[str, float] = field(default_factory=dict)
 
 
-class Joint(Value):
-    """Prismatic or revolute joint between a thing and its carrier: a drawer slides, a door turns.
-
-    Args:
-        kind: along, or about, the z axis of ``pose``.
-        pose: of the joint, in the thing's frame.
-        lower, upper: its range [m, rad]; at the lower end the thing is closed.
-        value: at the start, where the thing's own pose says that it is [m, rad].
-        parent: the thing that it is mounted in, which stands still; "" for none.
-        damping: [N s/m, Nm s/rad].
-        friction: dry friction [N, Nm].
-        meets: whether it collides with what it is mounted in, as a drawer between the walls of another program's cabinet.
-        pitch: way of a hinge along its axis in one turn, as of a thread [m]; 0 for none. Only a thread tells one turn from the next.
-    """
-
-    kind: Literal["slide", "hinge"]
-    pose: Pose
-    lower: float
-    upper: float
-    value: float = 0.0
-    parent: str = ""
-    damping: float = 5.0
-    friction: float = 1.0
-    meets: bool = False
-    pitch: float = 0.0
-
-    def moved(self, thing: Pose, by: float) -> Pose:
-        """Return the pose of a thing, now at the pose ``thing``, after its joint has moved by ``by`` [m, rad]."""
-        along = by if self.kind == "slide" else self.pitch * by / math.tau
-        step = Pose((0.0, 0.0, by)) if self.kind == "slide" else Pose.from_rotvec((0.0, 0.0, along), (0, 0, by))
-        return thing * self.pose * step * self.pose.inverse()
-
-    def between(self, thing: Pose, other: Pose) -> float:
-        """Return the displacement of the joint from one pose of its thing to another [m, rad]."""
-        step = (thing * self.pose).inverse() * (other * self.pose)
-        if self.kind == "slide":
-            return step.position[2]
-        turn = float(step.rotvec[2])
-        return turn + math.tau * round(step.position[2] / self.pitch - turn / math.tau) if self.pitch else turn
-
-
 class Filling(Value):
     """Granular content of a thing's cavity at the start, or of its surface, where it has no cavity: small balls.
 
@@ -235,11 +195,15 @@ class Thing(Value):
         """Whether the thing is furniture, which a map has: it is fixed, or mounted on a joint, as a drawer is."""
         return not self.movable or self.joint is not None
 
-    def moved_to(self, pose: Pose) -> Thing:
-        """Return the thing at another pose, and, if it is on a joint, with the joint value of that pose."""
+    def moved_to(self, pose: Pose, carrier: Pose | None = None) -> Thing:
+        """Return the thing at another pose, and, if it is on a joint, with the joint value of that pose.
+
+        Args:
+            carrier: displacement of what it is mounted in, in the world frame; None where that has not moved.
+        """
         if self.joint is None:
             return replace(self, pose=pose)
-        value = self.joint.value + self.joint.between(self.pose, pose)
+        value = self.joint.value + self.joint.between(self.pose if carrier is None else carrier * self.pose, pose)
         return replace(self, pose=pose, joint=replace(self.joint, value=value))
 
     def feature(self, type_: str) -> Feature | None:
@@ -393,6 +357,32 @@ class World(Value):
             if thing.name == name:
                 return thing
         raise KeyError(f"no thing '{name}' in the world; there are: {', '.join(t.name for t in self.things)}")
+
+    def mounted_on(self, name: str) -> tuple[Thing, ...]:
+        """Return the things on joints that move along with a thing on a joint, such as the lever of a door."""
+        if self.thing(name).joint is None:
+            return ()
+        return tuple(t for t in self.things if t.joint is not None and t.joint.parent == name)
+
+    def features_of(self, name: str) -> tuple[Feature, ...]:
+        """Return the features of a thing, and then those of what is mounted on it and moves along."""
+        return tuple(f for t in (self.thing(name), *self.mounted_on(name)) for f in t.features)
+
+    def carrier_shift(self, name: str, poses: Mapping[str, Pose]) -> Pose:
+        """Return the displacement, in the world frame, of what a thing is mounted in; none if that stands still.
+
+        Args:
+            poses: of things now, in the world frame.
+        """
+        joint = self.thing(name).joint
+        if joint is None or joint.parent not in poses:
+            return Pose()
+        return poses[joint.parent] * self.thing(joint.parent).pose.inverse()
+
+    def put(self, poses: Mapping[str, Pose]) -> World:
+        """Return the world with some things at other poses, and joint values that agree with them."""
+        things = (t.moved_to(poses[t.name], self.carrier_shift(t.name, poses)) if t.name in poses else t for t in self.things)
+        return replace(self, things=tuple(things))
 
     def moved(self, poses: dict[str, Pose]) -> World:
         """Return the world with some things at other poses."""

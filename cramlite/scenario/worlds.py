@@ -113,7 +113,8 @@ def build_world(
             raise UserError(f"{place}: two things are called '{spec.name}'; names must be unique.")
         thing = _build(scenario, spec, changes.get(spec.name), built, models, rng, place)
         if thing.joint is not None and thing.joint.parent in shifts:  # what is mounted moves with what carries it
-            thing = replace(thing, pose=shifts[thing.joint.parent] * thing.pose)
+            shifts[spec.name] = shifts[thing.joint.parent]
+            thing = replace(thing, pose=shifts[spec.name] * thing.pose)
         if spec.name in changes and spec.at:
             shifts[spec.name] = thing.pose * spec.at.pose().inverse()
         built[spec.name] = thing
@@ -173,6 +174,7 @@ def _varied(scenario: Scenario, thing: Thing, change: VarySpec | None, shifts: d
     """
     parent = thing.joint.parent if thing.joint else ""
     moved = replace(thing, pose=shifts[parent] * thing.pose) if parent in shifts else thing
+    shifts |= {thing.name: shifts[parent]} if parent in shifts else {}
     if change is None:
         return moved
     if change.model or change.parameters:

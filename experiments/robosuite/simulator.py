@@ -60,6 +60,7 @@ TASKS = {
     "stack": Task("Stack", ("cubeA_main on cubeB_main",)),
     "can": Task("PickPlaceCan", ("Can_main in bin2/can_compartment",), compartment="can"),
     "door": Task("Door", ("Door_door open",), MappingProxyType({"use_latch": False})),
+    "latch": Task("Door", ("Door_door open",), MappingProxyType({"use_latch": True})),
 }
 """Beginning of a suite's name -> its task."""
 

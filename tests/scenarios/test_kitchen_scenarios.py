@@ -39,6 +39,7 @@ GOALS = {
     "drawer_blocked": "12.93 kg on the flange, gripper included, > 5 kg that 'ur5e' carries",
     "kitchen_of_thirteen": "12.93 kg on the flange, gripper included, > 5 kg that 'ur5e' carries",
     "latched_door": "2.Opening/pull: force",
+    "lever_door": "1.Opening/turn: force",
     "regrasp": "its outline would overlap that of 'roof'",
     "shut_below": "12.93 kg on the flange, gripper included, > 5 kg that 'ur5e' carries",
     "swap_on_shelf": "its outline would overlap that of",
@@ -102,6 +103,13 @@ def test_what_stands_in_the_way_of_a_drawer_is_put_aside_before_it_is_opened(eng
 def test_a_latch_is_turned_out_of_the_way_of_its_door(engine: Engine, robot: str) -> None:
     tasks, reasons = resolved(engine, "latched_door", robot)
     assert tasks == ["Opening latch", "Opening door"], reasons
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("robot", ["ur5e", "fr3"])
+def test_a_door_is_opened_by_its_lever(engine: Engine, robot: str) -> None:
+    tasks, reasons = resolved(engine, "lever_door", robot)
+    assert tasks == ["Opening door"], reasons
 
 
 @pytest.mark.heavy

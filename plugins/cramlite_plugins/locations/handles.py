@@ -15,9 +15,11 @@ from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from ..motion_planning.reach import bound, causes, held_pose, led_by, tcp
 from ..shapes import ray_casting as rays
 from ..shapes.bounds import box_around
+from ..shapes.joint_values import joint_value
 from .antipodal import Hands, pinches
 from .hand_around import HandAround
 from .joint_way import driven_along, met_on_its_way
+from .levers import freeing, lever_of
 from .parameters import Handle, JointWay, Turned, asked
 
 TIPS = 0.006  # how much farther out the pads also take it, where their ends come too near to the front behind [m]
@@ -52,11 +54,17 @@ def handle_grasps(location: Location, belief: Belief, context: Context) -> Itera
     """Generate grasps straight onto a handle, the fingers across its bar; also turned by 180 deg, and tilted
     about the bar or along it."""
     entity = bound(context, location.of)
-    thing, handle = belief.thing(entity), belief.feature(entity, "cram:Handle")
+    door = belief.thing(entity)
+    lever = lever_of(location, door, belief) if asked(location, Handle).lever else None
+    if lever is not None:  # before any pose of the hand is tried
+        freeing(location, lever, asked(location, Handle).least or 1.0, belief.poses[lever.name].pose, belief, context)
+    thing = lever or door
+    handle = belief.feature(thing.name, "cram:Handle")
     if handle is None or thing.joint is None:
         lacks = "cram:Handle to hold it by" if handle is None else "joint to open it by"
         raise Unresolvable(f"'{entity}' has no {lacks}", (location.of or "",), blocking=())
-    check_way(location, thing, belief, context)
+    if lever is None:
+        check_way(location, thing, belief, context)
     hand, late = HandAround(belief, context, thing), list[Grounding | Refused]()
     tilted = itertools.product(TILTS, (0.0, 180.0), (0.0,), (0.0, TIPS))
     ways = [*tilted, *itertools.product((0.0,), (0.0, 180.0), LEANS, (TIPS,))]
@@ -124,6 +132,10 @@ def joint_way(location: Location, belief: Belief, context: Context) -> Iterator[
     """Generate paths on which the hand moves a thing along its joint to the goal: holding its handle, or with
     closed fingers against its front."""
     thing, joint, now, there = _jointed(location, belief, context)
+    if (said := asked(location, JointWay)).lever and location.relation == "opened":
+        for k, goal in enumerate(freeing(location, thing, said.share or 1.0, belief.base() * now, belief, context)):
+            yield _led(thing, joint, belief, context, now, _share(joint, goal), 0.0, 0.1 * k)
+        return
     held, pressed = belief.held is not None, PRESSED if location.relation != "opened" and asked(location, JointWay).turned else 0.0
     for k, share in enumerate(_shares(location, joint, now.inverse() * tcp(belief, context), held, there)):
         led = _led(thing, joint, belief, context, now, share, pressed, 0.1 * k)
@@ -146,8 +158,10 @@ def _jointed(location: Location, belief: Belief, context: Context) -> tuple[Thin
     """Thing on a joint, the joint, the thing's pose in the base frame, and the share of the joint's range that it is at."""
     entity = bound(context, location.of)
     thing = belief.thing(entity)
+    thing = lever_of(location, thing, belief) if location.parameters.get("lever") else thing
     held = belief.held is not None and belief.held.thing == thing.name
-    if thing.joint is None or (belief.held is not None and not held):
+    by_lever = belief.held is not None and belief.held.thing in {t.name for t in belief.world.mounted_on(thing.name)}
+    if thing.joint is None or (belief.held is not None and not held and not by_lever):
         raise Unresolvable(f"'{entity}' must have a joint, and the hand must hold no other thing", causes(location, context), blocking=())
     now = held_pose(belief, context) if held else belief.pose(thing.name)
     there = joint_value(belief, thing.name, belief.base() * now) - thing.joint.lower
@@ -183,9 +197,16 @@ def _shares(location: Location, joint: Joint, hand: Pose, held: bool, there: flo
         return PUSHED_ON
     if location.relation == "opened":
         return TURNED if said.turned else OPENED
+    if said.lever:
+        return (_share(joint, joint.rest),)
     if location.relation == "stop" or said.turned:  # a knob is off at its stop, where others may want it exactly
         return (0.0,)
     return (CLOSED if held else ajar(joint, hand),)
+
+
+def _share(joint: Joint, value: float) -> float:
+    """Share of a joint's range that a value [m, rad] is at."""
+    return (value - joint.lower) / (joint.upper - joint.lower)
 
 
 def ajar(joint: Joint, hand: Pose) -> float:
@@ -247,10 +268,3 @@ def _corners(joint: Joint, now: Pose, tcp: Pose, way: float) -> tuple[Pose, ...]
     most = min(TURN, 2 * math.acos(max(0.0, 1.0 - CHORD / max(radius, CHORD))))
     count = max(1, math.ceil(abs(way) / most)) if joint.kind == "hinge" else 1
     return tuple(joint.moved(now, way * k / count) * hand for k in range(1, count + 1))
-
-
-def joint_value(belief: Belief, thing: str, pose: Pose) -> float:
-    """Return the value of a thing's joint when the thing is at a pose in the world [m, rad]."""
-    start = belief.world.thing(thing)
-    assert start.joint is not None
-    return start.joint.value + start.joint.between(start.pose, pose)

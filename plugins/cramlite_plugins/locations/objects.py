@@ -70,7 +70,7 @@ def _fit(entity: str, wanted: Object, belief: Belief, context: Context) -> Groun
         few = _too_few(wanted, belief, context)
         remedy = Remedy(f"few {wanted.name}", f"'{wanted.name}' has nothing left{few}") if few else None
         return Refused(entity, f"it has another role already: {taken}{few}", because=(taken,), remedy=remedy)
-    has = [own] if feature else [f.type for f in thing.features]
+    has = [own] if feature else [f.type for f in belief.world.features_of(thing.name)]
     for need in wanted.features:
         if not any(classes.is_a(f, need) for f in has):
             return Refused(
@@ -89,7 +89,7 @@ def _too_few(wanted: Object, belief: Belief, context: Context) -> str:
     free, or the world has none."""
     kinds = wanted.types or wanted.like
     taken = {v for k, v in context.bindings.items() if k != wanted.name and isinstance(v, str)}
-    fitting = [t.name for t in belief.world.things if _meets(t, kinds, wanted, context)]
+    fitting = [t.name for t in belief.world.things if _meets(t, kinds, wanted, belief, context)]
     if not fitting or wanted.part_of or any(name not in taken for name in fitting):
         return ""
     needs = ", ".join((*wanted.features, *wanted.affords))
@@ -97,12 +97,12 @@ def _too_few(wanted: Object, belief: Belief, context: Context) -> str:
     return f"; the tasks need more things{which} than the {len(fitting)} that the world has: add one"
 
 
-def _meets(thing: Thing, kinds: tuple[str, ...], wanted: Object, context: Context) -> bool:
+def _meets(thing: Thing, kinds: tuple[str, ...], wanted: Object, belief: Belief, context: Context) -> bool:
     """Whether a thing has the wanted features and affordances, and one of the wanted classes if there are any."""
     classes = context.taxonomy
     return (
         (not kinds or any(classes.is_a(thing.type, k) for k in kinds))
-        and all(any(classes.is_a(f.type, need) for f in thing.features) for need in wanted.features)
+        and all(any(classes.is_a(f.type, need) for f in belief.world.features_of(thing.name)) for need in wanted.features)
         and all(classes.affords(thing.type, need) for need in wanted.affords)
     )
 

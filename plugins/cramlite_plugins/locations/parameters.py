@@ -79,10 +79,12 @@ class Handle(Value):
     Args:
         least: share of the joint's range that must be reached.
         drives: whether what stands in the way may be driven along.
+        lever: whether the handle is that of the thing's lever.
     """
 
     least: float | None = None
     drives: bool = False
+    lever: bool = False
 
 
 class JointWay(Value):
@@ -93,12 +95,14 @@ class JointWay(Value):
         ajar: share below which the way ends, at the most.
         turned: whether it is a knob or a switch that is turned.
         drives: whether what stands in the way is driven along; the place says how far.
+        lever: whether it is the thing's lever that is turned: opened, so far that the thing can open to ``share``; closed, back.
     """
 
     share: float = 0.0
     ajar: float = 0.0
     turned: bool = False
     drives: bool = False
+    lever: bool = False
 
 
 class Turned(Value):

@@ -12,7 +12,8 @@ from cramlite.plugin import Context, Refused
 
 from ..motion_planning.reach import make_scene
 from ..shapes.carried_along import carried_along
-from .handles import ajar, joint_value
+from ..shapes.joint_values import joint_value
+from .handles import ajar
 from .later import closes
 
 SHUT = 0.05  # share of its range up to which a thing counts as closed

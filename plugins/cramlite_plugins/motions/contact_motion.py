@@ -22,6 +22,7 @@ from cramlite.model import (
     Motion,
     MoveLinear,
     MoveUntilContact,
+    Place,
     Pose,
     Remedy,
     SpiralSearch,
@@ -36,6 +37,7 @@ from ..kinematics.timing import steady_speed
 from ..shapes.carried_along import carried_along, driven, driven_before, pushed_along
 from .motion_kinds import KINDS, value, word
 from .ontology_limits import adapted, known, noted
+from .sprung import across, tangent, with_lever
 
 Groundings = Iterator[Grounding]
 Kind = Callable[[Motion, Belief, Context], Groundings]
@@ -95,6 +97,11 @@ def _force_path(motion: Motion, belief: Belief, context: Context) -> Groundings:
     moved = belief
     if (way := place.carried.joint if place.carried else None) is not None and belief.held is None:
         belief, moved = _along(place.thing, belief, context), _with_joint_moved(place.thing, way, belief)
+    elif way is not None and belief.held is not None and belief.held.thing != place.thing:
+        belief, moved = with_lever(place.thing, belief, context), _with_joint_moved(place.thing, way, belief)
+    elif belief.held is not None and (joint := belief.world.thing(belief.held.thing).joint) is not None and joint.spring:
+        yield _against_spring(motion, place, belief, context)
+        return
     first, last = (motion.parameters.get(name) for name in ("corner", "end"))
     path = place.path if first is None or last is None else place.path[first + 1 : last + 1]
     points = line(motion, belief, context, list(path))
@@ -109,14 +116,37 @@ def _force_path(motion: Motion, belief: Belief, context: Context) -> Groundings:
     frame = frame_along(legs[int(np.argmax(lengths))] if straight else turned[int(np.argmax(turns))])
     pace = context.robot.pace if value(motion, "paced") and turns.max() < STRAIGHT else 1.0
     speed, limit = pace * value(motion, "speed_m_s"), value(motion, "force_limit_n")
-    x, y, _ = frame.inverse().rotate((0.0, 0.0, carried(motion, belief)))
+    sprung = tangent(belief, context)
+    frame = frame if sprung is None else across(sprung, frame)
+    x, y, _ = frame.inverse().rotate((0.0, 0.0, carried(motion, belief)))  # 0 of what is on a joint
     step = ForceMove(
-        path, frame, (True, True, False, False, False, False), (float(x), float(y), 0.0, 0.0, 0.0, 0.0),
+        path, frame, (sprung is None, True, False, False, False, False), (float(x), float(y), 0.0, 0.0, 0.0, 0.0),
         (COMPLIANT_SPEED, COMPLIANT_SPEED, STIFF[0], STIFF[1], STIFF[1], STIFF[1]), speed, limit,
         timeout(float(ways.sum()), speed), points[-1], origin=motion.name, comment=motion.reason,
     )  # fmt: skip
     reason = f"{1000 * ways.sum():.0f} mm at {1000 * speed:.0f} mm/s, sideways compliant, abort over {limit:.0f} N"
     yield Grounding((step,), reason, 0.0, moved.moved(points[-1]), key="force path")
+
+
+def _against_spring(motion: Motion, place: Place, belief: Belief, context: Context) -> Grounding:
+    """Path on which the hand turns what a spring draws back: leg by leg, so that the hand never gives way along the pull of
+    the spring."""
+    from ..motion_planning.cartesian import line
+    from ..motion_planning.reach import tcp
+
+    speed, limit = value(motion, "speed_m_s"), value(motion, "force_limit_n")
+    steps, now = list[ForceMove](), belief
+    for target in place.path:
+        points, here = line(motion, now, context, [target]), tcp(now, context)
+        metres, radians = here.distance(target)
+        frame = frame_along(np.subtract(target.position, here.position))
+        steps.append(ForceMove(
+            (target,), frame, (True, True, False, False, False, False), (0.0,) * 6,
+            (COMPLIANT_SPEED, COMPLIANT_SPEED, STIFF[0], STIFF[1], STIFF[1], STIFF[1]), speed, limit,
+            timeout(max(metres, TURN * radians), speed), points[-1], origin=motion.name, comment=motion.reason,
+        ))  # fmt: skip
+        now = now.moved(points[-1])
+    return Grounding(tuple(steps), f"{len(steps)} legs, against its spring, abort over {limit:.0f} N", 0.0, now, key="against a spring")
 
 
 def _along(thing: str, belief: Belief, context: Context) -> Belief:

@@ -1,7 +1,7 @@
-"""Knobs and switches on a panel, which turn an appliance on and off, and latches, which keep a door shut.
+"""Knobs and switches on a panel, which turn an appliance on and off, latches, which keep a door shut, and levers on doors.
 
 All have the same frame: on the panel, x out of it, z up. At 0 they are off, or closed. Each is held by a grip that the fingers of a 2F-85
-close around, and stays where it is left by the friction of its hinge.
+close around, and stays where it is left by the friction of its hinge; a lever is drawn back by a spring.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ Colour = tuple[float, float, float, float]
 THIN = 0.005  # half the thickness of a grip [m]
 GAP = 0.002  # between what turns and its panel [m]
 GRIP, HALF_GRIP = 0.035, 0.02  # how far the grip of a latch stands out of its bar, and half its length along that [m]
+REACH = 0.045  # from the door to the lever of a door [m]: a finger goes behind it
 PADS = 0.012  # from the outer end of a grip to the middle of the pads that hold it [m]
 
 
@@ -116,6 +117,45 @@ def latch(
     )  # fmt: skip
     features = (_handle(Pose.from_axes((outer + GRIP - PADS, 0, 0), (1, 0, 0), (0, 1, 0)), 2 * HALF_GRIP),)
     return Thing(name, "cram:Latch", hinge.moved(pose, turned), (post, bar, grip), features, mass, friction, joint=hinge)
+
+
+def lever(
+    name: str,
+    pose: Pose,
+    parent: str = "",
+    length: Length = 0.11,
+    tongue: Length = 0.075,
+    turn: Angle = 1.57,
+    turned: Angle = 0.0,
+    mass: Mass = 0.1,
+    spring: float = 0.5,
+    damping: float = 0.02,
+    joint_friction: float = 0.05,
+    friction: float = 0.8,
+    rgba: Colour = (0.45, 0.40, 0.30, 1.0),
+) -> Thing:
+    """Make the lever of a door, which turns about x: level towards +y, its end downwards when it is turned. A tongue points the other way,
+    to lie behind something that stands still. Feature "handle": on the lever, z out.
+
+    Args:
+        parent: the door that it is mounted on, with which it does not collide and along with which it moves.
+        length: of the lever, from its axis.
+        tongue: its length, from the axis.
+        turn: how far it can be turned.
+        turned: how far it is turned at the start.
+        spring: stiffness of what draws it back, Nm/rad.
+        damping: of its hinge, Nm s/rad.
+        joint_friction: of its hinge, Nm.
+    """
+    post = Geom("cylinder", (0.01, (REACH - GAP) / 2), Pose.from_axes(((REACH + GAP) / 2, 0, 0), (1, 0, 0), (0, 0, 1)), rgba=rgba)
+    bar = Geom("box", (THIN, length / 2, 0.01), Pose((REACH + THIN, length / 2, 0)), "handle", rgba=rgba)
+    bolt = Geom("box", (THIN, tongue / 2, THIN), Pose((GAP + THIN, -tongue / 2, 0)), rgba=rgba)
+    hinge = Joint(
+        "hinge", Pose.from_axes((0, 0, 0), (-1, 0, 0), (0, 0, 1)), 0.0, turn, turned, parent, damping, joint_friction, spring=spring
+    )  # fmt: skip
+    at = Pose.from_axes((REACH + THIN, 0.6 * length, 0), (1, 0, 0), (0, 1, 0))
+    handle = Feature("handle", "cram:Handle", at, {"radius": 0.01, "length": length})
+    return Thing(name, "cram:Latch", hinge.moved(pose, turned), (post, bar, bolt), (handle,), mass, friction, joint=hinge)
 
 
 def _handle(at: Pose, length: float) -> Feature:

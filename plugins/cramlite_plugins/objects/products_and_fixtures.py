@@ -14,7 +14,7 @@ from typing import Any, get_args, get_origin, get_type_hints
 from cramlite.model import Feature, Filling, Geom, Pose, Thing
 from cramlite.plugin import Length, Mass, UserError, nearest, read_value
 
-from .controls import knob, latch, switch
+from .controls import knob, latch, lever, switch
 from .furniture import cabinet, door, drawer
 from .mesh_thing import mesh_thing
 from .rack import rack
@@ -239,6 +239,7 @@ MODELS: Mapping[str, Callable[..., Thing]] = {
     "knob": knob,
     "switch": switch,
     "latch": latch,
+    "lever": lever,
     "door": door,
     "rack": rack,
 }

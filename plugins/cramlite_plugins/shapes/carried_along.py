@@ -1,4 +1,4 @@
-"""Things that move along with a thing: in it, on it, hanging on it, and in or on those."""
+"""Things that move along with a thing: in it, on it, hanging on it, mounted on it, and in or on those."""
 
 from __future__ import annotations
 
@@ -74,6 +74,7 @@ def driven(place: Place) -> Mapping[str, float]:
 
 def _directly(belief: Belief, name: str) -> Iterator[str]:
     carrier = belief.world.thing(name)
+    yield from (t.name for t in belief.world.mounted_on(name) if t.name in belief.poses)
     for thing in belief.world.things:
         if thing.movable and thing.joint is None and thing.name in belief.poses and thing.name != name:
             said = {thing_of(place) for p, one, place in belief.relations if one == thing.name and p in AT}

@@ -13,11 +13,14 @@ def mounts(thing: Thing, world: World) -> tuple[str, ...]:
     """Find the mounts of a thing on a joint: the stated one, and furniture whose axis-aligned box meets the
     thing's.
 
+    Of a thing on a thing that moves on a joint, such as a lever on a door, the stated one alone.
     Rails and hinges lead it clear of that, and it may run against its stop there. Of furniture on joints only what is mounted in the
     same thing counts, as the next drawer is; a latch on the jamb is an obstacle.
     """
     if thing.joint is None:
         return ()
+    if any(t.name == thing.joint.parent and t.joint is not None for t in world.things):
+        return (thing.joint.parent,)
     points = corners(thing, thing.pose)
     low, high = points.min(axis=0) - GAP, points.max(axis=0) + GAP
     found = [thing.joint.parent] if thing.joint.parent else []

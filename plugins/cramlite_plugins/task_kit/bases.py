@@ -65,14 +65,17 @@ class ByHandle(TaskType):
         ends = ({**way.parameters, "share": share} for share in shares)
         return tuple(replace(way, name=action.inside(f"stroke_{k}"), parameters=end) for k, end in enumerate(ends, 1))
 
-    def led_by_handle(self, action: Action, way: Location, which: str = "", most_n: float = 0.0) -> tuple[Location | Motion, ...]:
+    def led_by_handle(
+        self, action: Action, way: Location, which: str = "", most_n: float = 0.0, at: Location | None = None
+    ) -> tuple[Location | Motion, ...]:
         """Return the steps that take the handle, lead it along a way, and let go.
 
         Args:
             which: what tells the handle's location from others of the same task.
             most_n: bound of the grip force [N]; 0 for none.
+            at: the place of the hand on it; None where the task begins.
         """
-        patient, handle = action.roles["Patient"], self.begins_at(action)
+        patient, handle = action.roles["Patient"], at or self.begins_at(action)
         handle = replace(handle, name=f"{handle.name}{which}")
         limits = {k: self.parameter(action, k) for k in ("speed_m_s", "force_limit_n")} | {"paced": 1.0}
         close = {"to": Fingers.CLOSED, "expect": ExpectedGrip.OBJECT, "force_n": self.parameter(action, "force_n")}

@@ -9,10 +9,11 @@ from typing import Any
 from msgspec.structs import replace
 
 from cramlite.model import Action, Belief, ExpectedGrip, Fingers, Location, Motion, Place, Stage
-from cramlite.plugin import Allowance, Decomposition, Parameter, TaskType, hookimpl
+from cramlite.plugin import HAND, Allowance, Decomposition, Parameter, TaskType, hookimpl
 
 from ..shapes.carried_along import driven
 from ..task_kit.bases import FORCES, SPEED, ByHandle
+from ..task_kit.preconditions import empty_hand
 
 LESS = (0.85, 0.8)
 """Shares of the range to open by the handle, if no grip opens it further, or the next task needs room in front."""
@@ -34,6 +35,8 @@ class Opening(ByHandle):
     lays_open = "Patient"
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
+        if belief.world.mounted_on(action.roles["Patient"].entity or ""):
+            yield self._by_lever(action, belief)
         yield from super().decompose(action, belief)
         if not self.parameter(action, "share"):  # what others count as open is more than this, so that no other grip shall do before
             for k, share in enumerate(LESS):
@@ -55,6 +58,27 @@ class Opening(ByHandle):
         ways = (*super().decompose(action, belief), self._pressing(action)) if joint is not None and joint.kind == "slide" else ()
         for way in ways:
             yield replace(way, reason=f"{way.reason}; obstacles in its way are pushed along", cost=way.cost + 2.0)
+
+    def _by_lever(self, action: Action, belief: Belief) -> Decomposition:
+        """Opening of a door by the lever that is mounted on it."""
+        empty_hand(belief)
+        patient, least = action.roles["Patient"], self._least(action)["least"]
+        turned = Location(action.inside("turned"), "opened", patient.name, {"share": least, "lever": True})
+        level = Location(action.inside("level"), "closed", patient.name, {"lever": True})
+        lever = Location(self._lever(action), "handle", patient.name, {"least": least, "lever": True})
+        limits = {k: self.parameter(action, k) for k in ("speed_m_s", "force_limit_n")}
+        held = self.led_by_handle(action, self.way(action), at=lever)
+        k = next(k for k, step in enumerate(held) if step.name == self.way(action).name)
+        touch = (patient.name,)
+        turn = Motion(action.inside("turn"), "force_path", turned, limits, touch, f"the lever frees {patient.entity}")
+        back = Motion(action.inside("turn_back"), "force_path", level, limits, touch, "the lever as it was")
+        steps = (*held[:k], turned, turn, *held[k : k + 2], level, back, *held[k + 2 :])
+        return Decomposition(steps, "turn the lever, hold it turned while the door opens, and lead it back")
+
+    @staticmethod
+    def _lever(action: Action) -> str:
+        """Name of the place of the hand on a door's lever."""
+        return action.inside("lever")
 
     def _push_from_inside(self, action: Action) -> Decomposition:
         patient, touch, way = action.roles["Patient"], (action.roles["Patient"].name,), self.way(action)
@@ -115,7 +139,9 @@ class Opening(ByHandle):
         allowed, patient = super().allowance(action, bindings), action.roles["Patient"]
         way = bindings.get(self.way(action).name)
         along = (patient.thing, *driven(way)) if isinstance(way, Place) else ()
-        return replace(allowed, touches=allowed.touches | {frozenset(pair) for pair in combinations(along, 2)})
+        lever = bindings.get(self._lever(action))
+        hand = {frozenset({HAND, lever.thing})} if isinstance(lever, Place) else set()
+        return replace(allowed, touches=allowed.touches | hand | {frozenset(pair) for pair in combinations(along, 2)})
 
 
 @hookimpl

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shutil
 from pathlib import Path
 
@@ -126,6 +127,41 @@ def test_a_door_meets_its_frame_where_the_bits_of_both_let_it(tmp_path: Path, bi
     scene = _scene(tmp_path, f'<body name="oven">{frame}<body name="door">{hinge}{panel}</body></body>')
     joint = next(t.joint for t in scene.things if t.name == "door")
     assert joint is not None and (joint.parent, joint.meets) == ("oven", meets)
+
+
+LEVER = (
+    '<joint name="turn" type="hinge" axis="0 1 0" range="-90 90" stiffness="1"/><geom type="cylinder" size=".02 .05" euler="90 0 0"/>'
+    '<geom name="handle" type="box" size=".07 .01 .015" pos=".07 -.06 0"/>'
+)
+
+
+def _with_lever(tmp_path: Path, joint: str) -> ImportedScene:
+    panel = f'{joint}<geom type="box" size=".2 .02 .3"/><body name="lever" pos="-.1 0 0">{LEVER}</body>'
+    post = '<geom type="box" size=".02 .03 .3" pos=".25 0 0"/>'
+    return _scene(tmp_path, f'<body name="frame">{post}<body name="door" pos="0 0 .1">{panel}</body></body>')
+
+
+def test_a_lever_on_a_door_moves_along_with_it_and_keeps_its_spring(tmp_path: Path) -> None:
+    scene = _with_lever(tmp_path, '<joint type="hinge" axis="0 0 1" pos=".2 0 0" range="0 60"/>')
+    door, lever = (next(t for t in scene.things if t.name == name) for name in ("door", "lever"))
+    assert door.joint is not None and lever.joint is not None
+    assert (door.joint.parent, lever.joint.parent, lever.type) == ("frame", "door", "cram:Latch")
+    assert (lever.joint.spring, lever.joint.rest) == (1.0, 0.0)
+    assert (lever.joint.lower, lever.joint.upper) == pytest.approx((-math.pi / 2, math.pi / 2))
+    assert door.feature("cram:Handle") is None and lever.feature("cram:Handle") is not None
+    compiled = compile_world(World(scene.things), {})
+    data = compiled.data()
+    before = compiled.pose(data, "lever")
+    data.qpos[compiled.things["door"].joint] = 0.5
+    mujoco.mj_kinematics(compiled.model, data)
+    assert before.distance(compiled.pose(data, "lever"))[1] == pytest.approx(0.5)
+
+
+def test_a_lever_on_what_can_be_carried_is_held_where_it_starts(tmp_path: Path) -> None:
+    lever = f'<body name="lever" pos="-.1 0 0">{LEVER}</body>'
+    scene = _scene(tmp_path, f'<body name="box"><freejoint/><geom type="box" size=".2 .02 .3"/>{lever}</body>')
+    assert [t.name for t in scene.things] == ["box"]
+    assert any("'lever' is on a joint of a body that can be carried" in n for n in scene.notes)
 
 
 def test_what_cannot_be_taken_over_is_said(tmp_path: Path) -> None:

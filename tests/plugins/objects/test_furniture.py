@@ -10,13 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from cramlite.model import Joint, Pose, RobotMount, Thing, World
+from cramlite.model import Geom, Joint, Pose, RobotMount, Thing, World
 from cramlite.plugin import UserError
-from cramlite_plugins.locations.handles import joint_value
-from cramlite_plugins.objects.controls import latch
+from cramlite_plugins.objects.controls import latch, lever
 from cramlite_plugins.objects.furniture import cabinet, door, drawer
 from cramlite_plugins.objects.threads import jar, screw_lid
 from cramlite_plugins.robots.arms import robots
+from cramlite_plugins.shapes.joint_values import joint_value
 from cramlite_plugins.shapes.mounts import mounts
 from cramlite_plugins.simulation.model.compile import compile_world
 from cramlite_plugins.simulation.recording.recorder import Recorder
@@ -114,6 +114,52 @@ def test_a_latch_before_a_door_keeps_it_shut_until_it_is_turned(turned: float, o
     assert opened > 0.3 if opens else opened < 0.05
 
 
+LEVER = AT * Pose((0.018, -0.11, -0.07))
+KEEPER = Thing("keeper", "cram:Table", AT * Pose((0.047, -0.18, -0.07)), (Geom("box", (0.0125, 0.015, 0.03)),))
+
+
+@pytest.mark.parametrize(("turned", "opens"), [(0.0, False), (1.3, True)])
+def test_a_lever_keeps_its_door_shut_until_it_is_turned_and_moves_along_with_it(turned: float, opens: bool) -> None:
+    kept = world(door("x", AT, "cabinet"), KEEPER, lever("lever", LEVER, "x", turned=turned, spring=0.0, joint_friction=0.5))
+    compiled = compile_world(kept, ROBOTS)
+    data = compiled.data()
+    before = compiled.pose(data, "lever")
+    for _ in range(250):
+        data.qfrc_applied[compiled.model.jnt_dofadr[compiled.model.joint("x").id]] = 1.0
+        mujoco.mj_step(compiled.model, data)
+    opened = float(data.qpos[compiled.things["x"].joint])
+    assert opened > 0.3 if opens else opened < 0.1
+    assert (before.distance(compiled.pose(data, "lever"))[0] > 0.05) == opens
+
+
+def test_a_spring_draws_a_lever_back() -> None:
+    compiled = compile_world(world(door("x", AT, "cabinet"), lever("lever", LEVER, "x", turned=1.0)), ROBOTS)
+    data = compiled.data()
+    for _ in range(1500):
+        mujoco.mj_step(compiled.model, data)
+    assert abs(data.qpos[compiled.things["lever"].joint]) < 0.15
+
+
+@pytest.mark.parametrize(("opened", "turned"), [(0.0, 0.7), (0.6, 0.0), (0.6, 0.7)])
+def test_the_value_of_a_lever_is_known_where_its_door_has_moved(opened: float, turned: float) -> None:
+    shut = world(door("x", AT, "cabinet"), lever("lever", LEVER, "x"))
+    compiled = compile_world(shut, ROBOTS)
+    data = compiled.data()
+    for name, value in (("x", opened), ("lever", turned)):
+        data.qpos[compiled.things[name].joint] = value
+    mujoco.mj_kinematics(compiled.model, data)
+    poses = {name: compiled.pose(data, name) for name in ("x", "lever")}
+    there = shut.put(poses)
+    assert [t.joint.value for t in there.things if t.joint] == pytest.approx([opened, turned])
+    again = compiled.data()
+    for name, pose in poses.items():
+        compiled.place(again, name, pose)
+    mujoco.mj_kinematics(compiled.model, again)
+    assert max(compiled.pose(again, "lever").distance(poses["lever"])) < 1e-6
+    from_there = compile_world(there, ROBOTS)
+    assert max(from_there.pose(from_there.data(), "lever").distance(poses["lever"])) < 1e-6
+
+
 def test_a_mount_is_what_stands_still_or_goes_with_it() -> None:
     kept, beside = latch("latch", AT * Pose((0.0, -0.16, 0.07)), "jamb"), latch("beside", AT * Pose((0.0, -0.16, -0.07)), "cabinet")
     assert mounts(door("x", AT, "cabinet"), world(door("x", AT, "cabinet"), kept, beside)) == ("cabinet", "beside")
@@ -137,6 +183,7 @@ def test_a_planning_model_puts_it_anywhere() -> None:
         (drawer("x", AT, "cabinet", opened=0.3), "outside 0 .. 0.2"),
         (replace(drawer("x", AT, "cabinet"), mass=None), "no mass"),
         (door("x", AT, "cabinet", opened=math.pi), "outside 0 .. 1.3"),
+        (lever("x", AT, "x"), "no fixed thing, nor one on a joint that comes before it"),
     ],
 )
 def test_what_cannot_be_used(thing: Thing, says: str) -> None:

@@ -90,8 +90,8 @@ def _kind(model: Any, body: int, carrier: str) -> tuple[Literal["fixed", "joint"
     if len(types) > 1 or types == [BALL]:
         what = "a ball joint" if types == [BALL] else f"{len(types)} joints"
         return "fixed", f"'{name}' has {what}; things have one hinge or slide, so it is held where it starts"
-    if carrier != "fixed":
-        return "fixed", f"'{name}' is on a joint of a body that can move, too; its own joint is held where it starts"
+    if carrier == "free":
+        return "fixed", f"'{name}' is on a joint of a body that can be carried; its own joint is held where it starts"
     return "joint", ""
 
 

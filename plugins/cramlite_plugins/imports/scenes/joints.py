@@ -45,17 +45,25 @@ def joint_of(source: Any, group: Group, parent: str, meets: bool, stated: Stated
     name, value, notes = model.joint(j).name or model.body(group.root).name, float(data.qpos[model.jnt_qposadr[j]]), list[str]()
     low, high = _range(model, j, value, name, stated, notes)
     axis = np.asarray(model.jnt_axis[j], dtype=float)
-    above, why = (stated.closed == "upper", "the scenario says so") if stated.closed else _closed_above(source, group, j, (low, high))
+    spring = float(np.ravel(model.jnt_stiffness[j])[0])
+    rest = float(model.qpos_spring[model.jnt_qposadr[j]])
+    if stated.closed:
+        above, why = stated.closed == "upper", "the scenario says so"
+    elif spring and min(abs(rest - low), abs(rest - high)) <= MODELLED * (high - low):
+        above, why = abs(rest - high) < abs(rest - low), "a spring draws it there"
+    else:
+        above, why = _closed_above(source, group, j, (low, high))
     notes.append(f"joint '{name}' is closed at its {'upper' if above else 'lower'} end{'; its axis is turned round' * above}: {why}")
     if above:
         axis = -axis
-        low, high, value = -high, -low, -value
-    notes += _left_out(model, j, dof, name)
+        low, high, value, rest = -high, -low, -value, -rest
+    notes += _left_out(model, dof, name)
     x = (1.0, 0.0, 0.0) if abs(axis[0]) < 0.9 else (0.0, 1.0, 0.0)
     pose = Pose.from_axes(tuple(float(v) for v in model.jnt_pos[j]), axis, x)
     kind: Any = "slide" if slide else "hinge"
     damping, friction = float(np.max(model.dof_damping[dof])), float(model.dof_frictionloss[dof])
-    return Joint(kind, pose, low, high, min(max(value, low), high), parent, damping, friction, meets), notes
+    rest = rest if spring else 0.0
+    return Joint(kind, pose, low, high, min(max(value, low), high), parent, damping, friction, meets, spring, rest), notes
 
 
 def _range(model: Any, joint: int, value: float, name: str, stated: StatedJoint, notes: list[str]) -> tuple[float, float]:
@@ -88,10 +96,8 @@ def _check_stated(name: str, slide: bool, value: float, stated: StatedJoint, uni
         )
 
 
-def _left_out(model: Any, joint: int, dof: int, name: str) -> list[str]:
+def _left_out(model: Any, dof: int, name: str) -> list[str]:
     notes = []
-    if model.jnt_stiffness[joint].max() > 0:
-        notes.append(f"joint '{name}' has a spring, which joints of things cannot have; left out")
     if float(model.dof_armature[dof]) > 0:
         notes.append(f"joint '{name}' has an armature of {float(model.dof_armature[dof]):g}, which is left out")
     return notes
@@ -113,13 +119,19 @@ def _closed_above(source: Any, group: Group, joint: int, ends: tuple[float, floa
 def _room(source: Any, group: Group, joint: int, value: float) -> float:
     """Volume of the box, along the carrier's axes, around the carrier and a thing that is jointed to it,
     at a joint value [m3]."""
+    frame = source.data.xmat[group.parent].reshape(3, 3)
+    points = _points(source, (*group.bodies, *group.carrier), joint, value) @ frame
+    return float(np.prod(np.ptp(points, axis=0)))
+
+
+def _points(source: Any, bodies: Iterable[int], joint: int, value: float) -> Floats:
+    """Corners (N, 3) of the boxes around the geoms of bodies that collide, in the world, at a joint value [m]."""
     model, data = source.model, mujoco.MjData(source.model)
     data.qpos[:] = source.data.qpos
     data.qpos[model.jnt_qposadr[joint]] = value
     mujoco.mj_kinematics(model, data)
-    frame = data.xmat[group.parent].reshape(3, 3)
-    points = np.concatenate([_corners(model, data, g) for g in _geoms(model, (*group.bodies, *group.carrier))]) @ frame
-    return float(np.prod(np.ptp(points, axis=0)))
+    points: Floats = np.concatenate([_corners(model, data, g) for g in _geoms(model, bodies)])
+    return points
 
 
 def _geoms(model: Any, bodies: Iterable[int]) -> list[int]:

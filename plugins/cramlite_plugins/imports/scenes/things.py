@@ -21,7 +21,10 @@ from .handles import with_handle
 from .joints import joint_of
 from .sites import LARGE, NARROW, places
 
-CLASSES = {"free": "cram:Product", "fixed": "soma:DesignedFurniture", "slide": "soma:Drawer", "hinge": "soma:Door", "knob": "cram:Knob"}
+CLASSES = {
+    "free": "cram:Product", "fixed": "soma:DesignedFurniture", "slide": "soma:Drawer", "hinge": "soma:Door",
+    "knob": "cram:Knob", "lever": "cram:Latch",
+}  # fmt: skip
 """Class of a thing by its joint, if its names give none."""
 CONTAINER = "soma:DesignedContainer"
 """Class of a fixed thing with cavities at sites, if its names give none."""
@@ -122,7 +125,8 @@ def _featured(source: Any, group: Group, thing: Thing, shapes: list[Shaped]) -> 
         names = [s.name for s in shapes for _ in s.geoms]
         thing, handle = with_handle(thing, names)
         said = f"{said}; {handle}"
-        thing = replace(thing, type=CLASSES["knob"]) if _turns_in_place(thing) else thing
+        lever = thing.joint is not None and bool(thing.joint.spring and thing.joint.parent)
+        thing = replace(thing, type=CLASSES["lever" if lever else "knob"]) if _turns_in_place(thing) else thing
     return thing, said
 
 

@@ -50,6 +50,10 @@ THREAD = (0.99, 0.999)
 CONES = {"elliptic": mujoco.mjtCone.mjCONE_ELLIPTIC, "pyramidal": mujoco.mjtCone.mjCONE_PYRAMIDAL}
 
 
+ROUNDING = 1e-9
+"""Distance or angle by which a joint may start outside its range: poses are rounded [m, rad]."""
+
+
 class Carried(Value):
     """A thing that a planning model fixes to a robot's tool.
 
@@ -110,15 +114,16 @@ def _check_joint(thing: Thing, world: World) -> None:
     joint = thing.joint
     if joint is None:
         return
-    things = {t.name: t for t in world.things}
-    if joint.parent and (joint.parent not in things or things[joint.parent].movable):
-        fixed = [t.name for t in world.things if not t.movable]
+    before = {t.name for t in world.things[: world.things.index(thing)]}
+    carriers = [t.name for t in world.things if not t.movable or (t.joint is not None and t.name in before)]
+    if joint.parent and joint.parent not in carriers:
         raise UserError(
-            f"thing '{thing.name}' is mounted in '{joint.parent}', which is no fixed thing; {nearest(joint.parent, fixed)}"
+            f"thing '{thing.name}' is mounted in '{joint.parent}', which is no fixed thing, nor one on a joint that comes before it; "
+            f"{nearest(joint.parent, carriers)}"
         )
     if thing.mass is None:
         raise UserError(f"thing '{thing.name}' has a joint and no mass; give it one")
-    if not joint.lower <= joint.value <= joint.upper or joint.lower == joint.upper:
+    if not joint.lower - ROUNDING <= joint.value <= joint.upper + ROUNDING or joint.lower == joint.upper:
         span = f"{joint.lower:g} .. {joint.upper:g}"
         raise UserError(f"thing '{thing.name}': its joint is at {joint.value:g}, outside {span}")
 
@@ -166,14 +171,14 @@ def is_pad(name: str) -> bool:
     return name.split("/")[-1].startswith(("left_pad", "right_pad"))
 
 
-def add_thing(spec: Any, thing: Thing, planning: bool, carried: Carried | None) -> None:
-    """Add a thing as a body: fixed, free, or (when planning) carried by a robot."""
+def add_thing(spec: Any, thing: Thing, planning: bool, carried: Carried | None, carrier: Thing | None = None) -> None:
+    """Add a thing as a body: fixed, free, on a joint of ``carrier``, or (when planning) carried by a robot."""
     mask = FURNITURE if planning or not thing.movable else PRODUCT
     if planning and carried is not None:
         mask = ROBOT
         body = _carry(spec, thing, carried)
     else:
-        body = spec.worldbody.add_body(name=thing.name, pos=thing.pose.position, quat=thing.pose.quaternion)
+        body = _add_body(spec, thing, None if planning else carrier)
         if thing.joint is not None and not planning:
             _add_joint(spec, body, thing, thing.joint)
         elif thing.movable:
@@ -184,6 +189,14 @@ def add_thing(spec: Any, thing: Thing, planning: bool, carried: Carried | None) 
     whole = sum(volume(g) for _, g in geoms)
     for key, geom in geoms:
         _add_geom(spec, body, thing, key, geom, (thing.mass or 1.0) * volume(geom) / whole, mask)
+
+
+def _add_body(spec: Any, thing: Thing, carrier: Thing | None) -> Any:
+    """Add the body of a thing: to that of a carrier that moves on a joint, else to the world."""
+    if carrier is None or carrier.joint is None:
+        return spec.worldbody.add_body(name=thing.name, pos=thing.pose.position, quat=thing.pose.quaternion)
+    pose = carrier.pose.inverse() * thing.pose
+    return spec.body(carrier.name).add_body(name=thing.name, pos=pose.position, quat=pose.quaternion)
 
 
 def _inertia(thing: Thing, joint: Joint) -> float:
@@ -212,6 +225,8 @@ def _add_joint(spec: Any, body: Any, thing: Thing, joint: Joint) -> None:
         range=(joint.lower, joint.upper),
         damping=joint.damping,
         frictionloss=joint.friction,
+        stiffness=joint.spring,
+        springref=joint.rest,
         armature=max(STICKS * joint.friction - _inertia(thing, joint), 0.0),
     )
     if joint.pitch:

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 import mujoco
 import numpy as np
 
-from cramlite.model import Disturbance, Pose, Robot, RobotMount, Value, World
+from cramlite.model import Disturbance, Pose, Robot, RobotMount, Thing, Value, World
 
 from .build import Carried, add_thing, attach, check, finish, is_pad, mask_robots, set_options
 from .centres import real_things
@@ -108,13 +108,21 @@ class Compiled(Value):
         """
         index, own = self.things[thing], self.world.thing(thing)
         if index.joint is not None and own.joint is not None:
-            by = own.joint.between(own.pose, pose)
+            by = own.joint.between(self._displaced(data, own.joint.parent) * own.pose, pose)
             data.qpos[index.joint] = own.joint.value + by
             if own.joint.pitch:  # the joint along a thread comes next to its hinge
                 data.qpos[index.joint + 1] = own.joint.pitch * by / math.tau
         if index.qpos is not None and index.dof is not None:
             data.qpos[index.qpos : index.qpos + 7] = (*pose.position, *pose.quaternion)
             data.qvel[index.dof : index.dof + 6] = 0.0
+
+    def _displaced(self, data: Data, carrier: str) -> Pose:
+        """Displacement, in the world frame, of what a thing is mounted in, by the joints of a state."""
+        index = self.things.get(carrier)
+        if index is None or index.joint is None or (joint := self.world.thing(carrier).joint) is None:
+            return Pose()
+        own = self.world.thing(carrier).pose
+        return self._displaced(data, joint.parent) * joint.moved(own, float(data.qpos[index.joint]) - joint.value) * own.inverse()
 
     def pose(self, data: Data, thing: str) -> Pose:
         """Return the pose of a thing in the world, in a state whose kinematics are computed."""
@@ -183,8 +191,10 @@ def _described(
     for name, rest in hands.items():
         attach(spec, hand_mjcf(rest), RobotMount(name, name))
     mask_robots(spec, world.physics.pad_friction)
+    made: dict[str, Thing] = {}
     for thing in world.things if planning else real_things(world):
-        add_thing(spec, thing, planning, carried.get(thing.name))
+        add_thing(spec, thing, planning, carried.get(thing.name), made.get(thing.joint.parent) if thing.joint else None)
+        made[thing.name] = thing
         if not planning:
             add_grains(spec, thing)
     if not planning:
