@@ -346,7 +346,7 @@ def _held_unseen(episode: Episode, grid: Grid, hand: str | None, things: Sequenc
 
 
 def _flights(grid: Grid, thing: str) -> list[Span]:
-    """Spans in which a thing moves and is up, pauses up in the air included."""
+    """Spans of a thing's motion in which it is lifted, including its pauses in the air."""
     found: list[Span] = []
     height = grid.poses[thing][:, 2]
     for start, end in runs(close_gaps(grid.moving(thing), grid.times, UNSEEN[0])):
