@@ -179,7 +179,7 @@ def _stretches(tasks: list[str]) -> Iterator[tuple[str, range]]:
 
 
 def _returned(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
-    """Findings on things that a task moved along, and that came back before it ended."""
+    """Yield objections to tasks that moved a thing that then came back before the task ended."""
     rollout, tasks = _rollout(candidate), inner_tasks(candidate)
     for task, rows in _stretches(tasks):
         carried = _carried(rollout, found, rows)
