@@ -64,8 +64,8 @@ def _one(rng: Any, among: Sequence[Any]) -> Any:
 
 
 def most_parts(offers: Offers) -> int:
-    """Return the largest number of parts of a goal without contradiction: a place and an attitude for each
-    thing, a state for each joint."""
+    """Return how many parts a goal can have at most without contradiction: per thing a place and an
+    attitude, per joint a state."""
     subjects = {(p[1], p[0] in PLACES) for sorts in offers.values() for sort in sorts for p in sort}
     return len(subjects)
 

@@ -97,7 +97,7 @@ def _mark(event: Any) -> Any:
 
 
 class _Part:
-    """Number of values and of levels below a part of a YAML document; -1 levels for a scalar."""
+    """Size of a part of a YAML document: the number of its values, and of the levels below it; -1 levels for a scalar."""
 
     def __init__(self, anchor: str, depth: int = 0) -> None:
         self.anchor, self.size, self.depth = anchor, 1, depth

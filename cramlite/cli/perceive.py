@@ -84,7 +84,7 @@ def perceive_view(
 
 
 def picture_of(source: str, query: ObjectQuery, engine: Engine, seed: int) -> Picture:
-    """Take the picture that a query is about.
+    """Return the picture on which a perception query is to be answered: a recorded view, or one taken in a scenario.
 
     Its fixtures are those of a scenario, with known poses; a recording has none.
     """

@@ -86,8 +86,8 @@ class _Tree(Value):
         return self.depths[chain[0].number] if chain else self.depths[entry.number]
 
     def lines(self, entry: Entry) -> Iterator[str]:
-        """Format an entry: outcome mark, designator, alternative, reason, cost and plugin; for a choice that
-        was given up also why."""
+        """Format an entry of a search trace: outcome mark, designator, alternative, reason, cost and plugin;
+        also why a choice was given up."""
         given_up = self.given_up(entry)
         cost = f" (cost {entry.cost:.3g})" if entry.cost is not None and abs(entry.cost) >= 0.0005 else ""
         who = "" if entry.plugin == "engine" else f"  [{entry.plugin}]"

@@ -213,7 +213,8 @@ class RunWatch:
 
     @property
     def nothing_moved(self) -> bool:
-        """Whether the last readings show every thing and the fingers where the proof had them in that line."""
+        """Whether the last sensor readings show every thing and the fingers where the proof had them in that
+        line of the program."""
         now = self.last
         if now is None or now.poses is None:
             return False

@@ -308,7 +308,7 @@ class GoingOn:
         return None, f"no program was proven from here{hand}. {self._failure(self.trace, self.engine.registry.faults)}"
 
     def _believe(self, done: Round, watch: RunWatch) -> None:
-        """Update the setting, in which the rest of the plan is resolved, from the last readings."""
+        """Update the setting, in which the rest of the plan is resolved, from the last sensor readings of a run."""
         before, attempt = self.setting, done.attempt
         assert watch.last is not None
         read = world_as_read(before.world, watch.last, attempt.world, self._closed)

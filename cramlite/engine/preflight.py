@@ -108,7 +108,7 @@ class Check(Value):
 
     @property
     def passed(self) -> bool:
-        """Whether no run exceeds the limit."""
+        """Whether the limited quantity is within its limit in every run, the twins' included."""
         return self.most <= self.limit
 
     @property

@@ -41,7 +41,7 @@ def rests_of_plan(plan: Plan, at: int, step: str, setting: Setting, knowledge: K
 
 
 def _rests(plan: Plan, at: int, step: str, setting: Setting, knowledge: Knowledge) -> Iterator[tuple[Action, ...]]:
-    """Generate the task sequences with which a plan could go on, with tasks among them whose effects may hold."""
+    """Generate the task sequences with which a plan could go on; some of their tasks may have their effects already."""
     actions = plan.actions
     if setting.world.robots[0].holds is None:
         yield from (actions[k:] for k in range(at, -1, -1))

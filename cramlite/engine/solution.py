@@ -141,7 +141,7 @@ class Solution(Value):
         return write_page_of(self, self.knowledge, Path(path))
 
     def _drawn(self) -> tuple[Rollout, Knowledge]:
-        """Return the recorded run, and the knowledge whose plugins draw it.
+        """Return what it takes to draw a solution: its recorded run, and the knowledge with the plugins that draw it.
 
         Raises:
             UserError: there is no run, or nobody to draw it.

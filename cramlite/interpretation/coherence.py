@@ -373,8 +373,8 @@ def _lasting(k: int, said: Iterable[Claims], begins: Sayers, ends: Sayers) -> It
 
 
 def _closed(at: Choice, claim: Claims, ends: Sayers) -> Iterator[Demand]:
-    """Yield constraints on relations that a reading begins and a later action may end: some chosen reading
-    must end each.
+    """Yield constraints: where later actions may end a relation that a reading begins, a reading that ends
+    it must be chosen, too.
 
     This is condition 3 of coherence.
     """

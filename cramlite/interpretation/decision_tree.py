@@ -170,7 +170,7 @@ def _pruned(condition: Condition, timeline: Timeline) -> Condition:
 
 
 def _new_variables(clause: Clause, slots: Mapping[str, int], seen: Mapping[str, int]) -> list[str]:
-    """Return the variables that a condition binds and that have no number in ``slots`` yet, in a fixed order.
+    """Return the variables that a condition binds and that were not numbered yet, in a fixed order.
 
     Those of ``seen`` come first, in its order, then the others by name.
     """

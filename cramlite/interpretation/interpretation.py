@@ -270,7 +270,8 @@ class _Matcher(Value):
         return bool(episode.tracks) and episode.effector is not None and episode.effector not in episode.tracks
 
     def unseen(self, segment: Segment) -> Iterator[Match]:
-        """Yield readings of an action for which one condition cannot be judged, since the effector was not tracked.
+        """Yield matches of an action with rules, each with one condition that cannot be judged, as the
+        effector was not tracked.
 
         All other conditions hold.
         """

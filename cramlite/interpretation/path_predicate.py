@@ -122,7 +122,8 @@ def followed(episode: Episode, mover: str, about: str, span: tuple[float, float]
 
 
 def headed(episode: Episode, mover: str, about: str, times: Floats) -> Floats:
-    """Return the direction (N,) of a thing's x axis about the vertical of another one, from that one's x axis [rad]."""
+    """Return the heading (N,) of a thing's x axis in the x-y plane of another thing's frame, counted from
+    that frame's x axis [rad]."""
     pairs = ((episode.pose_at(about, float(t)), episode.pose_at(mover, float(t))) for t in times)
     axes = [one.inverse().rotate(other.rotate((1.0, 0.0, 0.0))) for one, other in pairs if one is not None and other is not None]
     return np.array([np.arctan2(a[1], a[0]) for a in axes])

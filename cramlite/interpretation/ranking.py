@@ -138,8 +138,7 @@ def naming_length(match: Match, fellows: Sequence[Match], taxonomy: Taxonomy, na
 def shortest_first(
     options: Sequence[Sequence[Option]], allowed: Callable[[Sequence[int]], bool], cap: int = DEFAULT_CAP, most: int = DEFAULT_CAP
 ) -> Iterator[TaskSequence]:
-    """Yield the sequences by rising length: A* over the actions, bounded by the exact shortest length of the
-    remaining ones.
+    """Yield task sequences that a demonstration may show, the shortest description first, by A* over its actions.
 
     Args:
         options: for each action what may be said of it; none of them empty.

@@ -51,8 +51,8 @@ class ClauseParser(RequestParser):
         yield from islice(self._rest(0, (), brief), MOST)
 
     def drop(self, clauses: Clauses) -> None:
-        """Exclude all readings that begin with some clauses, after these have proved to make no sense in the
-        scene."""
+        """Exclude all ways to read the sentence that begin with certain clauses, because these make no sense
+        in the scene."""
         self._dropped.add(clauses)
 
     def _rest(self, at: int, before: Clauses, brief: bool) -> Iterator[Clauses]:
@@ -192,8 +192,7 @@ class ClauseParser(RequestParser):
                 yield from ((Clause("", (), noun, relation="base"), last) for last in starts(self.words, end, english.BASED))
 
     def _fronted(self, at: int) -> Iterator[Found]:
-        """Yield clauses with the place before the verb: "into the basket put the soup", "on the plate goes
-        the cup"."""
+        """Yield requests with the place before the verb: "into the basket put the soup", "on the plate goes the cup"."""
         for frame in self.frames.placing:
             for start in starts(self.words, at, frame.prepositions):
                 for place, end in self._nouns.nouns(start, joined=False):
@@ -257,8 +256,7 @@ class ClauseParser(RequestParser):
             yield from ((self._clause(frame, self.words[at:end], last.theme), end) for end in starts(self.words, at, frame.stated))
 
     def _stated(self, at: int) -> Iterator[Found]:
-        """Yield clauses that describe a wanted state without a verb: "the drawer shut", "the mug upside down
-        on the tray"."""
+        """Yield requests that state what is wanted without a verb: "the drawer shut", "the mug upside down on the tray"."""
         for theme, end in self._nouns.nouns(at) if at < len(self.words) else ():
             for begin in dict.fromkeys((*self._between(end), end + (self.words[end : end + 1] == (":",)))):
                 yield from self._predicates(theme, begin)

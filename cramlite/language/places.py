@@ -298,8 +298,8 @@ class Places:
         return ""
 
     def _support(self, name: str, form: str) -> tuple[str, str]:
-        """Return where a thing is now: the goal phrase's form and the place; else the furniture below the
-        thing."""
+        """Return the goal phrase that says where a thing is now, and the place; else the given phrase and
+        the furniture below the thing."""
         try:
             phrase, place = self.now(name)
             return phrase.form, place
@@ -315,8 +315,8 @@ def _words(name: str) -> set[str]:
 
 
 def _put_on(name: str, mentions: Mentions) -> str:
-    """Return the place to which an earlier clause moved a thing; "" if none did, or if there are several
-    places."""
+    """Return the place to which an earlier part of the sentence moves a thing; "" if none does, or if it
+    names several places."""
     pairs = zip(reversed(mentions.themes), reversed(mentions.places), strict=True)
     last = next((places for themes, places in pairs if name in themes and places and name in mentions.put), ())
     return thing_of(last[0]) if len(last) == 1 else ""

@@ -1,4 +1,4 @@
-"""Reading of a sentence: its clauses become goals about the things of a scene."""
+"""Translation of one English sentence: what its grammatical clauses ask for becomes goals about the things of a scene."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Reading:
         self.at = 0
 
     def literals(self, clauses: Sequence[Clause]) -> tuple[Literal, ...]:
-        """Return the goals for which the clauses of a sentence ask, except a goal that a later clause replaces."""
+        """Return the goals that the parts of a sentence ask for, except a goal that a later part replaces."""
         found: list[_Row] = []
         for number, clause in enumerate(clauses):
             self.at = number
@@ -298,8 +298,7 @@ class Reading:
         return self._rows(clause, phrase, goals, themes.some, tuple(origins))
 
     def _from_there(self, clause: Clause, phrase: GoalPhrase, themes: Referents, places: Referents) -> Referents:
-        """Return the things that a clause takes from a place; "all" and plurals mean only the things that are
-        there.
+        """Return the things that a request takes from a place; "all" or a plural means only those that are there now.
 
         Refuse things that are not there, unless the sentence put them there before.
         """

@@ -113,7 +113,7 @@ class RequestParser:
                     yield from self._predicates(theme, begin)
 
     def _complements(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
-        """Yield clauses made of a verb, its object and the words that follow: an amount, a place, an adverb
+        """Yield requests made of a verb, its object and the words that follow: an amount, a place, an adverb
         or an adjective."""
         if frame.amount:
             yield from self._amounts(frame, verb, theme, at)

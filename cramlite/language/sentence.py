@@ -153,8 +153,7 @@ def _check_words(sentence: str, words: english.Words) -> None:
 
 
 def _refusal(sentence: str, words: english.Words, parser: ClauseParser, resolver: Resolver, refused: Sequence[Refusal]) -> NotUnderstood:
-    """Return the refusal of the reading that came farthest; if the sentence denies something, a refusal about
-    that."""
+    """Return why a sentence was refused: because of a denying word in it, or for the way to read it that came farthest."""
     denied = [w for w in words if w in english.NEGATIVE]
     if denied and not any(r.rank == OPEN for r in refused):
         said = f"'{sentence}' says what shall not hold ('{denied[0]}'), in words that are not understood"

@@ -88,7 +88,7 @@ class Procedure(Value):
 
 
 def numbered(steps: Sequence[Step]) -> tuple[Step, ...]:
-    """Number equal steps in the order in which they occur."""
+    """Return steps with a count: whether each is the first, second, ... with its task and things."""
     seen: Counter[tuple[str, tuple[tuple[str, str], ...]]] = Counter()
     found = []
     for step in steps:

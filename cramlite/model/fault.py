@@ -10,7 +10,7 @@ from .geometry import Vector3
 
 
 class FaultKind(Word):
-    """Kind of a fault."""
+    """Kind of a fault that is simulated on purpose, such as a moved thing or slipping fingers."""
 
     MISSING = "missing", "a thing is not there, or is taken away"
     MOVED = "moved", "a thing stands elsewhere than the program expects, or is moved while it runs"
@@ -63,7 +63,7 @@ class Trigger(Value):
 
 
 class Fault(Value):
-    """Fault of a run.
+    """Fault that is simulated in a run on purpose: what goes wrong, when, and for how long.
 
     Args:
         kind: what goes wrong.

@@ -92,7 +92,7 @@ class Notice(Value):
 
 
 class Watch(Protocol):
-    """Watcher of a run: it is shown readings, and stops the arm by a notice."""
+    """Watcher of a run: it is shown the sensor readings, and returns a notice when the arm must stop."""
 
     period: float
     """Time between two readings [s]."""

@@ -352,7 +352,7 @@ AnyStep = (
 
 
 def branches(step: Control) -> tuple[tuple[AnyStep, ...], ...]:
-    """Return the branches of a control step."""
+    """Return the lists of steps inside a control step: each branch, or its only list."""
     return step.branches if isinstance(step, Fallback | Parallel) else (step.steps,)
 
 

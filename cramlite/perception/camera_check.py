@@ -20,8 +20,8 @@ OFFSET = "camera_offset"
 def camera_offset(
     view: View, fixtures: tuple[Thing, ...], knowledge: Knowledge, robot: Depth | None = None
 ) -> tuple[CameraOffset | None, str]:
-    """Return the error of a camera's believed pose as measured on fixtures, and the reason; None if it is
-    unknown, and why.
+    """Measure how wrong a camera's believed pose is, on fixtures; return the error and how it was found, or
+    None and why it is unknown.
 
     Args:
         fixtures: things whose poses are known.

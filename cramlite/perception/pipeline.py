@@ -88,7 +88,7 @@ def plan_pipeline(
 
 
 class _Planner(Struct, dict=True):
-    """Planner of the pipeline for one query."""
+    """Planner of perception: it chooses the experts that answer one query about objects, and their order."""
 
     experts: tuple[Expert, ...]
     priors: Mapping[str, Any]

@@ -116,7 +116,8 @@ class BlockingText:
                 yield f"(when (and {case}{before}) (and {' '.join([*ends, *begins])}))"
 
     def _fillers(self, schema: ActionSchema, task: Done) -> str:
-        """Return the PDDL condition that an action has the same things in its roles as a task that was done.
+        """Return the PDDL condition that an action fills its roles with the same things as a given task that
+        was done before.
 
         It is "" if the problem lacks one of them.
         """

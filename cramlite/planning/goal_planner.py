@@ -133,7 +133,7 @@ def taken_places(goal: GoalFacts, schema: ActionSchema, things: Mapping[str, Thi
 
 
 def constrained(goal: GoalFacts, operator: Operator, task: TaskType, held: frozenset[str]) -> Operator:
-    """Return a planning action that also adds a fact for each constraint of the goal that its task meets.
+    """Return a planning action whose effects also include those constraints of the goal that its task fulfils.
 
     Args:
         held: things that are in the hand at some time.

@@ -107,8 +107,8 @@ class Track(Value):
         return f"'{self.thing}' " + (f"after {', '.join(map(task_text, self.past))}" if self.past else "as it was")
 
     def stages(self) -> list[Stage]:
-        """List the possible stages of a thing on its track: how many tasks of the track were done, and what
-        has grasped the thing since.
+        """List all stages of a thing's task history: how many of its tasks are done, and whether the thing
+        was grasped since.
 
         That is the history's next task, another one, or none.
         """

@@ -266,8 +266,8 @@ class Grounder:
         return frozenset().union(*found)
 
     def _others(self, given: Atom, then: Condition, binding: Mapping[str, str], scene: SymbolicWorld) -> set[Pattern]:
-        """Return the facts that ``every given -> then`` forbids: ``given`` of each entity for which ``then``
-        does not hold."""
+        """Return the facts that a condition ``every given -> then`` forbids: ``given`` of each entity of
+        which ``then`` is untrue."""
         (free,) = [v for v in variables(given) if v not in binding] or [""]
         if not free:
             return set()

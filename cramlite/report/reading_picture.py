@@ -78,7 +78,7 @@ class Lane(Value):
 
 
 class Told(Value):
-    """Neighbouring actions, or a single one, with what each reading claims about them.
+    """Entry of the picture of readings: one action, or several in a row, and what each reading says that they are.
 
     Args:
         numbers: of the first and the last.
@@ -105,7 +105,7 @@ class Told(Value):
 
     @property
     def differs(self) -> bool:
-        """Whether the readings claim different things about the actions."""
+        """Whether the readings of the demonstration disagree about what these actions are."""
         return len(set(zip(self.says, self.tasks, strict=True))) > 1
 
     def joined(self, other: Told) -> Told:

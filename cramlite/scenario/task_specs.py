@@ -58,12 +58,13 @@ class WhereSpec(Spec):
 
     @classmethod
     def sides(cls) -> tuple[str, ...]:
-        """Return the keys of constraints that place a thing beside another thing."""
+        """Return the names of those constraint fields that relate a task's place to a thing: ``near``,
+        ``left_of``, ``behind`` ..."""
         return tuple(name for name, spec in cls.model_fields.items() if spec.annotation == str | None and name not in ("facing", "region"))
 
     @property
     def things(self) -> tuple[str, ...]:
-        """Things that the constraints name."""
+        """Names of the things to which the constraints on a task's place refer, such as in ``near`` and ``facing``."""
         return tuple(t for t in (getattr(self, name) for name in (*self.sides(), "facing")) if t)
 
 

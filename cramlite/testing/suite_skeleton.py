@@ -151,7 +151,7 @@ def _names(found: Sequence[ProgramFound]) -> list[str]:
 
 
 def suite_text(files: Sequence[Path]) -> str:
-    """Return text with the written files and the next step."""
+    """Return text for the user: which test files were written, and what to do next."""
     tests = files[0]
     return "\n".join([
         f"Wrote {', '.join(str(f) for f in files[1:])}.",

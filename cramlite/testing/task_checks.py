@@ -258,8 +258,8 @@ def _check_location(task: TaskType, location: Location, known: _Known) -> None:
 
 
 def _answered(designator: Location | Motion, hooks: Hooks) -> bool:
-    """Check whether the plugin or an installed one answers a designator; an error counts as an answer,
-    because no context is given."""
+    """Check whether a plugin under test or an installed one answers a designator; an error counts as an
+    answer, as no context is given."""
     hook, registry = HOOKS[type(designator)], Registry()
     asked = {"designator": designator, "location": designator, "motion": designator, "belief": sample_belief(), "context": None}
     if hook in hooks:

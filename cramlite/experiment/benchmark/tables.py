@@ -63,7 +63,7 @@ class PublishedRate(Value):
 
 
 class Difference(Value):
-    """Difference between the success rates of variant suites and of the suites that they vary.
+    """How the success rate of variant suites differs from that of the suites that they vary.
 
     An episode succeeds if the benchmark's check became true within the budget and holds at rest.
 
@@ -191,8 +191,7 @@ def _spread(values: list[float]) -> Spread:
 
 
 def _difference(results: Episodes, experiment: BenchmarkExperiment) -> Difference | None:
-    """Return the difference between the success rates of all variant suites that were played and of the
-    suites that they vary."""
+    """Return how the success rate of all variant suites that were played differs from that of the suites that they vary."""
     of = {name: spec.of for name, spec in experiment.spec.suites.items() if spec.of}
     played = {r.suite for r in results}
     variants = tuple(name for name in of if name in played and of[name] in played)

@@ -133,7 +133,7 @@ def _put(world: World, name: str) -> str:
 
 
 def left_out(goal: tuple[Literal, ...], world: World, owner: dict[str, str]) -> str:
-    """Return the first rule that excludes a goal; "" if none does."""
+    """Return why a drawn goal is left out, such as that one of the 130 tasks has it; "" if it can be used."""
     if signature(goal, lambda n: name_of_kind(world.problem, n)) in known_goals():
         return "one of the 130 tasks has it"
     if contradiction(goal, owner):

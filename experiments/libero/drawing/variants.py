@@ -27,7 +27,7 @@ def movables(problem: Problem) -> list[str]:
 
 
 def swapped(problem: Problem, rng: Any) -> Problem:
-    """Return a problem whose things stand where others stood; at least one where a thing of another kind stood.
+    """Return a problem whose things have swapped their places; at least one now stands where one of another kind stood.
 
     Args:
         rng: ``numpy.random.Generator``.

@@ -121,7 +121,8 @@ def _ranked(
 
 
 def varied(grips: Iterable[tuple[float, Grip, T]]) -> list[tuple[float, T]]:
-    """Return items sorted by the costs of their grips; a grip costs ``AGAIN`` more for each similar one before it."""
+    """Sort values that come with grasps by the grasps' costs; a grasp costs ``AGAIN`` more for each similar
+    one before it."""
     seen: dict[tuple[float, ...], int] = {}
     keyed = []
     for k, (cost, grip, what) in enumerate(sorted(grips, key=lambda x: (round(x[0], 4), x[1].name))):

@@ -1,4 +1,4 @@
-"""Hand around a bar: the opening at which its fingers touch no obstacle beside it or behind."""
+"""Hand around the bar of a handle: the widest opening at which the hand touches nothing."""
 
 from __future__ import annotations
 

@@ -83,8 +83,8 @@ class HandRoom(Value, dict=True):
         return found
 
     def blocked(self, hands: Hands, openings: Floats, distance: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Check at which TCP poses (n,) the hand, opened by ``openings`` (n,) [m], is inside the thing, and
-        at which nearer to anything else than a distance [m]."""
+        """Check for each TCP pose (n,) whether the hand would be inside the thing, and whether it would be
+        too near to other bodies."""
         return self.meets(self.own, hands, openings, 0.0), self.meets(self.others, hands, openings, distance)
 
     def meets(self, shape: rays.Body, hands: Hands, openings: Floats, distance: float) -> NDArray[np.bool_]:

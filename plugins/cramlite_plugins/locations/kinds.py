@@ -38,7 +38,7 @@ class Lazy(Value):
     function: str
 
     def __call__(self, location: Location, belief: Belief, context: Context) -> Groundings:
-        """Import the function, and ground a location with it."""
+        """Import the function that grounds locations of this kind, and call it."""
         found: Groundings = getattr(importlib.import_module(f".{self.module}", __package__), self.function)(location, belief, context)
         return found
 

@@ -56,7 +56,7 @@ def lines(
 
 
 def _cell(point: Floats, way: Floats) -> tuple[float, ...]:
-    """Key that is equal for points in the same cube of ``CELL`` whose lines are turned alike, either way round."""
+    """Key that is equal for lines through points of the same cube of side ``CELL`` with like or opposite directions."""
     sign = -1.0 if tuple(np.round(way, 1)) < (0.0, 0.0, 0.0) else 1.0
     return (*np.round(point / CELL).tolist(), *(sign * np.round(5 * way)).tolist())
 

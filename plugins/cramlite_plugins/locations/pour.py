@@ -53,8 +53,8 @@ def _opening(belief: Belief, entity: str, location: Location) -> tuple[Feature, 
 
 
 def _ways(now: Pose, target: Pose) -> list[tuple[float, float]]:
-    """Pairs of the point of the rim to pour over (azimuth in the vessel's frame) and the heading (in the base
-    frame) [rad], those with the least turn of the vessel first."""
+    """Pairs of angles for pouring [rad]: the rim's point to pour over (vessel's frame) and the heading (base
+    frame), least turn first."""
     facing = math.atan2(target.position[1], target.position[0]) - math.atan2(now.position[1], now.position[0])
     yaw = math.atan2(float(now.rotate((1, 0, 0))[1]), float(now.rotate((1, 0, 0))[0])) + facing
     lips = [math.radians(a) for a in TURNS]

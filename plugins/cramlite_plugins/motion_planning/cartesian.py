@@ -135,7 +135,8 @@ def _between(a: Pose, b: Pose, turn: Vector3, part: float) -> Pose:
 
 
 def sampled(start: Pose, targets: Sequence[Pose], step_m: float, step_rad: float) -> list[Pose]:
-    """Sample poses along the lines through the targets, no further apart than the steps; the start is left out."""
+    """Sample poses on the straight lines from a start through targets, neighbours at most a step apart; the
+    start is left out."""
     result: list[Pose] = []
     for a, b in pairwise((start, *targets)):
         metres, radians = a.distance(b)

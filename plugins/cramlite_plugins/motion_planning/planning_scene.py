@@ -351,7 +351,8 @@ class PlanningScene(Value):
         return [(at, at + step, known) for at in before + after]
 
     def _first(self, line: JointLine, part: Part) -> float | None:
-        """The first blocked fraction within a part of a line."""
+        """The first point of a joint-space line, within a part of it, at which the arm is blocked, as a
+        share 0 to 1; None without one."""
         halves = self._judge(line, part)
         low, high, rates = part
         if halves is None:

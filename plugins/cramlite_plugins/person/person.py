@@ -103,7 +103,7 @@ class Person:
 
     @property
     def aim(self) -> Pose:
-        """Return the target of the hand that acts."""
+        """Return the target pose of the tool frame of the hand that acts, in the world."""
         return self.limb.aim
 
     @property

@@ -58,7 +58,7 @@ def carry(person: Performer, scene: Scene) -> None:
 
 
 def _below(tool: Pose) -> float:
-    """Depth of palm and wrist below the tool's origin when it is tilted."""
+    """Return how far the palm and wrist of the tilted hand reach below the tool's origin [m]."""
     return PALM + max(0.0, -float(tool.rotate((0, 0, -(TCP + 0.08)))[2]))
 
 

@@ -157,7 +157,7 @@ def _stacked(thing: Thing, scene: SymbolicWorld, boxes: list[tuple[str, Floats, 
 
 
 def _stood_on(thing: Thing, scene: SymbolicWorld) -> str | None:
-    """Support of a gripped thing that was not lifted yet; None where it was."""
+    """Return the support of a gripped thing that was not lifted from it yet; None if the thing was lifted."""
     height, owner = resting_height(thing, thing.pose, [(t, t.pose) for t in scene.world.things if t.name != thing.name])
     return owner if abs(lowest(thing, thing.pose) + thing.pose.position[2] - height) < LIFTED else None
 

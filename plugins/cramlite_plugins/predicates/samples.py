@@ -62,7 +62,8 @@ class Samples:
         return dict(pairwise(self._cuts))
 
     def pieces(self, start: float, end: float) -> list[float]:
-        """Return the start times of the windows of the signal that fill [start, end); empty if none do."""
+        """Return the start times of those of the signal's time windows that together fill [start, end)
+        exactly; empty if none do."""
         if self._next.get(start) == end:
             return [start]
         found, at = [], start

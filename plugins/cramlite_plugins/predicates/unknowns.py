@@ -45,14 +45,15 @@ def no_fingers(phase: Phase, *_names: str | None) -> str | None:
 
 
 def no_effector(phase: Phase, _name: str | None) -> str | None:
-    """Return "who acts" as what is unknown for a predicate, if the recording names no effector."""
+    """Return the text "who acts" if a recording names no effector, so that a predicate about it cannot be
+    judged; else None."""
     known = phase.episode.effector is not None or phase.timeline.entities_of("soma:PrehensileEffector")
     return None if known else "who acts"
 
 
 def no_class(phase: Phase, name: str | None, _class: str | None) -> str | None:
-    """Return "what NAME is" as what is unknown for a predicate, if an entity has no known class; None
-    otherwise."""
+    """Return the text "what NAME is" if an entity's class is unknown, so that a predicate about it cannot be
+    judged; else None."""
     unknown = name in phase.timeline.entities and not phase.timeline.types(name or "")
     return f"what '{name}' is" if unknown else None
 

@@ -47,7 +47,8 @@ class Pair(Value):
 
     @property
     def depths(self) -> str:
-        """Depths of the overlaps, from the least to the most."""
+        """How deep two bodies are in each other in a search's refusals, or how far apart, as text: least and
+        largest in mm."""
         low, high = (1e3 * _collision(self.entries[k]).depth for k in (0, -1))
         if high <= 0:
             return f"{-high:.1f} mm apart" if low == high else f"{-high:.1f} to {-low:.1f} mm apart"

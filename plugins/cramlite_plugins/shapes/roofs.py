@@ -87,7 +87,8 @@ def _edge(surface: Surface, way: Floats) -> float:
 
 
 def _first(thing: Thing, pose: Pose, point: Floats, way: Floats) -> float:
-    """Distance of the first shape of a thing from a point along a unit vector [m], inf without one."""
+    """Distance from a point along a unit vector to the first place where it meets a thing's shapes [m]; inf
+    if it meets none."""
     back = pose.inverse()
     met = rays.spans(rays.body(thing.geoms), back.apply(point), back.rotate(way))
     return min((low for low, high, _ in met if low > FLAT or high > FLAT), default=np.inf)

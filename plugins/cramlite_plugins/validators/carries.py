@@ -29,8 +29,8 @@ class Carry(NamedTuple):
 
 
 def carries(rollout: Rollout, thing: str, within: range) -> Iterator[Carry]:
-    """Yield the carry of each stretch of samples in which the hand touches a thing; a hand at rest carries
-    nothing."""
+    """Yield how far the hand takes a thing along by touching it, for each stretch of samples with touch; 0
+    for a hand at rest."""
     near = [k for k in within if _touched(rollout, thing, k)]
     breaks = [n for n, (a, b) in enumerate(pairwise(near), 1) if rollout.times[b] - rollout.times[a] > GAP]
     for first, end in pairwise((0, *breaks, len(near))):

@@ -116,8 +116,7 @@ class _Run:
         return next((a.name for a in self.candidate.actions if a.name in names), "")
 
     def _about(self, sample: int, thing: str) -> bool:
-        """Whether the action that runs at a sample, or a running part of it, has a thing in one of its
-        roles."""
+        """Whether a task that runs at a sample, or a part into which it was decomposed, has a thing in one of its roles."""
         names = set(enclosing_names(self.came_from[sample]))
         acting = (a for a in (*self.candidate.actions, *self.candidate.parts) if a.name in names)
         return any(o.thing == thing for a in acting for o in a.roles.values())

@@ -169,7 +169,7 @@ class TaskRules(Value):
 
 
 def _already(candidate: Candidate, action: Action) -> str:
-    """Describe a part of the previous action that has done the same task with the same things; empty without one.
+    """Say which part of the previous action did this action's task already, with the same things; empty if none did.
 
     The effect of the action is then not demanded once more.
     """

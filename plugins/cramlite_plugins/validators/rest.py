@@ -1,4 +1,4 @@
-"""Rest: a thing's support, whether it hangs, and whether it is at rest at the end of a run. A thing on a peg
+"""Rest: what supports a thing, whether it hangs, and whether it is at rest at the end of a run; one on a peg
 may swing a little."""
 
 from __future__ import annotations

@@ -179,7 +179,7 @@ def _stretches(tasks: list[str]) -> Iterator[tuple[str, range]]:
 
 
 def _returned(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
-    """Findings on things that a task moved along, and that came back before it ended."""
+    """Yield objections to tasks that moved a thing that then came back before the task ended."""
     rollout, tasks = _rollout(candidate), inner_tasks(candidate)
     for task, rows in _stretches(tasks):
         carried = _carried(rollout, found, rows)
@@ -198,8 +198,8 @@ def _carried(rollout: Rollout, found: Iterable[ExplainedGrip], rows: range) -> s
 
 
 def _ways(rollout: Rollout, name: str, rows: range) -> tuple[Floats, float, str]:
-    """Distances of a thing from its first position (on its joint, if it has one), how far it may come back
-    towards it, and the unit."""
+    """Return how far a thing is from its first position at each sample, how far it may come back towards it,
+    and the unit."""
     joint = rollout.world.thing(name).joint
     if joint is None or name not in rollout.values:
         track = rollout.poses[name][rows, :3]

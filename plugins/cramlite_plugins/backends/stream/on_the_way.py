@@ -1,4 +1,4 @@
-"""Programs whose empty fingers move while the arm is under way."""
+"""Change of a program: an empty hand opens and closes while the arm moves, not before or after the motion."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ LONGEST = 1 << 22
 
 
 class LineProcess:
-    """Process that answers each line with a line.
+    """Child process that is sent lines of text and answers each with one line.
 
     Args:
         kind: what it is called in errors, e.g. "robot process".

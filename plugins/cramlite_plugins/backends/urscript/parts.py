@@ -241,7 +241,7 @@ def used(library: Sequence[str], text: str) -> list[str]:
 
 
 def _paragraphs(lines: Sequence[str]) -> list[list[str]]:
-    """Lines in paragraphs, split at empty lines and after headings."""
+    """Group lines of text into paragraphs, which end at empty lines; each heading is a paragraph of its own."""
     found: list[list[str]] = [[]]
     for line in lines:
         if line.startswith(HEADING):

@@ -45,7 +45,7 @@ LONGEST = 6 * 3600.0
 
 
 class InferredGrasp(Value):
-    """Grasp that was concluded from co-motion.
+    """Grasp that was inferred because hand and thing moved together.
 
     Args:
         hand, thing: who holds what.
@@ -248,7 +248,7 @@ def _held_on(grid: Grid, thing: str, hand: str, start: int, end: int) -> int:
 
 
 def _steadies(grip: InferredGrasp, acting: InferredGrasp) -> bool:
-    """Whether a hand only steadies the payload of the acting hand, and does not take it over from that hand."""
+    """Whether the second hand only steadies the payload that the acting hand holds, and does not take it over."""
     both = _overlap(grip.span, acting.span)
     return grip.thing == acting.thing and both > 0 and (grip.span[1] - grip.span[0]) - both < HANDED_OVER / STEP
 
@@ -346,7 +346,7 @@ def _held_unseen(episode: Episode, grid: Grid, hand: str | None, things: Sequenc
 
 
 def _flights(grid: Grid, thing: str) -> list[Span]:
-    """Spans in which a thing moves and is up, pauses up in the air included."""
+    """Spans of a thing's motion in which it is lifted, including its pauses in the air."""
     found: list[Span] = []
     height = grid.poses[thing][:, 2]
     for start, end in runs(close_gaps(grid.moving(thing), grid.times, UNSEEN[0])):

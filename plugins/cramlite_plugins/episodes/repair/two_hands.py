@@ -118,8 +118,8 @@ class _Acting:
         return str(replace(name, thing={mine: self.name, self.name: mine}.get(name.thing, name.thing)))
 
     def pieces(self, event: Event) -> Iterator[Event]:
-        """Yield the pieces of a state, cut at the times at which another hand begins to act, with the names
-        that hands have in each piece."""
+        """Yield the pieces of a state, cut where another hand begins to act; in each, the acting hand has
+        the effector's name."""
         cuts = [event.start, *(t for t in self.times if event.start < t < event.end), event.end]
         for start, end in pairwise(cuts):
             roles = {r: self.called(filler, start) for r, filler in event.roles.items()}

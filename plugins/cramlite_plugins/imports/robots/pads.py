@@ -67,7 +67,7 @@ def find_pads(where: Path, model: Any, states: Floats, pair: tuple[int, int], fi
 
 
 def _closing(first: Any, last: Any, a: int, b: int) -> Floats:
-    """Unit vector from geom b to geom a, along which the fingers come nearer to each other between two states."""
+    """Unit vector from finger geom b to finger geom a, along which these move apart between the closed and the open hand."""
     way = (first.geom_xpos[a] - last.geom_xpos[a]) - (first.geom_xpos[b] - last.geom_xpos[b])
     return np.asarray(way / np.linalg.norm(way))
 

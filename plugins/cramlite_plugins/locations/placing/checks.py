@@ -85,7 +85,8 @@ def _sunk(placement: Placement, query: Query) -> bool:
 
 
 def clear(placement: Placement, query: Query) -> str | Refused:
-    """Check that the payload's outline, seen from above, is apart from those of obstacles, as far up as they reach."""
+    """Check that the payload's outline from above, taken up to the height of each obstacle, does not overlap
+    that obstacle's."""
     there = query.target.pose.inverse() * placement.thing
     foot = -support(query.thing, there, (0.0, 0.0, -1.0))  # it may still be above where it will stand
     for found in query.obstacles:

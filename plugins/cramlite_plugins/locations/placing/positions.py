@@ -174,8 +174,8 @@ def beside(area: Any, axis: Offset, least: float) -> Any:
 
 
 def positions(area: Any, anchor: Offset) -> Iterator[Offset]:
-    """Generate positions in an area without end: the one nearest to an anchor, the middles of its parts, then
-    ever denser ones.
+    """Generate positions inside an area: the one nearest to an anchor, the middles of its pieces, then ever
+    denser ones, endlessly.
 
     The last are a Halton sequence (J. H. Halton, On the efficiency of certain quasi-random sequences,
     Numerische Mathematik 2, 1960), which comes nowhere twice. They come in batches of doubling size, each

@@ -231,7 +231,7 @@ at."""
 
 
 def queries(location: Location, belief: Belief, context: Context) -> list[Query]:
-    """Return the targets: the opening of a cavity, or every surface of a thing or of the part that is meant.
+    """Return a placing problem for each place where the target could take the payload: an opening of a cavity, or a surface.
 
     Raises:
         Unresolvable: there is none, or nothing is held.

@@ -138,8 +138,8 @@ def _hand_down(query: Query, lean: Pose) -> list[Pose]:
 
 
 def _offsets(query: Query, towards: Floats) -> Iterator[tuple[float, float]]:
-    """Positions [m] in an opening's frame at which the payload is as far from under the overhang as the
-    opening's walls allow, or a little nearer to it."""
+    """Positions [m] in an opening's frame that bring the payload away from under the overhang, as far as the
+    walls allow or a little less."""
     frame = query.target.pose.inverse()
     way = frame.rotate(towards)[:2]
     across = np.array([-way[1], way[0]])

@@ -98,8 +98,8 @@ def _needed(entity: str, ahead: Floats, belief: Belief, context: Context) -> flo
 
 
 def clearing_way(name: str, ahead: Floats, belief: Belief, context: Context) -> float | None:
-    """Return the distance along a level way (3,) after which a thing is clear of all that later tasks close [m]; None if there
-    is none, or nothing carries the thing so far in."""
+    """Return the level distance after which a pushed thing is clear of all that later tasks close [m]; None if it
+    never is while supported."""
     for way in np.arange(STEP, FARTHEST, STEP).tolist():
         gone = gone_along(belief, name, way * ahead)
         if not _carried(name, gone):

@@ -182,8 +182,7 @@ def pushed_to(location: Location, belief: Belief, context: Context) -> Iterator[
 
 
 def _stopped(no: Refused, location: Location, entity: str, way: str = "on") -> Refused:
-    """Refusal of a push by obstacles; it depends on their places and on the hand, not on the joint positions
-    in which earlier tasks left the arm."""
+    """Refuse a push that obstacles block; the cause is where they and the hand are, not the arm's joint positions."""
     return replace(no.of(way), reason=f"'{entity}' cannot be pushed on: {no.reason}", because=(asked(location, PushedThing).begin,))
 
 

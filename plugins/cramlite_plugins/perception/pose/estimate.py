@@ -162,7 +162,7 @@ def distinct(model: PoseModel, prior: Prior, found: list[PoseHypothesis]) -> lis
 
 
 def _doubted(model: PoseModel, found: list[PoseHypothesis]) -> list[PoseHypothesis]:
-    """Scores capped at ``DOUBT`` where another pose fits as well."""
+    """Cap the scores of the best pose hypothesis and of each clearly different one that fits as well at ``DOUBT``."""
     if not found:
         return found
     best, doubted = found[0], list(found)

@@ -129,7 +129,8 @@ class PoseModel(Value, eq=False, dict=True):
 
     @cached_property
     def opposite_points(self) -> Indices:
-        """Return for each point the index of the nearest one on the other side of a thin plate; else its own index.
+        """Return for each point on a plate up to 6 mm thick the index of the nearest point on its other
+        side; else the point's own index.
 
         A plate is at most 6 mm thick.
         """

@@ -160,7 +160,8 @@ def _joined(a: _Part, b: _Part) -> _Part:
 
 
 def _belong(small: _Part, large: _Part, looks: Sequence[Known], parameters: Mapping[str, float]) -> bool:
-    """Whether two parts may show one object: they have one colour, are near in space, and not too large together.
+    """Whether two parts of a picture may show one object: alike in colour, near each other, and together not
+    too large for one.
 
     Too large is larger than each known model of that colour; without such a model, longer than any product.
     """

@@ -13,7 +13,7 @@ from .jaws import jaws_of
 
 
 class GripperDrive(GripperOrder):
-    """A position drive that executes an order in a MuJoCo model.
+    """Position drive of a simulated gripper: it moves the fingers in a MuJoCo model as they are commanded.
 
     Args:
         gripper: description.

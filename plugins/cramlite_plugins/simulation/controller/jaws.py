@@ -15,7 +15,7 @@ from .gripper_order import COUNTS
 
 
 class Jaws(Protocol):
-    """The mechanism between a drive's orders and the pads."""
+    """The finger mechanism of a gripper, through which its drive sets the opening, measures it and limits the force."""
 
     def measured(self, data: Any) -> float:
         """Return the measured opening [m]."""

@@ -61,7 +61,7 @@ class ArcSegment(LineSegment):
 
     @property
     def length(self) -> float:
-        """Return the length of the segment [m]."""
+        """Return the length of the arc [m]."""
         return math.dist(self.start, self.centre) * self.angle
 
     def at(self, share: float) -> tuple[Floats, float]:

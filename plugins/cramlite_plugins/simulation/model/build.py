@@ -236,7 +236,7 @@ def _add_joint(spec: Any, body: Any, thing: Thing, joint: Joint) -> None:
 
 
 def _couple(spec: Any, body: Any, name: str, joint: Joint) -> None:
-    """The slide along a thread's axis, and the constraint that it keeps to the hinge."""
+    """Add the slide along a screw thread's axis to a body, and the constraint that couples it to the turn of the hinge."""
     axis = tuple(joint.pose.rotate((0.0, 0.0, 1.0)))
     along = body.add_joint(name=f"{name}/{ALONG}", type=mujoco.mjtJoint.mjJNT_SLIDE, pos=joint.pose.position, axis=axis)
     held = spec.add_equality(name=f"{name}/{ALONG}", type=mujoco.mjtEq.mjEQ_JOINT, objtype=mujoco.mjtObj.mjOBJ_JOINT)

@@ -96,7 +96,8 @@ def _in_tool(holds: InHand, world: World, poses: Mapping[str, Pose]) -> Pose:
 def _free(
     compiled: Compiled, data: Data, world: World, ways_out: list[tuple[str, str]], lengths: Iterable[float], touching: float = 0.0
 ) -> Iterator[tuple[str, str, Pose]]:
-    """Yield (thing, other, pose): free poses of things shifted from where they were perceived inside another."""
+    """Yield (thing, other, pose): collision-free poses for things that were perceived inside another thing,
+    each shifted out of it."""
     for length in lengths:
         checkpoint()
         for (name, other), way in itertools.product(ways_out, WAYS):

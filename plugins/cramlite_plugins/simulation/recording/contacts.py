@@ -21,8 +21,8 @@ Named = tuple[tuple[str, str], bool]
 
 
 class _Kept(NamedTuple):
-    """Recorded contacts of a state: their rows in MuJoCo's list, their names, and the kinematic trees of the
-    two geoms (n, 2), -1 for fixed ones."""
+    """Contacts to be recorded in a simulation state: rows in MuJoCo's list, names, and kinematic trees (n,
+    2), -1 for fixed geoms."""
 
     rows: list[int]
     named: list[Named]

@@ -217,7 +217,7 @@ class Machine:
     # Called by generated code
 
     def at(self, line: int) -> None:
-        """Count a statement of a thread, and enforce the limits."""
+        """Count a statement that a thread runs; end the program with an error after too many within one control cycle."""
         self.line = line
         self.count += 1
         if self.count > self.limits.slice:
