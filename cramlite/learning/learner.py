@@ -14,7 +14,7 @@ from ..interpretation.timeline import Predicate
 from ..ontology.taxonomy import Taxonomy
 from .example import Example, Known
 from .literal import ANY, PHASES, Language, Literal
-from .roles import MOST_ROLES, Cast, casts, follows, own_changes
+from .roles import MOST_ROLES, Cast, casts, follows, own_changes, recorded
 from .shortest import Group, Problem, Wish, masks, minimal, shortest, widened
 from .span import Span
 from .tables import Tables
@@ -142,7 +142,8 @@ def _learned(
 class _Lapses:
     """How often conditions that held in some stretches of a known task do not hold in another one.
 
-    So much a condition is worth that holds in all examples: people differ in how wide they open a hand, and in what stands nearby.
+    So much a measured condition is worth that holds in all examples: people differ in how wide they open a hand, and in what is near.
+    Recorded states are what tasks are about.
 
     Args:
         rest: actions that known tasks explain.
@@ -162,7 +163,7 @@ class _Lapses:
 
     def _share(self, literal: Literal, roles: int, examples: int) -> float:
         """Return the share of stretches in which a condition fails that held in ``examples`` others of the same task."""
-        if self.tables is None:
+        if self.tables is None or recorded(self.tables.language, literal):
             return 0.0
         named = sorted(literal.roles)
         same = replace(literal, slots=tuple(named.index(s) + 1 if s > 0 else s for s in literal.slots))
