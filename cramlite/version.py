@@ -1,3 +1,3 @@
-"""The version of cramlite, for those modules that the package itself leads to."""
+"""The version of cramlite, in a module of its own, which every module can import without a cycle."""
 
 VERSION = "0.1.0"

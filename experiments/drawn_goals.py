@@ -35,7 +35,7 @@ def offered(
     Args:
         movables: names of things that can be carried; each is also a target of "on".
         targets: what else things can be put on or in -> "on" or "in", and its sort.
-        joints: what has a joint, or stands -> the predicates that the judge has about that.
+        joints: what has a joint, or stands -> the predicates that the benchmark has about that.
     """
     things = sorted(movables)
     wheres = {**dict.fromkeys(things, ("on", THING)), **targets}

@@ -1,4 +1,4 @@
-"""Force at the wrist of a robosuite robot during an action, for the judges' scripts beside this file.
+"""Force at the wrist of a robosuite robot during an action, for the benchmarks' scripts beside this file.
 
 They run in environments of their own, so nothing of cramlite is imported here.
 """

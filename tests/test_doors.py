@@ -24,7 +24,7 @@ SKELETONS = sorted((ROOT / "cramlite" / "testing" / "skeletons").rglob("*.txt"))
 BUILT_UPON = {
     "cramlite_plugins.adapters.behaviour": "a behaviour for py_trees: what it is there for",
     "cramlite_plugins.adapters.planning": "a bridge to unified-planning: what it is there for",
-    "cramlite_plugins.judges.judge_process": "a judge that speaks the lines of a robot process, and three more: what it is there for",
+    "cramlite_plugins.benchmarks.benchmark_process": "a robot process that is a benchmark's simulator, too: what it is there for",
     "cramlite_plugins.episodes.repair.flicker": "undoes what this plugin did",
     "cramlite_plugins.motion_planning.reach": "a path of a relation of one's own",
     "cramlite_plugins.robots.ur5e": "a robot that differs from a shipped one in one number",

@@ -40,7 +40,7 @@ class UserError(CramliteError):
 
 
 class ProcessGone(UserError):
-    """Error: a process that acts as a robot or as the judge of a benchmark has ended, or no longer replies."""
+    """Error: a process that acts as a robot or as the simulator of a benchmark has ended, or no longer replies."""
 
 
 class NoSolution(CramliteError):

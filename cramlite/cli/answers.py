@@ -75,7 +75,7 @@ def goals_answer(engine: Engine, scenario: Scenario, seed: int) -> dict[str, Any
 
 
 def interpret_answer(engine: Engine, episode: Path) -> dict[str, Any]:
-    """Return every task that each action of an episode may execute.
+    """Return every task that each action of an episode may have been.
 
     Raises:
         UserError: it cannot be read, or has no events.

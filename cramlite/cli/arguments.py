@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import re
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NoReturn, Protocol
@@ -15,6 +16,8 @@ from ..plugin.selection import PluginChoice
 Command = Callable[[argparse.Namespace], int]
 RENAMED = {"--wants": "--attributes"}
 """Options that older scripts give, and what they are called now."""
+DEPRECATED = {"--judge": "--benchmark"}
+"""Options with another name now, whose old name is still read, with a warning."""
 
 
 class Add(Protocol):
@@ -33,7 +36,8 @@ class Parser(argparse.ArgumentParser):
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[argparse.Namespace, list[str]]:  # type: ignore[override]
         """Parse arguments, and reject unknown options with the nearest right one."""
-        found, left = super().parse_known_args(args, namespace)
+        known = [self._new_name(word) for word in args] if args is not None else None
+        found, left = super().parse_known_args(known, namespace)
         wrong = next((word.partition("=")[0] for word in left if word.startswith("-")), None)
         if wrong is not None:
             valid = sorted(o for o in self._option_string_actions if o.startswith("--"))
@@ -42,6 +46,15 @@ class Parser(argparse.ArgumentParser):
             hint = did_you_mean(wrong.strip("-"), [o.strip("-") for o in valid]).replace("mean '", "mean '--")
             self.error(f"there is no option '{wrong}'; {hint}valid are: {', '.join(valid)}")
         return found, left
+
+    def _new_name(self, word: str) -> str:
+        """Return a word of the command line, an option with its new name; warn of its old one."""
+        old, equals, value = word.partition("=")
+        new = DEPRECATED.get(old)
+        if new is None or new not in self._option_string_actions:
+            return word
+        print(f"cramlite: warning: the option '{old}' is called '{new}' now; write that in its place", file=sys.stderr)
+        return f"{new}{equals}{value}"
 
     def error(self, message: str) -> NoReturn:
         """Print the usage and the mistake, with the nearest right word, and exit."""

@@ -10,26 +10,28 @@ from msgspec.structs import replace
 
 from ..base.errors import UserError, nearest
 from .arguments import Add, plugin_choice
+from .texts import warn_of
 
 if TYPE_CHECKING:
     from ..experiment.order import Order, Trials
     from ..plugin.selection import PluginChoice
 
-JUDGED = ("suite", "tasks", "states", "twins", "judge", "attempt_refused", "fail")
-"""Options of experiments that somebody else judges; the others have ``OWN``, and both the rest."""
+BENCHMARK = ("suite", "tasks", "states", "twins", "benchmark", "attempt_refused", "fail")
+"""Options of experiments on benchmarks; the others have ``OWN``, and both the rest."""
 OWN = ("set", "short", "without", "executor", "keep_baseline")
 
 
 def _experiment(arguments: argparse.Namespace) -> int:
     from ..experiment.command import experiment_command
-    from ..experiment.experiment_file import find_experiment, is_judged
+    from ..experiment.experiment_file import find_experiment, is_benchmark, old_keys
 
     path = find_experiment(arguments.experiment)
-    if is_judged(path):
-        _refuse(arguments, OWN, "somebody else judges its episodes; choose them by --suite, --tasks and --states")
+    warn_of(old_keys(path))
+    if is_benchmark(path):
+        _refuse(arguments, OWN, "its episodes are those of a benchmark; choose them by --suite, --tasks and --states")
         order = _episodes(path, arguments)
     else:
-        _refuse(arguments, JUDGED, "its demonstrations are recorded and judged here; choose them by --set")
+        _refuse(arguments, BENCHMARK, "its demonstrations are recorded and judged here; choose them by --set")
         order = _demonstrations(path, arguments)
     return experiment_command(order, json_output=arguments.json, figure=arguments.figure, seen=arguments.seen)
 
@@ -42,17 +44,17 @@ def _refuse(arguments: argparse.Namespace, options: tuple[str, ...], why: str) -
 
 
 def _episodes(path: Path, arguments: argparse.Namespace) -> Order:
-    from ..experiment.judged.spec import read_judged
-    from ..experiment.judged.trials import Episodes
+    from ..experiment.benchmark.spec import read_benchmark
+    from ..experiment.benchmark.trials import Episodes
     from ..model import ProofDoubts
 
-    experiment = read_judged(path)
+    experiment = read_benchmark(path)
     ProofDoubts(twins=arguments.twins)  # a number of twins that is none is refused first
     if not arguments.suite and (arguments.out is None or not arguments.out.is_dir()):
         raise UserError(f"No suite of the experiment was chosen; add --suite NAME: {nearest('', experiment.spec.suites)}.")
     asked = tuple(e for suite in arguments.suite for e in experiment.episodes(suite, arguments.tasks, arguments.states or "0"))
     trials = Episodes(
-        experiment, asked, arguments.judge, arguments.twins, arguments.attempt_refused, not arguments.no_pictures, _plugins(arguments),
+        experiment, asked, arguments.benchmark, arguments.twins, arguments.attempt_refused, not arguments.no_pictures, _plugins(arguments),
         arguments.fail,
     )  # fmt: skip
     return _order(arguments, trials, experiment.spec.experiment)
@@ -103,7 +105,7 @@ def add_commands(add: Add) -> None:
     )
     experiment.add_argument(
         "--out", type=Path,
-        help="run directory; default runs/EXPERIMENT-SET, or runs/EXPERIMENT where somebody else judges",
+        help="run directory; default runs/EXPERIMENT-SET, or runs/EXPERIMENT for a benchmark",
     )
     experiment.add_argument("--no-pictures", action="store_true", help="draw no pictures of the outcomes")
     experiment.add_argument(
@@ -120,24 +122,24 @@ def add_commands(add: Add) -> None:
         "--seen", choices=("no", "partly", "yes"),
         help="for the figure: had these seeds been run before? no, partly or yes; default not recorded",
     )
-    judged = experiment.add_argument_group("where somebody else judges")
-    judged.add_argument(
+    benchmark = experiment.add_argument_group("for a benchmark of others")
+    benchmark.add_argument(
         "--suite", action="append", default=[], metavar="NAME",
         help="play episodes of this suite; may be given several times",
     )
-    judged.add_argument(
+    benchmark.add_argument(
         "--tasks", default="", metavar="NUMBERS",
         help="tasks of the suite, such as 0,2,8:12, which ends with 11; default all",
     )
-    judged.add_argument(
+    benchmark.add_argument(
         "--states", default="", metavar="NUMBERS", help="initial states of each task, such as 0:5; default 0"
     )
-    judged.add_argument(
+    benchmark.add_argument(
         "--twins", type=int, default=0, help="worlds that a program must stand before it is played; default 0"
     )
-    judged.add_argument("--judge", type=Path, metavar="DIR", help="the judge's Python environment, if not in its usual place")
-    judged.add_argument(
+    benchmark.add_argument("--benchmark", type=Path, metavar="DIR", help="the benchmark's Python environment, if not in its usual place")
+    benchmark.add_argument(
         "--attempt-refused", action="store_true",
         help="play the best refused program where none was proven; counted in a column of its own",
     )
-    judged.add_argument("--fail", action="store_true", help="exit code 1 if an episode is not true at rest within its budget")
+    benchmark.add_argument("--fail", action="store_true", help="exit code 1 if an episode is not true at rest within its budget")

@@ -67,7 +67,7 @@ def _lines(built: BuiltLibrary) -> list[str]:
         said = "; ".join(f"'{file}': {why.rstrip('.')}" for file, why in built.refused.items())
         lines.append(f"Refused, {counted(len(built.refused), 'file')}: {said}.")
     if built.parts:
-        lines.append(f"{counted(built.parts, 'more file')} {'is a part' if built.parts == 1 else 'are parts'} of these kinds of objects.")
+        lines.append(f"{counted(built.parts, 'more file')} {'was' if built.parts == 1 else 'were'} read as a part of one of these objects.")
     return lines
 
 

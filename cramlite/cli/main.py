@@ -17,11 +17,11 @@ COMMANDS: Mapping[str, tuple[str, str]] = {
     "import": ("import_scene", "write a scenario around an MJCF or URDF scene, and say what was understood of it"),
     "record": ("record", "let a simulated person demonstrate a scenario"),
     "goal": ("goal", "plan the tasks for a scenario's goal; write it as PDDL, check a planner's plan"),
-    "interpret": ("inspect", "say which tasks the actions of an episode may execute"),
+    "interpret": ("inspect", "name the tasks that each action of a recorded episode may have been"),
     "learn": ("learn", "learn a task from demonstrations, and write it as a package"),
     "tasks": ("inspect", "list the task types"),
     "plugins": ("inspect", "list the plugins, with their faults"),
-    "explain": ("inspect", "print the decisions of a run"),
+    "explain": ("inspect", "print what the search behind a run decided, and why"),
     "schema": ("inspect", "print the JSON Schema of scenario or rule files"),
     "ontology": ("inspect", "check ontologies"),
     "new": ("inspect", "write a package for a new plugin: complete, installable and tested"),
@@ -37,11 +37,11 @@ COMMANDS: Mapping[str, tuple[str, str]] = {
     "calibrate": ("calibrate", "say where a camera is, from pictures of a printed board"),
     "show": ("show", "draw the world of a scenario before anything is resolved"),
     "view": ("view", "look at a run in an interactive 3D viewer"),
-    "export": ("export", "write a run as a GIF, MP4, MCAP recording, CSV tables or a behaviour tree, for other programs"),
+    "export": ("export", "write a run as a GIF, MP4, MCAP recording, CSV tables or a behaviour tree, for other software"),
     "query": ("sparql", "run SPARQL over the ontologies and episodes"),
     "doctor": ("doctor", "say what this machine has and lacks"),
     "mcp": ("mcp", "answer clients of the Model Context Protocol: tools and resources for language models"),
-    "serve": ("serve", "answer requests of programs in other languages: JSON lines on standard input and output"),
+    "serve": ("serve", "answer requests of other software, in any language: JSON lines on standard input and output"),
 }
 """Each command with the module here that declares its arguments and runs it (``add_commands``), and what it does in one clause.
 

@@ -1,6 +1,7 @@
 """MCP server: the engine as tools and resources for clients of the Model Context Protocol (modelcontextprotocol.io).
 
-What a client gives are names of scenarios, episodes and runs, seeds, goals, and scenarios as data. No tool takes a program's text, a
+What a client gives are names of scenarios, episodes and runs, seeds, goals, and scenarios as data. No MCP
+tool takes a program's text, a
 joint value or a pose to go to, so that the only way to motion is a program that this server proved, in the world that it was proven for
 (``proven_runs``). Names and texts that come from files are data in the answers; none becomes part of a tool's description or of the
 server's instructions.
@@ -158,7 +159,7 @@ class Tools:
         return await self._work(ctx, lambda say, stop: _data(check_answer(self._engine, self._read(scenario), seed)))
 
     async def interpret(self, ctx: Context[Any, Any], episode: str) -> Answer:
-        """Say which tasks each action of a recorded episode may execute."""
+        """Name the tasks that each action of a recorded episode may have been."""
         return await self._work(
             ctx, lambda say, stop: _data(interpret_answer(self._engine, self._files.episode(episode)))
         )
@@ -292,7 +293,7 @@ def _until_stopped(do: Callable[[Say, Stop], T], say: Say, stop: Stop) -> T:
 
 
 def make_server(engine: Engine, files: ClientFiles) -> Server:
-    """Make the server of an engine, with its tools and resources."""
+    """Make the MCP server that offers an engine to language models, with its MCP tools and resources."""
     runs = ProvenRuns(engine, files)
     its = Tools(engine, files, runs)
     looks: list[Callable[..., Any]] = [

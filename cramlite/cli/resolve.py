@@ -95,8 +95,8 @@ def resolve_scenario(
 def _accepted_solution(
     run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, say: Progress, came: Signals, *, report: bool
 ) -> Solution | None:
-    """Return the first proven program after its execution in the real world, where one is declared, and write
-    its files.
+    """Return the first proven program and write its files, after its execution in the real world if the
+    scenario declares one.
 
     If nothing was proven, write the report about the search and return None.
     """
@@ -118,7 +118,7 @@ def _accepted_solution(
 def _interrupted_behind(
     run: RunDirectory, solution: Solution, setting: Setting, engine: Engine, came: Signals, *, report: bool
 ) -> Interrupted:
-    """Return the error for a signal that came after a program was proven; write the program's files, and its
+    """Return the error for Ctrl+C or SIGTERM after a program was proven; write the program's files, and its
     report without drawings."""
     write_solution(run, solution, engine, setting.seed)
     if report:
@@ -167,7 +167,7 @@ def _changes(scenario: Scenario, setting: Setting, engine: Engine, *, json_outpu
     from ..engine.relaxing import relaxations
 
     found = relaxations(scenario, setting, engine, lambda _: None if json_output else print(f"tried: {_}", flush=True))
-    lines = [f"\n  It would be enough to bring {r}." for r in found]
+    lines = [f"\n  The scenario could be solved if you brought {r}." for r in found]
     return "".join(lines) or "\n  No declared change makes it solvable: neither base nor things, by up to 0.64 m."
 
 
@@ -257,8 +257,8 @@ def _say_notes(scenario: Scenario, setting: Setting, engine: Engine) -> None:
     if scenario.spec.then:
         camera = scenario.spec.poses == "camera"
         who = "GoingOn(scenario, engine).execute(solution) in Python" if camera else f"'cramlite execute PROGRAM --replan {scenario.path}'"
-        ends = f"the proven program ends before {counted(len(scenario.spec.then), 'stage')} of 'then'"
-        print(f"cramlite: an open program: {ends}, which {who} resolves one after the other", file=sys.stderr)
+        ends = f"the proven program does not contain {counted(len(scenario.spec.then), 'stage')} of the scenario's 'then'"
+        print(f"cramlite: {ends}: {who} resolves and runs one stage after the other", file=sys.stderr)
 
 
 def _finish(run: RunDirectory, solution: Solution, engine: Engine, say: Progress, *, report: bool) -> None:

@@ -1,4 +1,4 @@
-"""``cramlite serve``: the engine for programs in other languages, one JSON object a line on standard input and output.
+"""``cramlite serve``: the engine for other software, in any language: one JSON object a line on standard input and output.
 
 A request is ``{"id": 1, "method": "resolve", "params": {...}}``; its answer ``{"id": 1, "result": ...}`` or
 ``{"id": 1, "error": {"code": ..., "message": ...}}``; between them lines of progress ``{"id": 1, "progress": "..."}``.

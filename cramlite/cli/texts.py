@@ -67,7 +67,7 @@ def first_execution_failed(solution: Solution, run: Path, scenario: Scenario) ->
     verdict = solution.execution.verdict
     first, *others = [f"{f.validator}: {f.reason}" for f in verdict.objections] or [verdict.reason]
     more = f" (and {len(others)} more, listed above)" if others else ""
-    again = f"'cramlite execute {text} --world {run} --replan {scenario.path}' looks again where the program stops, and goes on from there"
+    again = f"'cramlite execute {text} --world {run} --replan {scenario.path}' takes a camera picture after the stop, and plans the rest"
     blind = "what is believed of the world is not true of it: measure it again, or let a camera look ('poses: camera')"
     return (
         f"The program was proven in the believed world, but its first execution failed: {first}{more}.\n"

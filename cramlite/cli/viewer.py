@@ -100,7 +100,7 @@ class Viewer:
         return frames
 
     def _add_path(self) -> None:
-        """Add the path of the tool."""
+        """Draw the path of the tool as a line in the 3D scene."""
         points = self._rollout.poses["effector"][list(self._samples), :3]
         if len(points) > 1:
             pairs = np.stack([points[:-1], points[1:]], axis=1).astype(np.float32)

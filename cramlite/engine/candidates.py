@@ -149,7 +149,7 @@ def doubted_last(
             yield plan, sequence
             continue
         later.append((plan, sequence))
-        said = f"tried last: the validators of every program of an earlier sequence objected to {again.task}"
+        said = f"tried last: validators objected to {again.task} in every program of an earlier task sequence"
         trace.add(0, "sequence", str(plan), "nogood", "engine", said, kind="sequence")
     yield from later
 

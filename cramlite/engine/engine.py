@@ -135,7 +135,7 @@ class Engine:
         return aligned(self.knowledge.episodes.read(path), self.knowledge.taxonomy)
 
     def interpret(self, episode: Episode) -> Interpretation:
-        """Interpret an episode: find every task that each of its actions may execute.
+        """Interpret an episode: find every task that each of its actions may have been.
 
         Raises:
             UserError: the episode has no events.

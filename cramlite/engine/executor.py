@@ -37,7 +37,7 @@ class ExecutorDied(Exception):
 
 
 class Executor(Struct):
-    """Executing process; started when it is first asked, and again when it died.
+    """Process that executes program texts; it is started at the first request, and anew after it has died.
 
     Args:
         plugins: of its engine.
@@ -63,7 +63,7 @@ class Executor(Struct):
             self._say(self.plugins)
 
     def run(self, text: str, world: World, seed: int) -> tuple[Rollout, float]:
-        """Run a text in a world; return the rollout, and its CPU time [s].
+        """Run a program text in a world; return the rollout, and the CPU time that it took [s].
 
         The first run's time includes the start of the process.
 

@@ -208,7 +208,7 @@ class RunWatch:
         return self.notice
 
     def rest(self, readings: Readings) -> None:
-        """Keep the sensor readings of the arm at rest after a run as the run's last ones, with noise added."""
+        """Take sensor readings at rest after a run as the run's last readings; noise is added to them."""
         self.last = self._noisy(readings) if readings.poses is not None else readings
 
     @property

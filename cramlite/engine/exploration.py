@@ -43,7 +43,7 @@ LEAST, ENOUGH = 4, 0.5
 
 
 class Reveal(Value, eq=False):
-    """Way to see a hidden place.
+    """Means to see a hidden place: which thing hides it, and which tasks uncover it and look.
 
     Args:
         name: of the thing that hides it.
@@ -111,7 +111,10 @@ def _opening(container: Thing, setting: Setting, knowledge: Knowledge) -> Reveal
 
 
 def _asides(setting: Setting, knowledge: Knowledge) -> list[Reveal]:
-    """Occluders before unknown places, those that hide most first."""
+    """Ways to see what is hidden behind movable things: put a thing aside, then look.
+
+    The thing that hides most comes first.
+    """
     from ..perception.unseen import hidden_behind, places_above
 
     found: list[Reveal] = []
@@ -180,7 +183,7 @@ def _revealed(setting: Setting, reveal: Reveal, knowledge: Knowledge) -> Setting
     mount = seen.real.robots[0].name
     ran = knowledge.simulator.execute(text.text, seen.real, knowledge.robots_of(seen.real), mount=mount, seed=setting.seed)
     if ran.outcome != "finished":
-        return _shut(setting, reveal.name, f"what was proven did not come off ({ran.outcome}): {ran.reason}")
+        return _shut(setting, reveal.name, f"the proven program did not come to its end ({ran.outcome}): {ran.reason}")
     looked = look_into(seen, reveal.place, state, seen.camera, world_after_run(ran, seen.real), knowledge, setting.seed)
     return replace(setting, world=looked.world, relations=looked.relations, real=looked.real, look=looked)
 

@@ -205,8 +205,10 @@ class GoingOn:
         return self.opened < len(self.scenario.spec.then)
 
     def _stage(self, done: Round, watch: RunWatch) -> tuple[Attempt | None, str]:
-        """Return the first program for the next stage, or for the stage's alternative, that was proven in the
-        world of the last readings; None with the reasons."""
+        """Return a proven program for the next stage of the scenario's 'then', else for that stage's 'else'.
+
+        Programs are proven in the world of the last readings. None, with the reasons, if none is found.
+        """
         self._believe(done, watch)
         number, self.opened, self.goal, why = self.opened, self.opened + 1, None, list[str]()
         world = real_after(done.rollout, done.attempt.world, self.setting.world.robots[0].holds)

@@ -112,5 +112,5 @@ def worlds_at_tolerance(world: World, program: Program) -> Iterator[tuple[str, W
             px, py, pz = believed.position
             about = Pose((0.0, 0.0, 0.0), (math.cos(half), 0.0, 0.0, math.sin(half)))
             turned = Pose((px + x, py + y, pz), (about * Pose((0.0, 0.0, 0.0), believed.quaternion)).quaternion)
-            said = f"'{late.thing}' {1000 * x:+.0f}, {1000 * y:+.0f} mm and {math.degrees(sense * turn):+.0f} deg off"
+            said = f"'{late.thing}' {1000 * x:+.0f}, {1000 * y:+.0f} mm and {math.degrees(sense * turn):+.0f} deg from its planned pose"
             yield said, world.moved({late.thing: turned})

@@ -131,7 +131,7 @@ def _code(answer: object) -> Code:
 def run_and_judge(
     candidate: Candidate, text: Code, world: World, knowledge: Knowledge, seed: int
 ) -> tuple[Candidate, list[Finding]]:
-    """Run a text of a candidate in a world, once.
+    """Run a candidate's program text once in a world, and judge the run.
 
     Returns:
         The candidate with the rollout and its episode, and the findings of the validators of rollouts.
@@ -142,7 +142,8 @@ def run_and_judge(
 
 
 def judge_run(candidate: Candidate, text: Code, rollout: Rollout, knowledge: Knowledge) -> tuple[Candidate, list[Finding]]:
-    """Judge a run of a candidate's text that was simulated elsewhere; return what ``run_and_judge`` returns."""
+    """Judge a run of a candidate's program text that was simulated elsewhere; return what ``run_and_judge``
+    returns."""
     episode = knowledge.episodes.detect(rollout, candidate.program.name)
     parked = np.array(candidate.robot.home)
     episode = replace(episode, extras={**episode.extras, "park": parked})

@@ -19,7 +19,7 @@ PICTURE = (640, 480)
 def record_of(
     rollout: Rollout, knowledge: Knowledge, name: str, program: Program | None = None, code: Code | None = None
 ) -> RunRecord:
-    """Make the record of a run.
+    """Make the record of a run that exporters read, from the run's rollout.
 
     Args:
         name: of the run; the program's own name is taken where there is a program.

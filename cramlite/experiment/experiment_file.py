@@ -13,9 +13,11 @@ from ..base.errors import UserError, nearest
 from ..base.resources import data_folder
 from ..base.spec import Spec
 from ..base.value import Value
-from ..base.yaml_file import explain_validation, load_yaml
+from ..base.yaml_file import explain_validation, line_of, load_yaml
 
 FILE = "experiment.yaml"
+RENAMED = {"judge": "benchmark", "judges": "validators"}
+"""Keys that older files have -> what they are called now; the old ones are still read."""
 Named = TypeVar("Named")
 S = TypeVar("S", bound=Spec)
 
@@ -64,14 +66,25 @@ def find_experiment(name: str) -> Path:
     raise UserError(f"There is no experiment '{name}', and none of that name is shipped; {nearest(name, shipped)}.")
 
 
-def is_judged(path: Path) -> bool:
-    """Return whether an experiment's file names an external judge.
+def is_benchmark(path: Path) -> bool:
+    """Return whether an experiment's file names a benchmark.
 
     Raises:
         UserError: it cannot be read, or is no YAML.
     """
     data = load_yaml(path)
-    return isinstance(data, Mapping) and "judge" in data
+    return isinstance(data, Mapping) and not {"benchmark", "judge"}.isdisjoint(data)
+
+
+def old_keys(path: Path) -> list[str]:
+    """Return a warning for each key of an experiment's file that has another name now.
+
+    Raises:
+        UserError: it cannot be read, or is no YAML.
+    """
+    data = load_yaml(path)
+    found = [old for old in RENAMED if isinstance(data, Mapping) and old in data]
+    return [f"{path}:{line_of(data, (old,))}: the key '{old}' is called '{RENAMED[old]}' now; write that in its place" for old in found]
 
 
 def read_spec(path: Path, kind: type[S]) -> tuple[S, Mapping[str, Any]]:
@@ -83,7 +96,15 @@ def read_spec(path: Path, kind: type[S]) -> tuple[S, Mapping[str, Any]]:
     data = load_yaml(path)
     if not isinstance(data, Mapping):
         raise UserError(f"{path}:1: an experiment is a mapping that begins with 'experiment: NAME'.")
+    _rename(data)
     try:
         return kind.model_validate(data), data
     except ValidationError as error:
         raise explain_validation(path, data, error, list(kind.model_fields)) from error
+
+
+def _rename(data: Any) -> None:
+    """Give keys of older files the name that they have now, in their place; a file with both names is refused later."""
+    for old in RENAMED.keys() & data.keys():
+        if RENAMED[old] not in data:
+            data[RENAMED[old]], data.lines[RENAMED[old]] = data.pop(old), data.lines.pop(old)

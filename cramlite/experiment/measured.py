@@ -61,8 +61,8 @@ def figure_now(
 
 
 def revision(root: Path) -> tuple[str | None, bool]:
-    """Return the commit of a checkout, and whether files other than figures differ from it; (None, False)
-    outside of a checkout."""
+    """Return the commit of a checkout, and whether files other than those of measured numbers differ from it;
+    (None, False) outside of a checkout."""
     top = git(root, "rev-parse", "--show-toplevel")
     if top is None or Path(top).resolve() != root.resolve():
         return None, False

@@ -105,5 +105,5 @@ class Order(Value):
 
     @property
     def store(self) -> Store:
-        """Store of the run's results."""
+        """Store in which the experiment's run keeps the results of its trials."""
         return Store(self.out, self.trials.folder, self.trials.result)

@@ -81,7 +81,7 @@ class Store:
         self.write(trial, how, str(os.getpid()))
 
     def unmark(self, trial: str, *marks: str) -> None:
-        """Remove marks from a trial's folder."""
+        """Remove mark files from a trial's folder; without names the one that says that the trial has begun."""
         for mark in marks or (BEGUN,):
             (self.folder(trial) / mark).unlink(missing_ok=True)
 

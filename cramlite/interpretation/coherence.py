@@ -24,7 +24,7 @@ from typing import Protocol
 from ..base.value import Value, replace
 from ..model.entity_name import thing_of
 from ..ontology.taxonomy import Taxonomy
-from .conditions import Atom, Every, Not, Variable, atoms
+from .conditions import Atom, Condition, Every, Not, Or, Variable, atoms
 from .fluents import PLAIN, Fluent
 from .matching import Match
 from .ranking import (
@@ -74,7 +74,7 @@ LOOKED_AT = 20_000
 
 
 class Read(Protocol):
-    """Protocol of an action with its readings."""
+    """Interface of an action with its readings, the tasks that it may have been."""
 
     @property
     def matches(self) -> tuple[Match, ...]:
@@ -115,12 +115,17 @@ def _implied(
 
 
 def _facts(rule: Rule, match: Match, phase: PhaseName, denied: bool) -> frozenset[Fact]:
+    """Relations of a phase that its conditions, or alternatives of these, ask for or deny."""
     found: set[Fact] = set()
     for clause in rule.clauses:
-        if clause.phase == phase and isinstance(clause.condition, Not | Every) == denied:
-            asked = clause.condition.given if isinstance(clause.condition, Every) else clause.condition
-            found |= {_fact(atom, match) for atom in atoms(asked)}
+        for part in _alternatives(clause.condition) if clause.phase == phase else ():
+            if isinstance(part, Not | Every) == denied:
+                found |= {_fact(atom, match) for atom in atoms(part.given if isinstance(part, Every) else part)}
     return frozenset(found)
+
+
+def _alternatives(condition: Condition) -> tuple[Condition, ...]:
+    return condition.options if isinstance(condition, Or) else (condition,)
 
 
 def _fact(atom: Atom, match: Match) -> Fact:
@@ -283,8 +288,10 @@ def _claims_of(rules: Mapping[str, Rule], match: Match) -> Claims:
 
 
 def explains_ends(claim: Claims, readings: Iterable[Claims]) -> bool:
-    """Check condition 4 of coherence: a reading that is not passive ends every relation that another
-    reading of the action ends."""
+    """Check that a reading of an action ends every relation that another reading of the action ends.
+
+    A reading by which nothing happens need not. This is condition 4 of coherence.
+    """
     return claim.passive or all(_among(f, claim.ends) for c in readings for f in c.ends)
 
 
@@ -341,8 +348,11 @@ def _among(fact: Fact, facts: Iterable[Fact]) -> bool:
 
 
 def _presupposed(at: Choice, claim: Claims, begins: Sayers, ends: Sayers) -> Iterator[Demand]:
-    """Yield constraints of coherence (condition 1): if earlier actions may have begun (or ended) a relation
-    that a reading presupposes, the last of them must be read as beginning (or ending) it."""
+    """Yield constraints on relations that a reading presupposes: the last earlier action that may have begun
+    (or ended) one must be read as doing so.
+
+    This is condition 1 of coherence.
+    """
     for facts, sayers in ((claim.needs, begins), (claim.denies, ends)):
         for fact in facts:
             before = [c for c in sayers(fact) if c[0] < at[0]]
@@ -351,16 +361,23 @@ def _presupposed(at: Choice, claim: Claims, begins: Sayers, ends: Sayers) -> Ite
 
 
 def _lasting(k: int, said: Iterable[Claims], begins: Sayers, ends: Sayers) -> Iterator[Demand]:
-    """Yield constraints of coherence (condition 2): a relation that an action may have begun, and no later
-    action may end, must be begun by a chosen reading."""
+    """Yield constraints on relations that last to the end of the demonstration: some chosen reading must
+    begin each.
+
+    They are those that action ``k`` may have begun and no later action may end. This is condition 2 of
+    coherence.
+    """
     for fact in {f for c in said for f in c.begins}:
         if not any(c[0] > k for c in ends(fact)):
             yield Demand(None, frozenset(c for c in begins(fact) if c[0] >= k))
 
 
 def _closed(at: Choice, claim: Claims, ends: Sayers) -> Iterator[Demand]:
-    """Yield constraints of coherence (condition 3): a relation that a reading begins, and a later action may
-    end, must be ended by a chosen reading."""
+    """Yield constraints on relations that a reading begins and a later action may end: some chosen reading
+    must end each.
+
+    This is condition 3 of coherence.
+    """
     for fact in claim.begins:
         if later := frozenset(c for c in ends(fact) if c[0] > at[0]):
             yield Demand(at, later)

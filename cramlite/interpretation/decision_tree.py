@@ -88,8 +88,8 @@ class DecisionTree:
         return found
 
     def _settle_all(self, phases: Sequence[Mapping[PhaseName, Phase]]) -> list[_Settled]:
-        """Return for each action what follows from its states alone: the tasks found, and the tree's nodes
-        still to be checked."""
+        """Return for each action what conditions on states decide: tasks that match, and nodes of the
+        decision tree that are still to be checked."""
         known = self._settled
         keys = [(p["pre"].holds, p["run"].holds, p["post"].holds) for p in phases]
         new = {key: p for key, p in zip(keys, phases, strict=True) if key not in known}

@@ -334,7 +334,7 @@ class Fluents(Value):
             denied = {p for pattern in patterns for p in self.both_ways(pattern)}
             for fact in sorted(facts):
                 if any(matches(fact, p) for p in denied):
-                    return f"one requires {pattern_text(fact)}, the other forbids it"
+                    return f"one condition requires {pattern_text(fact)}, the other forbids it"
         for a, b in product(sorted(mine), sorted(its)):
             if self._contrary(scene, a, b):
                 return f"{pattern_text(a)} and {pattern_text(b)} cannot hold at the same time"

@@ -78,7 +78,8 @@ class Interpreted(Value, dict=True, eq=False):
         return frozenset([(m.task, tuple(sorted(m.roles.items()))) for m in self.matches])
 
     def named(self, task: str) -> tuple[Match, ...]:
-        """Return the matches of one task."""
+        """Return the ways in which the action may be a given task, one for each choice of the things in its
+        roles."""
         return tuple(m for m in self.matches if m.task == task)
 
 

@@ -1,5 +1,7 @@
-"""Asides of a sentence: reasons, purposes, comments and addresses, which ask for nothing; they are
-recognised by their form."""
+"""Asides of a sentence, which ask for nothing: reasons, purposes, comments, and words that address somebody.
+
+They are recognised by their form.
+"""
 
 from __future__ import annotations
 
@@ -16,8 +18,8 @@ LONG = 24
 
 
 class Asides:
-    """Finder of the asides in one sentence: parts that ask for nothing, such as reasons, comments and
-    addresses.
+    """Finder of the asides in one sentence: parts that ask for nothing, such as reasons, comments and words
+    that address somebody.
 
     What could change a goal is no aside: a place, a state, an amount, or what is asked for or denied.
 
@@ -104,8 +106,10 @@ class Asides:
         known = any(map(self._known, subject)) or subject[0] in ("it", "they", "those", "these")
         if not known and subject[0] in english.POSSESSIVE:
             return True
-        copular = rest[0] in english.COPULAR and not self._about(rest)
-        placed = self._placed(span) or self._stated(span)
+        way = self._frames.preposition_ends(rest, 1)[:1]  # "is in the way of the drawer"
+        acted = rest[2:3] == ("by",) and rest[1].endswith("ed") and not any(self._frames.participles(rest, 1))  # "is blocked by"
+        copular = rest[0] in english.COPULAR and (not self._about(rest) or acted or any(self._abstract(rest[e:]) for e in way))
+        placed = not acted and (self._placed(span) or self._stated(span))
         denied = {*span} & english.NEGATIVE and any(map(self._known, span))
         obliged = {*rest} & english.OBLIGING
         if rest[0] in english.PAST and not any(map(self._known, subject)):
@@ -137,7 +141,7 @@ class Asides:
         go", "by tonight"."""
         if self._measured(span):
             return False
-        if all(adverb(w) for w in span):
+        if all(adverb(w) and not self._known(w) for w in span):
             return True
         if span[0] == "for" and len(span) > 1:
             return True
@@ -163,7 +167,7 @@ class Asides:
         hoping that", "do not forget to"."""
         for k in range(at + 2, min(at + 12, len(self.words))):
             span = self.words[at:k]
-            if span[-1] == ":" and not (any(map(self._known, span)) or self._placed(span) or self._stated(span)):
+            if span[-1] == ":" and not (self._placed(span) or self._stated(span) or {*span} & english.NEGATIVE):
                 yield k
             if self.words[k - 1] in english.STOPS:
                 return
@@ -191,7 +195,7 @@ class Asides:
             for end in self._frames.verb_ends(span, k)[:1]:
                 rest = span[end:]
                 its = bool(rest) and (rest[0] in english.PRONOUNS or (rest[0] in english.THE and any(map(self._known, rest[1:4]))))
-                subject = k > 0 and (span[k - 1] in english.PERSONS | english.AUXILIARY or adverb(span[k - 1]))
+                subject = k > 0 and (span[k - 1] in english.PERSONS | english.AUXILIARY | {"not"} or adverb(span[k - 1]))
                 if its and not subject and not starts(span, 0, english.INDIFFERENT):
                     return True
         return False
@@ -203,7 +207,8 @@ class Asides:
     def _commands(self, span: Words) -> bool:
         """Check whether words begin with the verb of a request, directly or after a polite phrase."""
         ends = (*self._frames.verb_ends(span, 0), *starts(span, 0, english.SWAP))
-        polite = starts(span, 0, english.POLITE)[:1]
+        perfect = span[1:2] == ("have",) and any(self._frames.participles(span, 2))  # "you have left it open"
+        polite = starts(span, 0, english.POLITE)[:1] if not perfect else ()
         return any(e < len(span) or e > 1 for e in ends) or any(self._frames.verb_ends(span, e) for e in polite)
 
     def _measured(self, span: Words) -> bool:
@@ -219,11 +224,14 @@ class Asides:
         for k in range(len(span)):
             for end in self._frames.preposition_ends(span, k)[:1]:
                 rest = span[end:]
-                if rest and (rest[0] in (*english.THE, *english.ONE, *english.PRONOUNS) or any(map(self._noun, rest[:2]))):
-                    abstract = any(singular_in(w, english.ABSTRACT) for w in rest[:3]) and not any(map(self._known, rest[:3]))
-                    if not abstract:
-                        return True
+                begun = rest and (rest[0] in (*english.THE, *english.ONE, *english.PRONOUNS) or any(map(self._noun, rest[:2])))
+                if begun and not self._abstract(rest):
+                    return True
         return False
+
+    def _abstract(self, rest: Words) -> bool:
+        """Check whether words begin with a noun that is no thing, such as one of time or manner."""
+        return any(singular_in(w, english.ABSTRACT) for w in rest[:3]) and not any(map(self._known, rest[:3]))
 
 
 def adverb(word: str) -> bool:

@@ -67,10 +67,11 @@ class ClauseParser(RequestParser):
             yield from self._rest(start + 1, (*before[:-1], *(Clause("", (), c.theme, told=True) for c in before[-1:])), brief)
         plain = self._separated(at)
         asked = self._clauses(plain) if plain != start else ()
-        meant = [e + 1 for e in self._contrasted(start) if self.words[e : e + 1] == (",",)]  # "not the tin, the can ..."
+        meant = [e for k in dict.fromkeys((start, plain)) for e in self._contrasted(k)]
+        meant = [e + 1 for e in meant if self.words[e : e + 1] == (",",)]  # "not the tin, the can ..."
         asked = (*asked, *(c for e in dict.fromkeys(meant) for c in (*self._clauses(e), *(self._stated(e) if brief else ()))))
         further = self._stated(start) if brief else self._brief(start, toward=True)
-        found = dict.fromkeys((*self._clauses(start), *asked, *self._remnants(start, before), *further))
+        found = dict.fromkeys((*self._clauses(start), *asked, *self._remnants(at, start, before, later=later), *further))
         for clause, end in (f for f in found if self._known_clause(f[0])):
             self.farthest = max(self.farthest, end)
             clauses = (*before, replace(clause, later=later))
@@ -119,7 +120,7 @@ class ClauseParser(RequestParser):
         them says "later"."""
         start, later = at, False
         while start < len(self.words):
-            found = sorted((*starts(self.words, start, english.POLITE), *starts(self.words, start, english.CLOSING)), reverse=True)
+            found = self._courtesies(start, english.POLITE, english.CLOSING)
             word = self.words[start]
             if found:
                 later = later or bool(english.LATER & set(self.words[start : found[0]]))
@@ -141,16 +142,9 @@ class ClauseParser(RequestParser):
             if k >= len(self.words) or self.words[k] in (*english.STOPS, *FURTHER, *TIME):
                 ends.append(k)
             comma = k + (self.words[k : k + 1] == (",",))
-            more = (*starts(self.words, k, english.CLOSING), *self._purposed(comma), *self._contrasted(comma))
+            more = (*self._courtesies(k, english.CLOSING), *self._contrasted(comma))
             found += [e for e in more if e > k and e not in ends]
         return tuple(dict.fromkeys(sorted(ends, reverse=True)))
-
-    def _purposed(self, at: int) -> Iterator[int]:
-        """Yield the position after a subordinate clause of reason or purpose: "because it is in the way", "so
-        that I can reach it"."""
-        aims = [e for e in starts(self.words, at, AIMS) if self.words[e : e + 1] and self.words[e] in english.PEOPLE]
-        if aims or self.words[at : at + 1] in (("because",), ("since",)):
-            yield next((k for k in range(at, len(self.words)) if self.words[k] in english.STOPS), len(self.words))
 
     def _clauses(self, at: int) -> tuple[Found, ...]:
         if at not in self._parsed:
@@ -181,18 +175,21 @@ class ClauseParser(RequestParser):
                     for other, last in self._nouns.nouns(begin, joined=False):
                         both = Noun(f"{theme.said} and {other.said}", members=(theme, other), joined="and", several=True)
                         yield swap(both), last
-        for theme, end in self._nouns.nouns(at):
+        for theme, end in (n for k in (*starts(self.words, at, english.WISH), at) for n in self._nouns.nouns(k)):
             for start in starts(self.words, end, english.SWAP) if theme.several else ():
                 yield from ((swap(theme), last) for last in starts(self.words, start, english.SWAPPED))
 
     def _named(self, at: int) -> Iterator[Found]:
         """Yield noun phrases without a verb, to which later pronouns refer: "find the cup and ...", "the cup:
         ..."."""
+        for start in starts(self.words, at, english.GOING):
+            yield from ((Clause("", (), noun, relation="going"), end) for noun, end in self._nouns.nouns(start))
         for start in (*starts(self.words, at, english.PREPARE), at):
             for noun, end in self._nouns.nouns(start):
                 ends = starts(self.words, end, english.WILL_DO)
                 if start != at or ends or self.words[end : end + 1] in ((",",), (":",)):
                     yield Clause("", (), noun), ends[0] if ends else end
+                yield from ((Clause("", (), noun, relation="base"), last) for last in starts(self.words, end, english.BASED))
 
     def _fronted(self, at: int) -> Iterator[Found]:
         """Yield clauses with the place before the verb: "into the basket put the soup", "on the plate goes
@@ -211,19 +208,32 @@ class ClauseParser(RequestParser):
         for end in (*starts(self.words, at, english.BE), *starts(self.words, at, english.WISH)):
             yield from ((self._clause(frame, (), theme, place, "phrase", words), last) for theme, last in self._nouns.nouns(end))
 
-    def _remnants(self, at: int, before: tuple[Clause, ...]) -> Iterator[Found]:
+    def _remnants(self, since: int, at: int, before: tuple[Clause, ...], *, later: bool) -> Iterator[Found]:
         """Yield incomplete clauses that take their verb from the clause before: "and the sauce in the tray",
-        "but not in the bowl"."""
-        if not before or not before[-1].phrases:
+        "but not in the bowl", "then the can"."""
+        if not before or not (before[-1].phrases or before[-1].relation == "base"):
             return
         last = before[-1]
+        ends = ((), *((w,) for w in (*english.STOPS, "and", "then")))
+        for noun, end in self._nouns.nouns(at, joined=False) if later else ():
+            if self.words[end : end + 1] not in ends:
+                continue
+            if last.relation == "base" or (last.place is not None and last.place.pronoun):  # each on the one before
+                upon = next(f for f in self.frames.placing if english.TOP_WORD in f.prepositions)
+                yield self._clause(upon, (), noun, Noun("that", pronoun="there"), "phrase", english.TOP_WORD), end
+            elif last.relation == "phrase":
+                yield replace(last, theme=noun), end
+        if not last.phrases:
+            return
         if last.place is not None:
             yield from self._brief(at)
         for noun, end in self._nouns.nouns(at):
             comma = end + (self.words[end : end + 1] == (",",))
             if noun.quantity == "none" or starts(self.words, comma, english.TOO):
                 yield replace(last, theme=noun, denied=last.denied or noun.quantity == "none"), end
-        joined = self.words[at - 1] in ("and", "then", "but")
+        for start in starts(self.words, at, english.SO_DOES) if self.words[at - 1] == "so" else ():  # "so does the can"
+            yield from ((replace(last, theme=noun), end) for noun, end in self._nouns.nouns(start))
+        joined = bool({"and", "then", "but"} & {*self.words[since:at], self.words[at - 1]})
         if joined or self.words[at - 1] == ",":
             yield from self._further(last, at, places=joined or last.place is None)
         for start in starts(self.words, at, english.NOT_YET) if joined else ():
@@ -282,6 +292,8 @@ class ClauseParser(RequestParser):
                 for begin in (*been, *((end,) if start != at else ())):
                     told = start == at and self.words[end] in english.TOLD
                     yield from ((replace(c, told=told), last) for c, last in self._predicates(theme, begin))
+                    for degree in starts(self.words, begin + (self.words[begin : begin + 1] == ("left",)), english.DEGREE) if told else ():
+                        yield from ((replace(c, told=True, given=True), last) for c, last in self._predicates(theme, degree))
                 for begin in (*been, end):
                     yield from self._holding(theme, begin)
                 for begin in starts(self.words, end, english.IS_NOT) if start != at else ():
@@ -297,7 +309,7 @@ class ClauseParser(RequestParser):
         for start in starts(self.words, at, english.HOLDS):
             for theme, end in self._nouns.nouns(start):
                 ends = starts(self.words, end, (("on", "it"), ("in", "it"), ("inside",), ("on",), ("in",)))
-                for last in (*ends, *(() if self.words[at : at + 1] in (("need",), ("needs",)) else (end,))):
+                for last in (*ends, *(() if self.words[at : at + 1] in (("need",), ("needs",), ("want",), ("wants",)) else (end,))):
                     for frame in (f for f in self.frames.placing if f.region and ("to",) in f.prepositions):
                         yield self._clause(frame, self.words[at:start], theme, place, "phrase", ("to",)), last
         for frame, verb, _, end in (*self.frames.verbs(self.words, at), *self.frames.participles(self.words, at)):

@@ -99,8 +99,6 @@ NUMBER = _patterns("number")
 """Words before the number of a thing."""
 PRELUDE = _set("prelude")
 """Words of announcements: "here is what I want: ..."."""
-PEOPLE = _set("people")
-"""Who may have a purpose, which is not asked for: "so that I can reach it"."""
 ORIGIN, SWAP = _patterns("origin"), _patterns("swap")
 """Words for where a thing was, and verbs by which two things change places."""
 TOWARD = _table("toward")
@@ -159,6 +157,20 @@ QUESTIONS, WITHIN, CENTRAL = _patterns("questions"), _patterns("within"), _patte
 """Words before what is only pointed at, before the distance from a middle, and behind it."""
 DEICTIC, COPULAR, ASKING = _set("deictic"), _set("copular"), _set("asking")
 """Words before the subject of a comment, verbs that only tell how something is, and verbs that begin a question."""
+GOING = _patterns("going")
+"""Words before where the robot shall go."""
+DEGREE, POINTED = _patterns("degree"), _patterns("pointed")
+"""Words before a state that is only told, and words by which a thing is pointed at."""
+SO_DOES = _patterns("so does")
+"""Words before a thing of which the same is asked."""
+UP_TO = _set("up to")
+"""Words between the ends of a range of numbers."""
+GROUPS = _set("groups")
+"""Nouns for several things together."""
+ERECT = _set("erect")
+"""Verbs whose "up" says how a thing shall stand."""
+APPOSED, BASED = _patterns("apposed"), _patterns("based")
+"""Words before a further description of what was just named, and words behind the lowest thing of a stack."""
 AMOUNTING = _set("amounting")
 """Words before an amount."""
 NOT_YET = Phrases(("not | no longer | never | anywhere (but|except|other than)",))

@@ -17,8 +17,8 @@ from .nouns import spoken
 from .requests import Found
 from .tree import Clause, Link, Noun
 
-ASIDE = "aside"
-"""Relation of a clause that is left out."""
+ASIDE, AHEAD = "aside", "ahead"
+"""Relations of a clause that is left out, and of one that announces what follows."""
 SAME = "same"
 """Relation of a clause that only names again what was named before."""
 REACH = 22
@@ -90,7 +90,9 @@ class FreeParser(ClauseParser):
         """Return noun phrases after a comma that only repeat in other words what was named: "both blocks, the
         red and the blue one"."""
         nouns = self._nouns.nouns(at + 1) if self.words[at : at + 1] in ((",",), ("!",)) else ()
-        return tuple((Clause("", (), n, relation=SAME), end) for n, end in nouns if self._known(n) and not n.pronoun)
+        same = ((n, end) for n, end in nouns if self._known(n) and (n.several or not n.pronoun))
+        meant = ((n, e) for n, end in same for e in (*starts(self.words, end, (("i", "mean"), ("that", "is"))), end))
+        return tuple((Clause("", (), n, relation=SAME), end) for n, end in meant)
 
     def _aside_of(self, said: Words, at: int, end: int) -> Clause:
         """Return an aside, which asks for nothing, as a ``Clause`` with the things that it names.
@@ -102,7 +104,8 @@ class FreeParser(ClauseParser):
             found = [(n, e) for n, e in self._nouns.nouns(k, joined=False) if e <= end and n.words and not n.links and self._known(n)]
             named += [found[0][0]] if found else []
             k = found[0][1] if found else k + 1
-        return Clause(spoken(said).strip(",.;:!? "), (), Noun("", members=tuple(named)), relation=ASIDE)
+        relation = AHEAD if said[-1] == ":" and named else ASIDE
+        return Clause(spoken(said).strip(",.;:!? "), (), Noun("", members=tuple(named)), relation=relation)
 
     def _known(self, noun: Noun) -> bool:
         """Check whether the scene may have the things that a noun phrase describes."""
@@ -134,8 +137,10 @@ class FreeParser(ClauseParser):
     # Free order
 
     def _free(self, at: int, k: int, heard: Heard) -> Iterator[Found]:
-        """Yield the requests that begin at word ``at``, given the parts that were found before word ``k``,
-        in any order."""
+        """Yield the requests that begin at word ``at``; their parts (verb, thing, place) may come in any order.
+
+        ``heard`` are the parts that were found up to word ``k``.
+        """
         yield from ((clause, k) for clause in self._made(heard))
         word = self.words[k] if k < len(self.words) and k < at + REACH else ""
         if not word or (word in english.JOINTS - english.LIGHT and k > at):
@@ -147,11 +152,12 @@ class FreeParser(ClauseParser):
         floating = word in english.EVERY and heard.theme is not None and heard.theme.several  # "tin and box both basket"
         after = self.words[k + 1] if k + 1 < len(self.words) else ""
         tells = word in english.PERSONS and after not in english.LIGHT | english.WISHED  # "I put the tin in the drawer"
-        light = (word in english.LIGHT or adverb(word)) and (k > at or word not in english.ASKING) and not tells
+        named = word in self._names and word in english.ORDINALS
+        light = (word in english.LIGHT or adverb(word)) and not named and (k > at or word not in english.ASKING) and not tells
         if light or floating or (word in english.STOPS and k > at):
             more = replace(heard, obliged=heard.obliged or word in english.OBLIGING, copula=heard.copula or word in english.TOLD)
             yield from self._free(at, k + 1, more)
-        for start in (*starts(self.words, k, english.CLOSING), *starts(self.words, k, english.TOO)) if k > at else ():
+        for start in self._courtesies(k, english.CLOSING, english.TOO) if k > at else ():
             yield from self._free(at, start, heard)
         yield from self._heard_verb(at, k, heard)
         yield from self._heard_things(at, k, heard)

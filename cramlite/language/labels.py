@@ -13,7 +13,19 @@ from ..model.world import Thing
 from ..ontology.foundation import OBJECT
 from ..ontology.prefixes import local_name
 from ..ontology.taxonomy import Synonyms, words_of
-from .english import FURNITURE, GENERAL, MATERIALS, PACKAGES, REGIONS, SHADES, TECHNICAL, UNCOLOURED, Words, singular
+from .english import (
+    FURNITURE,
+    GENERAL,
+    MATERIALS,
+    PACKAGES,
+    REGIONS,
+    SHADES,
+    SIDES,
+    TECHNICAL,
+    UNCOLOURED,
+    Words,
+    singular,
+)
 
 SHAPES = {"box": "block", "cylinder": "cylinder", "sphere": "ball"}
 """Shape of a geom -> the noun for it."""
@@ -101,8 +113,8 @@ class Labels(Value, dict=True):
             return self.fits(name, tuple(w for w in said[:-1]))
         if said[-1] in GENERAL and self.scene.world.thing(name).movable and self._describe(name, said[:-1]):
             return 2
-        if said[-1] in FURNITURE and said[:-1] in called.names and self.scene.world.thing(name).furniture:
-            return 1  # "the left shelf" of a board that is called left
+        if said[-1] in FURNITURE and (said[:-1] in called.names or (len(said) == 1 and name in SIDES)):
+            return int(self.scene.world.thing(name).furniture)  # "the left shelf" of a board that is called left
         named = any(w in called.words and w not in COLOURS for w in said)
         return 1 if named and self._describe(name, said) else 0
 

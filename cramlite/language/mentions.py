@@ -40,7 +40,7 @@ class Mentions(Value):
         earlier: by which another was called before.
         where: by which a place was called last.
         put: what was put somewhere.
-        some: themes of which any one was meant.
+        some: themes of which any were meant, with how many.
     """
 
     themes: tuple[tuple[str, ...], ...] = ()
@@ -49,9 +49,9 @@ class Mentions(Value):
     earlier: Words = ()
     where: Words = ()
     put: frozenset[str] = frozenset()
-    some: frozenset[tuple[str, ...]] = frozenset()
+    some: frozenset[tuple[tuple[str, ...], int]] = frozenset()
 
     @property
     def every(self) -> frozenset[str]:
-        """Names of all things that were named so far."""
+        """Names of all things that the sentence has named so far."""
         return frozenset(thing_of(n) for group in (*self.themes, *self.places) for n in group)

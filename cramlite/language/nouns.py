@@ -87,19 +87,25 @@ class NounParser:
     def _pronouns(self, at: int) -> Iterator[Found]:
         word = self.words[at] if at < len(self.words) else ""
         after = self.words[at + 1] if at + 1 < len(self.words) else ""
-        for phrase in (("both", "of", "them"), ("all", "of", "them"), ("them", "both"), ("them", "all"), ("all", "of", "it")):
+        every = (("both", "of", "them"), ("all", "of", "them"), ("all", "of", "it"))
+        if word == "all" and after in english.NUMBERS and self.words[at + 2 : at + 4] == ("of", "them"):
+            yield Noun(self.text(at, at + 4), pronoun="them", several=True, count=english.NUMBERS[after]), at + 4
+        for phrase in (*every, *((they, both) for they in ("they", "them") for both in ("both", "all"))):
             if self.words[at : at + 3][: len(phrase)] == phrase:
                 yield Noun(" ".join(phrase), pronoun="them", several=True), at + len(phrase)
         alone = not after or after in self._ends or after in english.LATER or word in ("it", "them", "they")
         if word in english.PRONOUNS and alone:
-            yield Noun(word, pronoun=word, several=english.PRONOUNS[word]), at + 1
+            noun = Noun(word, pronoun=word, several=english.PRONOUNS[word])
+            for link, end in self._related(at + 1, at + 1, 1) if after == "from" else ():
+                yield replace(noun, links=(link,)), end
+            yield noun, at + 1
         for end in starts(self.words, at, english.NONE):
             if self.words[end - 1] == "them" or (word == "neither" and end == at + 1 and after in self._ends):
                 yield Noun(self.text(at, end), quantity="none", pronoun="them", several=True), end
-        if word == "one" and alone:
+        if word == "one" and alone and self.words[at - 1 : at] not in (("that",), ("this",)):
             yield Noun(word, quantity="a", elided=True), at + 1
-        if word in ("everything", "anything", "nothing") or (word == "all" and after in ("that", *self._ends)):
-            quantity = {"anything": "a", "nothing": "none"}.get(word, "all")
+        if word in ("everything", "anything", "nothing", "something") or (word == "all" and after in ("that", *self._ends)):
+            quantity = {"anything": "a", "something": "a", "nothing": "none"}.get(word, "all")
             yield from self._linked(at, Noun("", english.ANYTHING, quantity), at + 1 + (after == "else"), 1)
         if word in ("those", "these"):
             yield from ((n, end) for n, end in self._linked(at, Noun("", english.ANYTHING, "all"), at + 1, 1) if n.links)
@@ -123,6 +129,8 @@ class NounParser:
         if at < len(self.words) and self.words[at] in self._names and self.words[at] in english.FUNCTION:
             yield from self._linked(at, Noun("", (self.words[at],)), at + 1, deep)
         start, noun = self._quantified(at)
+        if {*self.words[start : start + 1]} & self._names & english.FUNCTION and {*self.words[start + 1 : start + 2]} <= self._ends:
+            yield from self._linked(at, replace(noun, words=(self.words[start],)), start + 1, deep)
         if {*self.words[start : start + 1]} & self._names & english.FUNCTION and {*self.words[start + 1 : start + 2]} & english.FURNITURE:
             yield from self._linked(at, replace(noun, words=self.words[start : start + 2]), start + 2, deep)
         yield from self._two_sides(at, start, noun)
@@ -201,7 +209,7 @@ class NounParser:
                 other = True
             elif word in english.NUMBERS and (other or sides) and core[k - 1] not in self._names:
                 count = english.NUMBERS[word]
-            elif word in english.ORDINALS and k < len(core):
+            elif word in english.ORDINALS and not (len(core) == 1 and word in self._names):
                 ordinal = english.ORDINALS[word]
             elif word in english.SIZES:
                 size = english.SIZES[word]
@@ -227,6 +235,15 @@ class NounParser:
         if deep < DEEP and len(noun.links) < 3:
             for link, last in self._links(end, deep):
                 yield from self._linked(at, replace(noun, links=(*noun.links, link)), last, deep)
+            for begin in starts(self.words, end, english.APPOSED):  # "the tin, the one on the left, ..."
+                for more, last in self._linked(begin, Noun(""), begin, deep + 1):
+                    if more.links and self.words[last : last + 1] in ((), *((w,) for w in english.STOPS)):
+                        comma = self.words[last : last + 1] == (",",)
+                        yield from self._linked(at, replace(noun, links=(*noun.links, *more.links)), last + comma, deep + 1)
+            for begin in starts(self.words, end + 1, english.CONTRAST) if self.words[end : end + 1] == (",",) else ():
+                for _, last in self.nouns(begin, deep + 1, joined=False):  # "the red block, not the blue one, ..."
+                    if self.words[last : last + 1] == (",",):
+                        yield from self._linked(at, noun, last + 1, deep + 1)
         owned = replace(noun, said=self.text(at, end))
         if self.words[end : end + 1] == ("'s",) and deep < DEEP:
             for last in self._cores(end + 1):
@@ -252,6 +269,7 @@ class NounParser:
         for start in dict.fromkeys((*starts(self.words, begin, english.THAT), begin)):
             yield from self._sides(start, deep)
             yield from self._relations(start, deep)
+        yield from ((Link("here", self.words[begin:end]), end) for end in starts(self.words, begin, english.POINTED))
         if begin != at and begin < len(self.words) and self.words[begin] in self.states:
             yield Link("state", (self.words[begin],)), begin + 1
         end = begin
@@ -301,7 +319,7 @@ class NounParser:
         link = Link("side", (english.SIDES[word], self.words[at]))
         if self.words[end : end + 1] == ("of",):
             for noun, last in self.nouns(end + 1, deep + 1, joined=False):
-                yield replace(link, nouns=(noun,)), last
+                yield (link if {*noun.words[-1:]} & english.GROUPS else replace(link, nouns=(noun,))), last
         yield link, end
 
     def _relations(self, at: int, deep: int) -> Iterator[tuple[Link, int]]:

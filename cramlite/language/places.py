@@ -87,7 +87,7 @@ class Places:
     def _before(self, noun: Noun, words: Words, phrase: GoalPhrase, themes: tuple[str, ...], mentions: Mentions) -> Referents:
         """Return the place to which a pronoun refers: the last one named that suits the goal phrase."""
         pairs = zip(reversed(mentions.places), reversed(mentions.themes), strict=True)
-        upon = words == TOP_WORD  # "on top of it" is on what was put, not on where it was put
+        upon = words == TOP_WORD or noun.pronoun == "that"  # "on top of it" is on what was put, not on where it was put
         groups = [g for place, theme in pairs for g in ((theme, place) if upon else (place, theme))]
         order = [g for g in groups if len(g) == 1 and not set(map(thing_of, g)) & set(themes)]
         hollow = [g for g in order if any(map(self._inward, self._its.scene.world.thing(thing_of(g[0])).features))]
@@ -98,6 +98,22 @@ class Places:
         name = (suited or order)[0][0]
         place = name if name != thing_of(name) else self._chosen(name, noun, words)
         return Referents(noun.said, (place,))
+
+    def leaves(self, phrase: GoalPhrase, theme: str, place: str) -> bool:
+        """Check whether a goal phrase only says that a thing shall no longer be at a place."""
+        if not meaningful(phrase, self._its, theme, place):
+            return False
+        condition = phrase.meaning(self._its.scene, theme, place)
+        return bool(condition.without) and not (condition.needs or condition.shown)
+
+    def said(self, phrase: GoalPhrase, things: tuple[str, ...]) -> str:
+        """Return the goal in words; refuse things for which the goal phrase has no meaning."""
+        try:
+            phrase.meaning(self._its.scene, *things)
+        except (UserError, KeyError) as error:
+            raise Refusal(FALSE, str(error).strip("'.")) from error
+        left = list(things)
+        return " ".join(left.pop(0) if w.isupper() else w for w in phrase.form.split())
 
     def now(self, name: str) -> tuple[GoalPhrase, str]:
         """Return the smallest thing or region that a thing is on or in now, with the goal phrase that states
@@ -159,6 +175,8 @@ class Places:
         upon = [n for n, f in named.items() if not self._inward(f)]
         top = [n for n in upon if "top" in _words(n)]
         one = top if len(upon) > 1 else upon
+        if len(self._its.scene.world.thing(name).features) == 1:
+            return name  # it has no other place
         return str(EntityName(name, one[0])) if len(one) == 1 else name
 
     def _inside(self, name: str, noun: Noun, named: dict[str, Feature]) -> str:

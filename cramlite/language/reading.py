@@ -11,6 +11,7 @@ from msgspec.structs import replace
 from ..base.errors import UserError
 from ..base.value import Value
 from ..model.entity_name import thing_of
+from .english import TOP_WORD
 from .mentions import Mentions, Referents
 from .nouns import spoken
 from .places import Places, meaningful
@@ -57,14 +58,15 @@ class Reading:
         self._brief, self._free = brief, free
         self._its, self._fluents, self._places = resolver, fluents, Places(resolver)
         self._mentions = Mentions()
+        self._announced: frozenset[str] = frozenset()
         self.at = 0
 
     def literals(self, clauses: Sequence[Clause]) -> tuple[Literal, ...]:
-        """Return the goals of all clauses, without those that a later clause replaces."""
+        """Return the goals for which the clauses of a sentence ask, except a goal that a later clause replaces."""
         found: list[_Row] = []
         for number, clause in enumerate(clauses):
             self.at = number
-            if clause.relation in ("aside", "same"):
+            if clause.relation in ASIDES:
                 self._overhear(clause)
                 continue
             stated = [replace(clause, phrases=(clause.state,), place=None, beside=None)] if clause.state is not None else []
@@ -78,16 +80,18 @@ class Reading:
                 found = self._alternative(clause, rows, found, clauses[number - 1])
                 continue
             for row in rows:
-                same = [f for f in found if f.themes == row.themes and f.clause is not row.clause]
+                same = [f for f in found if f.themes == row.themes and f.clause is not row.clause and f.literal.goal != row.literal.goal]
                 if not self._brief:
                     moved = self._free and row.clause.place is not None and clause.relation == "phrase"
                     same = [f for f in same if moved and f.clause.place is not None]
-                if clause.theme.pronoun and any(not self._superseded(f, row, clauses, number) for f in same):
-                    raise Refusal(FALSE, f"'{row.literal.goal}' is a second goal for {listed([*row.themes], 'and')}; say both with verbs")
+                if (clause.theme.pronoun or clause.theme.elided) and any(not self._superseded(f, row, clauses, number) for f in same):
+                    raise Refusal(FALSE, f"'{row.literal.goal}' is a second goal for {listed([*row.themes], 'and')}; use a verb for each")
                 found = [*(f for f in found if not self._superseded(f, row, clauses, number)), row]
-        found = self._without_told(found)
+        found = self._without_left(self._without_told(found))
         if not found:
             raise Refusal(UNREAD, "it names things and asks for nothing")
+        if left := sorted(self._announced - self._mentions.every):
+            raise Refusal(UNREAD, f"{listed(left, 'and')} is named, and nothing is asked for it")
         self._check(clauses, found)
         goals = {row.literal.goal: row.literal for row in found}
         return tuple(one for goal, one in goals.items() if not any(other.startswith(f"{goal} ") and OR not in other for other in goals))
@@ -107,6 +111,13 @@ class Reading:
         asked = max((k for k, row in enumerate(found) if not row.clause.told), default=-1)
         return [row for k, row in enumerate(found) if not (row.clause.told and k < asked and self._so(row))]
 
+    def _without_left(self, found: Sequence[_Row]) -> list[_Row]:
+        """Return the goals without those that a thing shall leave a place, if another goal takes it elsewhere."""
+        meant = [(row, self._meaning(row)) for row in found]
+        gone = {row.themes for row, one in meant if one is not None and one.needs and row.clause.place is not None}
+        leaves = [row for row, one in meant if one is not None and one.without and not (one.needs or one.shown)]
+        return [row for row in found if not (row.themes in gone and any(row is other for other in leaves))]
+
     def _so(self, row: _Row) -> bool:
         """Check whether the statement of a clause, which may be a denial, is true in the present scene."""
         meaning = self._meaning(row._replace(clause=replace(row.clause, denied=False)))
@@ -118,6 +129,13 @@ class Reading:
         An apposition ("both mugs, the red and the blue one") is refused if it names other things than the
         phrase that it repeats.
         """
+        if clause.relation == "going":
+            self._mention(clause, self._its.things(clause.theme, lambda _: True, self._mentions).names, ())
+            return
+        if clause.relation == "ahead":
+            named = {n for noun in clause.theme.members for n in self._its.things(noun, lambda _: True, self._mentions).names}
+            self._announced |= named
+            return
         if clause.relation == "same":
             named = {*self._its.things(clause.theme, lambda _: True, self._mentions).names}
             last = [{*map(thing_of, g)} for g in (*self._mentions.themes[-1:], *self._mentions.places[-1:])]
@@ -125,26 +143,29 @@ class Reading:
             if named not in (*last, every):
                 raise Refusal(UNREAD, f"'{clause.theme.said}' is named, and nothing is asked for it")
             return
-        names: list[str] = []
+        groups: list[tuple[str, ...]] = []
         for noun in clause.theme.members:
             try:
                 found = self._its.things(noun, lambda _: True, self._mentions)
             except Refusal:
                 continue
-            names += found.names if len(found.names) == 1 else ()
-        if names:
+            groups += [] if found.some else [found.names]
+        if groups:
             self._mentions = replace(self._mentions, words=clause.theme.members[0].words, earlier=self._mentions.words)
-            self._mention(clause, tuple(names[:1]), tuple(names[1:]))
+            self._mention(clause, groups[0], tuple(n for group in groups[1:] for n in group))
 
     def _check(self, clauses: Sequence[Clause], found: Sequence[_Row]) -> None:
         """Refuse parts of a sentence that name a thing but ask for nothing, and goals that contradict each
         other."""
-        clauses = [c for c in clauses if c.relation not in ("aside", "same")]
+        clauses = [c for c in clauses if c.relation not in ASIDES]
         for clause, after in zip(clauses, (*clauses[1:], None), strict=True):
             nouns = [n for n in (after.theme, after.place, after.beside and after.beside.nouns[0]) if n] if after is not None else []
             if not (clause.phrases or clause.told or clause.relation == "swap") and not any(n.pronoun or n.elided for n in nouns):
                 raise Refusal(UNREAD, f"'{clause.theme.said}' is named, and nothing is asked for it")
         goals = {row.literal.goal for row in found}
+        for low, high in ((g.split(), h.split()) for g, h in combinations(sorted(goals), 2)):
+            if low[1:2] == high[1:2] == ["on"] and low[2:] == high[:1] and high[2:] == low[:1]:
+                raise Refusal(FALSE, f"{low[0]} and {high[0]} cannot be on each other")
         for goal in sorted(g for g in goals if f"not {g}" in goals):
             raise Refusal(FALSE, f"'{goal}' is asked for, and that it shall not be so")
         meant = [(row, self._meaning(row)) for row in found]
@@ -177,8 +198,8 @@ class Reading:
         self._mention(clause, themes.names, ())
         origins = ((clause.said, "change places"), (clause.theme.said, themes.listed))
         return [
-            *self._rows(clause, its, [(one, self._said(its, (one, there)))], 0, origins),
-            *self._rows(clause, mine, [(other, self._said(mine, (other, here)))], 0, origins),
+            *self._rows(clause, its, [(one, self._places.said(its, (one, there)))], 0, origins),
+            *self._rows(clause, mine, [(other, self._places.said(mine, (other, here)))], 0, origins),
         ]
 
     def _clause(self, clause: Clause) -> Iterable[_Row]:
@@ -191,7 +212,7 @@ class Reading:
         if not clause.phrases:
             self._its.needless += 1
             named = self._its.things(clause.theme, lambda _: True, self._mentions)
-            self._mention(clause, named.names, (), open=named.some == 1)
+            self._mention(clause, named.names, (), some=named.some)
             self._mentions = replace(self._mentions, words=clause.theme.words or self._mentions.words)
             return []
         phrase = clause.phrases[0]
@@ -200,19 +221,19 @@ class Reading:
             self._mentions = replace(self._mentions, words=clause.theme.words, earlier=self._mentions.words)
         if clause.place is None:
             rows = self._unary(clause, phrase, themes)
-            self._mention(clause, themes.names, (), open=themes.some == 1)
+            self._mention(clause, themes.names, (), some=themes.some)
             return rows
         if clause.relation == "phrase":
             themes = self._without_carried(clause, themes)
             places = self._places.at(clause.place, clause.words, phrase, themes.names, self._mentions)
             rows = self._placed(clause, phrase, themes, places)
-            self._mention(clause, themes.names, places.names, open=themes.some == 1)
+            self._mention(clause, themes.names, places.names, some=themes.some)
             return rows
         return self._spots(clause, themes)
 
     def _without_carried(self, clause: Clause, themes: Referents) -> Referents:
-        """Return the things that a pronoun refers to, without those that an earlier clause put onto one of
-        the others."""
+        """Return the things that a pronoun refers to, except a thing that an earlier clause of the sentence
+        put onto another of them."""
         before = zip(self._mentions.themes, self._mentions.places, strict=True)
         put = {t for group, places in before for t in group if {*places} & {*themes.names}}
         left = tuple(n for n in themes.names if n not in put)
@@ -220,7 +241,8 @@ class Reading:
 
     def _together(self, clause: Clause) -> list[_Row]:
         """Return the goals by which several things stand side by side: each further one next to the first."""
-        first, *others = clause.theme.members
+        named = self._its.things(clause.theme, lambda n: self._its.scene.world.thing(n).movable, self._mentions).names
+        first, *others = clause.theme.members or [Noun(n, (n.lower(),)) for n in named]
         parts = [replace(clause, theme=first, relation="phrase")] if clause.place is not None else []
         for other in others:
             beside = Link("next to", clause.words, (first,))
@@ -247,7 +269,7 @@ class Reading:
 
     def _unary(self, clause: Clause, phrase: GoalPhrase, themes: Referents) -> list[_Row]:
         amount = (clause.amount,) if clause.amount else ()
-        goals = [(n, self._said(phrase, (n, *amount))) for n in themes.names]
+        goals = [(n, self._places.said(phrase, (n, *amount))) for n in themes.names]
         origins = ((clause.said, _verb_of(phrase)), (clause.theme.said, themes.listed))
         return self._rows(clause, phrase, goals, themes.some, origins)
 
@@ -256,13 +278,17 @@ class Reading:
             raise Refusal(FALSE, f"'{clause.said}' is about no thing that the scene has")
         if clause.words and " ".join(clause.words) in _OPEN_WAYS and not phrase.suits(self._its.scene, themes.names[0], places.names[0]):
             raise Refusal(UNREAD, f"'{clause.said}' does not go with a place such as {places.names[0]}")
-        if len(places.names) > 1 and places.some != 1:
+        leaves = len(places.names) > 1 and self._places.leaves(phrase, themes.names[0], places.names[0])
+        if len(places.names) > 1 and places.some != 1 and not leaves:
             raise Refusal(OPEN, f"'{places.said}' are {listed(list(places.names), 'and')}; say which thing goes where")
+        if clause.place is not None and clause.place.pronoun and clause.words == TOP_WORD and len(themes.names) > 1:
+            raise Refusal(OPEN, f"'{clause.theme.said}' are {themes.listed}; say which one is on top of which")
         themes = themes if clause.amount else self._from_there(clause, phrase, themes, places)
         goals = []
         for theme in themes.names:
             amount = (clause.amount,) if clause.amount else ()
-            ways = [self._said(phrase, (theme, p, *amount)) for p in places.names if thing_of(p) != theme]
+            wheres = [p for p in places.names if thing_of(p) != theme and not (leaves and not self._its.anywhere(theme, thing_of(p)))]
+            ways = [self._places.said(phrase, (theme, p, *amount)) for p in wheres]
             if clause.beside is not None and ways:
                 form, _ = self._places.beside(clause.beside, clause.phrases, theme, self._mentions, thing_of(places.names[0]))
                 ways = [form.replace("THING", theme)]
@@ -277,10 +303,7 @@ class Reading:
 
         Refuse things that are not there, unless the sentence put them there before.
         """
-        if not meaningful(phrase, self._its, themes.names[0], places.names[0]):
-            return themes
-        condition = phrase.meaning(self._its.scene, themes.names[0], places.names[0])
-        if condition.needs or condition.shown or not condition.without or {*themes.names} & self._mentions.put:
+        if not self._places.leaves(phrase, themes.names[0], places.names[0]) or {*themes.names} & self._mentions.put:
             return themes
         there = tuple(t for t in themes.names if any(self._its.anywhere(t, thing_of(p)) for p in places.names))
         if there and (clause.theme.quantity == "all" or clause.theme.several):
@@ -338,24 +361,15 @@ class Reading:
             raise Refusal(OPEN, self._its.which(clause.theme, [*dict.fromkeys(theme for theme, _ in goals)]))
         return f"{some} of {class_.rpartition(':')[2]}{rests.pop()}"
 
-    def _said(self, phrase: GoalPhrase, things: tuple[str, ...]) -> str:
-        """Return the goal in words; refuse things for which the goal phrase has no meaning."""
-        try:
-            phrase.meaning(self._its.scene, *things)
-        except (UserError, KeyError) as error:
-            raise Refusal(FALSE, str(error).strip("'.")) from error
-        left = list(things)
-        return " ".join(left.pop(0) if w.isupper() else w for w in phrase.form.split())
-
-    def _mention(self, clause: Clause, themes: tuple[str, ...], places: tuple[str, ...], *, open: bool = False) -> None:
+    def _mention(self, clause: Clause, themes: tuple[str, ...], places: tuple[str, ...], *, some: int = 0) -> None:
         words = self._mentions.words or (clause.place.words if clause.place is not None else ())
         themes = tuple(dict.fromkeys(self._whole(n, clause) for n in themes))
         put = self._mentions.put | ({*themes} if clause.place is not None else set())
-        some = self._mentions.some | ({themes} if open else set())
+        chosen = self._mentions.some | ({(themes, some)} if some else set())
         its = self._mentions
         where = clause.place.words[-1:] if clause.place is not None else ()
         groups = (*its.themes, themes), (*its.places, places)
-        self._mentions = Mentions(*groups, words, its.earlier, where or its.where, frozenset(put), some)
+        self._mentions = Mentions(*groups, words, its.earlier, where or its.where, frozenset(put), chosen)
 
     def _whole(self, name: str, clause: Clause) -> str:
         """Return the name of the thing that the sentence named, if one of the thing's parts is meant: the
@@ -391,7 +405,9 @@ class Reading:
         """Return the state that a goal requires; None for a denial, an alternative or a free choice."""
         if row.clause.denied or row.clause.either:
             return None
-        names = [w for w in row.literal.goal.split() if thing_of(w) in self._its.scene.types]
+        goal = row.literal.goal.split()
+        goal = [row.themes[0], *goal[3:]] if goal[1] == "of" else goal  # "2 of Tin on tray"
+        names = [w for w in goal if thing_of(w) in self._its.scene.types]
         slots = len([w for w in row.phrase.form.split() if w.isupper()])
         slots -= bool(row.clause.amount)
         things = [*names[:slots], *([row.clause.amount] if row.clause.amount else [])]
@@ -402,7 +418,9 @@ class Reading:
 
 
 OR = " or "
-_OPEN_WAYS = frozenset({"to", "towards", "at", "over to", "toward"})
+ASIDES = ("aside", "ahead", "same", "going")
+"""Relations of clauses that ask for no goal: what is left out, announced, named again, or where the robot shall go."""
+_OPEN_WAYS = frozenset({"to", "towards", "at", "over to", "toward", "there"})
 """Prepositions that leave open whether it is on or in."""
 
 

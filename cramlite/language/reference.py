@@ -26,7 +26,10 @@ if TYPE_CHECKING:
     from .space import Space
 
 About = Callable[[str], bool]
-FILTERS = ("phrase", "of", "with", "under", "state", "colour", "left of", "right of", "in front of", "behind", "between", "at", "except")
+FILTERS = (
+    *("phrase", "of", "with", "under", "state", "colour", "left of", "right of", "in front of", "behind", "between", "at", "except"),
+    "here",
+)
 
 
 class Resolver:
@@ -70,7 +73,9 @@ class Resolver:
             names = tuple(dict.fromkeys(n for m in members for n in m.names))
             return Referents(noun.said, names, some=int(noun.joined == "or"))
         if noun.pronoun:
-            return self._meant_before(noun, about, mentions)
+            meant = self._meant_before(noun, about, mentions)
+            self._kept(list(meant.names), noun, mentions)
+            return meant
         found = self.pool(noun, about, mentions)
         before = [n for n in found if n in mentions.every - mentions.put]
         one = noun.quantity == "the" and not (noun.several or noun.count or noun.other) and len(before) == 1
@@ -86,15 +91,20 @@ class Resolver:
             return list(self.things(noun, about, mentions).names)
         noun = _unpacked(noun)
         found = self._called(noun, about, mentions)
+        found = self._kept(found, noun, mentions)
+        for link in (k for k in noun.links if k.relation in ("next to", "nearest", "farthest")):
+            found = self._nearest(found, noun, link, mentions)
+        return self._placed(found, noun, mentions)
+
+    def _kept(self, found: list[str], noun: Noun, mentions: Mentions) -> list[str]:
+        """Return those of some things of which the relations of a noun phrase are true."""
         for link in (k for k in noun.links if k.relation in FILTERS):
             kept = self._related(found, link, mentions)
             if not kept:
                 raise Refusal(FALSE, f"'{noun.said}' is not there: {self._not_so(found, noun, link)}")
             self.needless += len(kept) == len(found)
             found = kept
-        for link in (k for k in noun.links if k.relation in ("next to", "nearest", "farthest")):
-            found = self._nearest(found, noun, link, mentions)
-        return self._placed(found, noun, mentions)
+        return found
 
     def holds(self, preposition: Words, thing: str, place: str) -> bool:
         """Check whether a thing is at a place in the sense of a preposition; contents of a part are contents
@@ -185,6 +195,8 @@ class Resolver:
             form = self.frames.states[link.words[0]]
             phrases = [f.phrase for f in self.frames.unary if f.phrase.form == form]
             return [n for n in names if any(self.so(p.meaning, n) for p in phrases)]
+        if link.relation == "here":
+            return names
         if link.relation == "between":
             others = self.things(link.nouns[0], _anything, mentions).names
             return [n for n in names if n not in others and self.space.beside(n, "between", others)]
@@ -216,7 +228,8 @@ class Resolver:
 
     def _relates(self, name: str, other: str, link: Link) -> bool:
         if link.relation == "phrase":
-            loosely = {*link.words} <= INWARD and not self._hollow(other)  # "in the cupboard", of one that is modelled as a board
+            taken = link.words in (("from",), ("out", "of"))
+            loosely = taken or ({*link.words} <= INWARD and not self._hollow(other))  # "in the cupboard", which is modelled as a board
             return self.holds(link.words, name, other) or (loosely and self.anywhere(name, other))
         if link.relation == "of":
             joint = self.scene.world.thing(name).joint
@@ -224,7 +237,7 @@ class Resolver:
         if link.relation == "at":
             return self.anywhere(name, other)
         if link.relation in ("with", "under"):
-            return self.anywhere(other, name)
+            return self.anywhere(other, name) or (link.relation == "under" and self.space.is_under(name, other))
         return self.space.beside(name, link.relation, (other,))
 
     def _not_so(self, names: list[str], noun: Noun, link: Link) -> str:
@@ -366,8 +379,9 @@ class Resolver:
             wholes = tuple(dict.fromkeys(map(thing_of, group)))
             return wholes if all(map(about, wholes)) else tuple(self._parts(wholes, about))
 
-        if not noun.several and mentions.themes and mentions.themes[-1] in mentions.some:
-            return Referents(noun.said, mentions.themes[-1], some=1)
+        last_some = next((n for group, n in mentions.some if group == mentions.themes[-1]), 0)
+        if last_some and noun.several == (last_some > 1):
+            return Referents(noun.said, mentions.themes[-1], some=last_some)
         if noun.several:
             last: tuple[tuple[str, ...], ...] = (*(mentions.themes[-1:]), *(mentions.places[-1:]))
             together = tuple(dict.fromkeys(n for g in last for n in map(thing_of, g) if about(n)))

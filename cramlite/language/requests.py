@@ -11,13 +11,15 @@ from . import english
 from .english import Words, starts
 from .frames import Frame, Frames
 from .nouns import NounParser, spoken
+from .phrases import Phrases
 from .tree import Clause, Link, Noun
 
 Found = tuple[Clause, int]
 """A request, and the position behind it."""
 THERE = (
     ("in there", "in"), ("off there", "off"), ("out of there", "out of"), ("from there", "from"), ("inside", "in"), ("in", "in"),
-    ("there", ""), ("on top", "on"), ("on there", "on"),
+    *((text, "") for text in ("there", "up there", "over there", "down there")), ("on top", "on"),
+    ("on there", "on"), ("on the top", "on"), ("at the top", "on"), ("on the very top", "on"),
 )  # fmt: skip
 """Adverbs in the place of a place, each with its preposition."""
 RESPECTIVELY = (("respectively",), (",", "respectively"))
@@ -47,6 +49,13 @@ class RequestParser:
         nouns = (clause.theme, clause.place, *(clause.beside.nouns if clause.beside is not None else ()))
         return all(self._known(n) for n in nouns if n is not None)
 
+    def _courtesies(self, at: int, *tables: Phrases) -> tuple[int, ...]:
+        """Return the end positions of phrases that change nothing, longest first; "first" is none where it is
+        a name."""
+        if self.words[at : at + 1] and self.words[at] in english.ORDINALS and self.words[at] in self._names:
+            return ()
+        return tuple(sorted((e for table in tables for e in starts(self.words, at, table)), reverse=True))
+
     def _contrasted(self, at: int) -> Iterator[int]:
         """Yield the position after a contrast, whose words are not meant: "not in the basket" in "on the
         tray, not in the basket"."""
@@ -62,7 +71,10 @@ class RequestParser:
     def _imperative(self, at: int, *, participle: bool = False) -> Iterator[Found]:
         verbs = self.frames.participles if participle else self.frames.verbs
         for frame, verb, particle, end in verbs(self.words, at):
-            end += self.words[end : end + 1] in (("me",), ("us",))
+            given = self.words[end : end + 1] in (("me",), ("us",))
+            end += given
+            if given and ("from",) in frame.prepositions:
+                continue  # "get me the tin from the tray" wants it held
             if frame.converse:
                 yield from self._converse(frame, verb, end)
                 continue
@@ -85,6 +97,8 @@ class RequestParser:
         several = len({f.phrase for f, *_ in self.frames.verbs(verb, 0) if f.converse and f.after}) > 1
         words = ("to",) if several else verb  # "fill" leaves open whether it is in or on the place
         for place, end in self._nouns.nouns(at):
+            if place.words == english.ANYTHING and place.links and place.links[0].nouns:  # "whatever is on it"
+                place = place.links[0].nouns[0]
             if frame.after:
                 themes = (t for start in starts(self.words, end, frame.after) for t in self._nouns.nouns(start))
                 yield from ((self._clause(frame, verb, theme, place, "phrase", words), last) for theme, last in themes)
@@ -99,12 +113,12 @@ class RequestParser:
                     yield from self._predicates(theme, begin)
 
     def _complements(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
-        """Yield clauses of a verb and its object together with the words behind them: an amount, a place, or
-        an adverb or adjective."""
+        """Yield clauses made of a verb, its object and the words that follow: an amount, a place, an adverb
+        or an adjective."""
         if frame.amount:
             yield from self._amounts(frame, verb, theme, at)
         elif frame.place:
-            for begin in self._between(at):
+            for begin in self._between(at, erect=bool({*verb} & english.ERECT)):
                 yield from self._places(frame, verb, theme, begin)
             yield from self._posed(frame, verb, theme, at)
             yield from self._together(frame, verb, theme, at)
@@ -116,35 +130,43 @@ class RequestParser:
     def _posed(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
         """Yield phrases of a place and a state, in either order: "upside down on the tray", "on the tray
         upside down"."""
+        if {*verb} & english.ERECT and self.words[at : at + 1] == ("up",):  # "stand it up on the tray"
+            upright = (f for f in self.frames.unary if ("upright",) in f.stated)
+            yield from ((replace(c, state=f.phrase), end) for f in upright for c, end in self._places(frame, verb, theme, at + 1))
+            return
         for unary in self.frames.unary:
             for begin in starts(self.words, at, unary.stated) if self.words[at : at + 1] and self.words[at] not in english.PLACED else ():
                 yield from ((replace(c, state=unary.phrase), end) for c, end in self._places(frame, verb, theme, begin))
         for clause, last in self._places(frame, verb, theme, at):
             for unary in self.frames.unary:
-                yield from ((replace(clause, state=unary.phrase), end) for end in starts(self.words, last, unary.stated))
+                begin = last + (self.words[last : last + 1] == (",",))
+                yield from ((replace(clause, state=unary.phrase), end) for end in starts(self.words, begin, unary.stated))
 
     def _together(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
         """Yield clauses that put things beside one another: "the tin and the can side by side on the
         tray"."""
-        for begin in starts(self.words, at, english.TOGETHER) if theme.joined == "and" else ():
+        for begin in starts(self.words, at, english.TOGETHER) if theme.several and not theme.pronoun else ():
             placed = [(c, end) for c, end in self._places(frame, verb, theme, begin) if c.relation == "phrase" and c.beside is None]
             alone = [(self._clause(frame, verb, theme), begin)] if frame.beside else []
             yield from ((replace(c, relation="together"), end) for c, end in (*placed, *alone))
 
-    def _between(self, at: int) -> tuple[int, ...]:
+    def _between(self, at: int, *, erect: bool = False) -> tuple[int, ...]:
         """Return the positions after a verb's object at which a place may begin; adverbs and commas may be
-        skipped."""
+        skipped, but not the "up" of "stand it up"."""
         ends = [at]
         if self.words[at : at + 1] == (",",):
             ends.append(at + 1)
-        for k in (at, *starts(self.words, at, english.CLOSING)):
-            if k < len(self.words) and self.words[k] in ("down", "back", "up", "so", "over", "right", "directly", "that", ",", "away"):
+        for k in (at, *self._courtesies(at, english.CLOSING)):
+            plain = k < len(self.words) and not (erect and self.words[k] == "up")
+            if plain and self.words[k] in ("down", "back", "up", "so", "over", "right", "directly", "that", ",", "away"):
                 ends.append(k + 1)
             ends.append(k)
         ends += [e + (self.words[e : e + 1] == (",",)) for e in self._contrasted(at + (self.words[at : at + 1] == (",",)))]
         return tuple(dict.fromkeys(ends))
 
     def _places(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
+        if {*verb} & english.ERECT and self.words[at : at + 1] == ("up",):
+            return
         for start in starts(self.words, at, frame.prepositions):
             for place, end in self._nouns.nouns(start):
                 if self.words[at:start] in english.TO and ((place.sides and not place.words) or not (frame.region or verb)):
@@ -152,11 +174,16 @@ class RequestParser:
                 clause = self._clause(frame, verb, theme, place, "phrase", self.words[at:start])
                 yield clause, end
                 yield from ((replace(clause, paired=True), last) for last in starts(self.words, end, RESPECTIVELY))
+                whole = next((k.nouns[0] for k in place.links if k.relation == "of" and k.nouns), None)
+                if place.sides == ("middle",) and not place.words and whole is not None:
+                    clause = replace(clause, place=whole)  # "in the middle of the tray, within 3 cm"
                 for begin in starts(self.words, end + (self.words[end : end + 1] == (",",)), english.WITHIN):
                     for amid in self.frames.amid:
                         for amount, behind in self._amounts(amid, verb, theme, begin):
                             near = replace(clause, phrases=(amid.phrase,), amount=amount.amount)
-                            yield from ((near, last) for last in (*starts(self.words, behind, english.CENTRAL), *self._centre(behind)))
+                            told = (*starts(self.words, behind, english.SUITS), behind) if clause.place is whole else ()
+                            ends = (*starts(self.words, behind, english.CENTRAL), *self._centre(behind), *told)
+                            yield from ((near, last) for last in ends)
                 if frame.beside:
                     yield from ((replace(clause, beside=link), last) for link, last in self._nouns.beside(end))
         yield from self._adverbs(frame, verb, theme, at)
@@ -175,8 +202,10 @@ class RequestParser:
         for text, word in THERE:
             phrase = tuple(text.split())
             end = at + len(phrase)
-            if self.words[at:end] == phrase and (not word or tuple(word.split()) in frame.prepositions):
-                yield self._clause(frame, verb, theme, Noun(spoken(phrase), pronoun="there"), "phrase", phrase[:1]), end
+            ways = {("on",), ("in",)} if not word else {tuple(word.split())}
+            if self.words[at:end] == phrase and (word or frame.region) and ways & {*frame.prepositions}:
+                how = english.TOP_WORD if phrase[-1] == "top" else phrase[:1] if word else ("there",)
+                yield self._clause(frame, verb, theme, Noun(spoken(phrase), pronoun="there"), "phrase", how), end
         if not frame.region:
             return
         for end in starts(self.words, at, english.ORIGIN):

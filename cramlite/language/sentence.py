@@ -112,7 +112,7 @@ def _meanings(
         try:
             literals = reading.literals(clauses)
             key = tuple(sorted(one.goal for one in literals))
-            left_out = tuple(said for c in clauses for said in (c.said if c.relation == "aside" else "", c.odd) if said)
+            left_out = tuple(said for c in clauses for said in (c.said if c.relation in ("aside", "ahead") else "", c.odd) if said)
             cost = sum(len(said.split()) for said in left_out), resolver.needless
             if key not in found or cost < found[key][0]:
                 found[key] = cost, literals, left_out

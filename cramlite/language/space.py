@@ -74,7 +74,7 @@ def centre(box: Box) -> tuple[float, float, float]:
 
 
 class Space:
-    """Positions of things as a view sees them.
+    """Positions of things relative to a viewpoint, from which left, right and front are told.
 
     Args:
         world: with the things at their believed poses.
@@ -109,6 +109,10 @@ class Space:
             if low[0] <= x <= high[0] and low[1] <= y <= high[1] and high[2] <= floor
         ]  # fmt: skip
         return max(found)[1] if found else ""
+
+    def is_under(self, name: str, other: str) -> bool:
+        """Check whether a thing is below another and, seen from above, overlaps it."""
+        return self.gap(name, other) == 0 and self._boxes[name][1][2] < self._boxes[other][0][2] + MARGIN
 
     def gap(self, one: str, other: str) -> float:
         """Return the distance between two things, seen from above [m]; 0 where one is over the other."""

@@ -48,7 +48,7 @@ class Surface:
 
     def _numbered(self, words: Words) -> Words:
         """Repeat a noun for each number: "cans one and two" becomes "can 1 and can 2"."""
-        left, k, last = list[str](), 0, ""
+        words, left, k, last = self._listed(words), list[str](), 0, ""
         while k < len(words):
             noun, found, end = english.singular(words[k]), list[str](), k + 1
             last = noun if noun in self._kinds else last
@@ -72,6 +72,15 @@ class Surface:
             left += named or [words[k]]
             k = end if found else k + 1
         return tuple(left)
+
+    def _listed(self, words: Words) -> Words:
+        """Write a range of numbers as a list: "tins 1 to 3" as "tins 1, 2 and 3"."""
+        for k in range(1, len(words) - 2):
+            first, last = _digits(words[k]), _digits(words[k + 2])
+            if words[k + 1] in english.UP_TO and english.singular(words[k - 1]) in self._kinds and first.isdigit() and last.isdigit():
+                between = [w for n in range(int(first), int(last)) for w in (str(n), ",")][:-1]
+                return (*words[:k], *between, "and", last, *words[k + 3 :])
+        return words
 
     def _is_noun(self, word: str) -> bool:
         return english.singular(word) in self._kinds or (english.plural(word) and word not in english.PLACED)
@@ -167,7 +176,9 @@ def _sided(words: Words) -> Words:
     said = " ".join(words)
     said = re.sub(r"\b(?:to|on|at|by|onto) (?:its|their|his|her) (left|right)(?: hand)?(?: side)?\b", r"to the \1 of it", said)
     said = re.sub(r"\ba (?:couple|pair)(?: of)?\b", "two", said)
+    said = re.sub(r"\bthere (should|must|shall) not be any\b", r"there \1 be no", said)
     said = re.sub(r"\b(?:can|could|may) (?:i|we) (?:have|get)\b", "give me", said)
+    said = re.sub(r"\b((?:the|my|your|this|that) \w+) 's contents?\b", r"the contents of \1", said)
     said = re.sub(r"\bat least (?=a |one |two |three |four |five |\d)", "", said)
     said = re.sub(r"\bthe near (?=ones?\b)", "the nearer ", said)
     said = re.sub(r"\bthe rest of (?:the|my|these|those)\b", "the other", said)
@@ -186,7 +197,7 @@ def _without_prelude(words: Words) -> Words:
 
 
 def _stopped(words: Words) -> Words:
-    """Reduce several separators in a row, which removed fillers leave, to one."""
+    """Reduce several punctuation marks in a row, which are left where filler words were removed, to one."""
     found: list[str] = []
     for word in words:
         unsaid = word == "," and found[-1:] and found[-1] in ("the", "a", "an", "my", "on", "in", "into", "onto", "to")

@@ -11,6 +11,8 @@ from ..base.value import replace
 from ..interpretation.conditions import atoms
 from ..interpretation.path_predicate import path_predicate, rest_predicate
 from ..interpretation.rules import Rule
+from ..interpretation.timeline import Predicate
+from ..interpretation.turn_predicate import turn_predicate
 from ..testing.skeleton import camel
 from .example import Example, Library, Marked, example, solutions
 from .learner import Learned, covers, learn, left_out
@@ -19,6 +21,8 @@ from .proposal import Proposal, propose, steps_of
 from .shown_motion import ShownMotion, shown_motion
 from .shown_rest import ShownRest, shown_rest
 from .shown_swing import shown_swing
+from .shown_turn import ShownTurn, shown_turn
+from .span import Span
 
 if TYPE_CHECKING:
     from ..model.episode import Episode
@@ -50,16 +54,13 @@ def learn_task(
     examples = [example(Marked(named[id(e)], start, end), rules, taxonomy) for e, start, end in shown]
     refused, known = ([named[id(e)] for e in group] for group in (refused, known))
     others = [*Library(refused, taxonomy, strict=True).known(rules), *Library(known, taxonomy).known(rules)]
-    motion = _motion(examples, rules)
-    motion = motion.apart_from([k.span for k in others if k.strict]) if motion else None
-    rest = None if motion else _rest(examples)
-    predicate = path_predicate(f"follows_{name}", motion.path) if motion else None
-    predicate = rest_predicate(f"rests_{name}", rest.least_s) if rest else predicate
+    motion = _shown(examples, rules, [k.span for k in others if k.strict])
+    predicate = _predicate(motion, name)
     learned = learn(examples, others, knowledge.predicates, taxonomy, predicate)
     if predicate is None and (unlike := _unlike(learned)):
         raise UserError(unlike)
     wrong = [examples[k].span for k in learned.refused]
-    proposal = propose(f"cram:{camel(name)}", learned, rules, taxonomy, wrong, motion or rest)
+    proposal = propose(f"cram:{camel(name)}", learned, rules, taxonomy, wrong, motion)
     said = {str(k.span) for k in learned.others if k.strict}
     contradicted = [c for c in proposal.covered if c in said]
     if contradicted:
@@ -69,6 +70,24 @@ def learn_task(
             "Mark intervals that differ (--interval), leave one of them out, or write a predicate for what differs."
         )
     return proposal
+
+
+def _shown(examples: Sequence[Example], rules: Sequence[Rule], refused: Sequence[Span]) -> ShownMotion | ShownTurn | ShownRest | None:
+    """Return what the examples share and no known task explains: a motion, else a turn, else a rest."""
+    if motion := _motion(examples, rules):
+        return motion.apart_from(refused)
+    sets = [[e.span for k, e in enumerate(examples) if k not in out] for out in left_out(len(examples))]
+    turn = next((found for kept in sets if (found := shown_turn(kept)) is not None), None)
+    return turn or next((rest for kept in sets if (rest := shown_rest(kept)) is not None), None)
+
+
+def _predicate(motion: ShownMotion | ShownTurn | ShownRest | None, name: str) -> Predicate | None:
+    """Return the predicate that a motion defines."""
+    if isinstance(motion, ShownTurn):
+        return turn_predicate(f"turns_{name}", motion.axis, motion.least, motion.most)
+    if isinstance(motion, ShownRest):
+        return rest_predicate(f"rests_{name}", motion.least_s)
+    return path_predicate(f"follows_{name}", motion.path) if motion else None
 
 
 def _named_apart(episodes: Sequence[Episode]) -> dict[int, Episode]:
@@ -117,15 +136,6 @@ def _motion(examples: Sequence[Example], rules: Sequence[Rule]) -> ShownMotion |
         for one, (_, about) in zip(kept, found.fillers, strict=True)
     )
     return None if explained else found
-
-
-def _rest(examples: Sequence[Example]) -> ShownRest | None:
-    """Return the pause with which all examples end (the hand keeps still); None if there is none.
-
-    One example may be left out as wrong.
-    """
-    sets = ([e.span for k, e in enumerate(examples) if k not in out] for out in left_out(len(examples)))
-    return next((found for kept in sets if (found := shown_rest(kept)) is not None), None)
 
 
 def compared(proposal: Proposal, shown: Shown, knowledge: Knowledge) -> tuple[Deviation, ...]:

@@ -243,6 +243,8 @@ def _problem(
     changes = [
         ([k for k, one in enumerate(literals) if one == change or _tells(language, one, change)], UNTOLD) for change in cast.changes
     ]
+    if language.motion and not cast.changes:  # then the motion is all that happens
+        needed += [[k for k, one in enumerate(literals) if of_motion(language, one)]]
     if language.motion:  # what happens is the motion, whatever else may be measured
         changes += [([k for k, one in enumerate(literals) if of_motion(language, one)], UNTOLD)]
     else:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from ..model.shown_path import ShownPath
 from .proposal import Proposal
 from .shown_rest import ShownRest
+from .shown_turn import ShownTurn
 
 PRESSED = (
     ("press_n", "12.0", "what a block needs to keep its contact in simulation; a recording of poses says no force"),
@@ -14,6 +15,12 @@ PRESSED = (
     ("force_limit_n", "25.0", "as for other motions along a surface"),
 )
 """Parameters of a motion that presses: name, default and source."""
+TURNED = (
+    ("speed_m_s", "0.08", "as along other joints"),
+    ("force_limit_n", "25.0", "as along other joints"),
+    ("most_n", "20.0", "grip force: what a hand off its middle strains the arm with stays below the limit"),
+)
+"""Parameters of a turn in strokes: name, default and source."""
 
 
 def motion_words(proposal: Proposal, name: str) -> Mapping[str, str]:
@@ -26,6 +33,8 @@ def motion_words(proposal: Proposal, name: str) -> Mapping[str, str]:
     """
     if proposal.rest is not None:
         return _rest_words(proposal.rest, name)
+    if proposal.turning is not None:
+        return _turn_words(*proposal.turning, name)
     if proposal.moving is None:
         return {}
     motion, mover, about = proposal.moving
@@ -57,6 +66,8 @@ def said(proposal: Proposal) -> str:
     """Return a sentence that describes the motion of a learned task; "" if known tasks alone explain the task."""
     if proposal.rest is not None:
         return f"At the end the hand rests for {proposal.rest.duration_s:g} s."
+    if proposal.turning is not None:
+        return _turn_said(*proposal.turning)
     if proposal.moving is None:
         return ""
     motion, mover, about = proposal.moving
@@ -66,7 +77,7 @@ def said(proposal: Proposal) -> str:
     frame = "about its first place" if path.anchor.own else frame
     counts = " ".join(f"{c:g}" for c in motion.counts)
     along = f"along it {counts} times" if path.times > 1 else "along it once"
-    often = f"the examples went {f'round {counts} times' if path.closed else along}"
+    often = f"the examples went {f'round it {counts} times' if path.closed else along}"
     unit = "; x and y in halves of its width" if path.anchor.scaled else ""
     return f"Path of the bottom centre of {mover} {frame}{unit}: {often}; the examples differ by {1000 * motion.spread:.1f} mm."
 
@@ -148,4 +159,50 @@ def _pressed(number: str) -> list[str]:
         '    "press_n": self.parameter(action, "press_n"), "speed_m_s": self.parameter(action, "slide_m_s"),',
         '    "force_limit_n": self.parameter(action, "force_limit_n"),',
         '}, (about.name,), "the path"),',
+    ]
+
+
+def _turn_words(turn: ShownTurn, role: str, name: str) -> Mapping[str, str]:
+    vector = ", ".join(f"{round(turn.angle * v, 3):g}" for v in turn.axis)
+    axis = ", ".join(f"{v:g}" for v in turn.axis)
+    declared = "".join(f'\n        Parameter("{n}", {default}, "{source}"),' for n, default, source in TURNED)
+    hook = f'turn_predicate("turns_{name}", ({axis}), {turn.least:g}, {turn.most:g})'
+    return {
+        "constants": f'\nTURN, STROKES = ({vector}), {turn.strokes}\n"""{_turn_said(turn, role)} It is done in so many grasps."""\n',
+        "parameters": f'\n    parameters = ({declared}\n    )\n    moves = ("{role}",)',
+        "decompose": "\n".join(f"        {line}" if line else "" for line in _strokes(role)),
+        "hooks": f"\n\n@hookimpl\ndef predicates() -> Iterable[Predicate]:\n    return [{hook}]\n",
+    }
+
+
+def _turn_said(turn: ShownTurn, role: str) -> str:
+    axis = ", ".join(f"{v:g}" for v in turn.axis)
+    return f"Rotation vector of {role} in its own frame [rad]: {turn.angle:g} about ({axis}), summed over all grasps."
+
+
+def _strokes(role: str) -> list[str]:
+    """Return the lines of a decomposition: the handle is taken, turned and let go of, once for each stroke."""
+    return [
+        f'turned, touch = action.roles["{role}"], (action.roles["{role}"].name,)',
+        "part, steps = tuple(v / STROKES for v in TURN), list[Location | Motion]()",
+        'limits = {n: self.parameter(action, n) for n in ("speed_m_s", "force_limit_n")}',
+        'close = {"to": Fingers.CLOSED, "expect": ExpectedGrip.OBJECT, "most_n": self.parameter(action, "most_n")}',
+        'apart = {"to": Fingers.OPEN, "expect": ExpectedGrip.NONE}',
+        "for k in range(1, STROKES + 1):",
+        '    hold = Location(action.inside(f"hold_{k}"), "handle", turned.name)',
+        '    way = Location(action.inside(f"way_{k}"), "turned", turned.name, {"turn": part})',
+        '    back = Location(action.inside(f"away_{k}"), "retreat", None, {"straight": True})',
+        "    steps += [",
+        "        hold,",
+        '        Motion(action.inside(f"open_{k}"), "gripper", hold, {"to": Fingers.PLACE}, reason="wider than the handle"),',
+        '        Motion(action.inside(f"transfer_{k}"), "transfer", hold, reason="in front of the handle"),',
+        '        Motion(action.inside(f"approach_{k}"), "linear", hold, {"stage": Stage.POSE}, touch, "around the handle"),',
+        '        Motion(action.inside(f"close_{k}"), "gripper", hold, close, reason="hold the handle"),',
+        "        way,",
+        '        Motion(action.inside(f"turn_{k}"), "force_path", way, limits, touch, "as far as the wrist turns"),',
+        '        Motion(action.inside(f"release_{k}"), "gripper", None, apart, reason="let go"),',
+        "        back,",
+        '        Motion(action.inside(f"back_{k}"), "linear", back, {"stage": Stage.POSE}, touch, "clear of the handle"),',
+        "    ]",
+        'yield Decomposition(tuple(steps), "as it was shown, in strokes")',
     ]

@@ -38,7 +38,7 @@ def page_text(proposal: Proposal) -> str:
     """Return the page about a learned task as HTML: its rule, the evidence for each condition, dropped
     conditions, open questions."""
     return html_template((files(__package__) / "learned.html.j2").read_text(encoding="utf-8")).render(
-        found=proposal, plan=plan_text(proposal.procedure) if proposal.procedure and not proposal.moving else "",
+        found=proposal, plan=plan_text(proposal.procedure) if proposal.procedure and proposal.steps else "",
         motion=said(proposal),
     )
 
@@ -71,6 +71,9 @@ def _imports(proposal: Proposal, classes: bool) -> tuple[str, str]:
     if proposal.moving:
         model = "Action, Anchor, Belief, Location, Motion, ShownPath" + ("" if proposal.moving[0].path.anchor.own else ", Stage")
         return model, "Decomposition, Parameter, Predicate, Role, TaskType, Unresolvable, hookimpl, path_predicate"
+    if proposal.turning:
+        model = "Action, Belief, ExpectedGrip, Fingers, Location, Motion, Stage"
+        return model, "Decomposition, Parameter, Predicate, Role, TaskType, hookimpl, turn_predicate"
     model = "Action, Belief" + (", Motion" if proposal.rest and proposal.done else "") + (", Object" if classes else "")
     plugin = "Decomposition, " + ("Parameter, Predicate, " if proposal.rest else "") + "Role, TaskType, "
     plugin += ("" if proposal.done else "Unresolvable, ") + "hookimpl" + (", rest_predicate" if proposal.rest else "")
@@ -101,11 +104,12 @@ def _before(proposal: Proposal) -> Iterator[str]:
 
 def _things(proposal: Proposal) -> Iterator[str]:
     """Yield lines of a scenario with a thing for each role: a block if a demonstration moved such a thing,
-    or if it does the learned motion, else a table."""
+    or if it does the learned motion, a lid if it was turned, else a table."""
     span, mover = proposal.learned.examples[0].span, proposal.moving[1] if proposal.moving else ""
     for k, role in enumerate(proposal.roles):
         y, shown = -0.35 + 0.25 * k, proposal.fillers[0][k]
-        shape = (
+        turned = proposal.turning is not None and proposal.turning[1] == role
+        shape = f"model: screw_lid, at: {{position: [0.5, {y:g}, 0.2]}}, with: {{turned: 2.2}}" if turned else (
             f"model: block, at: {{position: [0.5, {y:g}, 51 mm]}}, with: {{size: [50 mm, 50 mm, 100 mm]}}"
             if role == mover or span.elsewhere(shown)
             else f"model: table, at: {{position: [0.45, {y:g}, 0.15]}}, with: {{size: [0.22 m, 0.22 m, 20 mm]}}"

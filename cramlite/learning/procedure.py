@@ -98,7 +98,7 @@ def numbered(steps: Sequence[Step]) -> tuple[Step, ...]:
 
 
 def procedure(demonstrations: Sequence[Sequence[Step]]) -> Procedure:
-    """Return the procedure of some demonstrations.
+    """Return the procedure that demonstrations share: the order of their steps, optional steps and alternatives.
 
     Raises:
         UserError: there is none, or one has no step.

@@ -19,6 +19,7 @@ from .literal import Literal
 from .procedure import Procedure, Step, procedure
 from .shown_motion import ShownMotion
 from .shown_rest import ShownRest
+from .shown_turn import ShownTurn
 from .span import Span
 from .tables import Tables
 
@@ -60,7 +61,8 @@ class Proposal(Value, eq=False):
         wrong: examples that it does not cover.
         procedure: the known tasks that explain the examples, as a partial order; None where they explain none of one.
         learned: what it was made of.
-        motion: that all examples show and no known task explains, or the rest with which they end; None where there is none.
+        motion: that all examples show and no known task explains, their turn of a thing, or the rest with which they end; None where
+            there is none.
     """
 
     task: str
@@ -75,7 +77,7 @@ class Proposal(Value, eq=False):
     wrong: tuple[str, ...]
     procedure: Procedure | None
     learned: Learned
-    motion: ShownMotion | ShownRest | None = None
+    motion: ShownMotion | ShownTurn | ShownRest | None = None
 
     @property
     def told(self) -> Literal | None:
@@ -97,22 +99,29 @@ class Proposal(Value, eq=False):
         return self.motion if self.told is not None and isinstance(self.motion, ShownRest) else None
 
     @property
+    def turning(self) -> tuple[ShownTurn, str] | None:
+        """Turn of a thing with the role of that thing; None unless the rule requires it."""
+        if self.told is None or not isinstance(self.motion, ShownTurn):
+            return None
+        return self.motion, list(self.roles)[self.told.slots[0] - 1]
+
+    @property
     def done(self) -> bool:
-        """Whether it is known how the task is done: by known tasks, by a motion, or just by resting."""
-        return bool(self.steps or self.moving or (self.rest and not self.learned.cast.changes))
+        """Whether it is known how the task is done: by known tasks, by a motion, by a turn, or just by resting."""
+        return bool(self.steps or self.moving or self.turning or (self.rest and not self.learned.cast.changes))
 
     @property
     def steps(self) -> tuple[Step, ...]:
         """Known tasks that every example contains, in an order that contradicts none; empty if a motion does
-        the task."""
-        if self.moving:
+        or a turn does the task."""
+        if self.moving or self.turning:
             return ()
         return tuple(s for s in self.procedure.steps if s not in self.procedure.optional) if self.procedure else ()
 
 
 def propose(
     task: str, learned: Learned, rules: Sequence[Rule], taxonomy: Taxonomy, wrong: Sequence[Span] = (),
-    motion: ShownMotion | ShownRest | None = None,
+    motion: ShownMotion | ShownTurn | ShownRest | None = None,
 ) -> Proposal:
     """Return the proposal of a task from a learned rule.
 
@@ -247,7 +256,8 @@ def _covered(learned: Learned) -> list[str]:
 
 
 def _procedure(learned: Learned, roles: Mapping[str, str]) -> Procedure | None:
-    """Return the procedure of known tasks, if they explain all examples.
+    """Return the procedure by which known tasks do what the examples show; None unless known tasks explain
+    all examples.
 
     Their roles are filled by roles of the learned task, or by classes.
     """

@@ -141,8 +141,10 @@ def _distinct(things: int, roles: int) -> Truths:
 
 
 def _changes(language: Language, common: Sequence[Literal]) -> Iterator[Literal]:
-    """Yield recorded states of agent and roles that begin or end, without those that another change
-    implies."""
+    """Yield the changes that all examples share: recorded states of agent and roles that begin or end.
+
+    A change that another one implies is left out.
+    """
     changes = [one for one in common if one.kind in ("begins", "ends") and _whole(language, one) and recorded(language, one)]
     for one in changes:
         if not any(follows(language, one, other) for other in changes if other != one):

@@ -139,7 +139,7 @@ class Belief(Value):
         return {self.held.thing: self.held.tcp_to_thing, **along}
 
     def related(self, *facts: Relation) -> Belief:
-        """Return the belief with these relations added."""
+        """Return the belief with the given relations between things added."""
         return replace(self, relations=self.relations | set(facts))
 
     def unrelated(self, predicate: str, subject: str) -> Belief:

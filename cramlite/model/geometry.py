@@ -1,4 +1,4 @@
-"""Rigid transforms: the one geometric value that every stage shares.
+"""Rigid transforms: the one type by which all parts of cramlite exchange poses.
 
 Convention everywhere in cramlite: metres, right-handed frames, quaternions as
 (w, x, y, z). File formats that store (x, y, z, w) convert at their border.

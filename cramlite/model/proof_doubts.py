@@ -43,7 +43,7 @@ class ProofDoubts(Value):
 
     @property
     def needed(self) -> int:
-        """Number of runs that must succeed."""
+        """Number of a proof's runs that must succeed."""
         return math.ceil(self.at_least * self.runs - 1e-9)
 
     def decided(self, succeeded: int, ran: int) -> bool:

@@ -19,7 +19,7 @@ class Swing(Value):
     pivot: Vector3
 
     def at(self, share: float) -> Pose:
-        """Return the pose of the thing in the TCP frame at a share of the turn, 0 to 1."""
+        """Return the pose of the swinging thing in the TCP frame after a share (0 to 1) of its turn in the hand."""
         turn = rotvec_quaternion([share * v for v in (self.start.inverse() * self.end).rotvec])
         turned = Pose((0.0, 0.0, 0.0), quaternion_product(self.start.quaternion, turn))
         first, last, off = (pose.apply(self.pivot).tolist() for pose in (self.start, self.end, turned))

@@ -52,7 +52,11 @@ class TwinRun(Value):
         """Outcome of the run in words: "succeeded", or why it failed, with its largest random errors."""
         if self.succeeded:
             return "succeeded"
-        alone = f"; broken by {' or '.join(self.causes)} alone" if self.causes else "; no source of error breaks it alone" * self.looked_for
+        alone = (
+            f"; one source of error breaks it alone: {' or '.join(self.causes)}"
+            if self.causes
+            else "; no source of error breaks it alone" * self.looked_for
+        )
         return f"{self.reason}{alone} ({self.largest()})"
 
 
@@ -69,12 +73,12 @@ class TwinVerdict(Value):
 
     @property
     def ran(self) -> int:
-        """Number of runs, the nominal one included."""
+        """Number of a proof's runs, the nominal one included."""
         return 1 + len(self.twins)
 
     @property
     def succeeded(self) -> int:
-        """Number of runs that succeeded, the nominal one included."""
+        """Number of a proof's runs that succeeded, the nominal one included."""
         return 1 + sum(t.succeeded for t in self.twins)
 
     @property

@@ -142,6 +142,7 @@ class Joint(Value):
         damping: [N s/m, Nm s/rad].
         friction: dry friction [N, Nm].
         meets: whether it collides with what it is mounted in, as a drawer between the walls of another program's cabinet.
+        pitch: way of a hinge along its axis in one turn, as of a thread [m]; 0 for none. Only a thread tells one turn from the next.
     """
 
     kind: Literal["slide", "hinge"]
@@ -153,16 +154,21 @@ class Joint(Value):
     damping: float = 5.0
     friction: float = 1.0
     meets: bool = False
+    pitch: float = 0.0
 
     def moved(self, thing: Pose, by: float) -> Pose:
         """Return the pose of a thing, now at the pose ``thing``, after its joint has moved by ``by`` [m, rad]."""
-        step = Pose((0.0, 0.0, by)) if self.kind == "slide" else Pose.from_rotvec((0, 0, 0), (0, 0, by))
+        along = by if self.kind == "slide" else self.pitch * by / math.tau
+        step = Pose((0.0, 0.0, by)) if self.kind == "slide" else Pose.from_rotvec((0.0, 0.0, along), (0, 0, by))
         return thing * self.pose * step * self.pose.inverse()
 
     def between(self, thing: Pose, other: Pose) -> float:
         """Return the displacement of the joint from one pose of its thing to another [m, rad]."""
         step = (thing * self.pose).inverse() * (other * self.pose)
-        return step.position[2] if self.kind == "slide" else float(step.rotvec[2])
+        if self.kind == "slide":
+            return step.position[2]
+        turn = float(step.rotvec[2])
+        return turn + math.tau * round(step.position[2] / self.pitch - turn / math.tau) if self.pitch else turn
 
 
 class Filling(Value):

@@ -170,7 +170,7 @@ class _Planner(Struct, dict=True):
         """Return why a value cannot be made: the chain of experts down to the input that no expert makes."""
         makers = [e for e in self.experts if output in e.outputs]
         if not makers:
-            return f"no expert makes '{output}', and no prior value gives it"
+            return f"no expert makes '{output}', and no value of it is given beforehand"
         reasons = []
         for expert in makers:
             if unfit := self._unfit(expert, output):

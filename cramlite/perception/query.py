@@ -48,7 +48,7 @@ class Condition(Value):
 
     @property
     def output(self) -> str:
-        """Name of the value that decides the condition."""
+        """Name of the value (an output of experts) by which the condition on an object is decided."""
         return "relations" if self.key in RELATIONS else self.key
 
     def holds(self, judged: Judged, taxonomy: Taxonomy) -> bool:

@@ -99,7 +99,7 @@ class ActionSchema(Value):
 
     @property
     def in_hand(self) -> frozenset[str]:
-        """Terms of the things that are in the hand at some time of the task."""
+        """Parameters of the action schema whose things are in the hand at some time of the task."""
         return held_in(conditions_of(self.rule), self.terms)
 
     @property
@@ -208,7 +208,10 @@ class _Tabulation:
 
 
 def _matters(rows: set[TableRow], column: int, choices: int) -> bool:
-    """Check whether it matters for a table which entity stands in a column."""
+    """Check whether the rows of a table depend on the entity in one column.
+
+    They do not if every entity occurs there with the same other columns.
+    """
     left = {(*row[:column], *row[column + 1 :]) for row in rows}
     return len(left) * choices != len(rows)
 

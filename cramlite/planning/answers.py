@@ -130,7 +130,8 @@ class Question(Struct):
     kept: dict[str, Kept] = field(default_factory=dict)
 
     def suits(self, item: Designator, belief: Belief, context: Context) -> bool:
-        """Check whether a question has the same inputs as the answers so far."""
+        """Check whether the answers that plugins gave earlier also hold for a new question, since its inputs
+        are the same."""
         same = self.item == item and same_belief(self.belief, belief) and self.read.suits(context.bindings)
         return same and (not self.ahead.read or tuple(self.ahead.now) == tuple(context.agenda))
 
@@ -147,7 +148,7 @@ class Question(Struct):
 
 
 class Answers(Struct):
-    """Answered questions to plugins over all searches for one goal.
+    """Questions that plugins have answered in the searches for one goal, kept so that none is asked twice.
 
     Args:
         known: name of a designator, where the arm is, and what is held -> the questions then.
@@ -215,8 +216,8 @@ def same_belief(one: Belief, other: Belief) -> bool:
 
 
 def _as_near(belief: Belief, other: Belief) -> Belief:
-    """Return the belief with the arm position of another one, and with its poses where the two differ by
-    rounding only."""
+    """Return ``belief`` with the arm position of ``other``, and with each pose of ``other`` from which it
+    differs by rounding only."""
     poses = {
         name: other.poses[name] if name in other.poses and _near(estimate, other.poses[name]) else estimate
         for name, estimate in belief.poses.items()

@@ -52,7 +52,8 @@ class Blocking(Value):
         return all(any(same.issuperset(tracks) for tracks in any_of) for any_of in self.sets)
 
     def left_shut(self) -> Blocking:
-        """Return a blocking that stays in force when a closed thing, such as a drawer, is opened.
+        """Return a blocking that keeps the task refused even if a closed thing in the way, such as a drawer,
+        is opened.
 
         It is without the sets of things in the way that name such a thing.
 

@@ -177,7 +177,7 @@ class ChoicePoint(Struct):
 
     @property
     def unfit(self) -> set[Unfit]:
-        """Return the thing that the designator names, in a set, if no earlier choice or state explains its refusal.
+        """Return a set with the thing that the designator names, if its refusal depends on no earlier choice or state.
 
         Else the set is empty.
         """

@@ -120,7 +120,7 @@ def _proven(entry: Entry) -> GoalAnswer:
 
 
 def _unproven(parts: Iterable[Entry], entries: Sequence[Entry]) -> Iterator[GoalAnswer]:
-    """Yield an answer for each part of the goal from each candidate that was tried."""
+    """Yield what became of each part of the goal in each candidate that was tried, none of which was proven."""
     known = {e.number: e for e in entries}
     of = {c: [e for e in entries if e.candidate == c and e.kind != "goal"] for c in {e.candidate for e in parts}}
     misses = {c: nearest_miss(there) for c, there in of.items()}

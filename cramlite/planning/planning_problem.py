@@ -116,8 +116,8 @@ class PlanningProblem(Value, eq=False):
     def within(self, scope: Scope) -> PlanningProblem:
         """Return the problem in which a refused task becomes possible only by changes that the limits
         ``scope`` permit."""
-        blocked = tuple(b.left_shut() for b in self.blocked) if scope.left_shut else self.blocked
-        return replace(self, blocked=tuple(b.while_others_stay() for b in blocked) if scope.others_moved else blocked)
+        blocked = tuple(b.while_others_stay() for b in self.blocked) if scope.others_moved else self.blocked
+        return replace(self, blocked=tuple(b.left_shut() for b in blocked) if scope.left_shut else blocked)
 
     def _asked_about(self, facts: frozenset[Fact]) -> frozenset[Fact]:
         """Return the facts of predicates that the conditions of rules name."""
@@ -290,8 +290,11 @@ class PlanningProblem(Value, eq=False):
         return ""
 
     def blocking(self, steps: Sequence[Operator], found: Refutation) -> Blocking | None:
-        """Return the blocking that the failure of a task sequence proves; None if no task was refused, or the
-        blocking is known."""
+        """Return what a failed task sequence shows: a task that is refused as long as certain things stay as
+        they are.
+
+        None if no task was refused, or this blocking is known.
+        """
         facts = [self.facts]
         for step in steps:
             facts.append(step.apply(facts[-1]))

@@ -89,10 +89,12 @@ class Search(Struct, dict=True):
     def __post_init__(self) -> None:
         self.refuted: Conflict | None = None
         """Conflict set of the end of the search, when there is no further grounded state; None before. Where a budget ended
-        the search: that of the failures of the farthest task, None if it did not fail, or if there was a grounded state."""
+        the search: that of the failures of the farthest task, or else of the parts of it that failed; None if none did, or if
+        there was a grounded state."""
         self._planned = 0
         self._farthest = 0  # task of the plan that was come to, from 1; the next number behind the last
         self._failures: list[Conflict] = []  # of that task, one for each situation in which it was tried
+        self._open: Conflict = frozenset()  # of what failed in it where a budget ended the search before the task was refused
         self._put_off: bool | None = False  # whether choices were gone past that may change a failure; None: none is
         self._nogoods = self.effort.nogoods
         relations = self.registry.owned("location_kinds", "name")
@@ -105,7 +107,7 @@ class Search(Struct, dict=True):
         others were.
         """
         self._planned = sum(isinstance(i, Action) for i in state.agenda)
-        self.refuted, self._farthest, self._failures = None, 0, []
+        self.refuted, self._farthest, self._failures, self._open = None, 0, [], frozenset()
         try:
             self.refuted = yield from self._descend(state, 0)
             if self._put_off:
@@ -114,7 +116,7 @@ class Search(Struct, dict=True):
                 self.refuted = yield from self._descend(state, 0)
         except BudgetSpent as spent:
             self.trace.spent(spent.budget, getattr(self.budget, spent.budget), str(spent))
-            self.refuted = frozenset().union(*self._failures) or None
+            self.refuted = frozenset().union(*self._failures or [self._open]) or None
 
     def _descend(self, state: State, parent: int) -> Below:
         if not state.agenda:
@@ -205,7 +207,11 @@ class Search(Struct, dict=True):
             tried += 1
             node = point.say("chosen", plugin, answer.reason, key, answer.cost)
             self.progress(f"{item.name}: {answer.reason}")
-            below = yield from self._descend(state_after_choice(state, item, answer, choices), node)
+            try:
+                below = yield from self._descend(state_after_choice(state, item, answer, choices), node)
+            except BudgetSpent:
+                self._left_open(point, within.get("task"))
+                raise
             if item.name not in below:
                 return below
             point.conflict |= below - {item.name}
@@ -214,6 +220,11 @@ class Search(Struct, dict=True):
         self._nogoods.remember(frozenset(point.conflict), state.choices)
         point.exhausted(tried)
         return frozenset(point.conflict)
+
+    def _left_open(self, point: ChoicePoint, number: int | None) -> None:
+        """Record what has failed so far below a choice of the farthest task, as a budget ends the search there."""
+        failed = any(isinstance(c, InTask) and c.number == number for c in point.conflict)
+        self._open |= point.conflict if number == self._farthest and failed else frozenset()
 
     def _within(self, item: Designator, state: State) -> dict[str, int]:
         """Return the number of the plan's task that an item belongs to, and how many unfinished actions the

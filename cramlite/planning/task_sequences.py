@@ -190,8 +190,8 @@ class _Asked(NamedTuple):
     handed: Path | None = None
 
     def at(self, choice: Goal) -> Sequence[str]:
-        """Return the place in the scenario of each part of a grounded goal; parts made of one sentence share
-        its place."""
+        """Return "file:line" of the scenario for each part of a grounded goal; parts made of one sentence
+        share a line."""
         return self.places if len(self.places) == len(choice.says) else list(self.places[:1]) * len(choice.says)
 
 
@@ -229,7 +229,7 @@ def _trace_alone(problem: PlanningProblem, trace: Trace, progress: Callable[[str
             continue
         plan = next(task_plans(part, progress, 1), None)
         names = " -> ".join(s.task.split(":")[-1] for s in plan.steps) if plan is not None else ""
-        why = f"{names} would achieve this part alone, but not together with the other parts" if plan is not None else why_unreachable(part)
+        why = f"{names} would achieve this part of the goal alone, but not with the others" if plan is not None else why_unreachable(part)
         trace.add(0, PART, says, "refused", "engine", why, kind="goal")
 
 

@@ -163,7 +163,7 @@ class Knowledge:
 
     @cached_property
     def location_kinds(self) -> Mapping[str, LocationKind]:
-        """Relation -> kind of location that declares it."""
+        """Name of a relation, such as "on" -> the kind of location that a plugin declares for it."""
         return self.registry.named("location_kinds", "name")
 
     @cached_property

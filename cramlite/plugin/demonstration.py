@@ -170,7 +170,7 @@ class Shown(Value):
     fillers: Mapping[str, Any] = {}
 
     def prepared(self, world: World, rng: np.random.Generator) -> Performance:
-        """Prepare the performance in a world.
+        """Let the script prepare what the simulated person does in a world.
 
         Raises:
             PluginError: the script gives none.

@@ -73,8 +73,8 @@ def object_models() -> Iterable[ModelMaker]:  # type: ignore[empty-body]
 
 @hookspec
 def simulators() -> Iterable[Simulator]:  # type: ignore[empty-body]
-    """Declare simulators that demonstrate and execute. Called once at load; the first one is used, that of
-    a preferred plugin before others."""
+    """Declare simulators, which run programs and simulate people who demonstrate. Called once at load; the
+    first one is used, preferred plugins coming first."""
 
 
 @hookspec

@@ -190,7 +190,7 @@ class ProgramRunner(Protocol):
 
 
 class VirtualController(Protocol):
-    """Model of a robot controller to which other programs can connect."""
+    """Model of a robot controller to which other software can connect."""
 
     def serve(
         self,

@@ -70,7 +70,7 @@ def _differences(old: Mapping[str, Any], new: Mapping[str, Any], allowed: Tolera
         k = int(np.argmax(far_path))
         share = k / max(1, len(far_path) - 1)
         off = f"{1000 * far_path[k]:.0f} mm off the snapshot's path at {share:.0%} of the time"
-        yield f"the tool is {off}, {1000 * allowed.path:g} are allowed"
+        yield f"the tool is {off}, {1000 * allowed.path:g} mm are allowed"
 
 
 def _distance(one: Sequence[float], other: Sequence[float]) -> float:

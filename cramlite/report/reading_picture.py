@@ -52,7 +52,7 @@ TERMS = (
 
 
 class Block(Value):
-    """Block of a lane in the picture: a rectangle with text.
+    """Rectangle with text in a lane (a row along the time axis) of the picture of readings.
 
     Left edge and width [pixel], its lines of text or an upright word, the whole text with its time, and CSS
     classes.
@@ -67,8 +67,10 @@ class Block(Value):
 
 
 class Lane(Value):
-    """Lane of the picture: its name and blocks, and the heading above it if it is the first lane under that
-    heading."""
+    """Lane of the picture of readings, a row along the time axis: its name and its blocks.
+
+    The first lane under a heading also has the heading.
+    """
 
     name: str
     blocks: tuple[Block, ...]
@@ -232,8 +234,10 @@ def _block(axis: Axis, one: Told, label: str, short: str, colour: str) -> Block:
 def _states(
     episode: Episode, readings: Sequence[TaskSequence], names: SpokenNames, axis: Axis
 ) -> tuple[list[Lane], list[tuple[str, int]]]:
-    """Return lanes of the states that concern things of the readings, and a count of the other states by
-    class and things."""
+    """Return a lane (a row along the time axis) for each state that is about things of the readings.
+
+    With them comes a count of the other states, by class and things.
+    """
     spoken_of = {thing_of(f) for s in readings for m in s.matches for f in m.roles.values()} - {episode.effector}
     pairs: dict[tuple[int, str, str, str], list[Event]] = {}
     for event in episode.of("state"):

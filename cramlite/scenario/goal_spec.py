@@ -67,7 +67,7 @@ class PhraseSpec(Spec):
 
 
 class NotSpec(Spec):
-    """Goal in data form that denies another goal."""
+    """Denial of a goal, written as data: the goal must not hold in the end."""
 
     model_config = ConfigDict(populate_by_name=True)
     denied: Annotated[PhraseSpec, Field(alias="not")]

@@ -116,4 +116,4 @@ def propose(thing: Thing, scene: ImportedScene, types: Mapping[str, str], taxono
     if labels and 2 * (most := labels.most_common(1)[0])[1] >= len(parts):
         return Proposal(most[0][0], f"{most[1]} of the {len(parts)} names of its parts contain the label '{most[0][1]}'")
     how = "can be moved" if thing.joint is None and thing.movable else "is mounted on a joint" if thing.joint else "is fixed"
-    return Proposal(thing.type, f"it {how} and no label of the ontology is in its names")
+    return Proposal(thing.type, f"it {how} and its names contain no label of a class of the ontology")

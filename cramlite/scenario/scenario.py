@@ -105,7 +105,7 @@ class JointSpec(Spec):
 
 
 class WorldFileSpec(Spec):
-    """Scene file of another program, whose things are added to the scenario's own.
+    """Scene file, such as an MJCF, whose things are added to the scenario's own.
 
     ``types``: pattern of names -> class; ``packages``: name in ``package://`` -> folder; ``leave_out``: patterns of names;
     ``joints``: pattern of names of jointed things -> what is wrong in what was found of their joints; ``noise``: how far its poses of

@@ -150,7 +150,7 @@ def _taken_task(local: str, knowledge: Knowledge) -> str:
     free."""
     for task in knowledge.tasks.values():
         if local in (task.task.split(":")[-1], *task.aliases):
-            return f"'{local}' is a name of the task '{task.task}', of the plugin '{knowledge.task_owners[task.task]}'"
+            return f"'{local}' is taken: it names the task '{task.task}' of the plugin '{knowledge.task_owners[task.task]}'"
     taxonomy, own = knowledge.taxonomy, f"cram:{local}"
     rule = next((r for r in knowledge.rules if r.task == own), None)
     if rule is not None:

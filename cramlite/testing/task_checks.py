@@ -139,7 +139,7 @@ def _decompositions(task: TaskType, belief: Belief) -> list[Decomposition]:
         assert impossible.reason.strip(), f"{task.task}: Unresolvable needs a reason"  # noqa: PT017 - this is no test
         return []
     except Exception as error:
-        raise AssertionError(f"{task.task}.decompose raised {error!r}; only Unresolvable is an answer") from error
+        raise AssertionError(f"{task.task}.decompose raised {error!r}; the only exception that it may raise is Unresolvable") from error
 
 
 def _regrasps(way: Decomposition) -> bool:

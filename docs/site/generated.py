@@ -221,7 +221,7 @@ def constant_text(value: Any) -> str:
 
 
 def constant_doc(module: ModuleType, name: str) -> str:
-    """Return the string under a constant, in the module that defines it."""
+    """Return the text that explains a constant: the string below it in the module that defines it."""
     return next((doc for source in sources(module, name) for doc in texts_under(source, name)), "")
 
 

@@ -23,7 +23,7 @@ COMMON = ("--plugin", "--block", "--prefer")
 
 
 def filled(markdown: str) -> str:
-    """Return a page with its tables in the place of their marks."""
+    """Replace the comments in a page that name a table (``<!-- table: KIND NAME -->``) by the tables."""
     return MARK.sub(lambda m: table(m[1], m[2]), markdown)
 
 

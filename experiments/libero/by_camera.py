@@ -1,4 +1,4 @@
-"""LIBERO as a judge that tells a robot only what a cell could: camera pictures and the task's sentence, no
+"""LIBERO as a benchmark that tells a robot only what a cell could: camera pictures and the task's sentence, no
 model, state or goal formula."""
 
 from __future__ import annotations
@@ -14,23 +14,23 @@ from msgspec import json
 from cramlite import Engine, Setting, UserError
 from cramlite.model import Pose, RobotMount, Thing, World
 from cramlite.planning.spoken_goals import understand
-from cramlite_plugins.judges.judge_process import PATIENCE
-from cramlite_plugins.judges.judged_scene import scene_setting
+from cramlite_plugins.benchmarks.benchmark_process import PATIENCE
+from cramlite_plugins.benchmarks.benchmark_scene import scene_setting
 
 from .connection import Libero
 from .placed_kinds import files_of, scene_of
 from .sight import levelled, pictured, recognised
 
 ALLOWED = ("reset", "look", "hello", "step", "check", "end")
-"""Requests to the judge; a robot cell answers the same, but for ``reset`` and ``check``, which judge."""
+"""Requests to the benchmark; a robot cell answers the same, but for ``reset`` and ``check``, which judge."""
 KINDS, USUAL = "CRAMLITE_LIBERO_KINDS", "~/.local/share/cramlite/libero_kinds"
 """Environment variable that says where the library of known kinds is, and its usual place."""
 ASKED = "asked.json"
-"""File of an episode: all that the judge was asked, and the names of what it answered."""
+"""File of an episode: all that the benchmark was asked, and the names of what it answered."""
 
 
 class LiberoByCamera(Libero):
-    """LIBERO's judge, asked only for pictures with depth, joint values and the task's sentence."""
+    """LIBERO, asked only for pictures with depth, joint values and the task's sentence."""
 
     def __init__(self, environment: Path | None = None, patience: float = PATIENCE) -> None:
         super().__init__(environment, patience)
@@ -47,10 +47,10 @@ class LiberoByCamera(Libero):
         keys are recorded.
 
         Raises:
-            UserError: it asks for more, or as that of any judge.
+            UserError: it asks for more, or as that of any benchmark.
         """
         if ask["ask"] not in ALLOWED:
-            raise UserError(f"The judge is not asked for '{ask['ask']}': a cell has no such sensor.")
+            raise UserError(f"The benchmark is not asked for '{ask['ask']}': a cell has no such sensor.")
         said = super().ask(ask, patience)
         self.asked.append({**ask, "answered": sorted(said)})
         if ask["ask"] == "reset":
@@ -108,6 +108,6 @@ def kinds_of(library: Path) -> tuple[Thing, ...]:
 
 
 def connect(environment: Path | None) -> LiberoByCamera:
-    """Return LIBERO's judge that is asked only for pictures with depth, joint values and the task's
+    """Return LIBERO as a benchmark that is asked only for pictures with depth, joint values and the task's
     sentence."""
     return LiberoByCamera(environment)

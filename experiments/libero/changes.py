@@ -1,6 +1,6 @@
 """Changes of LIBERO-MAX in the middle of a run, as manifests in a folder of the user's describe them.
 
-Only the judge's process reads them. A case is a pair: the same task and initial state without the change (state 0 of its suite here) and
+Only LIBERO's process reads them. A case is a pair: the same task and initial state without the change (state 0 of its suite here) and
 with it (state 1). What is kept for the end is in suites whose name ends with "_end": of physical changes the third whose name has a BLAKE2b
 digest of 4 bytes that 3 divides, of changed instructions the odd rows of the manifest.
 """
@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from judge_lines import Refused
+from benchmark_lines import Refused
 
 FOLDER = "CRAMLITE_LIBERO_MAX"
 """Environment variable: the folder with core_dev.json and intent_dev.json."""
@@ -129,7 +129,7 @@ class Change:
         self.away.discard(name)
 
     def replace_instruction(self, env: Any, change: dict[str, Any], hand: Any) -> None:
-        """Replace the goal; the judge checks the new one from then on."""
+        """Replace the goal; the benchmark checks the new one from then on."""
         self.goal = [[g["predicate"].lower(), *g["arguments"]] for g in change["alternate_goal"]]
         env.parsed_problem["goal_state"] = self.goal
 

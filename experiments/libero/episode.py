@@ -1,4 +1,4 @@
-"""Episode of LIBERO as a scenario of cramlite, written from the judge's description of its world."""
+"""Episode of LIBERO as a scenario of cramlite, written from the benchmark's description of its world."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 from cramlite import Engine, Setting, UserError
 from cramlite.model import World
 from cramlite_plugins.backends.stream.messages import Hello
-from cramlite_plugins.judges.judged_scene import scene_setting
+from cramlite_plugins.benchmarks.benchmark_scene import scene_setting
 
 from .goals import goal_sentences
 

@@ -19,7 +19,7 @@ def goal_sentences(scene: Mapping[str, Any], things: Iterable[Thing]) -> list[st
     """Write a problem's goal, a conjunction of literals, as sentences about things.
 
     Args:
-        scene: what the judge says of it: ``goal``, ``bodies`` of objects, and ``regions`` with the bodies that they belong to.
+        scene: what the benchmark says of it: ``goal``, ``bodies`` of objects, and ``regions`` with the bodies that they belong to.
         things: of the imported scene, called as their bodies are; their regions are theirs: "table/left_region".
 
     Raises:

@@ -19,4 +19,4 @@ def instability(data: Any) -> str:
     kinds = (getattr(mujoco.mjtWarning, f"mjWARN_{name}") for name in WARNINGS)
     if not any(data.warning[int(kind)].number for kind in kinds):
         return ""
-    return "The judge's simulation became unstable, and began anew from its file: nothing is where it was"
+    return "The benchmark's simulation became unstable, and began anew from its file: nothing is where it was"

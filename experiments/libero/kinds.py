@@ -1,7 +1,7 @@
 """Model files of the kinds of things in LIBERO's 130 tasks, one folder each, for ``cramlite library add``.
 
-It runs in the judge's environment, before any episode: ``~/.local/share/cramlite/libero/bin/python kinds.py FOLDER``. A kind is written as
-the judge assembles it: names made unique, masses stated, and the files that it names copied beside it. FOLDER/z and FOLDER/y have those of
+It runs in LIBERO's environment, before any episode: ``~/.local/share/cramlite/libero/bin/python kinds.py FOLDER``. A kind is written as
+LIBERO assembles it: names made unique, masses stated, and the files that it names copied beside it. FOLDER/z and FOLDER/y have those of
 which that axis usually points up, FOLDER/any the others.
 """
 
@@ -44,7 +44,7 @@ def named_kinds() -> dict[str, bool]:
 
 
 def assembled(kind: str, fixture: bool) -> str:
-    """Return a kind's model as MJCF, as the judge's simulator compiles it."""
+    """Return a kind's model as MJCF, as the benchmark's simulator compiles it."""
     from libero.libero.envs.objects import OBJECTS_DICT
     from robosuite.models.world import MujocoWorldBase
     from robosuite.utils.binding_utils import MjSim
@@ -69,14 +69,14 @@ def write_kind(kind: str, fixture: bool, folder: Path) -> None:
 
 
 def main() -> None:
-    """Write the model files of all kinds of things, and print for which kinds the judge has no model."""
+    """Write the model files of all kinds of things, and print for which kinds the benchmark has no model."""
     out = Path(sys.argv[1])
     ups = {kind: up for up, some in UP.items() for kind in some}
     for kind, fixture in named_kinds().items():
         try:
             write_kind(kind, fixture, out / ups.get(kind, "z") / kind)
         except (KeyError, FileNotFoundError) as error:
-            print(f"{kind}: left out, the judge has no model of it ({error})")
+            print(f"{kind}: left out, since LIBERO has no model file of it ({error})")
         else:
             print(f"{kind}: {'a fixture' if fixture else 'an object'}")
 

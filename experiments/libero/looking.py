@@ -1,4 +1,4 @@
-"""Picture of the judge's fixed camera with depth: what a calibrated cell's sensors tell, and no more.
+"""Picture of the benchmark's fixed camera with depth: what a calibrated cell's sensors tell, and no more.
 
 Nothing of cramlite is imported here.
 """

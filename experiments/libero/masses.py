@@ -1,4 +1,4 @@
-"""Masses of the bodies in the MJCF text that the judge hands out.
+"""Masses of the bodies in the MJCF text that the benchmark hands out.
 
 The text that MuJoCo saves leaves out which groups of geoms the masses were taken from (``inertiagrouprange``), so that shapes which are
 only drawn weigh too where it is read again, and LIBERO states densities: a bowl of 5.6 g has 31 g then. MuJoCo 2.3.7 also computes

@@ -1,4 +1,4 @@
-"""SafeLIBERO in the judge's process: LIBERO's tasks with an obstacle that nobody may move, from a folder that the user names."""
+"""SafeLIBERO in the benchmark's process: LIBERO's tasks with an obstacle that nobody may move, from a folder that the user names."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from judge_lines import Refused
+from benchmark_lines import Refused
 
 FOLDER = "CRAMLITE_SAFELIBERO"
 """Environment variable: the folder with bddl_files, init_files, assets and obstacle_objects.py."""

@@ -37,7 +37,7 @@ BIN, THICK, LEVEL = 0.004, 0.012, 0.9
 
 
 def pictured(said: Mapping[str, Any], seed: int) -> View:
-    """Return the picture that a judge's answer to ``look`` holds, with the errors of a camera and of its calibration."""
+    """Return the picture that a benchmark's answer to ``look`` holds, with the errors of a camera and of its calibration."""
     from PIL import Image
 
     rgb, steps = (np.asarray(Image.open(io.BytesIO(base64.b64decode(said[n])))) for n in ("rgb", "depth"))

@@ -1,4 +1,4 @@
-"""robosuite as a judge: its process, its environment, and its episodes as scenarios."""
+"""robosuite as a benchmark: its process, its environment, and its episodes as scenarios."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from typing import Any
 from cramlite import Engine, Setting
 from cramlite.model import World
 from cramlite_plugins.backends.stream.process import RobotProcess
-from cramlite_plugins.judges.judge_process import PATIENCE, JudgeEnvironment, JudgeProcess
-from cramlite_plugins.judges.judged_scene import scene_setting
+from cramlite_plugins.benchmarks.benchmark_process import PATIENCE, BenchmarkEnvironment, BenchmarkProcess
+from cramlite_plugins.benchmarks.benchmark_scene import scene_setting
 
-SCRIPT = Path(__file__).parent / "judge.py"
-ENVIRONMENT = JudgeEnvironment(
+SCRIPT = Path(__file__).parent / "simulator.py"
+ENVIRONMENT = BenchmarkEnvironment(
     "robosuite", "~/.local/share/cramlite/robosuite", "CRAMLITE_ROBOSUITE", "1 GB and a minute or two", "robosuite==1.5.2 mujoco==3.3.0"
 )
 ROBOTS = {"panda": ("libero_panda", 7), "ur5e": ("robosuite_ur5e", 6)}
 """End of a suite's name -> the robot's type in cramlite, and the number of joints of its arm."""
 
 
-class Robosuite(JudgeProcess):
+class Robosuite(BenchmarkProcess):
     """robosuite's simulator and its success checks.
 
     Args:
@@ -49,5 +49,5 @@ class Robosuite(JudgeProcess):
 
 
 def connect(environment: Path | None) -> Robosuite:
-    """Return the judge; it is installed at ``~/.local/share/cramlite/robosuite``, or where ``CRAMLITE_ROBOSUITE`` says."""
+    """Return the benchmark; it is installed at ``~/.local/share/cramlite/robosuite``, or where ``CRAMLITE_ROBOSUITE`` says."""
     return Robosuite(environment)

@@ -11,8 +11,8 @@ import pytest
 from conftest import TASKS, Run
 from pydantic import Field, ValidationError
 
+import cramlite.experiment.benchmark.spec
 import cramlite.experiment.demonstrations.spec
-import cramlite.experiment.judged.spec
 import cramlite.scenario.scenario
 import cramlite_plugins.episodes.tables.mapping
 from cramlite.base.quantities import Length
@@ -24,7 +24,7 @@ from cramlite_plugins.objects.products_and_fixtures import make
 FILES = (
     cramlite.scenario.scenario.ScenarioSpec,
     cramlite.experiment.demonstrations.spec.ExperimentSpec,
-    cramlite.experiment.judged.spec.JudgedSpec,
+    cramlite.experiment.benchmark.spec.BenchmarkSpec,
     cramlite_plugins.episodes.tables.mapping.Mapping,
 )
 

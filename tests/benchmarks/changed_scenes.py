@@ -23,10 +23,10 @@ import numpy as np
 from figure import add_figure, rate, value, write
 from msgspec import json
 
+from cramlite.experiment.benchmark.results import EpisodeResult
+from cramlite.experiment.benchmark.spec import Episode, read_benchmark
+from cramlite.experiment.benchmark.trials import Episodes
 from cramlite.experiment.figure import Number
-from cramlite.experiment.judged.results import EpisodeResult
-from cramlite.experiment.judged.spec import Episode, read_judged
-from cramlite.experiment.judged.trials import Episodes
 from cramlite.experiment.order import Order
 from cramlite.experiment.run import run_experiment, speak
 
@@ -48,7 +48,7 @@ Families = Mapping[str, Sequence[tuple[Episode, str]]]
 
 @lru_cache(maxsize=1)
 def _changes() -> Any:
-    """The judge's module of changes."""
+    """The benchmark's module of changes."""
     sys.path[:0] = [str(LIBERO.parent), str(LIBERO)]
     import changes
 
@@ -105,7 +105,7 @@ Results = Mapping[Episode, EpisodeResult]
 def numbers(groups: Families, scenes: Iterable[Episode], results: Results) -> list[Number]:
     """Print the table, and return the numbers of a figure: rates of played cases by family, changed and control.
 
-    Episodes whose judge died count in no rate.
+    Episodes whose benchmark died count in no rate.
     """
     results = {e: r for e, r in results.items() if not r.apart}
     same_of = {case: same for cases in groups.values() for case, same in cases}
@@ -168,7 +168,7 @@ def main() -> None:
     asked = parser.parse_args()
     groups, scenes = families(end=asked.end), safe(end=asked.end)
     chosen = tuple(itertools.islice(order(groups, scenes, asked.seed), asked.most))
-    trials = Episodes(read_judged(LIBERO / "experiment.yaml"), chosen, pictures=False)
+    trials = Episodes(read_benchmark(LIBERO / "experiment.yaml"), chosen, pictures=False)
     results = {Episode.named(n): r for n, r in run_experiment(Order(trials, asked.out, 1), speak).items()}
     said = f"seed {asked.seed} draws the order; {'kept for the end' if asked.end else 'for development'}: {len(results)} episodes"
     write(asked, numbers(groups, scenes, results), said, sum(sum(r.seconds.values()) for r in results.values()))

@@ -1,12 +1,12 @@
-"""Do the judges refuse programs that do harm, and pass those that do none? A corpus of edited programs.
+"""Do the validators refuse programs that do harm, and pass those that do none? A corpus of edited programs.
 
     python tests/benchmarks/corrupted.py --rules open --work runs/corrupted
     python tests/benchmarks/corrupted.py --fixed
 
 Programs of nineteen bases, each resolved first, are edited by rules that were written from the tasks' meaning, without a look at the
-judges. An oracle reads the tracks of each run: a bad program counts only if it ran to its end and did the harm that its rule means, a
-harmless one only if everything ended as before. The rules that are "sealed" are judged once, when nobody mends judges any more. What an
-earlier run with the same folder answered is not asked again; take another folder for other judges.
+validators. An oracle reads the tracks of each run: a bad program counts only if it ran to its end and did the harm that its rule means, a
+harmless one only if everything ended as before. The rules that are "sealed" are judged once, when nobody mends validators any more. What an
+earlier run with the same folder answered is not asked again; take another folder for other validators.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
     python tests/benchmarks/drawn_pair.py file CHECKOUT --out old.yaml    # the experiment's file for another version's checkout
     python tests/benchmarks/drawn_pair.py compare OLD_RUN NEW_RUN         # their run directories
 
-An episode without a program is a failure; one whose judge died, in either version, is left out and told.
+An episode without a program is a failure; one whose benchmark died, in either version, is left out and told.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from figure import add_figure, rate, write
 from msgspec import json
 
 from cramlite.base.wilson import wilson_interval
+from cramlite.experiment.benchmark.results import EpisodeResult
 from cramlite.experiment.figure import Number
-from cramlite.experiment.judged.results import EpisodeResult
 
 LIBERO = Path(__file__).parents[2] / "experiments" / "libero"
 SUITE = "drawn"
@@ -34,7 +34,8 @@ def experiment_for(checkout: Path) -> str:
     found = yaml.safe_load((folder / "experiment.yaml").read_text(encoding="utf-8"))
     here = yaml.safe_load((LIBERO / "experiment.yaml").read_text(encoding="utf-8"))
     found["suites"][SUITE] = here["suites"][SUITE]
-    found["judge"], found["plugins"] = str(folder / found["judge"]), [str(folder / name) for name in found["plugins"]]
+    key = next(k for k in ("benchmark", "judge") if k in found)  # the old name of the key
+    found[key], found["plugins"] = str(folder / found[key]), [str(folder / name) for name in found["plugins"]]
     return yaml.safe_dump(found, sort_keys=False, width=140)
 
 
@@ -60,7 +61,7 @@ def paired(old: Mapping[int, EpisodeResult], new: Mapping[int, EpisodeResult]) -
 
 
 def _same(one: EpisodeResult, other: EpisodeResult) -> bool:
-    """Return the key by which equal tasks are found: the digest of the judge's files, and the goal."""
+    """Return the key by which equal tasks are found: the digest of the benchmark's files, and the goal."""
     return one.name == other.name
 
 
@@ -114,7 +115,7 @@ def main() -> None:
         return
     pairs = paired(results(asked.old), results(asked.new))
     apart = [p[0].task for p in pairs if any(r.apart for r in p)]
-    print(f"{len(pairs)} problems; the judge died in {apart}" if apart else f"{len(pairs)} problems")
+    print(f"{len(pairs)} problems; the benchmark died in {apart}" if apart else f"{len(pairs)} problems")
     cpu = sum(sum(r.seconds.values()) for pair in pairs for r in pair)
     seeds = [p[0].task for p in pairs]
     write(asked, numbers(pairs), f"{seeds[0]} to {seeds[-1]}", cpu)

@@ -4,8 +4,8 @@
 
 Each seed is a world of the scenario. The program is the first that the proof accepts; no program counts as a failure at every scale.
 It is executed in twins drawn from the errors under ``twin:`` of the experiment of the same name (or ``--experiment``), times 1 to 4:
-the same draw enlarged, from a family of seeds that no proof uses. All judges of runs judge. With ``poses: camera`` the real world is
-the scenario's own, so what the camera got wrong is wrong, and 3 mm and 0.5 deg of hand-eye error are added.
+the same draw enlarged, from a family of seeds that no proof uses. All validators of runs are asked. With ``poses: camera`` the real world
+is the scenario's own, so what the camera got wrong is wrong, and 3 mm and 0.5 deg of hand-eye error are added.
 
 ``--proof-scale`` says at how many times these errors programs are proven (8 twins); 0 proves in the believed world alone.
 """

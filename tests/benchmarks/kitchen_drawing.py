@@ -1,6 +1,6 @@
 """Kitchens that are drawn by a seed: furniture, vessels, blocks, a drawer, a shelf, a box, and a goal of one to three parts.
 
-A problem is a scenario as data. Goals are left out by the rules of ``experiments/drawn_goals.py``, and where our judges' predicates do
+A problem is a scenario as data. Goals are left out by the rules of ``experiments/drawn_goals.py``, and where our validators' predicates do
 not hold once things and joints were put so by hand and left alone. No planner is asked.
 """
 
@@ -216,13 +216,13 @@ class Rules:
             return "our predicates have no words for it"
         if any(p[0] in PLACES and not fits(self.kitchen.extents[p[1]], self._room(p[2])) for p in goal):
             return "a thing is larger than its target in every attitude"
-        return "" if self.by_hand(goal) else "our judges cannot hold it"
+        return "" if self.by_hand(goal) else "our predicates cannot hold it"
 
     def _room(self, name: str) -> tuple[float, float]:
         return self.kitchen.tops[name][1] if name in self.kitchen.tops else self.kitchen.extents[name][:2]
 
     def holds(self, literal: Literal, world: World) -> bool:
-        """Return whether a part of a goal holds in a world, by the predicates that our judges ask."""
+        """Return whether a part of a goal holds in a world, by the predicates that our validators ask."""
         knowledge = self.engine.knowledge
         setting: Setting = replace(self.setting, world=world)
         problem = planning_problem(Goal((sentence(literal),)), setting.symbolic(knowledge.taxonomy), knowledge)

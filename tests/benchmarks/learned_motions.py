@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 from figure import add_figure, rate, value, write
-from motion_demonstrations import LINES, TOLD, WORLDS, WRONG, shown
+from motion_demonstrations import LINES, TOLD, WORLDS, WRONG, of, shown
 
 from cramlite import Engine, Solution, Trace, read_scenario
 from cramlite.interpretation.timeline import Timeline
@@ -88,6 +88,15 @@ def swept(candidate: Candidate, _brush: Thing, board: Thing) -> bool:
     return bool(((abs(x) < 0.13) & (abs(y) < 0.09) & (z > 0.0) & (z < 0.055)).mean() >= 0.9)
 
 
+def screwed(candidate: Candidate, lid: Thing, _about: Thing) -> bool:
+    """Whether the lid is lower by two turns of its thread, a quarter of a turn more or less, and the hand has let go of it."""
+    episode, joint = _episode(candidate), lid.joint
+    assert joint is not None
+    heights, hand = episode.tracks[lid.name].poses[:, 2], episode.tracks[episode.effector or ""].poses[-1, :3]
+    turns = float(heights[0] - heights[-1]) / joint.pitch
+    return bool(abs(turns - 2.0) < 0.25 and hand[2] - heights[-1] > 0.08)
+
+
 def _episode(candidate: Candidate) -> Episode:
     assert candidate.episode is not None
     return candidate.episode
@@ -95,6 +104,7 @@ def _episode(candidate: Candidate) -> Episode:
 
 DONE: Mapping[str, Callable[[Candidate, Thing, Thing], bool]] = {
     "stirring": stirred, "wiping_lines": wiped, "weighing": weighed, "sweeping": swept,
+    "screwing": screwed,
 }  # fmt: skip
 
 
@@ -146,15 +156,14 @@ def robot_does(engine: Engine, motion: str, robot: str, seed: int, folder: Path)
     if solution is None:
         print(motion, robot, seed, "no program:", "; ".join(e.reason for e in trace.entries)[-400:], flush=True)
         return False
-    tool, about = (solution.candidate.world.thing(name) for name in TOLD[motion][:2])
-    done = DONE[motion](solution.candidate, tool, about)
+    done = DONE[motion](solution.candidate, *of(motion, solution.candidate.world))
     print(motion, robot, seed, "done" if done else "proven, but not done", flush=True)
     return done
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("motions", nargs="*", default=[*WORLDS])
+    parser.add_argument("motions", nargs="*", default=[*DONE])
     parser.add_argument("--first", type=int, default=11)
     parser.add_argument("--count", type=int, default=10)
     parser.add_argument("--robots", nargs="+", default=[*BASES])

@@ -1,4 +1,5 @@
-"""Demonstrations of what no rule and no task knows: stirring in a bowl, wiping lines on a board, weighing, sweeping grains into a pan.
+"""Demonstrations of what no rule and no task knows: stirring in a bowl, wiping lines on a board, weighing, sweeping grains into a pan, and
+screwing a lid by two turns (``screwing_demonstrations.py``).
 
 Each was written before what learns it, and without it. A person picks up the tool, as the scripts of known tasks do, and goes on with a
 script of this file. Worlds differ by seed: places, turns and sizes; people by pace, size of the motion, where a circle begins, which way
@@ -11,6 +12,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
+import screwing_demonstrations as screwing
 
 from cramlite import Engine, read_scenario
 from cramlite.base.value import Value
@@ -72,10 +74,12 @@ vary:
   - {{thing: board, position: 15 mm, yaw: 8 deg, with: {{grains: [18, 21, 24]}}}}
   - {{thing: pan, position: 10 mm}}
 """,
+    "screwing": screwing.WORLD,
 }  # fmt: skip
 """Name of a motion -> scenario in which the tool is picked up; people take no notice of the robot."""
 TOLD: Mapping[str, tuple[str, ...]] = {
     "stirring": ("spoon", "bowl"), "wiping_lines": ("sponge", "board"), "weighing": ("box", "scale"), "sweeping": ("brush", "board", "pan"),
+    "screwing": ("lid",),
 }  # fmt: skip
 """What is moved, about what, and where to."""
 MOST_STROKES = 4
@@ -110,7 +114,7 @@ def shown(engine: Engine, motion: str, seed: int, folder: Path, scripts: Mapping
     path.write_text(WORLDS[motion], encoding="utf-8")
     scenario, knowledge, times = read_scenario(path), engine.knowledge, list[float]()
     world, _ = build_world(scenario, scenario.spec.things, scenario.spec.vary, knowledge, seed)
-    tool, about = (world.thing(name) for name in TOLD[motion][:2])
+    tool, about = of(motion, world)
     script = (scripts or SCRIPTS)[motion]
 
     def prepare(_world: World, _fillers: object, _rng: np.random.Generator) -> Performance:
@@ -119,10 +123,10 @@ def shown(engine: Engine, motion: str, seed: int, folder: Path, scripts: Mapping
             script(person, world, tool, about)
             times.append(float(person.data.time))  # type: ignore[attr-defined]
 
-        kept = motion != "weighing"
+        kept = motion not in ("weighing", "screwing")
         return Performance(act, missed=lambda person: "" if person.holds(tool.name) or not kept else f"'{tool.name}' was lost")
 
-    known = [
+    known = [] if tool.joint else [
         Shown(knowledge.record_scripts["soma:Grasping"], {"Patient": tool.name}),
         Shown(knowledge.record_scripts["soma:PickingUp"], {"Locatum": tool.name, "Relatum": "counter"}),
     ]
@@ -130,6 +134,12 @@ def shown(engine: Engine, motion: str, seed: int, folder: Path, scripts: Mapping
     episode = knowledge.episodes.detect(rollout, f"{motion}_{seed}")
     start, end = times if len(times) == 2 else (0.0, 0.0)
     return Shown_(episode, start, min(end, episode.span[1]), rollout.reason)
+
+
+def of(motion: str, world: World) -> tuple[Thing, Thing]:
+    """What is moved in a world, and about what; the same thing where that is all."""
+    first, second = (*TOLD[motion][:2], TOLD[motion][0])[:2]
+    return world.thing(first), world.thing(second)
 
 
 Script = Callable[[Performer, World, Thing, Thing], None]
@@ -193,7 +203,7 @@ def _lying(person: Performer, board: Thing) -> int:
     return sum(float(person.data.xpos[body][2]) > board.pose.position[2] for body, _ in grains)  # type: ignore[attr-defined]
 
 
-SCRIPTS: Mapping[str, Script] = {"stirring": stir, "wiping_lines": wipe, "weighing": weigh, "sweeping": sweep}
+SCRIPTS: Mapping[str, Script] = {"stirring": stir, "wiping_lines": wipe, "weighing": weigh, "sweeping": sweep, "screwing": screwing.screw}
 
 
 def stir_once(person: Performer, world: World, spoon: Thing, bowl: Thing) -> None:
@@ -271,6 +281,7 @@ WRONG: Mapping[str, Mapping[str, Script]] = {
     "wiping_lines": {"one line": wipe_one_line, "in the air": wipe_in_the_air},
     "weighing": {"in passing": weigh_in_passing, "in the hand": weigh_in_the_hand},
     "sweeping": {"beside the pan": sweep_beside, "short of the pan": sweep_short, "above the grains": sweep_above},
+    "screwing": screwing.WRONG,
 }
 """Motion -> those who do something else, by what."""
 

@@ -1,4 +1,4 @@
-"""Mutants of judges, no-goods, places and the detection of grasps: does a quick test object to each?
+"""Mutants of validators, no-goods, places and the detection of grasps: does a quick test object to each?
 
     pip install cosmic-ray
     python tests/benchmarks/mutants.py [WORD ...] [--by-hand] [--again FILE] [--list]
@@ -208,7 +208,7 @@ def stale(module: str, equivalent: Mapping[str, str]) -> list[str]:
 
 def main() -> int:
     """Print the mutants of each module that survive its tests, without those that are known to be equivalent."""
-    parser = argparse.ArgumentParser(description="Change judges one operator at a time, and run their tests.")
+    parser = argparse.ArgumentParser(description="Change validators one operator at a time, and run their tests.")
     parser.add_argument("words", nargs="*", help="modules whose name contains one of these; all without")
     parser.add_argument("--by-hand", action="store_true", help="only the changes that are written in mutants.yaml")
     parser.add_argument("--again", metavar="FILE", type=Path, help="only what survived in a run before, whose output FILE is")

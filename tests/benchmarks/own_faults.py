@@ -54,7 +54,7 @@ SCENES: Mapping[str, tuple[tuple[str, ...], str]] = {
     "lid_on_pot": (("lid on pot",), "lid on floor"),
     "bottle_on_rack": (("bottle on rack",), "bottle on floor"),
 }
-"""Scenario -> the goal that a judge checks, and another one that may be asked for; {0}, {1} are what was seen."""
+"""Scenario -> the goal that a validator checks, and another one that may be asked for; {0}, {1} are what was seen."""
 DRAWERS, TALL = ("into_drawer",), (
     "product_onto_tray_camera", "each_onto_tray_camera", "late_pose_camera", "pouring", "two_on_one_shelf", "into_drawer", "bottle_on_rack",
 )  # fmt: skip

@@ -3,7 +3,7 @@ first state.
 
     python tests/benchmarks/sentences.py --kept FOLDER [--tasks odd|even|all] [--environment DIR] [--suites libero_90 ...]
 
-The sentences are those that the judge has (`language`); its environment is installed as docs/how-to/libero.md says. Scenes are kept in
+The sentences are those that the benchmark has (`language`); its environment is installed as docs/how-to/libero.md says. Scenes are kept in
 ``--kept``, so that a second run takes seconds. Tasks with odd numbers are for development, even ones are measured once a grammar is done.
 A region stands for its thing where it is the only one, and on and in mean the same of a region, as goals have it; "within 30 mm" is
 LIBERO's own and nobody says it. What a sentence asks for beyond the goal (a drawer that is opened and filled) counts as a miss.
@@ -43,7 +43,7 @@ class Task(Value):
     Args:
         sentence: of the task.
         goal: of its problem file, in the words of goals.
-        view: where the judge's camera stands.
+        view: where the benchmark's camera stands.
     """
 
     sentence: str
@@ -53,15 +53,15 @@ class Task(Value):
     relations: tuple[tuple[str, str, str], ...]
 
 
-def task_of(judge: Libero, engine: Engine, suite: str, number: int, kept: Path) -> Task:
-    """A task as the judge gives it, or as it was stored."""
+def task_of(benchmark: Libero, engine: Engine, suite: str, number: int, kept: Path) -> Task:
+    """A task as the benchmark gives it, or as it was stored."""
     path = kept / f"{suite}_{number}.json"
     if path.is_file():
         return json.decode(path.read_bytes(), type=Task)
-    judge.reset(suite, number, 0)
-    scene: dict[str, Any] = judge.scene()
+    benchmark.reset(suite, number, 0)
+    scene: dict[str, Any] = benchmark.scene()
     with tempfile.TemporaryDirectory() as folder:
-        scenario, setting = prepare(engine, scene, judge.hello(), Path(folder), 0)
+        scenario, setting = prepare(engine, scene, benchmark.hello(), Path(folder), 0)
         goal = tuple(yaml.safe_load(scenario.read_text())["goal"])
     view = ", ".join(f"{v:.3f}" for v in scene["agentview"][:2])
     found = Task(scene["language"], goal, view, setting.world, setting.relations)
@@ -98,11 +98,11 @@ def main() -> None:
     options.add_argument("--environment", type=Path, help="of LIBERO, if not in its usual place")
     add_figure(options)
     asked = options.parse_args()
-    engine, judge = Engine(files=[ROOT / "experiments" / "libero" / "panda.py"]), connect(asked.environment)
+    engine, benchmark = Engine(files=[ROOT / "experiments" / "libero" / "panda.py"]), connect(asked.environment)
     right = tried = 0
     cpu = 0.0
     for suite, number in tasks_asked(asked.suites, asked.tasks):
-        task = task_of(judge, engine, suite, number, asked.kept)
+        task = task_of(benchmark, engine, suite, number, asked.kept)
         scene = symbolic_world(task.world, engine.knowledge.taxonomy, task.relations)
         tried, before = tried + 1, time.process_time()
         try:

@@ -144,4 +144,5 @@ joint_rises(ph(S, E), X) :- joint(S, E, X, _, _, First, Last), Last - First > 0.
 joint_falls(ph(S, E), X) :- joint(S, E, X, _, _, First, Last), First - Last > 0.05.
 joint_closed(ph(S, E), X) :- joint(S, E, X, _, High, _, _), High =< 0.05.
 joint_open(ph(S, E), X) :- joint(S, E, X, Low, _, _, _), Low >= 0.20.
+joint_wide(ph(S, E), X) :- joint(S, E, X, Low, _, _, _), Low >= 0.80.
 parked(ph(S, E)) :- from_park(S, E, D), D < 0.05.

@@ -72,7 +72,7 @@ def runs(block: Block) -> bool:
 WITH_CODE = [p for p in PAGES if any(runs(b) for b in blocks(p))]
 HEAVY = {
     "docs/how-to/before_a_real_arm.md", "docs/how-to/behaviour_tree.md", "docs/how-to/drive_a_robot.md", "docs/how-to/embed.md",
-    "docs/how-to/judge_a_program.md", "docs/how-to/judged.md", "docs/how-to/look_at_a_run.md", "docs/how-to/many_machines.md",
+    "docs/how-to/judge_a_program.md", "docs/how-to/benchmarks.md", "docs/how-to/look_at_a_run.md", "docs/how-to/many_machines.md",
     "docs/how-to/mcp.md", "docs/how-to/other_languages.md", "docs/how-to/own_recording.md", "docs/how-to/own_robot.md",
     "docs/how-to/own_scene.md", "docs/how-to/planner.md", "docs/how-to/test_programs.md", "docs/reference/tasks.md",
     "docs/tutorial/scenario.md", "docs/tutorial/wiping.md",

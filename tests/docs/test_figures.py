@@ -24,7 +24,7 @@ BENCHMARKS = ROOT / "tests" / "benchmarks"
 DECISIONS = ROOT / "docs" / "explanation" / "decisions"
 NO_MEASUREMENT = {
     "figure", "flying_gripper", "grasp_objects", "kitchen_drawing", "learning_demonstrations", "motion_demonstrations", "planning_peer",
-    "planning_problems", "pose_views", "same_outputs", "wheels",
+    "planning_problems", "pose_views", "same_outputs", "screwing_demonstrations", "wheels",
 }  # fmt: skip
 """Modules beside the benchmarks: what these share, a comparison of two checkouts, and a page of wheels."""
 OVER_SEEDS = "from seeds import"

@@ -77,7 +77,7 @@ def setting() -> Setting:
     return ENGINE.setting(read_scenario(find_scenario("fetch_from_hanger")), seed=1007, twins=0)
 
 
-def test_a_reading_that_the_judges_of_every_program_objected_to_is_put_off(touched: Episode, setting: Setting) -> None:
+def test_a_reading_that_the_validators_of_every_program_objected_to_is_put_off(touched: Episode, setting: Setting) -> None:
     trace, listed = Trace(), [c.sequence for c in ENGINE.candidates(touched, setting=setting) if c.sequence]
     found = ENGINE.candidates(touched, setting=setting, trace=trace)
     first = next(found)

@@ -23,9 +23,9 @@ class ByGoal(Says):
     by_goal = True
 
 
-def judged(text: str, purpose: Purpose, *judges: Says, outcome: str = "finished") -> JudgedRun:
+def judged(text: str, purpose: Purpose, *validators: Says, outcome: str = "finished") -> JudgedRun:
     simulator = Written(ran(outcome))
-    found = judge_text(text, WORLD, purpose, knowing(simulator, judges), 5)
+    found = judge_text(text, WORLD, purpose, knowing(simulator, validators), 5)
     ((asked, world, mount, seed),) = simulator.asked
     assert (asked, world, mount, seed) == (text, WORLD, "arm", 5)
     return found

@@ -1,4 +1,4 @@
-"""One execution of a proven program: the world as it really is, where that is known, and the judges of its proof."""
+"""One execution of a proven program: the world as it really is, where that is known, and the validators of its proof."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_it_runs_once_where_it_really_is_and_is_judged_against_what_was_believed
 
 
 @pytest.mark.parametrize("apart", [False, True])
-def test_an_objection_of_a_judge_of_runs_fails_it(apart: bool) -> None:
+def test_an_objection_of_a_validator_of_runs_fails_it(apart: bool) -> None:
     simulator = Written(ran("halted"))
     knowledge = knowing(simulator, [Says("one"), Says("other", False)])
     done = execute(written(), planned().setting, knowledge, Process(simulator=simulator) if apart else None)

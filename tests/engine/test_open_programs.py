@@ -66,7 +66,7 @@ def test_without_others_it_ends_there_and_says_why(tmp_path: Path) -> None:
         ran(tmp_path, "", "")
 
 
-@pytest.mark.parametrize(("then", "said"), [(True, ["an open program: the proven program ends before 1 stage of 'then'"]), (False, [])])
+@pytest.mark.parametrize(("then", "said"), [(True, ["the proven program does not contain 1 stage of the scenario's 'then'"]), (False, [])])
 def test_resolve_says_that_more_is_to_come(tmp_path: Path, capsys: pytest.CaptureFixture[str], then: bool, said: list[str]) -> None:
     path, text = tmp_path / "open.yaml", SCENE.replace("FAULTS\n", "").replace("ELSE\n", "")
     path.write_text(text if then else text.replace(text[text.index("then:") : text.index("objects:")], ""))

@@ -1,4 +1,4 @@
-"""How a proof goes: who is asked when, what ends it, what becomes of a judge or a backend that breaks, and what is blamed."""
+"""How a proof goes: who is asked when, what ends it, what becomes of a validator or a backend that breaks, and what is blamed."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ from cramlite_plugins.robots.ur5e import UR5E
 
 
 def proved(
-    judges: list[Says], backend: Writes | None = None, simulator: Written | None = None, **changes: Any
+    validators: list[Says], backend: Writes | None = None, simulator: Written | None = None, **changes: Any
 ) -> tuple[Candidate, Verdict]:
     """The proof of the hand-written candidate, as yet without code and run."""
     made = replace(good(), code=None, rollout=None, **changes)
-    return prove(made, knowing(simulator or Written(), judges), backend or Writes(), seed=3)  # type: ignore[arg-type]
+    return prove(made, knowing(simulator or Written(), validators), backend or Writes(), seed=3)  # type: ignore[arg-type]
 
 
 def words(verdict: Verdict) -> list[tuple[str, bool]]:
@@ -103,7 +103,7 @@ def test_what_a_backend_remarks_is_said_of_a_text_that_runs_too() -> None:
     assert [f.reason for f in verdict.findings] == ["speeds are those of its controller"]
 
 
-def test_judges_see_the_text_that_ran() -> None:
+def test_validators_see_the_text_that_ran() -> None:
     run = Says("run")
     own = Code("written", "own text", {}, ".txt")
     candidate, _ = run_and_judge(good(), own, good().world, knowing(Written(), [run]), 0)
@@ -113,11 +113,11 @@ def test_judges_see_the_text_that_ran() -> None:
 # Edges of late poses
 
 
-def late(judges: list[Says], simulator: Written) -> Verdict:
+def late(validators: list[Says], simulator: Written) -> Verdict:
     """The verdict of a program that asks for the pose of the block, which may be 10 mm and 0.2 rad off."""
     made = good().program
     pose = good().world.thing("block").pose
-    return proved(judges, simulator=simulator, program=replace(made, late=(LatePose("block", pose, (0.01, 0.2)),)))[1]
+    return proved(validators, simulator=simulator, program=replace(made, late=(LatePose("block", pose, (0.01, 0.2)),)))[1]
 
 
 def test_a_program_with_a_late_pose_must_come_to_the_same_end_at_all_four_edges() -> None:
@@ -132,14 +132,14 @@ def test_a_program_with_a_late_pose_must_come_to_the_same_end_at_all_four_edges(
 
 def test_one_that_fails_at_an_edge_is_refused_with_that_edge_and_the_others_are_not_tried() -> None:
     tasks = ("1.Grasping", "3.Placing")
-    judge_ = Says("run", lambda c: [Finding("run", c.rollout.outcome == "finished", c.rollout.reason, origin=t) for t in tasks])
+    validator = Says("run", lambda c: [Finding("run", c.rollout.outcome == "finished", c.rollout.reason, origin=t) for t in tasks])
     simulator = Written(ran(), ran(), ran("halted"))
-    verdict = late([judge_], simulator)
+    verdict = late([validator], simulator)
     assert not verdict.passed and words(verdict) == [("run", True), ("run", True), ("late_pose", True), ("late_pose", False)]
     wrong = verdict.findings[-1]
-    assert wrong.reason == "with 'block' +0, +10 mm and -11 deg off: run: as written" and wrong.origin == "1.Grasping"
+    assert wrong.reason == "with 'block' +0, +10 mm and -11 deg from its planned pose: run: as written" and wrong.origin == "1.Grasping"
     assert len(simulator.asked) == 3
-    assert judge_.asked[-1].world.thing("block").pose != good().world.thing("block").pose  # what is believed there
+    assert validator.asked[-1].world.thing("block").pose != good().world.thing("block").pose  # what is believed there
 
 
 def test_one_that_fails_where_it_was_planned_is_not_tried_at_the_edges() -> None:
@@ -150,29 +150,29 @@ def test_one_that_fails_where_it_was_planned_is_not_tried_at_the_edges() -> None
 # Who is asked
 
 
-def test_a_dearer_judge_is_not_asked_where_a_cheaper_one_objects() -> None:
-    judges = [Says("path", cost="path"), Says("facts", cost="facts"), Says("ik", False, "ik"), Says("ik too", cost="ik"), Says("run")]
-    found = findings_of(good(), knowing(Written(), judges), rollout=False)
+def test_a_dearer_validator_is_not_asked_where_a_cheaper_one_objects() -> None:
+    validators = [Says("path", cost="path"), Says("facts", cost="facts"), Says("ik", False, "ik"), Says("ik too", cost="ik"), Says("run")]
+    found = findings_of(good(), knowing(Written(), validators), rollout=False)
     assert [f.validator for f in found] == ["facts", "ik", "ik too"]
-    found = findings_of(good(), knowing(Written(), judges), rollout=True)
+    found = findings_of(good(), knowing(Written(), validators), rollout=True)
     assert [f.validator for f in found] == ["run"]
 
 
 def test_those_are_asked_who_are_named() -> None:
-    judges = [Says("one"), Says("other"), Says("facts", cost="facts")]
-    found = findings_of(good(), knowing(Written(), judges), rollout=True, only=["other", "facts"])
+    validators = [Says("one"), Says("other"), Says("facts", cost="facts")]
+    found = findings_of(good(), knowing(Written(), validators), rollout=True, only=["other", "facts"])
     assert [f.validator for f in found] == ["other"]
 
 
 @pytest.mark.parametrize(("named", "may", "advises"), [(True, True, True), (True, False, False), (False, True, False)])
-def test_a_judge_that_may_advise_and_is_asked_to_objects_and_refuses_nothing(named: bool, may: bool, advises: bool) -> None:
+def test_a_validator_that_may_advise_and_is_asked_to_objects_and_refuses_nothing(named: bool, may: bool, advises: bool) -> None:
     made = replace(good(), limits=JudgingLimits(advisory=("one",) if named else ()))
-    judges = [Says("one", False, may_advise=may), Says("other", False, may_advise=True)]
-    one, other = findings_of(made, knowing(Written(), judges), rollout=True)
+    validators = [Says("one", False, may_advise=may), Says("other", False, may_advise=True)]
+    one, other = findings_of(made, knowing(Written(), validators), rollout=True)
     assert (one.passed, one.advice, other.passed, other.advice) == (advises, advises, False, False)
 
 
-def test_a_judge_that_says_nothing_of_it_may_not_advise() -> None:
+def test_a_validator_that_says_nothing_of_it_may_not_advise() -> None:
     silent = Says("one", False)
     del silent.may_advise
     (found,) = findings_of(replace(good(), limits=JudgingLimits(advisory=("one",))), knowing(Written(), [silent]), rollout=True)
@@ -193,7 +193,7 @@ def broken(_: Candidate) -> Any:
         (lambda _: [Finding("one", True, "r"), None], "check gives Findings, not None"),
     ],
 )
-def test_a_judge_that_breaks_has_not_approved(answer: Any, said: str) -> None:
+def test_a_validator_that_breaks_has_not_approved(answer: Any, said: str) -> None:
     (found,) = findings_of(good(), knowing(Written(), [Says("one", answer)]), rollout=True)
     assert not found.passed and found.reason.startswith("the validator itself failed: ") and said in found.reason
     advised = replace(good(), limits=JudgingLimits(advisory=("one",)))
@@ -202,7 +202,7 @@ def test_a_judge_that_breaks_has_not_approved(answer: Any, said: str) -> None:
 
 
 @pytest.mark.parametrize("passed", [True, False, np.True_, np.False_])
-def test_a_judge_may_answer_one_by_one_and_with_what_numpy_compares(passed: Any) -> None:
+def test_a_validator_may_answer_one_by_one_and_with_what_numpy_compares(passed: Any) -> None:
     (found,) = findings_of(good(), knowing(Written(), [Says("one", lambda _: iter([Finding("one", passed, "r")]))]), rollout=True)
     assert found.passed is passed
 

@@ -40,7 +40,7 @@ def test_there_are_none_about_what_is_shipped(path: Path) -> None:
         (
             "hangs_on: {hanger: hook, depth: 70 mm}",
             "at: {position: [0.5, 0.4, 0.6]}",
-            "'tea' stands on nothing and falls; 'floor' is 601 mm below its middle",
+            "'tea' stands on nothing and falls; the next thing below its middle is 'floor', 601 mm lower",
         ),
         (
             "hangs_on: {hanger: hook, depth: 70 mm}",

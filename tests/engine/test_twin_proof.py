@@ -93,7 +93,7 @@ def test_small_errors_break_nothing_and_a_large_one_is_named(picked: Candidate, 
     assert not bad.passed and bad.twins is not None
     first = bad.twins.failed[0]
     assert first.causes == ("poses",) and first.origin.startswith("1.Grasping") and "block: " in first.largest()
-    assert "of 5 required" in bad.reason and "broken by poses alone" in bad.reason and bad.twins.ran < 5
+    assert "of 5 required" in bad.reason and "one source of error breaks it alone: poses" in bad.reason and bad.twins.ran < 5
     assert [f.validator for f in bad.objections] == ["twins"] and bad.objections[0].origin.startswith("1.Grasping")
 
 

@@ -1,6 +1,6 @@
 """What a verdict about twins is made of: each run's number, seed and draws, in order, and where the runs end.
 
-The processes are replaced by a list of what they would answer; what succeeded is a real run, judged by the real judges.
+The processes are replaced by a list of what they would answer; what succeeded is a real run, judged by the real validators.
 """
 
 from __future__ import annotations
@@ -110,7 +110,7 @@ def test_each_run_has_its_number_its_seed_and_what_was_drawn_for_it() -> None:
     assert found.findings[-1].value == 0.75
 
 
-def test_a_run_that_a_judge_objects_to_failed_where_the_judge_says() -> None:
+def test_a_run_that_a_validator_objects_to_failed_where_the_validator_says() -> None:
     found, _, _ = doubted(False, True, True, at_least=0.75)
     assert found.passed and found.twins is not None
     first = found.twins.twins[0]
@@ -133,9 +133,9 @@ def test_of_the_first_that_failed_each_source_of_error_is_tried_by_itself() -> N
 @pytest.mark.parametrize(("wrong", "passes"), [(1, True), (9, False)])
 def test_what_to_try_is_told_where_too_many_runs_failed(wrong: int, passes: bool) -> None:
     candidate, remedy, left = proven("picking_up"), Remedy("far", "put it nearer"), [False] * wrong
-    judge = Says("bad", lambda _: [Finding("bad", left.pop() if left else True, "it is far", remedy=remedy)])
+    validator = Says("bad", lambda _: [Finding("bad", left.pop() if left else True, "it is far", remedy=remedy)])
     group, doubts = Answers(candidate, *[True] * 12), ProofDoubts(3, 0.5, TWO)
-    found = doubt(candidate, NOMINAL, setting(doubts), knowing(Written(), [judge]), group, lambda _: None, 0.0)
+    found = doubt(candidate, NOMINAL, setting(doubts), knowing(Written(), [validator]), group, lambda _: None, 0.0)
     assert found is not None and found.passed is passes and found.twins is not None and found.twins.failed
     assert found.findings[-1].remedy == (None if passes else remedy)
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import changed_scenes
 import pytest
 
-from cramlite.experiment.judged.results import Attempt, EpisodeResult
-from cramlite.experiment.judged.spec import Episode
+from cramlite.experiment.benchmark.results import Attempt, EpisodeResult
+from cramlite.experiment.benchmark.spec import Episode
 from cramlite.model import Deviation, Notice
 
 
@@ -64,8 +64,8 @@ def test_the_table_counts_what_a_change_cost(groups: changed_scenes.Families, ca
     scene = changed_scenes.safe(end=False)[0]
     control = Episode(lost.suite, lost.task, changed_scenes.CONTROL)
     results = {
-        lost: result(lost, False, 4, notice=0.3), kept: result(kept, True, 4, notice=0.3), died: result(died, False, outcome="judge died"),
-        control: result(control, True), scene: result(scene, True),
+        lost: result(lost, False, 4, notice=0.3), kept: result(kept, True, 4, notice=0.3),
+        died: result(died, False, outcome="benchmark died"), control: result(control, True), scene: result(scene, True),
     }  # fmt: skip
     numbers = {(n.what, n.part): (n.hits, n.of, n.value) for n in changed_scenes.numbers(groups, [scene], results)}
     assert numbers["target_relocation", "changed, true at rest"][:2] == (1, 2)

@@ -1,4 +1,4 @@
-"""Kitchens that are drawn: the same for the same seed, goals that the rules leave out, and those that our judges can hold."""
+"""Kitchens that are drawn: the same for the same seed, goals that the rules leave out, and those that our predicates can hold."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Problems that are drawn: goals, rules that leave some out, variations of scenes, seeds for what, and two versions on the same files.
 
-What needs LIBERO itself is not asked here; a judge's environment is played by this Python.
+What needs LIBERO itself is not asked here; a benchmark's environment is played by this Python.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from helpers.properties import examples
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cramlite.experiment.judged.judge import module_of
-from cramlite.experiment.judged.results import Attempt, EpisodeResult
-from cramlite.experiment.judged.spec import read_judged
+from cramlite.experiment.benchmark.protocol import module_of
+from cramlite.experiment.benchmark.results import Attempt, EpisodeResult
+from cramlite.experiment.benchmark.spec import read_benchmark
 
 sys.path.insert(0, str(ROOT / "experiments"))
 import drawn_goals as goals
@@ -190,13 +190,13 @@ def test_a_measurement_opens_its_seeds_and_no_others() -> None:
             seeds_of(text, measure=True)
 
 
-def test_a_folder_of_problems_is_an_environment_of_the_judge(tmp_path: Path) -> None:
+def test_a_folder_of_problems_is_an_environment_of_the_benchmark(tmp_path: Path) -> None:
     stand_in = tmp_path / "python"
     stand_in.write_text('#!/bin/sh\necho "$@"\n')
     stand_in.chmod(0o755)
     module_of(DRAWING / "environment.py").make_environment(tmp_path / "problems", str(stand_in))
-    said = subprocess.run([tmp_path / "problems/bin/python", "judge.py"], capture_output=True, text=True, check=True).stdout
-    assert said.split() == [str(tmp_path / "problems/bin/launch.py"), "judge.py"]
+    said = subprocess.run([tmp_path / "problems/bin/python", "simulator.py"], capture_output=True, text=True, check=True).stdout
+    assert said.split() == [str(tmp_path / "problems/bin/launch.py"), "simulator.py"]
 
 
 def test_files_of_a_problem_that_were_changed_are_refused(tmp_path: Path) -> None:
@@ -243,8 +243,8 @@ def test_versions_that_were_given_other_files_are_not_compared() -> None:
         drawn_pair.paired({1: result(1, True)}, {2: result(2, True)})
 
 
-def test_an_episode_whose_judge_died_is_left_out(capsys: pytest.CaptureFixture[str]) -> None:
-    old, new = {1: result(1, True), 2: result(2, True)}, {1: result(1, False, outcome="judge died"), 2: result(2, True)}
+def test_an_episode_whose_benchmark_died_is_left_out(capsys: pytest.CaptureFixture[str]) -> None:
+    old, new = {1: result(1, True), 2: result(2, True)}, {1: result(1, False, outcome="benchmark died"), 2: result(2, True)}
     numbers = drawn_pair.numbers(drawn_pair.paired(old, new))
     assert [n.of for n in numbers if n.what == "all"] == [1, 1]
     assert "both 1, only old 0" in capsys.readouterr().out
@@ -255,14 +255,17 @@ def test_the_chance_of_a_difference_is_that_of_mcnemar() -> None:
     assert drawn_pair.chance(1, 9) == pytest.approx(2 * 11 / 1024)
 
 
-def test_an_old_checkout_is_given_the_suite_by_a_file_of_its_own(tmp_path: Path) -> None:
+@pytest.mark.parametrize("key", ["benchmark", "judge"])
+def test_an_old_checkout_is_given_the_suite_by_a_file_of_its_own(key: str, tmp_path: Path) -> None:
     folder = tmp_path / "experiments" / "libero"
     folder.mkdir(parents=True)
     spec = yaml.safe_load((ROOT / "experiments/libero/experiment.yaml").read_text())
     del spec["suites"]["drawn"]
+    spec[key] = spec.pop("benchmark")
     (folder / "experiment.yaml").write_text(yaml.safe_dump(spec))
     (tmp_path / "old.yaml").write_text(drawn_pair.experiment_for(tmp_path))
-    found = read_judged(tmp_path / "old.yaml")
+    assert key in yaml.safe_load((tmp_path / "old.yaml").read_text())
+    found = read_benchmark(tmp_path / "old.yaml")
     assert found.suite("drawn").budget == 1200
-    assert found.beside(found.spec.judge) == folder / "connection.py"
+    assert found.beside(found.spec.benchmark) == folder / "connection.py"
     assert [found.beside(p) for p in found.spec.plugins] == [folder / "panda.py"]

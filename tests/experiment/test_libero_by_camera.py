@@ -15,8 +15,8 @@ from conftest import ROOT
 from PIL import Image
 
 from cramlite import UserError
-from cramlite.experiment.judged.judge import module_of
-from cramlite.experiment.judged.spec import read_judged
+from cramlite.experiment.benchmark.protocol import module_of
+from cramlite.experiment.benchmark.spec import read_benchmark
 from cramlite.model import Camera, Intrinsics, Pose, Thing, World
 from cramlite_plugins.objects.products_and_fixtures import make
 from cramlite_plugins.simulation.camera.depth_camera import look
@@ -35,7 +35,7 @@ def part(name: str) -> ModuleType:
 
 
 def said(table: float, *things: Thing) -> dict[str, Any]:
-    """What a judge would answer to 'look', of things on a table at some height."""
+    """What a benchmark would answer to 'look', of things on a table at some height."""
     size = 192
     eye, target = np.array((1.3, 0.0, table + 0.7)), np.array((0.55, 0.0, table))
     camera = Pose.from_axes(tuple(eye), target - eye, np.cross(target - eye, (0, 0, 1)))
@@ -116,20 +116,20 @@ def test_what_would_be_within_the_table_is_not_there(kinds: dict[str, Path]) -> 
 
 def test_no_more_is_asked_than_a_cell_answers(monkeypatch: pytest.MonkeyPatch) -> None:
     module = part("by_camera")
-    judge = object.__new__(module.LiberoByCamera)
-    judge.asked, judge.lines = [], SimpleNamespace(ask=lambda line, patience: b'{"rgb": "", "joints": []}')
-    assert judge.ask({"ask": "look"}, 1.0)["joints"] == []
-    assert judge.asked == [{"ask": "look", "answered": ["joints", "rgb"]}]
+    benchmark = object.__new__(module.LiberoByCamera)
+    benchmark.asked, benchmark.lines = [], SimpleNamespace(ask=lambda line, patience: b'{"rgb": "", "joints": []}')
+    assert benchmark.ask({"ask": "look"}, 1.0)["joints"] == []
+    assert benchmark.asked == [{"ask": "look", "answered": ["joints", "rgb"]}]
     for more in ("scene", "cameras"):
         with pytest.raises(UserError, match=f"not asked for '{more}'"):
-            judge.ask({"ask": more}, 1.0)
+            benchmark.ask({"ask": more}, 1.0)
     monkeypatch.setenv(module.KINDS, "/nowhere")
     with pytest.raises(UserError, match="no library of LIBERO's kinds"):
         module.library_folder()
 
 
 def test_its_experiment_says_what_is_given() -> None:
-    spec = read_judged(LIBERO / "camera.yaml").spec
+    spec = read_benchmark(LIBERO / "camera.yaml").spec
     assert "sentence" in spec.given and "scene" not in part("by_camera").ALLOWED
-    whole = read_judged(LIBERO / "experiment.yaml").spec
+    whole = read_benchmark(LIBERO / "experiment.yaml").spec
     assert all(whole.suites[name].budget == suite.budget for name, suite in spec.suites.items())

@@ -1,6 +1,6 @@
 """A candidate whose run is written by hand: a block is taken from the floor, carried, and put onto a shelf beside a cup.
 
-No physics runs: each judge reads what a run could have been, in milliseconds. 100 samples, one each ``STEP``.
+No physics runs: each validator reads what a run could have been, in milliseconds. 100 samples, one each ``STEP``.
 """
 
 from __future__ import annotations
@@ -138,12 +138,12 @@ def shifted(by: Any, thing: str, first: int, last: int = COUNT) -> Candidate:
     return posed(**{thing: poses})
 
 
-def said(judge: Validator, of: Candidate) -> list[str]:
-    """The objections of a judge."""
-    return [f.reason for f in judge.check(of) if not f.passed]
+def said(validator: Validator, of: Candidate) -> list[str]:
+    """The objections of a validator."""
+    return [f.reason for f in validator.check(of) if not f.passed]
 
 
-def only(judge: Validator, of: Candidate) -> Finding:
-    """The one finding of a judge."""
-    (found,) = judge.check(of)
+def only(validator: Validator, of: Candidate) -> Finding:
+    """The one finding of a validator."""
+    (found,) = validator.check(of)
     return found

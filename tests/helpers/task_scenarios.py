@@ -62,7 +62,7 @@ BLOCKED = {
     "looking_at_mobile_stays": "m > 0.917 m of arm 'ur5e_mobile'",
     "navigating_blocked": "from the start, 1272 places were looked at",
     "opening_blocked": "mm inside 'post'",
-    "opening_turned_away_fails": "deg of its own way 'door/handle' is",
+    "opening_turned_away_fails": "deg of its own motion 'door/handle' is",
     "pushing_around_fails": "inside 'fence'",
     "tipping_under_fails": "toppling: not lying there: 'book' is",
     "laying_down_fails": "at the grasp: 'effector/body' is",

@@ -1,4 +1,4 @@
-"""Proofs without physics: a plan that is grounded once, a simulator whose runs are written, and judges of one word."""
+"""Proofs without physics: a plan that is grounded once, a simulator whose runs are written, and validators of one word."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Written:
 
 
 class Says:
-    """Judge of one answer, or of one that a function of the candidate gives."""
+    """Validator of one answer, or of one that a function of the candidate gives."""
 
     def __init__(self, name: str, answer: Any = True, cost: Cost = "rollout", may_advise: bool = False) -> None:
         self.name, self.cost, self.answer, self.may_advise = name, cost, answer, may_advise
@@ -87,10 +87,10 @@ class Writes:
         return Code("written", self.text, {}, ".txt") if isinstance(self.text, str) else self.text
 
 
-def knowing(simulator: Written, judges: Iterable[Any]) -> Any:
-    """The engine's knowledge, with that simulator and those judges in the place of the shipped ones."""
+def knowing(simulator: Written, validators: Iterable[Any]) -> Any:
+    """The engine's knowledge, with that simulator and those validators in the place of the shipped ones."""
     knowledge = copy(engine().knowledge)
-    vars(knowledge).update(simulator=simulator, validators=tuple(judges), left_out=("blocked",))
+    vars(knowledge).update(simulator=simulator, validators=tuple(validators), left_out=("blocked",))
     return knowledge
 
 

@@ -438,6 +438,34 @@ def test_a_spent_budget_still_says_in_which_task_it_failed_and_for_which_things(
     assert (found and (found.tasks, found.things)) == says
 
 
+
+NO_WAY = """
+from cramlite.plugin import Decomposition, TaskType
+class Task(TaskType):
+    task = "x:Task"
+    def decompose(self, action, belief):
+        yield Decomposition((Location(action.inside("spot"), "at"), Location(action.inside("way"), "at")), "there")
+@hookimpl
+def task_types():
+    return [Task()]
+@hookimpl
+def resolve_location(location, belief, context):
+    if location.name.endswith("spot"):
+        yield from (Grounding(Stand(Pose(), str(k)), f"spot {k}", key=str(k)) for k in range(9))
+    else:
+        yield Refused("a way", "no room", blocking=("tea",), because=("1.Task/spot",))
+"""
+
+
+@pytest.mark.parametrize(("expansions", "says"), [(6, ((1,), (("tea",),))), (2, None)])
+def test_a_budget_spent_within_a_task_says_what_failed_in_it(expansions: int, says: tuple[Any, Any] | None, plugin: Plugin) -> None:
+    """So the next plan moves what was in the way; where nothing failed yet, nothing is said."""
+    trial = Trial(plugin("no_way", NO_WAY), budget=Budget(expansions=expansions))
+    assert trial.bindings(Action("1.Task", "x:Task")) == []
+    found = refutation(trial.search.refuted) if trial.search.refuted is not None else None
+    assert (found and (found.tasks, found.things)) == says
+
+
 # Declared relations
 
 

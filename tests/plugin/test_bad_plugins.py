@@ -202,13 +202,13 @@ def test_a_file_with_the_name_of_a_shipped_plugin_is_refused(name: str, plugin: 
     assert {i.name for i in instead.infos} & {name, "my_own"} == {"my_own"}
 
 
-JUDGE = (
+VALIDATOR = (
     "from cramlite.plugin import Finding\n"
-    "class Judge:\n    name, cost = {name}, {cost}\n"
+    "class Checker:\n    name, cost = {name}, {cost}\n"
     "    def check(self, candidate):\n        {body}\n"
-    "@hookimpl\ndef validators():\n    return [Judge()]\n"
+    "@hookimpl\ndef validators():\n    return [Checker()]\n"
 )
-JUDGED = {"name": "'b'", "cost": "'facts'", "body": "yield Finding('b', True, 'fine')"}
+FIELDS = {"name": "'b'", "cost": "'facts'", "body": "yield Finding('b', True, 'fine')"}
 
 
 def declared(hook: str, call: str) -> str:
@@ -216,11 +216,11 @@ def declared(hook: str, call: str) -> str:
 
 
 UNREADABLE = {
-    "cost": (JUDGE.format(**JUDGED | {"cost": "'rolout'"}), "'b', whose 'cost' is 'rolout'; did you mean 'rollout'?"),
-    "several costs": (JUDGE.format(**JUDGED | {"cost": "('ik', 'path')"}), "whose 'cost' is ('ik', 'path'); it must be one word"),
-    "no cost": (JUDGE.format(**JUDGED).replace("name, cost =", "name, cots ="), "which has no 'cost'"),
-    "no name": (JUDGE.format(**JUDGED | {"name": "None"}), "whose 'name' is None; it must be text"),
-    "check": (JUDGE.format(**JUDGED).replace("@hook", "Judge.check = 5\n@hook"), "whose 'check' is 5; it must be a function"),
+    "cost": (VALIDATOR.format(**FIELDS | {"cost": "'rolout'"}), "'b', whose 'cost' is 'rolout'; did you mean 'rollout'?"),
+    "several costs": (VALIDATOR.format(**FIELDS | {"cost": "('ik', 'path')"}), "whose 'cost' is ('ik', 'path'); it must be one word"),
+    "no cost": (VALIDATOR.format(**FIELDS).replace("name, cost =", "name, cots ="), "which has no 'cost'"),
+    "no name": (VALIDATOR.format(**FIELDS | {"name": "None"}), "whose 'name' is None; it must be text"),
+    "check": (VALIDATOR.format(**FIELDS).replace("@hook", "Checker.check = 5\n@hook"), "whose 'check' is 5; it must be a function"),
     "scope": (
         declared("experts", "Expert('e', 'e', (), ('x',), f, scope='objects')"),
         "'e', whose 'scope' is 'objects'; did you mean 'object'?",
@@ -278,7 +278,7 @@ def test_what_would_switch_a_thing_off_unsaid_is_refused(what: str, plugin: Plug
 
 def test_what_is_declared_rightly_is_not_refused(plugin: Plugin) -> None:
     bodies = (
-        *(JUDGE.format(**JUDGED | {"cost": f"'{cost}'"}) for cost in ("facts", "ik", "path", "rollout")),
+        *(VALIDATOR.format(**FIELDS | {"cost": f"'{cost}'"}) for cost in ("facts", "ik", "path", "rollout")),
         "from cramlite.plugin import Expert\n" + declared("experts", "Expert('e', 'e', (), ('x',), f, scope='object')"),
         "from cramlite.plugin import Predicate\n" + declared("predicates", "Predicate('p', 0, f, frozenset({'run'}))"),
         declared("object_models", "ModelMaker('m', f, files=('mesh',))"),
@@ -336,7 +336,7 @@ NO_FINDINGS = {
 @pytest.mark.parametrize("what", NO_FINDINGS)
 def test_a_validator_that_answers_nonsense_is_named(what: str, plugin: Plugin, run: Run, tmp_path: Path) -> None:
     body, says = NO_FINDINGS[what]
-    file = plugin("broken", JUDGE.format(**JUDGED | {"body": body}))
+    file = plugin("broken", VALIDATOR.format(**FIELDS | {"body": body}))
     ran = run("resolve", PARKING, "--plugin", file, "--no-report", "--out", tmp_path / "run")
     assert (ran.code, ran.out) == (3, "")
     assert f"Fault: plugin 'broken', hook validators, at b: {says}" in ran.err
@@ -344,7 +344,7 @@ def test_a_validator_that_answers_nonsense_is_named(what: str, plugin: Plugin, r
 
 
 def test_an_installed_validator_is_named_with_its_version(install: Install, run: Run, tmp_path: Path) -> None:
-    install("pack-judge", "calm", body=JUDGE.format(**JUDGED | {"body": "return True"}))
+    install("pack-validator", "calm", body=VALIDATOR.format(**FIELDS | {"body": "return True"}))
     ran = run("resolve", PARKING, "--no-report", "--out", tmp_path / "run")
     assert ran.code == 3
     assert "Fault: plugin 'calm' 2.5, hook validators, at b: check gives Findings" in ran.err

@@ -172,7 +172,7 @@ def test_no_simulator_is_the_users_choice() -> None:
         Engine(blocked=["mujoco"]).setting(read_scenario(TASKS))
 
 
-def test_nothing_is_proven_without_a_judge_that_cannot_be_loaded(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_nothing_is_proven_without_a_validator_that_cannot_be_loaded(monkeypatch: pytest.MonkeyPatch) -> None:
     def cut_off() -> None:
         raise ImportError("cannot import name 'box_around'")
 
@@ -184,7 +184,7 @@ def test_nothing_is_proven_without_a_judge_that_cannot_be_loaded(monkeypatch: py
     assert "bystanders" not in {v.name for v in blocked.validators}
 
 
-def test_nothing_is_proven_without_a_judge_that_is_declared_wrong(plugin: Plugin) -> None:
+def test_nothing_is_proven_without_a_validator_that_is_declared_wrong(plugin: Plugin) -> None:
     file = plugin("half", "@hookimpl\ndef validators():\n    return [1 / 0]\n")
     registry = Registry((file,), strict=False)
     with pytest.raises(PluginError, match=r"A validator is missing.*'half'.*ZeroDivisionError"):

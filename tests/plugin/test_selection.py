@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from conftest import COMMANDS, TASKS, Run
-from test_bad_plugins import EVERY_COMMAND, JUDGE, JUDGED
+from test_bad_plugins import EVERY_COMMAND, FIELDS, VALIDATOR
 
 from cramlite import Engine, find_scenario, read_scenario
 from cramlite.plugin import UserError
@@ -49,7 +49,7 @@ def test_to_name_a_file_and_block_it_is_a_contradiction(command: str, plugin: Pl
     assert f"'--plugin {file}' asks for the plugin 'strict', and '--block strict' blocks it" in ran.err
 
 
-# Shipped judges that are blocked
+# Shipped validators that are blocked
 
 
 @pytest.mark.heavy
@@ -84,11 +84,11 @@ def test_a_scenario_that_leaves_checks_out_says_so_from_python(plugin: Plugin, t
     assert solution.verdict.not_judged.endswith("grasp_slip")
 
 
-def test_what_stands_for_a_blocked_judge_is_not_left_out(plugin: Plugin) -> None:
-    body = JUDGE.format(**JUDGED | {"name": "'collision'"})
+def test_what_stands_for_a_blocked_validator_is_not_left_out(plugin: Plugin) -> None:
+    body = VALIDATOR.format(**FIELDS | {"name": "'collision'"})
     instead = Engine(files=[plugin("my_physics", body)], blocked=["physics"])
     assert instead.knowledge.left_out == ("execution", "force_peak", "commanded_force", "grasp_slip")
-    assert Engine(files=[plugin("b", JUDGE.format(**JUDGED))], blocked=["pushing"]).knowledge.left_out == ()
+    assert Engine(files=[plugin("b", VALIDATOR.format(**FIELDS))], blocked=["pushing"]).knowledge.left_out == ()
 
 
 # Installed packages

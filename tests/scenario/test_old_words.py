@@ -9,6 +9,7 @@ from conftest import ROOT, Run
 
 from cramlite import Engine, read_scenario
 from cramlite.experiment.demonstrations.spec import read_experiment
+from cramlite.experiment.experiment_file import old_keys
 from cramlite.model import Fallback, Program, Wait, write_program
 from cramlite.plugin import UserError
 from cramlite_plugins.robots.ur5e import UR5E
@@ -75,3 +76,27 @@ def test_an_old_option_is_refused(run: Run) -> None:
     ran = run("perceive", "fetch_from_hanger_camera", "--wants=type")
     assert ran.code == 2
     assert "the option '--wants' is called '--attributes' now" in ran.err
+
+
+def test_old_words_of_an_experiment_are_read_with_a_warning(tmp_path: Path, run: Run) -> None:
+    """The message shows that key and option are read: the environment is looked for where the option says."""
+    folder, path = ROOT / "experiments/libero", tmp_path / "experiment.yaml"
+    path.write_text((folder / "experiment.yaml").read_text().replace("benchmark: conn", f"judge: {folder}/conn"))
+    for option in (["--judge", tmp_path / "none"], [f"--judge={tmp_path}/none"]):
+        ran = run("experiment", path, "--suite", "libero_90", *option, "--out", tmp_path / "out")
+        assert ran.code == 2 and f"there is no '{tmp_path}/none/bin/python'" in ran.err
+        assert "warning: the option '--judge' is called '--benchmark' now" in ran.err
+        assert f"warning: {path}:3: the key 'judge' is called 'benchmark' now" in ran.err
+    new = run("experiment", folder, "--suite", "libero_90", "--benchmark", tmp_path / "none", "--out", tmp_path / "new")
+    assert new.code == 2 and f"there is no '{tmp_path}/none/bin/python'" in new.err and "warning" not in new.err
+
+
+def test_old_validators_of_an_experiment_are_read_and_both_words_refused(tmp_path: Path) -> None:
+    text, path = (ROOT / "experiments/fetch_from_hanger/experiment.yaml").read_text(), tmp_path / "experiment.yaml"
+    path.write_text(text.replace("validators:", "judges:"))
+    assert read_experiment(path).spec == read_experiment(ROOT / "experiments/fetch_from_hanger/experiment.yaml").spec
+    line = next(k for k, one in enumerate(text.splitlines(), 1) if one.startswith("validators:"))
+    assert old_keys(path) == [f"{path}:{line}: the key 'judges' is called 'validators' now; write that in its place"]
+    path.write_text(f"{text}\njudges: [execution]\n")
+    with pytest.raises(UserError, match="unknown key 'judges'"):
+        read_experiment(path)

@@ -70,7 +70,7 @@ def world() -> World:
     return build_world(scenario, scenario.spec.things, (), Engine().knowledge, 0)[0]
 
 
-def test_the_judge_finds_the_real_thing_by_its_place(world: World) -> None:
+def test_the_validator_finds_the_real_thing_by_its_place(world: World) -> None:
     second = world.thing("second")
     seen = replace(second, name="coffeepack_1", pose=Pose((0.003, 0, 0)) * second.pose)
     believed = replace(world, things=(*(t for t in world.things if not t.movable), seen))

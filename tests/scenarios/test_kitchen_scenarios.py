@@ -13,7 +13,7 @@ from cramlite.engine.scenario_doubts import doubts
 from cramlite.scenario.robot_spec import RobotSpec
 
 REFUSED = {
-    "board_driven_along": "after 116 mm of its own way 'drawer' is 4.4 mm inside 'board'",
+    "board_driven_along": "after 116 mm of its own motion 'drawer' is 4.4 mm inside 'board'",
     "bottle_from_drawer": "'bottle', which no task moved then, got",
     "bottle_on_rack": "not at rest: it would slide or fall off 'rack'",
     "bowl_under_handle": "'bowl' does not get into 'drawer' upright",
@@ -21,10 +21,10 @@ REFUSED = {
     "into_drawer": "'tin' is 0",
     "lid_on_pot": "1.PickAndPlace/Placing/PuttingDown/lower: no contact within 0.03 m",
     "mug_upside_down": "'effector/body' is 19.8 mm inside 'floor'",
-    "one_of_two_into_basket_camera": "58 mm of it would stick out by 15 mm over the 28 mm depth of 'basket'",
+    "one_of_two_into_basket_camera": "it takes 58 mm of the 28 mm depth of 'basket' and sticks out by 15 mm",
     "product_onto_tray_camera": "its centre of mass would be only 4 mm from the edge of 'tray'; 5 mm inside is needed",
     "sample_off_hanger": "from the middle of the opening of 'basket'",
-    "small_into_basket": "mm of it would stick out by",
+    "small_into_basket": "' and sticks out by",
     "stack_of_four": "mm from the edge of 'second'; 5 mm inside is needed",
     "swap": "its outline would overlap that of 'red' and the gap around it by",
     "table_for_four": "1.Opening/pull: force",
@@ -34,7 +34,7 @@ REFUSED = {
 }
 """Scenario -> words of the reason for which its sibling ``NAME_fails`` is refused."""
 GOALS = {
-    "board_before_drawer": "of its own way 'drawer' is",
+    "board_before_drawer": "of its own motion 'drawer' is",
     "boxed_in": "12.93 kg on the flange, gripper included, > 5 kg that 'ur5e' carries",
     "drawer_blocked": "12.93 kg on the flange, gripper included, > 5 kg that 'ur5e' carries",
     "kitchen_of_thirteen": "12.93 kg on the flange, gripper included, > 5 kg that 'ur5e' carries",

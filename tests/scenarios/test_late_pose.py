@@ -49,7 +49,7 @@ def planned() -> Planned:
 def test_it_was_tried_at_the_edge_of_what_is_declared(planned: Planned) -> None:
     found = [f for f in planned.solution.verdict.findings if f.validator == "late_pose"]
     assert len(found) == 4 and all(f.passed for f in found)
-    assert "'block' +15, +0 mm and +8 deg off" in found[0].reason
+    assert "'block' +15, +0 mm and +8 deg from its planned pose" in found[0].reason
 
 
 @pytest.mark.heavy
@@ -60,7 +60,7 @@ def test_what_does_not_work_at_the_edge_of_what_is_declared_is_refused(planned: 
     wide = replace(made, program=replace(made.program, late=late), code=None, rollout=None, episode=None)
     _, verdict = prove(wide, planned.engine.knowledge, setting.backend, 0)
     assert not verdict.passed and [f.validator for f in verdict.objections] == ["late_pose"]
-    assert "with 'block' +400, +0 mm and +0 deg off: " in verdict.reason
+    assert "with 'block' +400, +0 mm and +0 deg from its planned pose: " in verdict.reason
 
 
 @pytest.mark.heavy

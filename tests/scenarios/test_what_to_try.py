@@ -67,7 +67,7 @@ FAILING = {
     ),
     "a place that is taken": (
         _with("goal: [red on plate]", RED, PLATE, POST),
-        "there is no room for 'red' beside 'post' on or in 'plate', where outlines and gap overlap by 16.0 cm2: have 'post' put elsewhere",
+        "there is no room for 'red' beside 'post' on or in 'plate': their outlines and the gap between them overlap by 16.0 cm2",
     ),
     "something in the way": (
         find_scenario("tasks/opening_blocked").read_text(),
@@ -122,7 +122,7 @@ def test_what_stopped_a_program_is_to_be_mended_and_equal_objections_of_tasks_ar
     assert len(what_to_try(trace.entries)) == 2
 
 
-def test_of_programs_it_is_told_how_many_failed_alike_and_what_their_judge_would_let() -> None:
+def test_of_programs_it_is_told_how_many_failed_alike_and_what_their_validator_would_let() -> None:
     trace = Trace()
     for at, force in ((3.1, 4.2), (3.3, 3.1)):
         meet = f"'nut' and 'table' meet with {force} N where 2 N are permitted"

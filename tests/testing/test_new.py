@@ -122,7 +122,7 @@ def test_bad_names_are_explained(name: str, says: str, tmp_path: Path) -> None:
     ("kind", "name", "says"),
     [
         ("task", "shaking", "There is a plugin 'shaking' already"),
-        ("task", "lift", "'Lift' is a name of the task 'soma:PickingUp', of the plugin 'picking_up'"),
+        ("task", "lift", "'Lift' is taken: it names the task 'soma:PickingUp' of the plugin 'picking_up'"),
         ("task", "handle", "there is a class 'cram:Handle' already"),
         ("task", "cup", "there is a class 'soma:Cup' already"),
         ("task", "location", "its class would be 'Location', a name that the module needs"),

@@ -102,7 +102,7 @@ SPEED = (Parameter("speed_m_s", 1.0, "measured"),)
         ({"rule_file": Path("/nowhere.yaml")}, "no rule file '/nowhere.yaml'"),
         ({"roles": (Role("A"), Role("A"))}, "roles repeat"),
         ({"parameters": (Parameter("speed_m_s", 1.0, ""),)}, "where its default comes from"),
-        ({"decompose": _bug}, "only Unresolvable"),
+        ({"decompose": _bug}, "the only exception that it may raise"),
         ({"decompose": _decompose(Motion("a", "levitate"))}, "levitate"),
         ({"decompose": _decompose("grasp it")}, "no designator"),
         ({"decompose": _decompose(Motion("a", "hold"), Motion("a", "hold"))}, "share a name"),

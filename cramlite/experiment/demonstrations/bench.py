@@ -94,7 +94,7 @@ def goal_missed(place: Bench, candidate: Candidate) -> str:
     """
     spec = place.experiment.spec
     aim = replace(candidate, belief=replace(candidate.belief, relations=frozenset({spec.goal}), held=None))
-    findings = findings_of(aim, place.engine.knowledge, rollout=True, only=spec.judges)
+    findings = findings_of(aim, place.engine.knowledge, rollout=True, only=spec.validators)
     said = "; ".join(f"{f.validator}: {f.reason}" for f in findings if not f.passed)
     return said or (
         "" if any(f.validator == "end_state" for f in findings) else "nothing was moved that the goal is about"

@@ -57,7 +57,8 @@ class PublishedSpec(Spec):
 
 
 class ThresholdSpec(Spec):
-    """Thresholds that ``--short`` must reach: shares of demonstrations and of candidates."""
+    """Least shares that an experiment with ``--short`` must reach: of demonstrations solved, and of
+    candidates planned, simulated and executed."""
 
     solved: float = Field(default=1.0, ge=0, le=1)
     planned: float = Field(default=0.0, ge=0, le=1)
@@ -69,7 +70,7 @@ class ExperimentSpec(Spec):
     """Keys of an experiment file.
 
     ``product`` is the thing of the recording that the objects stand for; ``goal`` a relation that must hold at the end;
-    ``judges`` the validators that say whether an execution succeeded; ``twin`` how far the worlds of executions are off, nothing
+    ``validators`` those that say whether an execution succeeded; ``twin`` how far the worlds of executions are off, nothing
     where it says nothing; ``scales`` how many times as far, a further execution each; ``proof`` the doubts that a program must stand
     before, whose ``errors`` begin with those of ``twin``.
     """
@@ -79,7 +80,7 @@ class ExperimentSpec(Spec):
     scenario: str
     product: str
     goal: tuple[str, str, str]
-    judges: tuple[str, ...]
+    validators: tuple[str, ...]
     objects: dict[str, dict[str, Any]] = Field(min_length=1)
     sets: dict[str, SetSpec] = Field(min_length=1)
     twin: ErrorSpec

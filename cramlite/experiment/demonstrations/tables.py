@@ -135,7 +135,7 @@ class ObjectTables(Value):
 
     @property
     def whole(self) -> ObjectRow:
-        """Row of all objects together."""
+        """Row with the totals over all objects."""
         return self.rows[-1]
 
 

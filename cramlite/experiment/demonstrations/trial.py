@@ -62,7 +62,8 @@ def _demonstrated(trial: Trial) -> DemonstrationResult:
 
 
 def _until_solved(results: Iterable[CandidateResult], chosen: SetSpec) -> Iterator[CandidateResult]:
-    """Yield the candidates' results, up to the first success if the set of demonstrations says ``until_solved``."""
+    """Yield the results of a demonstration's candidates; stop after the first success where ``until_solved``
+    is set."""
     for result in results:
         yield result
         if result.succeeded and chosen.until_solved:
@@ -129,7 +130,8 @@ def _candidate(trial: Trial, candidate: CandidateSequence) -> CandidateResult:
 
 
 def _reason(made: list[Program], best: Program | None, entries: Iterable[Entry]) -> str:
-    """Place and reason of a candidate's failure, such as "plan: no grasp"; empty if it did not fail."""
+    """Stage (plan, simulation or execution) at which a candidate failed, and why: "plan: no grasp"; empty if
+    it did not fail."""
     if best is not None:
         return "" if best.execution and best.execution.succeeded else f"execution: {_of(best.execution)}"
     texts = [a for a in made if a.executions]

@@ -1,8 +1,8 @@
-"""Goals made true without the arm: whether the judge accepts a goal at all, once bodies and joints have been
+"""Goals made true without the arm: whether the benchmark accepts a goal at all, once bodies and joints have been
 set to it and released.
 
 The arm takes no part: it neither moves nor collides. Nor do things that the goal does not name; they are out of the scene. It runs in the
-judge's environment.
+benchmark's environment.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ FAR = 20.0
 
 
 class Hand:
-    """Stand-in for the robot's hand in the judge's simulator: sets poses of bodies and values of joints.
+    """Stand-in for the robot's hand in the benchmark's simulator: sets poses of bodies and values of joints.
 
     Args:
         world: at the start of an episode; left as it was.
@@ -48,7 +48,7 @@ class Hand:
         self.arm = [j for j in range(model.njnt) if int(model.jnt_bodyid[j]) in self.robot]
 
     def can(self, goal: Sequence[Literal]) -> bool:
-        """Return whether the judge accepts a goal that was made true without the arm."""
+        """Return whether the benchmark accepts a goal that was made true without the arm."""
         model, geoms = self.world.model, self._robot_geoms()
         kept = model.geom_contype[geoms].copy(), model.geom_conaffinity[geoms].copy()
         model.geom_contype[geoms] = model.geom_conaffinity[geoms] = 0
@@ -90,7 +90,7 @@ class Hand:
         self.parked = [t for t in self.world.things if t not in named]
 
     def _put(self, literal: Literal, rng: Any) -> bool:
-        """Find a pose of a thing in which the judge says that a literal holds after the thing has settled."""
+        """Find a pose of a thing in which the benchmark says that a literal holds after the thing has settled."""
         asked, start = 0, self.world.state()
         for position, turn in self._poses(literal, rng):
             self._place(literal[1], position, turn)
@@ -119,7 +119,7 @@ class Hand:
 
     def _box(self, literal: Literal) -> tuple[Any, Any]:
         """Bounds of a thing's origin in the world: in a region for "in", on its upper side for "on"; on a
-        thing, as near to its middle as the judge demands."""
+        thing, as near to its middle as the benchmark demands."""
         world, name = self.world, literal[2]
         if name not in world.env.env.object_sites_dict:
             middle, top = world.data.body(world.root(name)).xpos.copy(), world.corners(name)[:, 2].max()

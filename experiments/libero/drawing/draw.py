@@ -1,9 +1,9 @@
-"""Draw problems for LIBERO's judge: scenes of libero_90 with random states and random goals.
+"""Draw problems for LIBERO: scenes of libero_90 with random states and random goals.
 
-    JUDGE/bin/python experiments/libero/drawing/draw.py 0:10 --out problems
+    LIBERO/bin/python experiments/libero/drawing/draw.py 0:10 --out problems
 
-It runs in the judge's environment, and asks no planner. ``problems`` is then an environment of the judge itself, which knows the
-suite ``drawn``: ``cramlite experiment libero --suite drawn --tasks 0:10 --judge problems``. How it is done: docs/how-to/drawn_problems.md.
+It runs in the benchmark's environment, and asks no planner. ``problems`` is then an environment of the benchmark itself, which knows the
+suite ``drawn``: ``cramlite experiment libero --suite drawn --tasks 0:10 --benchmark problems``. More: docs/how-to/drawn_problems.md.
 """
 
 from __future__ import annotations
@@ -142,11 +142,11 @@ def left_out(goal: tuple[Literal, ...], world: World, owner: dict[str, str]) -> 
         return "a part holds already"
     if any(p[0] in PLACES and not fits(world.extents(p[1]), world.footprint(p)) for p in goal):
         return "a thing is larger than its target in every attitude"
-    return "" if Hand(world, owner).can(goal) else "the judge cannot hold it"
+    return "" if Hand(world, owner).can(goal) else "the benchmark cannot hold it"
 
 
 def written(made: Problem, goal: tuple[Literal, ...], state: Any, folder: Path, told: Counter[str]) -> bool:
-    """Write the files of a problem; return whether the judge begins an episode of it in the drawn state
+    """Write the files of a problem; return whether the benchmark begins an episode of it in the drawn state
     with the drawn goal."""
     folder.mkdir(parents=True, exist_ok=True)
     of_interest = sorted({n for p in goal for n in p[1:]})
@@ -154,12 +154,12 @@ def written(made: Problem, goal: tuple[Literal, ...], state: Any, folder: Path, 
     (folder / TEXT).write_text(text(whole, words(goal)), encoding="utf-8")
     np.savetxt(folder / STATE, state, fmt="%.17g")
     begun = _begins(folder, goal, state)
-    told["states left out: the judge does not begin them so"] += not begun
+    told["states left out: the benchmark does not begin them so"] += not begun
     return begun
 
 
 def _begins(folder: Path, goal: tuple[Literal, ...], state: Any) -> bool:
-    """Whether the judge can begin an episode in the state, and no part of the goal holds then."""
+    """Whether the benchmark can begin an episode in the state, and no part of the goal holds then."""
     try:
         world = World(folder / TEXT, parsed(folder / TEXT), 0)
     except RandomizationError:

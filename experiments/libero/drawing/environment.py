@@ -1,4 +1,4 @@
-"""Folder of problems that stands for a Python environment of LIBERO's judge, in which they are the suite ``drawn``.
+"""Folder of problems that stands for a Python environment of LIBERO, in which they are the suite ``drawn``.
 
 So any version of cramlite can be given the same problems: only the path of the environment is another one.
 """
@@ -14,8 +14,8 @@ COPIED = Path("bin") / "launch.py"
 
 
 def make_environment(folder: Path, python: str = sys.executable) -> None:
-    """Make a folder of problems an environment, with ``bin/python``, that runs the judge on the Python of
-    the judge's own environment."""
+    """Make a folder of problems an environment, with ``bin/python``, that runs the benchmark on the Python of
+    the benchmark's own environment."""
     launch = folder.resolve() / COPIED
     launch.parent.mkdir(parents=True, exist_ok=True)
     launch.write_bytes((Path(__file__).parent / "launch.py").read_bytes())

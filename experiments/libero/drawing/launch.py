@@ -1,6 +1,6 @@
-"""Start the judge's script with a suite ``drawn``, whose tasks are the problems of the folder that this file was copied into.
+"""Start the benchmark's script with a suite ``drawn``, whose tasks are the problems of the folder that this file was copied into.
 
-It runs in the judge's environment, in place of its Python: ``launch.py SCRIPT``.
+It runs in the benchmark's environment, in place of its Python: ``launch.py SCRIPT``.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class Drawn:
 
 
 def main() -> None:
-    """Register the suite of drawn problems, and run the judge's script that the command line names."""
+    """Register the suite of drawn problems, and run the benchmark's script that the command line names."""
     from libero.libero import benchmark
 
     benchmark.BENCHMARK_MAPPING[SUITE] = Drawn

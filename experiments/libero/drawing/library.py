@@ -1,6 +1,6 @@
 """Library of LIBERO: the scenes of libero_90, the goals of its 130 tasks, kinds of things and their regions.
 
-It runs in the judge's environment.
+It runs in the benchmark's environment.
 """
 
 from __future__ import annotations
@@ -79,8 +79,7 @@ def predicates_of_sites() -> dict[str, str]:
 
 @lru_cache(maxsize=1)
 def library() -> tuple[str, ...]:
-    """Return the kinds of things that the package's problem files move, as far as the package has models
-    of them."""
+    """Return the kinds of movable things in LIBERO's problem files, as far as LIBERO has models of them."""
     folder = Path(get_libero_path("bddl_files"))
     text = (path.read_text(encoding="utf-8") for path in sorted(folder.glob("*/*.bddl")))
     named = {kind for t in text for part in re.findall(r"\(:objects(.*?)\)", t, re.DOTALL) for kind in re.findall(r"-\s+(\S+)", part)}

@@ -1,8 +1,8 @@
-"""Show the scenes of random problems in one picture, as the judge's camera sees them, with their goals in words.
+"""Show the scenes of random problems in one picture, as the benchmark's camera sees them, with their goals in words.
 
     problems/bin/python experiments/libero/drawing/show.py 0:12 --out sheet.png
 
-It runs in the judge's environment with the suite, ``bin/python`` of a folder of problems.
+It runs in the benchmark's environment with the suite, ``bin/python`` of a folder of problems.
 """
 
 from __future__ import annotations
@@ -18,28 +18,28 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 sys.path.insert(1, str(Path(__file__).resolve().parents[2]))
 
-from judge import PIXELS, Judge
 from PIL import Image, ImageDraw
 from seed_ranges import seeds_of
+from simulator import PIXELS, Simulator
 
 COLUMNS, LINE, WIDTH = 4, 12, 40
 """Pictures in a row, height of a line of text [pixel], and its letters."""
 
 
-def picture(judge: Judge, seed: int) -> tuple[Any, str]:
+def picture(simulator: Simulator, seed: int) -> tuple[Any, str]:
     """Return the camera picture of a problem's start, and the problem's name."""
-    name = str(judge.reset("drawn", seed, 0)["task"])
-    return Image.open(io.BytesIO(base64.b64decode(judge.cameras()["agentview"]["png"]))), name
+    name = str(simulator.reset("drawn", seed, 0)["task"])
+    return Image.open(io.BytesIO(base64.b64decode(simulator.cameras()["agentview"]["png"]))), name
 
 
-def sheet(judge: Judge, seeds: range) -> Any:
+def sheet(simulator: Simulator, seeds: range) -> Any:
     """Return the pictures of problems on one sheet."""
     high = PIXELS + 6 * LINE
     found = Image.new("RGB", (COLUMNS * PIXELS, -(-len(seeds) // COLUMNS) * high), "white")
     draw = ImageDraw.Draw(found)
     for k, seed in enumerate(seeds):
         x, y = k % COLUMNS * PIXELS, k // COLUMNS * high
-        seen, name = picture(judge, seed)
+        seen, name = picture(simulator, seed)
         found.paste(seen, (x, y))
         draw.text((x + 2, y + PIXELS), textwrap.fill(f"{seed}: {name}", WIDTH), fill="black")
     return found
@@ -55,7 +55,7 @@ def main() -> None:
         seeds = seeds_of(order.seeds)
     except ValueError as error:
         sys.exit(str(error))
-    sheet(Judge(), seeds).save(order.out)
+    sheet(Simulator(), seeds).save(order.out)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Variants of a scene: things swap places, or are replaced by others of the judge's library.
+"""Variants of a scene: things swap places, or are replaced by others of the benchmark's library.
 
 A problem is a dictionary as LIBERO's parser returns it (``robosuite_parse_problem``). Nothing of cramlite or LIBERO is imported.
 """
@@ -17,7 +17,7 @@ WIDTH = 1e-6
 
 
 def kinds(problem: Problem) -> dict[str, str]:
-    """Return things and fixtures -> their kinds, the judge's categories."""
+    """Return things and fixtures -> their kinds, the benchmark's categories."""
     return {name: kind for part in ("fixtures", "objects") for kind, names in problem[part].items() for name in names}
 
 

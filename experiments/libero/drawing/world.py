@@ -1,6 +1,6 @@
 """LIBERO's simulator while a random problem is generated: it draws a state at random, and answers questions about it.
 
-It runs in the judge's environment.
+It runs in the benchmark's environment.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ MARGIN = 0.01
 
 
 class World:
-    """Judge's simulator with the scene of a problem file.
+    """Benchmark's simulator with the scene of a problem file.
 
     Args:
         path: of the problem file.
@@ -55,7 +55,7 @@ class World:
         return self.env.sim.data._data
 
     def reset(self) -> None:
-        """Set another random state, as the judge does at the start of an episode, until all things fit."""
+        """Set another random state, as the benchmark does at the start of an episode, until all things fit."""
         self.env.reset()
 
     def state(self) -> Any:
@@ -89,7 +89,7 @@ class World:
         return str(self.env.env.get_object(thing).root_body)
 
     def holds(self, literal: Literal) -> bool:
-        """Return whether the judge says that a literal of a goal holds."""
+        """Return whether the benchmark says that a literal of a goal holds."""
         return bool(self.env.env._eval_predicate(list(literal)))
 
     def holds_nearly(self, literal: Literal) -> bool:
@@ -110,14 +110,14 @@ class World:
         return found
 
     def joints(self, name: str) -> list[int]:
-        """Return the joints by which the judge checks a predicate of a thing or a region."""
+        """Return the joints by which the benchmark checks a predicate of a thing or a region."""
         env = self.env.env
         named = env.object_sites_dict[name] if name in env.object_sites_dict else env.get_object(name)
         return [int(self.model.joint(j).id) for j in named.joints or () if self.model.joint(j).type[0] != mujoco.mjtJoint.mjJNT_FREE]
 
     def articulated(self) -> dict[str, tuple[str, ...]]:
         """Return each region with a joint, and each fixture with a joint but no such region -> the
-        predicates that the judge can check on it."""
+        predicates that the benchmark can check on it."""
         env = self.env.env
         parts = {n: s.parent_name for n, s in env.object_sites_dict.items() if getattr(s, "parent_name", None) and self.joints(n)}
         whole = {n: n for n in env.fixtures_dict if n not in parts.values() and self.joints(n)}
@@ -176,7 +176,7 @@ class World:
 
 
 def _asked(thing: Any, whole: bool) -> tuple[str, ...]:
-    """The predicates that the judge can check on a thing's joints: "open", "close", "turnon", "turnoff"."""
+    """The predicates that the benchmark can check on a thing's joints: "open", "close", "turnon", "turnoff"."""
     ranges = thing.object_properties.get("articulation", {})
     opens = ("open", "close") if ranges.get("default_open_ranges") else ()
     turns = ("turnon", "turnoff") if whole and ranges.get("default_turnon_ranges") else ()

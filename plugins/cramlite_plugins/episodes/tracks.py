@@ -170,7 +170,7 @@ def _piece(rows: Rows, start: int, end: int, total: int, tracks: dict[str, Track
 
 
 def compose(a: Floats, b: Floats) -> Floats:
-    """Compose poses (N, 7): the transforms a followed by b."""
+    """Compose poses (N, 7): poses ``b``, which are given in the frames ``a``."""
     wa, ua, wb, ub = a[:, 3:4], a[:, 4:], b[:, 3:4], b[:, 4:]
     turned = np.cross(ua, b[:, :3])
     position = a[:, :3] + b[:, :3] + 2 * wa * turned + 2 * np.cross(ua, turned)

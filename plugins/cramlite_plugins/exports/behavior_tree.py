@@ -38,7 +38,7 @@ def exporters() -> Iterable[Exporter]:
 
 
 def write_tree(run: RunRecord, out: Path) -> None:
-    """Write the tree of a run's program to a new file.
+    """Write the behaviour tree of a run's program to a new file.
 
     Raises:
         UserError: the run's folder holds no typed program.
@@ -52,7 +52,7 @@ def write_tree(run: RunRecord, out: Path) -> None:
 
 
 def tree_xml(program: Program) -> str:
-    """Return the XML text of a program's tree and of the manifest of its nodes."""
+    """Return the XML text of a program's behaviour tree and of the manifest of its nodes."""
     root = Xml.Element("root", BTCPP_format="4", main_tree_to_execute=safe_name(program.name))
     root.append(Xml.Comment(_preconditions(program)))
     grouped = [(task, list(steps)) for task, steps in groupby(program.steps, key=lambda s: task_of(s.origin))]
@@ -81,8 +81,8 @@ def _preconditions(program: Program) -> str:
     start = ", ".join(f"{q:.4f}" for q in program.start)
     said = (
         f" cramlite {program.name}: robot {program.robot_type}, start posture [{start}] rad, TCP {_text(program.tcp)} in the flange, "
-        f"payload {program.mass:g} kg, force limit {program.force_limit:g} N. What was proven is the program's own text; nodes "
-        "must do what its steps do. "
+        f"payload {program.mass:g} kg, force limit {program.force_limit:g} N. What was proven is the program's own text; the "
+        "nodes of the tree must do what the program's steps do. "
     )
     return said.replace("--", "- -")
 

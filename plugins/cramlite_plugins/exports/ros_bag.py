@@ -106,7 +106,7 @@ class Messages:
         return self._make("geometry_msgs/msg/TransformStamped", header=header, child_frame_id=body, transform=move)
 
     def _felt(self, run: RunRecord) -> Iterator[Said]:
-        """Joints, gripper, wrench and contacts at every sample."""
+        """Yield ROS messages on joints, gripper, wrench and contacts for every sample of a run."""
         rollout, none = run.rollout, np.zeros(0)
         for k, time in enumerate(rollout.times.tolist()):
             header = self._header(time)

@@ -38,7 +38,7 @@ SETTLING, SETTLED, FURTHEST = 40, 1e-3, 0.15
 BEYOND = -0.5
 """Cosine of a turn beyond which it is computed as a quaternion, in three times the time."""
 ASTRAY = 0.05
-"""Largest distance of a joint of a led arm from where it settles [rad]: in LIBERO's judge the worst of 100 rests was."""
+"""Largest distance of a joint of a led arm from where it settles [rad]: in LIBERO the worst of 100 rests was."""
 LEADING = (0.1, 0.4)
 """Step between poses on the path of a tool that is led [m, rad]."""
 STEPS = (0.48, 0.06)

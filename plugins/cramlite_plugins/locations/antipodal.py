@@ -216,8 +216,10 @@ def by_tips(
 
 
 def depths(shape: Body, poses: Sequence[Pose], gripper: Gripper) -> Iterator[list[tuple[Pose, float, str]]]:
-    """Yield, for each contact pair at a pose, TCP poses that bring the pads there, each with the contacts'
-    distance before the TCP [m] and a description.
+    """Yield for each pair of contacts the TCP poses that bring the pads there: deep in the hand, less deep,
+    at the finger tips.
+
+    Each comes with how far the contacts are beyond the TCP towards the finger tips [m], and a description.
 
     As deep as the hand is; drawn back until the pads end before the far side; and by the tips of the pads.
     """

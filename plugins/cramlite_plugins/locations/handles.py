@@ -18,7 +18,7 @@ from ..shapes.bounds import box_around
 from .antipodal import Hands, pinches
 from .hand_around import HandAround
 from .joint_way import driven_along, met_on_its_way
-from .parameters import Handle, JointWay, asked
+from .parameters import Handle, JointWay, Turned, asked
 
 TIPS = 0.006  # how much farther out the pads also take it, where their ends come too near to the front behind [m]
 ROOM = 0.006  # about the hand, without which a grip comes last [m]: streamed arms come to rest within 4 mm
@@ -123,17 +123,35 @@ def _thickness(thing: Thing, across: Pose) -> float:
 def joint_way(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
     """Generate paths on which the hand moves a thing along its joint to the goal: holding its handle, or with
     closed fingers against its front."""
+    thing, joint, now, there = _jointed(location, belief, context)
+    held, pressed = belief.held is not None, PRESSED if location.relation != "opened" and asked(location, JointWay).turned else 0.0
+    for k, share in enumerate(_shares(location, joint, now.inverse() * tcp(belief, context), held, there)):
+        led = _led(thing, joint, belief, context, now, share, pressed, 0.1 * k)
+        yield _driving(led, thing, now, belief, context) if asked(location, JointWay).drives else led
+
+
+def turn_on(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """Generate the path on which the hand turns a thing that it holds about its joint, from where it is."""
+    thing, joint, now, there = _jointed(location, belief, context)
+    by = float(np.dot(asked(location, Turned).turn, joint.pose.rotate((0.0, 0.0, 1.0))))
+    share = there + by / (joint.upper - joint.lower)
+    if joint.kind != "hinge" or not 0.0 <= share <= 1.0:
+        left = math.degrees((1.0 - there if by > 0 else there) * (joint.upper - joint.lower))
+        said = f"{math.degrees(abs(by)):.0f} deg are asked for, {left:.0f} deg are left" if joint.kind == "hinge" else "it slides"
+        raise Unresolvable(f"'{thing.name}' cannot be turned so: {said}", causes(location, context), blocking=())
+    yield _led(thing, joint, belief, context, now, share, 0.0, 0.0)
+
+
+def _jointed(location: Location, belief: Belief, context: Context) -> tuple[Thing, Joint, Pose, float]:
+    """Thing on a joint, the joint, the thing's pose in the base frame, and the share of the joint's range that it is at."""
     entity = bound(context, location.of)
     thing = belief.thing(entity)
     held = belief.held is not None and belief.held.thing == thing.name
     if thing.joint is None or (belief.held is not None and not held):
         raise Unresolvable(f"'{entity}' must have a joint, and the hand must hold no other thing", causes(location, context), blocking=())
     now = held_pose(belief, context) if held else belief.pose(thing.name)
-    pressed = PRESSED if location.relation != "opened" and asked(location, JointWay).turned else 0.0
-    there = (joint_value(belief, thing.name, belief.base() * now) - thing.joint.lower) / (thing.joint.upper - thing.joint.lower)
-    for k, share in enumerate(_shares(location, thing.joint, now.inverse() * tcp(belief, context), held, there)):
-        led = _led(thing, thing.joint, belief, context, now, share, pressed, 0.1 * k)
-        yield _driving(led, thing, now, belief, context) if asked(location, JointWay).drives else led
+    there = joint_value(belief, thing.name, belief.base() * now) - thing.joint.lower
+    return thing, thing.joint, now, there / (thing.joint.upper - thing.joint.lower)
 
 
 def _driving(led: Grounding, thing: Thing, now: Pose, belief: Belief, context: Context) -> Grounding | Refused:

@@ -35,7 +35,7 @@ def met_on_its_way(thing: Thing, value: float, goal: float, belief: Belief, cont
         return None
     gone, first = min(met.items(), key=lambda found: found[0])
     far = f"{1000 * gone:.0f} mm" if thing.joint.kind == "slide" else f"{math.degrees(gone):.0f} deg"
-    said, every = f"after {far} of its own way {first.reason}", _all_of([no.blocking for no in met.values()])
+    said, every = f"after {far} of its own motion {first.reason}", _all_of([no.blocking for no in met.values()])
     return replace(first, reason=said, blocking=every)
 
 
@@ -79,7 +79,7 @@ def driven_along(thing: Thing, value: float, goal: float, belief: Belief, contex
         if thing.joint.kind != "slide" or abs(line[2]) > LEVEL or not names or names & found.keys():
             return first
         if tips := next((name for name in sorted(names) if _tips(name, thing, line, after)), ""):
-            return replace(first, reason=f"{first.reason}; driven along, '{tips}' would tip over")
+            return replace(first, reason=f"{first.reason}; pushed along, '{tips}' would tip over")
         found |= dict.fromkeys(names, abs(goal - value) - gone + AHEAD)
         for name in names:
             after = gone_along(after, name, line * found[name])
@@ -116,7 +116,7 @@ def _driven_into(name: str, way: Floats, along: tuple[str, ...], begin: Belief, 
     ways = (np.asarray(start.position) + (0.0, 0.0, OVER) + line * k / count for k in range(1, count + 1))
     poses = [Pose((float(x), float(y), float(z)), start.quaternion) for x, y, z in ways]
     no = next((no for no in _met_at(poses, name, end, context, along) if no), None)
-    return no and replace(no, reason=f"'{name}', driven along, would be {no.reason}")
+    return no and replace(no, reason=f"'{name}', pushed along, would be {no.reason}")
 
 
 def _all_of(blocking: Sequence[InTheWay]) -> InTheWay:

@@ -23,6 +23,7 @@ from .parameters import (
     PushedThing,
     Sight,
     Tilting,
+    Turned,
     Up,
     Where,
 )
@@ -99,6 +100,7 @@ KINDS: Mapping[str, LocationKind] = {
             Lazy("handles", "handle_grasps"), JOINTED, Handle,
         ),
         LocationKind("opened", "A path along the joint, held or pushed, open.", Lazy("handles", "joint_way"), JOINTED, JointWay),
+        LocationKind("turned", "A path about the joint, held, by a turn.", Lazy("handles", "turn_on"), JOINTED, Turned),
         LocationKind("closed", "A path along the joint, held or pushed, all but shut.", Lazy("handles", "joint_way"), JOINTED, JointWay),
         LocationKind("stop", "A path along the joint, on to its stop.", Lazy("handles", "joint_way"), JOINTED, JointWay),
         LocationKind(

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Floats, Location, Pose, Swing, Thing, thing_of
+from cramlite.model import Belief, Floats, Held, Location, Pose, Swing, Thing, thing_of
 from cramlite.plugin import Context, Grounding, Refused
 
 from ..motion_planning.reach import bound, collision_free_ik, make_scene, shift
@@ -26,6 +26,7 @@ ABOVE = 0.03  # the first contact the way begins [m]
 LEFT = 0.008
 """Rest of the hand's way down when it lets go [m]: pads creep down a rim that becomes flat, 7 mm before the hand is as low
 as where it took hold, and would then press the near side down and the far one up."""
+PRESSED = 0.003  # below its first contact the edge of a hanging thing is led [m]: so far off may an arm be
 EDGE = 0.0005  # points that are no higher than this over the lowest one touch as well [m]
 
 Spots = Callable[[Location, Belief, Context], Iterator[Grounding | Refused]]
@@ -41,6 +42,20 @@ def laid_down(location: Location, belief: Belief, context: Context, spots: Spots
     lying = replace(belief, held=replace(belief.held, tcp_to_thing=belief.held.swing.start))
     for answer in spots(location, lying, context):
         yield answer if isinstance(answer, Refused) else _led(answer, location, belief, context)
+
+
+def hung(answer: Grounding | Refused, held: Held) -> Grounding | Refused:
+    """Return a placement at which a hanging payload is released as it hangs: it does not turn in the hand before."""
+    if isinstance(answer, Refused) or held.swing is None:
+        return answer
+    place, hangs = answer.value, held.tcp_to_thing
+    low = shift(place.pose, (0.0, 0.0, -place.release.height_m - PRESSED))
+    settles = (low * hangs).inverse() * place.pose * hangs * place.release.settles
+    led = replace(
+        place, pose=low, via=place.via or (place.pose,), swing=Swing(hangs, hangs, held.swing.pivot),
+        release=replace(place.release, height_m=0.0, settles=settles),
+    )  # fmt: skip
+    return replace(answer, value=led)
 
 
 def _led(answer: Grounding, location: Location, belief: Belief, context: Context) -> Grounding | Refused:
@@ -68,7 +83,7 @@ def _led(answer: Grounding, location: Location, belief: Belief, context: Context
         place, pose=way[0], before=before, path=tuple(way[1:]), swing=swing,
         release=replace(place.release, settles=settles),
     )  # fmt: skip
-    return replace(answer, value=led, reason=f"{answer.reason}, led down about its far side")
+    return replace(answer, value=led, reason=f"{answer.reason}, lowered by a turn about its far side")
 
 
 def released(shares: list[float], hands: list[Pose]) -> tuple[float, Pose]:

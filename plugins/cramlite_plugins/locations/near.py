@@ -1,4 +1,5 @@
-"""Hand poses near a thing: above it, in front of it or beside it, for the empty hand or the payload."""
+"""Hand poses near a thing, for the empty hand or the payload: above, below, left or right of it, or between
+it and the robot."""
 
 from __future__ import annotations
 

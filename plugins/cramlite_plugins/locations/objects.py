@@ -69,7 +69,7 @@ def _fit(entity: str, wanted: Object, belief: Belief, context: Context) -> Groun
     if taken is not None:
         few = _too_few(wanted, belief, context)
         remedy = Remedy(f"few {wanted.name}", f"'{wanted.name}' has nothing left{few}") if few else None
-        return Refused(entity, f"already plays another role: it is {taken}{few}", because=(taken,), remedy=remedy)
+        return Refused(entity, f"it has another role already: {taken}{few}", because=(taken,), remedy=remedy)
     has = [own] if feature else [f.type for f in thing.features]
     for need in wanted.features:
         if not any(classes.is_a(f, need) for f in has):

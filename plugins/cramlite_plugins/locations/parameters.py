@@ -64,7 +64,7 @@ class Along(Value):
 
 
 class Begun(Value):
-    """Parameters of relations whose path begins at another location.
+    """Parameters of a location designator whose path begins at another location.
 
     Args:
         begin: name of the location where it begins.
@@ -99,6 +99,16 @@ class JointWay(Value):
     ajar: float = 0.0
     turned: bool = False
     drives: bool = False
+
+
+class Turned(Value):
+    """Parameters of a turn of a thing about its joint, from where it is.
+
+    Args:
+        turn: rotation vector in the thing's frame; what it has along the joint's axis counts [rad].
+    """
+
+    turn: Vector3
 
 
 class InnerSide(Value):

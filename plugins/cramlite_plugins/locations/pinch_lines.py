@@ -62,8 +62,11 @@ def _cell(point: Floats, way: Floats) -> tuple[float, ...]:
 
 
 def _spread(found: list[PinchLine]) -> list[PinchLine]:
-    """The best ``LINES`` / 2 of the contact pairs, then, one by one, up to as many again that are farthest
-    from all chosen ones: obstacles may block the lines near the centre of mass."""
+    """Choose the best ``LINES`` / 2 contact pairs, then up to as many again, each at the greatest distance
+    from those chosen so far.
+
+    Obstacles may block the pairs near the centre of mass.
+    """
     chosen, rest = found[: LINES // 2], found[LINES // 2 :]
     if not rest:
         return chosen

@@ -74,9 +74,10 @@ class Rim(Value):
 
 
 def rim_pinches(thing: Thing, pose: Pose, gripper: Gripper, friction: float) -> list[RimPinch]:
-    """Return the grasps across the rim of a thing at a pose whose parent frame's z is up; none without a
-    slanted rim, or
-    with too little friction.
+    """Return grasps of a thing across its slanted rim (pinches); none without such a rim, or with too little
+    friction.
+
+    The thing's pose is given in a frame whose z axis points up.
 
     Args:
         friction: of pads and thing.

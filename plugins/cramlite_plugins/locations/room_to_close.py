@@ -46,6 +46,7 @@ def _met(closing: Thing, put: str, after: Belief, context: Context, clearance: f
     end = joint.lower + (ajar(joint, handle.pose) if handle and clearance is None else 0.0) * whole
     along = put in carried_along(after, closing.name)
     beside = [t.name for t in after.world.things if (t.name != put and (t.name == closing.name) == along) or (along and not t.furniture)]
+    beside += [] if along else ["arm"]  # what stays is then moved about the one that closes, and the arm is elsewhere
     scene = make_scene(after.grasped(Held(put, Pose(), 0.0)), context, beside, clearance=0.0 if along else clearance or 0.0)
     for left, moved in _on_its_way(joint, at, value, end):
         no = scene.met(moved * at.inverse() * here if along else at * moved.inverse() * here, hand=False)

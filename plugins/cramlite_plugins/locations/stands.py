@@ -52,7 +52,7 @@ def stands(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     """Generate poses of the platform from which the arm reaches a thing."""
     destination = thing_of(bound(context, location.of))
     if belief.held is not None and belief.held.thing == destination:
-        raise Unresolvable(f"'{destination}' is in the gripper and drives along")
+        raise Unresolvable(f"'{destination}' is in the gripper and moves with the platform")
     robot, floor = context.robot, floor_of(belief, context, CLEARANCES[0])
     targets = _targets(location, belief, context)
     here = robot.stand_of(belief.base())

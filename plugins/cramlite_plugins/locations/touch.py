@@ -36,4 +36,4 @@ def _turned(entity: str, at: Pose, facing: float) -> Iterator[Candidate]:
         pose = Pose(at.position, turn.quaternion)
         place = Place(pose, shift(pose, (0, 0, ABOVE)), approach=(0.0, 0.0, -1.0), thing=thing)
         legs = Leg(place.before, said="above it", where=Stage.BEFORE), Leg(pose, (thing,), said="at it", where=Stage.POSE)
-        yield Candidate(f"turned {yaw:+.0f} deg", place, legs, f"finger tips over the middle of '{entity}'")
+        yield Candidate(f"turned {yaw:+.0f} deg", place, legs, f"the finger tips touch the middle of '{entity}'")

@@ -37,7 +37,7 @@ BELOW = 0.08  # what hangs from a peg is about that far below it [m]
 
 
 def views(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate places from which the camera sees things."""
+    """Generate hand poses from which the camera on the flange sees certain things."""
     if context.camera is None or context.camera.mount is None:
         raise Unresolvable("the robot has no camera on its flange; the scenario's 'camera' says where one is", ("",))
     around = asked(location, Sight).around or (bound(context, location.of),)

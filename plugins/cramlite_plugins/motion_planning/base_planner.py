@@ -111,8 +111,10 @@ def ground(
 
 
 def _grow(model: Any, platform: int, by: float) -> None:
-    """Grow all shapes of the robot by a distance [m], the platform's only sideways; from then on only
-    robot and things collide."""
+    """Grow all shapes of the robot by a distance [m], its platform sideways only.
+
+    From then on the robot collides with things only, and things do not collide with one another.
+    """
     for g in range(model.ngeom):
         robot = int(model.body_rootid[model.geom_bodyid[g]]) == int(model.body_rootid[platform])
         model.geom_contype[g], model.geom_conaffinity[g] = (ROBOT, THING) if robot else (THING, ROBOT)
@@ -215,7 +217,7 @@ class _Search:
     def why(self) -> str:
         """Say why the search found no path."""
         looked = f"{len(self.spots)} places were looked at, none nearer to the goal than {self.nearest:.2f} m"
-        return f"{looked}; in the way, for one: {self.last}"
+        return f"{looked}; one of the obstacles: {self.last}"
 
     def _offer(self, cell: Cell, other: Cell, total: float) -> None:
         if other in self.closed or total >= self.best.get(other, math.inf):

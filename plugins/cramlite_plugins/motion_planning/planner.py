@@ -204,7 +204,8 @@ def _leaves(scene: Space, q: Joints) -> bool:
 
 
 def _ways(q: Joints) -> Iterator[Joints]:
-    """Return the ends of short ways from a joint position in all directions, the same ones at each call."""
+    """Yield joint positions at a short distance from a given one, in random directions that are the same at
+    each call."""
     rng = np.random.default_rng(0)
     for _ in range(AWAYS):
         checkpoint()

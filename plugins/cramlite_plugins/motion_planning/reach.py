@@ -171,7 +171,7 @@ def traverse(
 
 
 def causes(location: Location, context: Context) -> tuple[str, ...]:
-    """Return the choices that a path from the hand's present pose depends on.
+    """Return the names of the choices in the search on which a path from the hand's present pose depends.
 
     Every place it was led to, the grasp among them, and the reference object.
     """

@@ -201,7 +201,7 @@ def _rounded_off(
     radii, seconds = blend_radii(space, path, *pace)
     step = joint_move(motion, context.robot, path, pace, radii)
     seconds *= pace[0] / step.speed
-    reason = f"{len(radii)} corners, {sum(r == 0 for r in radii)} of them stops, {seconds:.1f} s, {about}"
+    reason = f"{len(radii)} corners, the arm stops at {sum(r == 0 for r in radii)} of them, {seconds:.1f} s, {about}"
     yield Grounding((step,), reason, 0.02 + seconds / 100, belief.moved(path[-1]), key="rounded off")
 
 

@@ -78,7 +78,7 @@ def widen(motion: Motion, belief: Belief) -> tuple[Belief, str]:
     if held is None or added == 0.0:
         return belief, ""
     sigma = math.hypot(held.sigma, added)
-    said = f"'{held.thing}' is known to {1000 * sigma:.1f} mm in the hand, not {1000 * held.sigma:.1f} mm"
+    said = f"the position of '{held.thing}' in the hand is uncertain by {1000 * sigma:.1f} mm now, by {1000 * held.sigma:.1f} mm before"
     return replace(belief, held=replace(held, sigma=sigma)), said
 
 
@@ -294,8 +294,10 @@ def _spiral(motion: Motion, play: float, belief: Belief, context: Context) -> tu
 
 
 def force_insert(motion: Motion, belief: Belief, context: Context) -> Groundings:
-    """Push the hole onto the peg by the place's depth; the tool is at the corner of the path where the peg
-    begins to lead the hole."""
+    """Push the hole onto the peg by the depth that the place states.
+
+    The tool starts at the corner of the path from which on the peg guides the hole.
+    """
     from ..motion_planning.cartesian import line
     from .free_motion import place_of
 

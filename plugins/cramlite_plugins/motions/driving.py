@@ -44,7 +44,7 @@ def _drive(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundi
     step = Drive(tuple(legs), *rates, origin=motion.name, comment=motion.reason)
     metres = sum(math.dist(a[:2], b[:2]) for a, b in pairwise([here, *legs]))
     count = f"{len(legs)} legs" if len(legs) > 1 else "one leg"
-    clear = f"{1000 * floor.clearance:.0f} mm from everything"
+    clear = f"{1000 * floor.clearance:.0f} mm or more from everything"
     reason = f"{metres:.2f} m in {count}, {clear}, {floor.checks[0]} places looked at{noted(motion)}"
     yield Grounding((step,), reason, 0.0, belief.driven(context.robot.arm_at(stand.pose)), key="way")
 

@@ -73,7 +73,7 @@ def _transfer(motion: Motion, belief: Belief, context: Context) -> Groundings:
         step = joint_move(motion, context.robot, found.points, (speed, acceleration), found.radii)
         seconds = found.duration * speed / step.speed
         stops = sum(r == 0 for r in found.radii)
-        corners = f"{len(found.radii)} corners, {stops} of them stops, " if found.radii else "one line, "
+        corners = f"{len(found.radii)} corners, the arm stops at {stops} of them, " if found.radii else "one line, "
         reason = f"{corners}{seconds:.1f} s, {found.samples} samples, clearance kept{noted(motion)}"
         cost, key = attempt + found.duration / 100, f"{attempt}:{end}"
         yield Grounding((step,), reason, cost, belief.moved(end), key=key, anew=True)

@@ -46,7 +46,7 @@ def _back(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundin
     _check_lines(motion, start, context, pivot, _ends(rest))
     steps = [*_open(motion, start, after), *_straight(motion, context, pivot, rest), *_retraced(motion, start, context, lead)]
     kept = replace(start, poses=belief.poses) if belief.poses.keys() == start.poses.keys() else start
-    reason = f"straight to the beginning of the last {len(rest)} steps, then back along the first {len(lead)}"
+    reason = f"straight to where the last {len(rest)} steps began, then back along the path of the first {len(lead)}"
     yield Grounding(tuple(steps), reason, 0.0, kept, key="back")
 
 
@@ -57,7 +57,7 @@ def _check_hand(motion: Motion, start: Belief, after: list[AnyStep]) -> None:
         raise Unresolvable(f"'{motion.name}': the gripper moves while it holds '{start.held.thing}', so the steps cannot be tried again")
     taken = next((k for k in grips if after[k].expect == "object"), None)  # type: ignore[union-attr]
     if taken is not None and any(not _sure(s) for s in after[taken + 1 :]):
-        raise Unresolvable(f"'{motion.name}': a thing that was grasped may be anywhere when a later step has failed")
+        raise Unresolvable(f"'{motion.name}': after a failure the grasped thing may be anywhere, so the steps cannot be tried again")
 
 
 def _sure(step: AnyStep) -> bool:

@@ -90,7 +90,9 @@ def grip_of(held: Held, world: World, gripper: Gripper) -> GripLoad:
     return GripLoad(thing, mass, world.physics.pad_friction, thing.least_friction, math.hypot(x, z), gripper)
 
 
-def grip_force(grip: GripLoad, asked: float, context: Context, of_thing: tuple[str, ...], within: tuple[str, ...]) -> tuple[float, str]:
+def grip_force(
+    grip: GripLoad, asked: float, context: Context, of_thing: tuple[str, ...], within: tuple[str, ...], most: float = math.inf
+) -> tuple[float, str]:
     """Return the force of each pad [N] and its source; a force that was asked for is kept, up to what the
     thing bears.
 
@@ -98,6 +100,7 @@ def grip_force(grip: GripLoad, asked: float, context: Context, of_thing: tuple[s
         asked: 0 for what the weight needs [N].
         of_thing: names of the objects that the thing is: another thing, not another place, changes what it weighs.
         within: names of the actions that it is asked within: no other choice changes what is asked for.
+        most: bound of a force that was not asked for [N]: what a motion's push would need beyond it is not given.
 
     Raises:
         Unresolvable: the gripper cannot press so, the thing bears less than the gripper's least, or its weight needs more than
@@ -110,7 +113,7 @@ def grip_force(grip: GripLoad, asked: float, context: Context, of_thing: tuple[s
         raise Unresolvable(reason, within, {"force_N": asked, "least_N": low, "most_N": high}, blocking=())
     if not asked and grip.least > limit:
         raise _too_weak(grip, limit, why, (*of_thing, *within))
-    wanted = asked or max(low, grip.wanted)
+    wanted = asked or max(low, min(grip.wanted, max(grip.least, most)))
     instead = f" instead of {wanted:g} N, {why}" if wanted > limit else ""
     force = min(wanted, limit)
     source = _doubt(grip, force) if asked else f" for {grip}"

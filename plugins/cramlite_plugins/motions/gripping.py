@@ -61,7 +61,8 @@ def _close(motion: Motion, belief: Belief, context: Context) -> Groundings:
         carries=carried_along(belief, place.thing), swing=place.swing,
     )  # fmt: skip
     grip, is_it = grip_of(held, belief.world, gripper), _names_of(place.thing, context)
-    force, why = grip_force(grip, value(motion, "force_n"), context, is_it, tuple(enclosing_names(motion.name)))
+    asked, within = value(motion, "force_n"), tuple(enclosing_names(motion.name))
+    force, why = grip_force(grip, asked, context, is_it, within, value(motion, "most_n") or math.inf)
     expect: Any = word(motion, "expect", ExpectedGrip, ExpectedGrip.ANY).value
     comment = "; ".join(filter(None, (motion.reason, why)))
     step = SetGripper(gripper.opening[0], _speed(context.robot), force, expect, origin=motion.name, comment=comment)

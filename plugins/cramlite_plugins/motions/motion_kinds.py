@@ -102,6 +102,7 @@ KINDS: Mapping[str, MotionKind] = {
             "gripper", "SetGripper", "at the opening, or on an object",
             (
                 Parameter("force_n", 0.0, "0: from weight and friction when closing; what is outside the gripper's range is refused"),
+                Parameter("most_n", 0.0, "bound of what force_n 0 asks for, as far as the gripper can; 0: none"),
                 Parameter("speed_m_s", 0.10, "of the pads: mid-range of the 2F-85's 20 to 150 mm/s"),
             ),
             ("the gripper still moved after # s", "no object between the fingers", "an object stopped the fingers"),

@@ -72,6 +72,6 @@ def _line(motion: Motion, belief: Belief, tcp_to_thing: Pose, target: Pose, cont
     scene = make_scene(there, context, touched(motion.may_touch, context), clearance=0.0)
     found = plan_straight_line(scene, context.robot, belief.joints, [target])
     if isinstance(found, Refused):
-        said = f"no straight line to {motion.to}, on which it swings: {found.reason}"
+        said = f"no straight line to {motion.to}, along which the payload swings: {found.reason}"
         raise Unresolvable(said, because(motion, belief, context), blocking=found.blocking, collision=found.collision, remedy=found.remedy)
     return found.points

@@ -72,7 +72,7 @@ def _trace(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundi
     step = joint_move(motion, context.robot, points, (speed, acceleration), radii)
     seconds *= speed / step.speed * (rounds if again else 1)
     steps = (Repeat((step,), rounds, origin=motion.name, comment=f"{rounds} rounds"),) if again else (step,)
-    reason = f"{1000 * way:.0f} mm of path, {rounds} times in {seconds:.1f} s"
+    reason = f"a path of {1000 * way:.0f} mm, traced {rounds} times in {seconds:.1f} s"
     yield Grounding(steps, reason, 0.0, belief.moved(points[-1]), key="trace")
 
 

@@ -18,6 +18,7 @@ from .controls import knob, latch, switch
 from .furniture import cabinet, door, drawer
 from .mesh_thing import mesh_thing
 from .rack import rack
+from .threads import jar, screw_lid
 from .vessels import bottle, bowl, can, jug, lid, mug
 
 Size = tuple[Length, Length, Length]
@@ -230,6 +231,8 @@ MODELS: Mapping[str, Callable[..., Thing]] = {
     "mug": mug,
     "jug": jug,
     "lid": lid,
+    "jar": jar,
+    "screw_lid": screw_lid,
     "mesh": mesh_thing,
     "cabinet": cabinet,
     "drawer": drawer,

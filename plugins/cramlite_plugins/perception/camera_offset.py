@@ -106,7 +106,8 @@ def _registered(points: _Points, solids: Sequence[tuple[Geom, Pose]], centre: Fl
 def _clear(
     points: _Points, whole: Pose, solids: Sequence[tuple[Geom, Pose]], limits: Mapping[str, float]
 ) -> tuple[_Points, list[tuple[Geom, Pose]]]:
-    """Points nearest to the solids that no other thing hides or surrounds, and these solids.
+    """Points that a camera sees on solids (shapes of fixtures) which no other thing hides or surrounds, and
+    these solids.
 
     A solid is kept if most of the points nearest to it lie on its surface.
 

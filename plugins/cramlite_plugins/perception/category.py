@@ -118,7 +118,7 @@ def _why(known: Known, chroma: Floats, lengths: list[float]) -> str:
 
     off = float(np.abs(chroma - known.chroma).max())
     differ = max(abs(a - b) for a, b in zip(lengths, known.lengths, strict=True))
-    return f"colour {off:.2f} and extents {1000 * differ:.0f} mm off '{known.model.name}'"
+    return f"its colour differs by {off:.2f} and its extents by {1000 * differ:.0f} mm from those of '{known.model.name}'"
 
 
 @hookimpl

@@ -28,7 +28,7 @@ def colour(inputs: Inputs) -> Mapping[str, Any]:
     shares = np.bincount(words(pixels), minlength=len(WORDS)) / len(pixels)
     order = np.argsort(-shares, kind="stable")
     said = [
-        Judged(WORDS[k], float(shares[k]), f"{100 * shares[k]:.0f} % of its pixels") for k in order if shares[k] > 0
+        Judged(WORDS[k], float(shares[k]), f"{100 * shares[k]:.0f} % of its pixels have this colour") for k in order if shares[k] > 0
     ]
     best = said[0]
     return {"colour": Judged(best.value, best.confidence, best.reason, tuple(said[1:]))}

@@ -1,4 +1,4 @@
-"""Variations of demonstrations: habits of people beside the asked task.
+"""Variations of demonstrations: habits of people, such as pauses and detours, that are no part of the task.
 
 A person of these scripts has a pace, a tremor and habits, all from the seed: they come from anywhere in front, look twice,
 take hold again, pause, take detours, put the thing down in between, let it drop the last bit, and now and then the

@@ -172,7 +172,8 @@ class Person:
         self.limb.aim = path[-1]
 
     def follow(self, path: Sequence[Pose], seconds: float) -> None:
-        """Move the hand from its target through poses, evenly, place and turn together, within a time [s]."""
+        """Move the hand from its present target through poses within a time [s], with the same time for each
+        leg."""
         poses = [self.aim, *path]
         for u in _fractions(seconds):
             k = min(int(u * len(path)), len(path) - 1)

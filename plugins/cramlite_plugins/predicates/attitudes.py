@@ -128,10 +128,13 @@ def looks_at(ahead: Floats, pose: Pose, other: Pose) -> bool:
 
 UP = (
     "upright|up|the_right_way_up|the_proper_way_up|the_right_way|on_end|up_right|standing|standing_up|right_side_up|right_way_up|"
-    "on_its_base|on_its_feet"
+    "on_its_base|on_its_feet|the_right_way_round|open_end_up|mouth_up|opening_up|with_the_opening_up|with_its_opening_up|"
+    "with_the_open_end_up|with_its_open_end_up|with_the_mouth_up|with_its_mouth_up|with_the_open_side_up|bottom_down"
 )
 DOWN = (
-    "upside_down|over|bottom_up|on_its_head|face_down|wrong_way_up|the_wrong_way_up|top_down|bottom_side_up|mouth_down|on_its_rim"
+    "upside_down|over|bottom_up|on_its_head|face_down|wrong_way_up|the_wrong_way_up|top_down|bottom_side_up|mouth_down|on_its_rim|"
+    "opening_down|with_the_opening_down|with_its_opening_down|with_the_open_end_down|with_its_open_end_down|with_its_bottom_up|"
+    "with_the_bottom_up|with_its_mouth_down|with_the_mouth_down"
 )
 TOWARD = "to_face|towards|toward|facing|face|faces|so_that_it_faces|so_it_faces|to_look_at"
 """Words of sentences for how a thing shall stand."""

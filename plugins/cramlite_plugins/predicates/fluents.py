@@ -28,6 +28,8 @@ HAND = "soma:Gripper"
 """Class of the acting hand."""
 CLOSED = 0.1
 """Share of a joint's range below which a thing is closed at the start."""
+WIDE = 0.8
+"""Share of a joint's range from which a thing is wide open: the least to which doors and drawers are opened."""
 DEFAULT_DOF = 1.0
 """Degrees of freedom that a contact constrains if nothing is stated: a plane stops motion in one direction."""
 ON, IN, AT = "supports", "in_or_above", "touches"
@@ -212,6 +214,10 @@ def _open(scene: SymbolicWorld) -> Iterator[tuple[str]]:
     yield from ((thing.name,) for thing, share in _joints(scene) if share >= CLOSED)
 
 
+def _wide(scene: SymbolicWorld) -> Iterator[tuple[str]]:
+    yield from ((thing.name,) for thing, share in _joints(scene) if share >= WIDE)
+
+
 def _joints(scene: SymbolicWorld) -> Iterator[tuple[Thing, float]]:
     """Things with a joint, and their opening as a share of its range."""
     for thing in scene.world.things:
@@ -225,8 +231,10 @@ def _two_in_hand(_scene: SymbolicWorld, fact: Fact, other: Fact) -> bool:
 
 
 def _two_places(scene: SymbolicWorld, fact: Fact, other: Fact) -> bool:
-    """Whether two facts put a thing at two fixed places that are apart: over both at once, or, if carried,
-    farther apart than it is long."""
+    """Whether two facts put one thing at two fixed places that are too far apart for it to be at both.
+
+    A thing that lies or hangs on both may bridge a gap up to its length; one that is in a place bridges none.
+    """
     one, two = _put(scene, fact), _put(scene, other)
     if one is None or two is None or one[0] != two[0] or one[1] == two[1]:
         return False
@@ -277,6 +285,7 @@ JOINT_OPEN = Fluent(
     excludes=("joint_closed",), initial=_open,
     phrases=goal_phrases.OPENED,
 )  # fmt: skip
+JOINT_WIDE = Fluent(implies=("joint_open",), initial=_wide)
 JOINT_CLOSED = Fluent(
     excludes=("joint_open",), initial=_closed,
     phrases=goal_phrases.SHUT,

@@ -192,7 +192,8 @@ BRING = (
     "hang_up|mount|seat|perch|serve|sit|house|plop|plunk|park|plant|squeeze|lower|tidy|put_away|put_up|stack_up|pile_up|chuck|fling|sling|lob|"
     "hurl|pitch|cast|bung|sweep|scoop|cram|jam|wedge|stuff|ram|dunk|dip|nestle|install|lodge|situate|settle|bin|box|shelve|fit|plonk|ditch|"
     "hide|secure|keep|home|land|roll|drop_down|pop_down|lay_out|set_out|sort|line_up|group|combine|build|assemble|clear|add|tidy_away|"
-    "clear_away|rest_up|prop|lean|station|set_up|transplant|dispose_of|discard|toss_away|throw_away"
+    "clear_away|rest_up|prop|lean|station|set_up|transplant|dispose_of|discard|toss_away|throw_away|"
+    "gather_up|collect_up|round_up|unstack|scoop_up|lift_up|take_up|move_up|bring_up|carry_up"
 )
 """The same, and verbs of throwing and of loading (9.7, 17.1), where a preposition says how it shall be there."""
 TAKE = (
@@ -203,7 +204,7 @@ TAKE = (
 HOLD = (
     "pick_up|pick|grab|grasp|take|lift|lift_up|hold|get|fetch|grip|seize|get_hold_of|take_hold_of|collect|raise|hold_on_to|take_up|"
     "bring_me|hand_me|give_me|pass_me|hand_over|catch_hold_of|lay_hold_of|grab_hold_of|clutch|clasp|snatch|hang_on_to|keep_hold_of|retrieve|"
-    "take_out|get_out|bring_out|lift_out|fish_out|pull_out|take_down|get_down|bring_down|lift_down|lift_off|unhook|bring_us|get_me|fetch_me|hoist|hoist_up|pick_me_up|scoop_up|snatch_up|carry|hold_up|grab_onto|hold_onto|hold_fast|clench|pinch|pluck|recover"
+    "take_out|get_out|bring_out|lift_out|fish_out|pull_out|take_down|get_down|bring_down|lift_down|lift_off|unhook|bring_us|get_me|fetch_me|hoist|hoist_up|pick_me_up|scoop_up|gather|gather_up|round_up|snatch_up|carry|hold_up|grab_onto|hold_onto|hold_fast|clench|pinch|pluck|recover"
 )
 """Verbs of holding (15.1), and of giving to people."""
 UPON = "on|onto|on_top_of|upon|over|on_to|across|up_on|down_on|back_on"
@@ -227,12 +228,15 @@ CLOSE = (
 STOP = "turn_off|switch_off|stop|deactivate|power_off|shut_off|shut_down|disable|extinguish|turn_out|flip_off|power_down|kill|cut_off THING"
 TURN = "turn|switch|set|flip|make|get"
 AWAY = "down|up|out|down_from_there|from_there|out_of_there|out_from_under_there|away"
-IN_HAND = "in_your_hand|in_the_hand|in_hand|in_your_gripper|in_the_gripper|between_your_fingers|in_the_air"
+IN_HAND = (
+    "in_my_hand|in_our_hands|in_my_hands|in_your_hand|in_the_hand|in_hand|in_your_gripper|in_the_gripper|between_your_fingers|in_the_air"
+)
 HELD = (
     GoalPhrase(
         "THING held", _held, asked=(
             f"{HOLD} THING", f"take|get|lift|bring|fetch|pull|pick|carry THING {AWAY}",
             f"take|get|lift|hold|keep|have|put|grab THING {IN_HAND}",
+            "bring|give|hand|pass|get|carry|take|fetch THING to_me|to_us|over_to_me|over_to_us|over_here|here",
         ), about=_loose,
     ),
 )  # fmt: skip
@@ -250,14 +254,17 @@ CONTENTS = "the_contents_of|contents_of|what_is_in|what_is_inside|whatever_is_in
 POURED = (
     GoalPhrase("VESSEL poured into VESSEL", _poured_into, asked=(
         "pour|pour_out|empty|tip|decant|drain|tip_out VESSEL into|in|out_into|to|over_into|across_into VESSEL",
-        f"pour|empty|tip|transfer|decant|drain|get|move|put {CONTENTS} VESSEL into|in|to|over_into VESSEL",
+        f"pour|empty|tip|transfer|decant|drain|get|move|put {CONTENTS} VESSEL into|in|to|over_into|out_into VESSEL",
     ), about=_loose),
 )
 IN_PLACE = (GoalPhrase("THING in PLACE", _in, STANDS, (f"{BRING} THING {INTO} PLACE", OPEN_WAY, LOAD), _loose, _is_hollow),)
 OPENED = (
     GoalPhrase(
         "THING open", _is_open, ("is", "stands"),
-        (OPEN_UP, "pull|slide|swing|push|draw|make|leave|get|throw|yank|keep|set THING open|out|wide_open|opened"), _jointed,
+        (
+            OPEN_UP, "pull|slide|draw THING out", "open|swing|throw|push|pull THING wide",
+            "pull|slide|swing|push|draw|make|leave|get|throw|yank|keep|set|turn THING open|wide_open|opened",
+        ), _jointed,
     ),
     GoalPhrase(
         "THING open by AMOUNT", _opened_by, ("is", "stands"),

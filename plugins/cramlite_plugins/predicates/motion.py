@@ -82,6 +82,9 @@ def all_predicates() -> tuple[Predicate, ...]:
         of_joints(
             "joint_open", 1, joint_open, cost=3, doc="A thing's joint is open by 20 % or more.", fluent=fluents.JOINT_OPEN
         ),
+        of_joints(
+            "joint_wide", 1, joint_wide, cost=3, doc="A thing's joint is open by 80 % or more.", fluent=fluents.JOINT_WIDE
+        ),
         of_joints("joint_share", 1, joint_share, value=True, cost=3, doc="How far a thing's joint is open, as a share of its range."),
         Predicate(
             "parked", 0, parked, cost=3, doc="All arm joints are at the park state.",
@@ -237,6 +240,11 @@ def joint_closed(phase: Phase, thing: str | None) -> Iterator[Row]:
 def joint_open(phase: Phase, thing: str | None) -> Iterator[Row]:
     """Evaluate joint_open(Thing): Thing's joint is open all through the phase."""
     yield from ((n,) for n, values in _joints(phase, thing) if values.min() >= JOINT_OPEN)
+
+
+def joint_wide(phase: Phase, thing: str | None) -> Iterator[Row]:
+    """Evaluate joint_wide(Thing)."""
+    yield from ((n,) for n, values in _joints(phase, thing) if values.min() >= fluents.WIDE)
 
 
 def joint_share(phase: Phase, thing: str | None) -> Iterator[Row]:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class LaneRow(Value):
-    """Diagram row: an object whose lane begins, a rule, or a task.
+    """Row of the plan diagram: an object whose vertical line begins here, a rule, or a task.
 
     Args:
         action, thing: what it is about; one of them.

@@ -145,5 +145,5 @@ def reasons(entries: Iterable[Entry]) -> list[Alike]:
 
 
 def _counts(found: list[CandidateDecisions]) -> tuple[int, int]:
-    """Decisions and refused alternatives over all candidates."""
+    """Numbers of decisions, and of refused alternatives, summed over all candidates."""
     return sum(len(a.decisions) for a in found), sum(a.refusals for a in found)

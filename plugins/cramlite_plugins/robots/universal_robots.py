@@ -97,7 +97,7 @@ def mjcf(arm: UrArm) -> str:
 
 
 def links(arm: UrArm) -> tuple[Link, ...]:
-    """Return the six moving links with masses, servos and shapes."""
+    """Return the six moving links of a Universal Robots arm with masses, servos and shapes."""
     shapes = (_shoulder(arm), _upper_arm(arm), _forearm(arm), _wrist_1(arm), _wrist_2(arm), _wrist_3(arm))
     stiffer = max(1.0, sum(arm.masses) * arm.reach**2 / UR5E_INERTIA)
     gains = _each((2000.0 * stiffer, 2000.0 * stiffer, WRIST[1] * max(1.0, arm.torques[2] / WRIST[0])))

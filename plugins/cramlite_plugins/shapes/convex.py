@@ -232,7 +232,7 @@ def _connected(shape: Any) -> list[Any]:
 
 
 def _corners(piece: Any) -> Floats | None:
-    """Corners of the hull of a piece; None for a sliver."""
+    """Corners of the convex hull of one piece of a mesh; None for a piece of almost no volume."""
     from scipy.spatial import ConvexHull, QhullError
 
     points = np.round(np.asarray(piece.hull().simplify(2e-5).to_mesh64().vert_properties)[:, :3] / FINEST) * FINEST

@@ -1,4 +1,5 @@
-"""Surfaces of things: level upper faces, the things on them, and whether these stay when released.
+"""Surfaces of things: level upper faces, the things on them, and whether a thing that is released on one
+stays there.
 
 A face is level where its normal is within ``LEVEL`` of the vertical, and faces that lie in one plane within ``FLAT`` are
 one surface: the rim of a pot is one, of twelve boxes. Boxes and cylinders have them analytically, hulls by their planes;

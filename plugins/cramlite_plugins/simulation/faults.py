@@ -255,7 +255,7 @@ def _lost(run: FaultsToCome, fault: Fault, now: float) -> None:
 
 
 def _stop(run: FaultsToCome, fault: Fault, now: float) -> None:
-    raise ProtectiveStop(f"a fault that the world declares, at {now:.2f} s")
+    raise ProtectiveStop(f"a fault declared under 'faults', at {now:.2f} s")
 
 
 def _killed(run: FaultsToCome, fault: Fault, now: float) -> None:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from collections.abc import Iterable
 from typing import ClassVar
+
+from msgspec.structs import replace
 
 from cramlite.model import Action, Belief, ExpectedGrip, Fingers, Location, Motion, Stage
 from cramlite.plugin import Decomposition, Parameter, Role, TaskType
@@ -13,6 +16,11 @@ from .preconditions import empty_hand
 
 APPROACH = 0.1  # of a hand to a handle [m/s]: as straight lines are by default; a faster robot brakes too late for what is behind it
 SPEED = Parameter("speed_m_s", 0.08, "stops within a millimetre; ISO 10218 reduced speed is 0.25")
+STROKE = math.radians(150)
+"""Farthest turn of a wrist in one grasp [rad]: of a grip that can be taken either way round some wrist of 330 deg has so much left."""
+STRAIN = 20.0
+"""Grip force of a hand that turns a thing in strokes [N]: what is mounted does not give way, so that a hand 2 mm off its middle strains the
+arm by nearly as much, which must stay below the force limit of the way."""
 FORCES = (
     Parameter("force_n", 0.0, "0: what bears a pull of force_limit_n on the friction of pads and handle, as far as the hand can"),
     Parameter("force_limit_n", 25.0, "rails of 1 N and damping of 5 N s/m took under 10 N in simulation"),
@@ -36,13 +44,39 @@ class ByHandle(TaskType):
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         empty_hand(belief)
-        yield Decomposition(self.led_by_handle(action, self.way(action)), "hold the handle, follow the joint, let go")
+        steps, begun = list[Location | Motion](), self.strokes(action, belief)
+        most = STRAIN if begun else 0.0
+        for way in begun:
+            steps += self.led_by_handle(replace(action, name=way.name), way, f" of {way.name}", most)
+        steps += self.led_by_handle(action, self.way(action), most_n=most)
+        often = f", {len(begun) + 1} times" if begun else ""
+        yield Decomposition(tuple(steps), f"hold the handle, follow the joint, let go{often}")
 
-    def led_by_handle(self, action: Action, way: Location) -> tuple[Location | Motion, ...]:
-        """Return the steps that take the handle, lead it along a way, and let go."""
+    def strokes(self, action: Action, belief: Belief) -> tuple[Location, ...]:
+        """Return where all strokes but the last end, if a hinge is to turn farther than a wrist does in one grasp."""
+        thing, way = belief.thing(action.roles["Patient"].entity or action.roles["Patient"].name), self.way(action)
+        if thing.joint is None or thing.joint.kind != "hinge" or thing.name not in belief.poses:
+            return ()
+        joint = thing.moved_to(belief.poses[thing.name].pose).joint or thing.joint
+        whole = joint.upper - joint.lower
+        there, goal = (joint.value - joint.lower) / whole, way.parameters.get("share") or float(way.relation == "opened")
+        count = math.ceil(abs(goal - there) * whole / STROKE)
+        shares = (there + (goal - there) * k / count for k in range(1, count))
+        ends = ({**way.parameters, "share": share} for share in shares)
+        return tuple(replace(way, name=action.inside(f"stroke_{k}"), parameters=end) for k, end in enumerate(ends, 1))
+
+    def led_by_handle(self, action: Action, way: Location, which: str = "", most_n: float = 0.0) -> tuple[Location | Motion, ...]:
+        """Return the steps that take the handle, lead it along a way, and let go.
+
+        Args:
+            which: what tells the handle's location from others of the same task.
+            most_n: bound of the grip force [N]; 0 for none.
+        """
         patient, handle = action.roles["Patient"], self.begins_at(action)
+        handle = replace(handle, name=f"{handle.name}{which}")
         limits = {k: self.parameter(action, k) for k in ("speed_m_s", "force_limit_n")} | {"paced": 1.0}
         close = {"to": Fingers.CLOSED, "expect": ExpectedGrip.OBJECT, "force_n": self.parameter(action, "force_n")}
+        close |= {"most_n": most_n} if most_n else {}
         touch, back = (patient.name,), Location(action.inside("away"), "retreat", None, {"straight": True})
         still = Motion(action.inside("rest"), "hold", None, {"duration_s": self.rest_s}, reason=f"{patient.entity} comes to rest")
         return (

@@ -45,7 +45,7 @@ def held_payload(belief: Belief, to_be: str) -> Held:
 
 
 def grasp_of(thing: Object) -> Location:
-    """Return the location of a thing's grasp."""
+    """Return the location designator for a grasp of a thing."""
     return Location(f"grasp({thing.name})", "grasp", thing.name)
 
 

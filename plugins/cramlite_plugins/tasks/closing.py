@@ -29,11 +29,13 @@ class Closing(ByHandle):
     stroke = "push"
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
-        yield self._by_its_front(action, belief)
+        by_front = not self.strokes(action, belief)  # what turns so far has none that stays before the hand
+        if by_front:
+            yield self._by_its_front(action, belief)
         for held in super().decompose(action, belief):
             yield Decomposition(held.steps, held.reason, 1.0)
         thing = belief.thing(action.roles["Patient"].entity or action.roles["Patient"].name)
-        if thing.joint is not None and thing.joint.kind == "hinge":
+        if by_front and thing.joint is not None and thing.joint.kind == "hinge":
             yield self._led_then_pushed(action, belief)
 
     def _led_then_pushed(self, action: Action, belief: Belief) -> Decomposition:

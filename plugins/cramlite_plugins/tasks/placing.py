@@ -26,6 +26,9 @@ class Placing(TaskType):
             Action(action.inside(p.split(":")[-1]), p, roles, parameters=action.parameters) for p, roles in parts.items()
         )
         yield Decomposition(steps, "put down, release, retract")
+        if belief.feature(action.roles["Relatum"].entity or "", "cram:Cavity"):
+            drop = Action(action.inside("Ungrasping"), "artm:Ungrasping", action.roles, parameters=action.parameters)
+            yield Decomposition((drop, steps[-1]), "let go over its floor, where the hand does not fit, and retract", 1.0)
 
     def effects(self, action: Action, belief: Belief) -> Belief:
         return belief.related(("on", action.roles["Locatum"].entity or "", action.roles["Relatum"].entity or ""))

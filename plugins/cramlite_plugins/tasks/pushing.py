@@ -119,7 +119,7 @@ class Pushing(TaskType):
         return (
             begin,
             Motion(action.inside("fingers"), "gripper", begin, {"to": fingers, "expect": ExpectedGrip.NONE}, reason=says),
-            Motion(action.inside("transfer"), "transfer", begin, reason=f"over the place where {entity} is pushed"),
+            Motion(action.inside("transfer"), "transfer", begin, reason=f"above the place where the push of {entity} begins"),
         )
 
     def effects(self, action: Action, belief: Belief) -> Belief:

@@ -52,6 +52,7 @@ class PuttingDown(TaskType):
         steps = (
             place,
             Motion(action.inside("transfer"), "transfer", place, reason=f"above {surface.entity}"),
+            Motion(action.inside("enter"), "linear", place, {"stage": Stage.VIA}, reason="in, level"),
             Motion(action.inside("reach"), "linear", place, {"stage": Stage.POSE, "speed_m_s": LED}, (surface.name,), "its far side first"),
             Motion(action.inside("lower"), "swing", place, lower, (surface.name,), "it turns back about its far side until it lies"),
             Motion(action.inside("rest"), "hold", None, rest, reason="the object comes to rest before anybody lets go"),

@@ -51,7 +51,7 @@ class Retracting(TaskType):
             Motion(action.inside("out"), "linear", off, {"stage": Stage.POSE}, (what,), f"fingers off {what}"),
             Motion(action.inside("shut"), "gripper", None, {"to": Fingers.SHUT, "expect": ExpectedGrip.NONE}, reason="fingers together"),
             deeper,
-            Motion(action.inside("push"), "linear", deeper, push, (what,), f"{what} farther in, out of the way of a later closing"),
+            Motion(action.inside("push"), "linear", deeper, push, (what,), f"{what} farther in, out of the way of what is closed later"),
         )
 
 

@@ -35,7 +35,8 @@ class Registers:
         self.outputs = 0
 
     def library(self) -> Library:
-        """Return the functions that a program may call."""
+        """Return the URScript functions by which a program uses registers, digital outputs and the watchdog
+        on inputs."""
         library: dict[str, Any] = {"rtde_set_watchdog": self.rtde_set_watchdog}
         for kind in KINDS:
             for way in ("input", "output"):

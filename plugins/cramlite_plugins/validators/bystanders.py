@@ -78,15 +78,15 @@ def _objections(candidate: Candidate, name: str, stay: Stay, tasks: list[str], v
     assert candidate.rollout is not None
     limits, times = candidate.limits, candidate.rollout.times
     who = f"'{name}', which no task moved then,"
-    than = f" against '{stay.beside}', which carries it," if stay.beside else ""
+    than = f" on '{stay.beside}', which carries it," if stay.beside else ""
     if stay.way > limits.bystander_motion:
         whose = f"limit {1000 * limits.bystander_motion:g} mm {limits.source('bystander_motion')}"
-        said = f"{who} got {1000 * stay.way:.0f} mm away{than} by {times[stay.sample]:.1f} s; {whose}"
+        said = f"{who} was {1000 * stay.way:.0f} mm from its place{than} at {times[stay.sample]:.1f} s; {whose}"
         let = _let(name, "bystander_motion", 1000 * stay.way, "mm")
         yield Finding(validator, False, said, stay.way, limits.bystander_motion, "m", tasks[stay.sample], remedy=let)
     if stay.tilt > limits.bystander_tilt:
         whose = f"limit {np.degrees(limits.bystander_tilt):g} deg {limits.source('bystander_tilt')}"
-        said = f"{who} leant over by {np.degrees(stay.tilt):.0f} deg{than} by {times[stay.leant]:.1f} s; {whose}"
+        said = f"{who} leant over by {np.degrees(stay.tilt):.0f} deg{than} at {times[stay.leant]:.1f} s; {whose}"
         let = _let(name, "bystander_tilt", float(np.degrees(stay.tilt)), "deg")
         yield Finding(validator, False, said, stay.tilt, limits.bystander_tilt, "rad", tasks[stay.leant], remedy=let)
 
@@ -100,7 +100,7 @@ def _let(name: str, key: str, value: float, unit: str) -> Remedy:
         value: that the limit must be to let it [unit].
     """
     let = f"'limits: {{{key}: {math.ceil(value)} {unit}}}' in the scenario"
-    says = f"'{name}' moves though no task moves it: put it farther from the others, or, where that does no harm, {let}"
+    says = f"'{name}' moves though no task moves it: put it farther from other things, or, if its motion does no harm, permit it by {let}"
     return Remedy(f"{key} {name}", says, value)
 
 

@@ -53,7 +53,7 @@ class Collision(Value):
         whose = f"limit {brush:g} N {candidate.limits.source('brush')}"
         worst = max(bumps(candidate), default=None)
         if worst is None:
-            reason = f"each contact is permitted by a task and within its force (for other contacts, {whose})"
+            reason = f"each contact is permitted by a task and stays below the force that it permits (for other contacts, {whose})"
             yield Finding(self.name, True, reason, 0.0, brush, "N")
             return
         task = inner_tasks(candidate)[worst.sample]
@@ -70,7 +70,7 @@ def more_room(worst: Bump) -> Remedy:
     """Return the advice for a contact that is too hard: more room between the two; or a higher limit, if
     other tasks may press as hard by default."""
     meet = f"'{worst.one}' and '{worst.other}' meet with {worst.force:.1f} N where {worst.limit:.0f} N are permitted"
-    harmless = f", or, where that does no harm, 'limits: {{brush: {math.ceil(worst.force)} N}}' in the scenario"
+    harmless = f", or, if that contact does no harm, permit it by 'limits: {{brush: {math.ceil(worst.force)} N}}' in the scenario"
     raised = harmless if not worst.why and worst.force <= LIMIT.default else ""
     pair = " ".join(sorted((worst.one, worst.other)))
     return Remedy(f"touch {pair}", f"{meet}: make more room between them, or name another place{raised}", worst.excess)

@@ -130,10 +130,10 @@ def force_limits(candidate: Candidate) -> ForceLimits:
         if not touched and not force.declared:
             continue
         force = min(force, (guards[k] if touched else None) or force, key=lambda one: one.most)
-        limit, whose = STOPPED * force.most, f"{force.source} ({force.most:g} N, and {STOPPED - 1:.0%} while the arm stops)"
+        limit, whose = STOPPED * force.most, f"{force.source} ({force.most:g} N, plus {STOPPED - 1:.0%} while the arm stops)"
         least = min((fragile[one] for one in touched if one in fragile), key=lambda known: known.value, default=None)
         if least is not None and least.value < force.most:
-            limit, whose = STOPPED * least.value, f"{least} ({least.value:g} N, and {STOPPED - 1:.0%} while the arm stops)"
+            limit, whose = STOPPED * least.value, f"{least} ({least.value:g} N, plus {STOPPED - 1:.0%} while the arm stops)"
         limit += 0.0 if force.declared else IN_DOUBT * weights.get(held[k], 0.0)
         if limit < program.force_limit:
             most[k], source[k] = limit, whose

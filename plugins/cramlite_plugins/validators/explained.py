@@ -82,7 +82,7 @@ class _Run:
             return ExplainedGrip(grip, "no task of the plan lets go of it then", grip.last, None)
         late = next(self._after(left, grip), None)
         if late is not None:
-            said = f"{left.by} lets go of it, and {self.came_from[late]} comes after that"
+            said = f"{left.by} lets go of it, but it is still in the hand during {self.came_from[late]}"
             return ExplainedGrip(grip, said, late, left)
         return ExplainedGrip(grip, "", grip.first, left)
 

@@ -229,7 +229,7 @@ def _tipped(literal: GoalLiteral, candidate: Candidate) -> str:
         released = np.flatnonzero(came_from == let_go[name])
         for stay in stays(rollout, rollout.world.thing(name), moved) if len(released) else ():
             if stay.leant > released[-1] and stay.tilt > LEAN:
-                when = f"by {rollout.times[stay.leant]:.1f} s, after it had been put there and rested"
+                when = f"at {rollout.times[stay.leant]:.1f} s, after it had been put there and rested"
                 return f"'{name}' leant over by {np.degrees(stay.tilt):.0f} deg {when}; up to {np.degrees(LEAN):.0f} deg count as standing"
     return ""
 

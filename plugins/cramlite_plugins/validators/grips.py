@@ -91,8 +91,9 @@ def _pressed(touches: Iterable[Touch]) -> str:
 
 
 def slip(rollout: Rollout, grip: Grip, turns: Sequence[Turn] = ()) -> Floats:
-    """Return the distance that a thing moved in the effector's frame since its grasp, beyond declared turns, at
-    each sample [m].
+    """Return how far a thing has slipped in the hand since its grasp, at each sample [m].
+
+    Turns in the hand that the program declares do not count.
 
     The first and last tenth of a second are left out: fingers that close or open push a thing.
     """

@@ -63,7 +63,7 @@ class Payload(Value):
         said, wanted = "the program sets no payload", candidate.program.mass
         if wanted > 0:
             return Finding(self.name, False, f"{said}; the program that was proven begins with {wanted:.2f} kg", places=False)
-        return Finding(self.name, True, f"{said}; the controller uses the one that it is set to")
+        return Finding(self.name, True, f"{said}; the controller uses the payload of its own settings")
 
 
 def _slack(mass: Floats | float) -> Floats:

@@ -218,7 +218,8 @@ def _no_longer_watched(program: Program, proven: Program) -> Iterator[str]:
 
 
 def _watches(one: Monitor, other: Monitor) -> bool:
-    """Whether a monitor watches the same steps as another, and each condition at least as closely."""
+    """Whether a monitor is at least as strict as another one: it watches all steps of that one, and none of
+    its limits is wider."""
     limits = ((getattr(one, name), getattr(other, name)) for name in WATCHED)
     same_origins = {s.origin for s in walk(other.steps)} <= {s.origin for s in walk(one.steps)}
     return same_origins and all(there is None or (own is not None and own <= there) for own, there in limits)

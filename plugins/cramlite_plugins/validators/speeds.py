@@ -20,7 +20,7 @@ class JointSpeeds(Value):
             return
         worst = max(rows, key=lambda row: row.value / row.most)
         limit = worst.most / OVERSHOOT
-        reason = f"{worst.of} at most {worst.value:.2f} rad/s of {limit:.2f} rad/s"
+        reason = f"{worst.of} reached {worst.value:.2f} rad/s, limit {limit:.2f} rad/s"
         yield Finding(self.name, worst.passed, reason, worst.value, limit, worst.unit)
 
 
@@ -33,7 +33,7 @@ class ToolSpeed(Value):
     def check(self, candidate: Candidate) -> Iterator[Finding]:
         for row in _reached(candidate):
             if row.limit == "tool_speed":
-                reason = f"the tool at most {row.value:.2f} m/s of {row.most:g} m/s ({row.source})"
+                reason = f"the tool reached {row.value:.2f} m/s, limit {row.most:g} m/s ({row.source})"
                 origin = candidate.code.task_of(row.line) if candidate.code is not None and row.line else ""
                 yield Finding(self.name, row.passed, reason, row.value, row.most, row.unit, origin)
 

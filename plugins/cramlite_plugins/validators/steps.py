@@ -1,4 +1,5 @@
-"""Validator of steps: each step of the program has code in the text, runs in its turn, and covers its way."""
+"""Validator of steps: each step of the program has code in the text, runs in its turn, and moves as far as it
+should."""
 
 from __future__ import annotations
 
@@ -62,7 +63,7 @@ class Ran(NamedTuple):
 
 
 class Turns(NamedTuple):
-    """Order in which a run went through the stages.
+    """Order in which the stages of a program (groups of steps) ran.
 
     Args:
         ran: number of a stage -> when its code ran.
@@ -95,7 +96,7 @@ class Steps(Value):
         yield from wrong
         if stages and not wrong:
             count = sum(len(s.steps) for s in stages)
-            yield Finding(self.name, True, f"each of {count} has code, ran in its turn and covered its way")
+            yield Finding(self.name, True, f"each of the program's {count} steps has code, ran in its turn and covered its way")
 
     def _objections(self, candidate: Candidate, stages: list[Stage]) -> Iterator[Finding]:
         assert candidate.rollout is not None

@@ -52,7 +52,7 @@ class Tracks(Value):
         if not wrong:
             things = sorted({f.grip.thing for f in found})
             what = f"{', '.join(map(repr, things))} in the hand {len(found)} times" if found else "nothing was in the hand"
-            yield Finding(self.name, True, f"{what}, each time as a task of the plan says")
+            yield Finding(self.name, True, f"{what}, always as the tasks of the plan say")
 
 
 def _rollout(candidate: Candidate) -> Rollout:
@@ -118,11 +118,11 @@ def _fallen(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Fi
         height = rollout.poses[grip.thing][grip.last : rest + 1, 2]
         drop, limit = float(height[0] - height.min()), left.rest.fall + DROP + _topples(rollout, grip)
         if drop > limit:
-            said = f"{who} fell by {1000 * drop:.0f} mm, limit {1000 * limit:.0f} mm of {left.by}"
+            said = f"{who} fell by {1000 * drop:.0f} mm after {left.by}, limit {1000 * limit:.0f} mm"
             yield Finding("tracks", False, said, drop, limit, "m", when, things=True)
         lasted = float(rollout.times[rest] - rollout.times[grip.last])
         if lasted > SETTLES and not hangs(rollout, grip.thing, rest):
-            said = f"{who} moved on for {lasted:.1f} s, limit {SETTLES:g} s"
+            said = f"{who} kept moving for {lasted:.1f} s, limit {SETTLES:g} s"
             yield Finding("tracks", False, said, lasted, SETTLES, "s", when, things=True)
 
 
@@ -149,7 +149,7 @@ def _slid(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Find
             if worst is not None and worst.way > SLIDES:
                 span = f"from {rollout.times[worst.first]:.1f} to {rollout.times[worst.last]:.1f} s"
                 said = f"'{grip.thing}' was dragged along '{worst.along}' by {1000 * worst.way:.0f} mm {span}"
-                limit = f"limit {1000 * SLIDES:.0f} mm of a task that slides nothing"
+                limit = f"limit {1000 * SLIDES:.0f} mm in a task that may not slide a thing"
                 yield Finding("tracks", False, f"{said}, {limit}", worst.way, SLIDES, "m", task, things=True)
 
 

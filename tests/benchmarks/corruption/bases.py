@@ -135,7 +135,7 @@ def ready(base: Base, work: Path, knowledge: Knowledge) -> Ready:
 
 
 def simulated(text: str, world: World, knowledge: Knowledge) -> Rollout:
-    """Run a text without any judge."""
+    """Run a text without any validator."""
     return knowledge.simulator.execute(text, world, knowledge.robots_of(world), mount=world.robots[0].name, seed=0)
 
 

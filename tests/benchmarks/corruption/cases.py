@@ -31,16 +31,16 @@ OPEN = (
     *strangers.RULES, *order.RULES, *letting_go.RULES, *deletions.RULES, *forces.RULES, *meanings.RULES, *further.RULES,
     *typed.RULES, *harmless.RULES,
 )  # fmt: skip
-"""Rules that may be looked at while judges are mended."""
+"""Rules that may be looked at while validators are mended."""
 
 SEALED = (*sealed.RULES, *sealed_harmless.RULES)
 """Rules that are judged once, at the end."""
 
 FRESH = (*protections.RULES, *handling.RULES, *handling_harmless.RULES)
-"""Rules that were written later, again without a look at the judges."""
+"""Rules that were written later, again without a look at the validators."""
 
 LATEST = latest.RULES
-"""Rules that were written last, by an auditor who had not read the judges."""
+"""Rules that were written last, by an auditor who had not read the validators."""
 
 RULES: Mapping[str, tuple[Rule, ...]] = {
     "open": OPEN,

@@ -35,8 +35,8 @@ class Answer(Value):
         sealed: whether the rule is.
         oracle: what it said: the harm of a corruption, what went wrong with a harmless edit.
         halted: why the program ended early, "" when it ran to its end.
-        passed: what the judges said.
-        reasons: of those that objected, each with its judge and task.
+        passed: what the validators said.
+        reasons: of those that objected, each with its validator and task.
         right: whether they are about what was done.
         seconds: CPU time.
         error: why there is no answer.

@@ -1,7 +1,7 @@
 """Rules of the latest set: sequences, waypoints and openings that change the effect of a program, and harmless ones that
 resemble them.
 
-They were written and committed before any judge was asked, from the tasks' meaning alone.
+They were written and committed before any validator was asked, from the tasks' meaning alone.
 """
 
 from __future__ import annotations

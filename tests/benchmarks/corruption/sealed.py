@@ -1,7 +1,7 @@
-"""Sealed rules: a third of the corpus. They are judged once, at the end, when nobody mends judges any more.
+"""Sealed rules: a third of the corpus. They are judged once, at the end, when nobody mends validators any more.
 
-Whoever changes a judge does not look in here, and does not run these; what was tried with them is that the edited texts run, and
-that their oracles see the harm, without any judge.
+Whoever changes a validator does not look in here, and does not run these; what was tried with them is that the edited texts run, and
+that their oracles see the harm, without any validator.
 """
 
 from __future__ import annotations

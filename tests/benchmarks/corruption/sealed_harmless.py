@@ -1,4 +1,4 @@
-"""Sealed harmless edits: judged once, at the end, as the sealed corruptions are; whoever changes a judge does not look in here."""
+"""Sealed harmless edits: judged once, at the end, as the sealed corruptions are; whoever changes a validator does not look in here."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Measures of a recorded run, from its tracks alone: poses, touches, joint values and forces. They ask no judge."""
+"""Measures of a recorded run, from its tracks alone: poses, touches, joint values and forces. They ask no validator."""
 
 from __future__ import annotations
 

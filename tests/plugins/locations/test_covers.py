@@ -45,7 +45,7 @@ def test_beside_what_covers_a_part_is_tried_first(x: float) -> None:
 def test_nothing_is_let_go_of_over_what_covers_it() -> None:
     """The middle is under the board: however high the hand is, it refuses; without the board the middle is the best."""
     refused = [a for a in found(*box_under(0.38, 0.06)) if isinstance(a, Refused) and a.reason.startswith("not free to fall")]
-    assert refused and all("'board' is over" in a.reason and a.blocking == ("board",) for a in refused)
+    assert refused and all("'board' is between" in a.reason and a.blocking == ("board",) for a in refused)
     (bare, _) = box_under(0.38, 0.06)
     assert not any(isinstance(a, Refused) and "free to fall" in a.reason for a in found(bare))
 

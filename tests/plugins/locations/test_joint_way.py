@@ -59,7 +59,7 @@ def standing(metres: float) -> Thing:
 
 @pytest.mark.parametrize("relation", ["handle", "atop"])
 def test_what_stands_in_the_way_of_a_drawer_is_named_before_any_hand_is_tried(relation: str) -> None:
-    with pytest.raises(Unresolvable, match=r"after 1[0-9][0-9] mm of its own way 'drawer' is .* mm inside 'it'") as ended:
+    with pytest.raises(Unresolvable, match=r"after 1[0-9][0-9] mm of its own motion 'drawer' is .* mm inside 'it'") as ended:
         list(ground(place(relation, 0.8), *asked(standing(0.13))))
     assert ended.value.blocking == (("it",),) and ended.value.because == ("drawer",)
 
@@ -82,7 +82,7 @@ def test_opening_says_how_far_it_must_get(parameters: dict[str, float]) -> None:
     begun = [s for s in steps if isinstance(s, Location) and s.relation in ("handle", "atop")]
     assert {b.relation for b in begun} == {"handle", "atop"}
     for location in begun:
-        with pytest.raises(Unresolvable, match=r"of its own way 'drawer' is .* inside 'it'"):
+        with pytest.raises(Unresolvable, match=r"of its own motion 'drawer' is .* inside 'it'"):
             list(ground(location, belief, context))
 
 
@@ -149,7 +149,7 @@ def unminded(*things: Thing) -> tuple[Belief, Context]:
 
 
 def only_advised(*things: Thing) -> tuple[Belief, Context]:
-    """The same where a judge of them only advises, and nobody permits to push them."""
+    """The same where a validator of them only advises, and nobody permits to push them."""
     belief, context = asked(*things)
     return belief, replace(context, limits=JudgingLimits(advisory=("bystanders",)))
 
@@ -160,7 +160,7 @@ DRIVING = Location("it", "handle", "drawer", {"least": 0.8, "drives": True})
 def test_it_drives_along_what_it_meets_where_nobody_minds() -> None:
     assert list(ground(DRIVING, *unminded(standing(0.13))))
     for things, location in ((asked, DRIVING), (only_advised, DRIVING), (unminded, place("handle", 0.8))):
-        with pytest.raises(Unresolvable, match="of its own way 'drawer' is"):
+        with pytest.raises(Unresolvable, match="of its own motion 'drawer' is"):
             list(ground(location, *things(standing(0.13))))
 
 
@@ -187,7 +187,7 @@ def test_nothing_is_driven_into_something_else(make: Callable[[str, Pose, tuple[
     behind = make("behind", Pose((0.73 - 0.06 - 0.13 - 0.03, 0.2, 0.03)), (0.04, 0.04, 0.06))
     belief, context = unminded(standing(0.13), behind)
     found = driven_along(belief.thing("drawer"), 0.0, 0.19, belief, context)
-    assert isinstance(found, Refused) and found.reason.startswith("'it', driven along, would be") and "'behind'" in found.reason
+    assert isinstance(found, Refused) and found.reason.startswith("'it', pushed along, would be") and "'behind'" in found.reason
     assert found.blocking == ((("behind",),) if make is block else ())
 
 
@@ -196,7 +196,7 @@ def test_what_would_tip_over_is_not_driven_and_no_other_way_of_opening_is_asked_
     thin = block("it", Pose((0.73 - 0.004 - 0.13, 0.2, 0.05)), (0.008, 0.04, 0.1))
     belief, context = unminded(thin)
     found = driven_along(belief.thing("drawer"), 0.0, 0.19, belief, context)
-    assert isinstance(found, Refused) and found.reason.endswith("driven along, 'it' would tip over") and found.blocking == (("it",),)
+    assert isinstance(found, Refused) and found.reason.endswith("pushed along, 'it' would tip over") and found.blocking == (("it",),)
     led = (Motion("1.Opening/transfer", "transfer", place("handle", 0.8)),)
     with pytest.raises(Unresolvable) as ended:
         list(ground(place("handle", 0.8), belief, replace(context, agenda=led)))

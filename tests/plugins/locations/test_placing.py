@@ -547,6 +547,18 @@ def test_what_can_be_moved_carries_things_within_its_rim() -> None:
     assert isinstance(middle.value, Place) and "mm from its middle" not in middle.key
 
 
+def test_beside_its_middle_too_the_payload_alone_touches_a_support_with_a_rim() -> None:
+    """A hand that came down onto the wall of a tray stopped there, and kept the bowl."""
+    walls = (Geom("box", (0.1, 0.004, 0.01), Pose((0.0, s * 0.034, 0.014))) for s in (-1, 1))
+    tray = Thing("box", "soma:Plate", Pose((0.45, -0.35, 0.165)), (Geom("box", (0.1, 0.03, 0.004)), *walls), mass=0.3)
+    desk = table("box", Pose((0.45, -0.35, 0.25)), (0.3, 0.35, 0.02))
+    amid, beside = prepared([query_on(believed(tray), "box")])
+    (level,) = prepared([query_on(believed(desk), "box")])
+    assert amid.under is not None and beside.under is None
+    assert [q.let_down(q.now).hand for q in (amid, beside, level)] == [False, False, True]
+    assert len(beside.openings) == 3 and len(level.openings) == 1  # beside a rim fingers may have to open less
+
+
 def test_not_where_something_else_stands_within_the_rim() -> None:
     pin = block("pin", Pose((0.45, -0.35, 0.199)), (0.02, 0.02, 0.06))
     found, ended = answers(on("box"), believed(DISH, pin))
@@ -603,7 +615,7 @@ def test_a_region_that_is_too_small_is_refused() -> None:
 
 @pytest.mark.parametrize(("reaches", "fits"), [(0.06, True), (0.02, False)])
 def test_an_origin_that_would_be_over_the_end_of_its_region_is_refused(reaches: float, fits: bool) -> None:
-    """A judge of goals asks for the origin in the region: a site of 20 mm on a shelf's board does not reach up to that of a product."""
+    """A validator of goals asks for the origin in the region: a site of 20 mm on a shelf's board does not reach up to that of a product."""
     desk = table("box", Pose((0.45, -0.35, 0.25)), (0.3, 0.35, 0.02))
     level = Feature("level", "vrps:SurfaceFeature", Pose((0, 0, 0.0)), {"width": 0.05, "depth": 0.05, "height": reaches})
     belief = believed(replace(desk, features=(*desk.features, level)))
@@ -612,14 +624,14 @@ def test_an_origin_that_would_be_over_the_end_of_its_region_is_refused(reaches: 
         return
     found, ended = answers(on("box", region="level"), belief)
     assert not any(isinstance(a, Grounding) for a in found) and ended is not None
-    assert "mm too high for 'box/level', which reaches 20 mm above the surface in it" in ended.reason
+    assert "mm too high for 'box/level', which reaches 20 mm above the surface under it" in ended.reason
     assert "mm too little for the origin of" in str(ended.remedy)
 
 
 @pytest.mark.heavy
 @pytest.mark.parametrize(("lowest", "fits"), [(0.02, True), (0.2, False)])
 def test_an_origin_that_would_be_below_its_region_in_every_attitude_is_refused(lowest: float, fits: bool) -> None:
-    """A judge asks for the origin in the region: that of a mug, in its foot, is below a site 12 mm over a microwave."""
+    """A validator asks for the origin in the region: that of a mug, in its foot, is below a site 12 mm over a microwave."""
     desk = table("box", Pose((0.45, -0.35, 0.25)), (0.3, 0.35, 0.02))
     level = Feature("level", "vrps:SurfaceFeature", Pose((0, 0, 0.01)), {"width": 0.1, "depth": 0.1, "lowest": lowest})
     belief = believed(replace(desk, features=(*desk.features, level)))

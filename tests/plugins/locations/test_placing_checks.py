@@ -59,7 +59,7 @@ def test_inside_means_all_of_it_is_over_the_opening() -> None:
     wanted = query_on(believed(box), "box")
     assert not checks.inside(spot_at((0.4, -0.4, 0.1)), wanted)
     said = checks.inside(spot_at((0.44, -0.4, 0.1)), wanted)
-    assert isinstance(said, Refused) and "40 mm of it would stick out by 10 mm over the 100 mm width of 'box'" in said.reason
+    assert isinstance(said, Refused) and "it takes 40 mm of the 100 mm width of 'box' and sticks out by 10 mm" in said.reason
     assert said.remedy is not None and "lacks 10 mm" in said.remedy.says
 
 

@@ -70,8 +70,8 @@ def test_fingers_come_off_it_and_push_it_so_far_in_that_the_door_can_be_closed()
 @pytest.mark.parametrize(
     ("out", "agenda", "says"),
     [
-        (0.03, (RETRACTING, CLOSING), "'it' is in the way of nothing that a later task closes"),
-        (0.0, (RETRACTING,), "'it' is in the way of nothing that a later task closes"),
+        (0.03, (RETRACTING, CLOSING), "'it' is not in the way of a drawer or door that a later task closes"),
+        (0.0, (RETRACTING,), "'it' is not in the way of a drawer or door that a later task closes"),
         (-0.09, (RETRACTING, CLOSING), "'it' cannot be pushed in so far that it is out of the way"),
     ],
 )

@@ -11,6 +11,7 @@ from cramlite import Engine
 from cramlite.model import (
     Action,
     Belief,
+    Estimate,
     GripFacts,
     Held,
     Location,
@@ -29,6 +30,7 @@ from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.later import closes
 from cramlite_plugins.locations.placing import sideways
 from cramlite_plugins.locations.placing.demands import TIGHT
+from cramlite_plugins.locations.room_to_close import first_met
 from cramlite_plugins.objects.furniture import cabinet, door, drawer
 from cramlite_plugins.objects.products_and_fixtures import block
 from cramlite_plugins.robots.ur5e import UR5E
@@ -95,10 +97,34 @@ def test_places_with_little_room_come_last() -> None:
     assert all(_sticks_out(a, 0.2) < -0.001 for a in found if a.cost < TIGHT)  # the plate is 2 mm before the front
 
 
+def test_what_the_hand_can_push_farther_in_may_stand_in_the_way_at_first() -> None:
+    """As far as there is room: not what is longer than the cabinet is deep."""
+    release = _about("soma:Releasing", "3.Placing/Releasing", Locatum="it", Relatum="cabinet")
+    retract = _about("soma:Retracting", "3.Placing/Retracting", Relatum="it")
+    pushed, _ = _answers(0.2, PLACING, release, retract, CLOSING)
+    plain, _ = _answers(0.2, PLACING, CLOSING)
+    assert max(_sticks_out(a, 0.2) for a in pushed) > LEFT > max(_sticks_out(a, 0.2) for a in plain)
+    assert all(a.cost >= TIGHT for a in pushed if _sticks_out(a, 0.2) > 0)
+    with pytest.raises(Unresolvable, match="not free to be closed"):
+        list(ground(INSIDE, *_asked(0.31, PLACING, release, retract, CLOSING)))
+
+
 def test_what_is_longer_than_its_cabinet_leaves_no_room_anywhere() -> None:
     with pytest.raises(Unresolvable, match=r"not free to be closed: with 'door', which a later task closes, open by [0-9]+ deg still"):
         list(ground(INSIDE, *_asked(0.31, PLACING, CLOSING)))
     assert _answers(0.31, PLACING)[0]
+
+
+def test_where_the_arm_stands_says_nothing_of_what_a_door_meets() -> None:
+    """What stays is moved about the door: beside the door's way that may lead through the arm's base."""
+    belief, context = _asked(0.1, PLACING, CLOSING)
+    leaf, at = belief.thing("door"), belief.poses["door"].pose
+    handle = next(f.pose for f in leaf.features if f.type == "cram:Handle")
+    assert leaf.joint is not None
+    moved = leaf.joint.moved(at, -0.5)
+    for there, meets in ((moved * at.inverse() * Pose((0.0, 0.0, 0.1)), False), (moved * handle, True)):
+        after = belief.released(Estimate(there, 0.0, "let go there"), 0.05)
+        assert (first_met("it", after, context, None) is not None) == meets
 
 
 def test_what_a_later_task_takes_away_again_stands_in_no_way() -> None:

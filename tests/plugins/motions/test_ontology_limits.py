@@ -146,7 +146,7 @@ def test_sizes_of_hole_and_peg_say_how_to_search(tmp_path: Path, diameter: int, 
 @pytest.mark.heavy
 def test_motions_in_contact_leave_the_held_thing_less_certain(tmp_path: Path) -> None:
     found = Resolved(tmp_path, "retry_on_hanger")
-    known = [float(v) for v in re.findall(r"'coffee' is known to ([\d.]+) mm in the hand", found.reasons)]
+    known = [float(v) for v in re.findall(r"the position of 'coffee' in the hand is uncertain by ([\d.]+) mm", found.reasons)]
     assert known[:3] == sorted(known[:3]) and known[0] > 0
     assert found.solution is not None
     let_go = found.solution.candidate.belief.poses["coffee"]

@@ -15,6 +15,7 @@ from cramlite.plugin import UserError
 from cramlite_plugins.locations.handles import joint_value
 from cramlite_plugins.objects.controls import latch
 from cramlite_plugins.objects.furniture import cabinet, door, drawer
+from cramlite_plugins.objects.threads import jar, screw_lid
 from cramlite_plugins.robots.arms import robots
 from cramlite_plugins.shapes.mounts import mounts
 from cramlite_plugins.simulation.model.compile import compile_world
@@ -31,6 +32,41 @@ def test_a_joint_undoes_what_it_did(kind: str, place: tuple[float, ...], turn: t
     moved = joint.moved(AT, by)
     assert joint.between(AT, moved) == pytest.approx(by, abs=1e-9)
     assert max(joint.moved(moved, -by).distance(AT)) < 1e-6
+
+
+@given(st.tuples(small, small, small), st.tuples(small, small, small), st.floats(-30.0, 30.0), st.floats(0.001, 0.01))
+def test_a_thread_tells_its_turns(place: tuple[float, ...], turn: tuple[float, ...], by: float, pitch: float) -> None:
+    joint = Joint("hinge", Pose.from_rotvec(place, turn), 0.0, 30.0, pitch=pitch)  # type: ignore[arg-type]
+    moved = joint.moved(AT, by)
+    assert joint.between(AT, moved) == pytest.approx(by, abs=1e-6)
+    assert max(joint.moved(moved, -by).distance(AT)) < 1e-6
+
+
+def test_a_lid_rises_while_it_turns_stays_where_it_is_left_and_ends_on_its_jar() -> None:
+    thing = screw_lid("x", AT, "jar", turned=1.2)
+    compiled = compile_world(World((jar("jar", AT), thing), (RobotMount("arm", "ur5e", Pose((-1, 0, 0))),)), ROBOTS)
+    data, joint, body = compiled.data(), thing.joint, compiled.things["x"]
+    assert joint is not None and body.joint is not None and data.qpos[body.joint] == pytest.approx(1.2 * math.tau)
+    assert max(compiled.pose(data, "x").distance(thing.pose)) < 1e-6
+
+    def turned(torque: float, steps: int) -> float:
+        for _ in range(steps):
+            data.qfrc_applied[compiled.model.jnt_dofadr[compiled.model.joint("x").id]] = torque
+            mujoco.mj_step(compiled.model, data)
+        there = compiled.pose(data, "x")
+        value = joint.value + joint.between(thing.pose, there)
+        assert value == pytest.approx(data.qpos[body.joint], abs=0.02)
+        assert AT.inverse().apply(there.position)[2] == pytest.approx(joint.pitch * value / math.tau, abs=2e-4)
+        return value
+
+    start, open_ = turned(0.0, 250), turned(0.25, 1500)
+    assert start == pytest.approx(1.2 * math.tau, abs=0.02) and open_ > start + math.tau
+    assert turned(-0.25, 6000) == pytest.approx(0.0, abs=0.05)
+    assert turned(0.0, 250) == pytest.approx(0.0, abs=0.05)
+    there = joint.moved(thing.pose, 2.1 * math.tau)
+    compiled.place(data, "x", there)
+    mujoco.mj_kinematics(compiled.model, data)
+    assert max(compiled.pose(data, "x").distance(there)) < 1e-6
 
 
 def world(*things: Thing) -> World:

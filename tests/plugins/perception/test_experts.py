@@ -199,7 +199,7 @@ def test_without_models_the_pose_says_what_is_missing() -> None:
     query = replace(parse_query("colour=red", knowledge.taxonomy, knowledge.experts), wanted=("pose",))
     from cramlite.perception.pipeline import plan_pipeline
 
-    with pytest.raises(NoPipeline, match=r"'models'.*no expert makes 'models', and no prior value gives it"):
+    with pytest.raises(NoPipeline, match=r"'models'.*no expert makes 'models', and no value of it is given beforehand"):
         plan_pipeline(query, engine().knowledge.experts, {"view": 1, "query": query, "taxonomy": 1}, None)
 
 

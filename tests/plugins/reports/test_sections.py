@@ -15,13 +15,13 @@ from cramlite.plugin import Code, Finding
 from cramlite_plugins.reports.collisions import pairs
 from cramlite_plugins.reports.decisions import attempts, path
 from cramlite_plugins.reports.filmstrip import spread
-from cramlite_plugins.reports.judges import measured
 from cramlite_plugins.reports.links import lines_of, target
 from cramlite_plugins.reports.plan import diagram
 from cramlite_plugins.reports.plots import plot
 from cramlite_plugins.reports.program_text import blocks
 from cramlite_plugins.reports.search_tree import bars, reasons, stages
 from cramlite_plugins.reports.shared import Span, anchor, colour, words
+from cramlite_plugins.reports.validators import measured
 
 
 def searched() -> Trace:

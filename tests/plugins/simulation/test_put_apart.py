@@ -31,7 +31,7 @@ def read(folder: Path, noise: str, at: float = 0.44) -> World:
 
 
 def test_what_was_read_inside_another_is_believed_where_it_is_free(tmp_path: Path) -> None:
-    with pytest.raises(UserError, match="overlap by 20 mm at the start, at most 5 mm can be"):
+    with pytest.raises(UserError, match="overlap by 20 mm at the start, more than the 5 mm that are allowed"):
         read(tmp_path, "")
     with pytest.raises(UserError, match="overlap by 20 mm"):
         read(tmp_path, ", noise: 10 mm")

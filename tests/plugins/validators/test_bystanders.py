@@ -65,7 +65,7 @@ def moving(name: str, task: str, of: Candidate) -> Candidate:
     return replace(of, allowances={**of.allowances, task: Allowance(moves=frozenset({name}))})
 
 
-# Judge
+# Validator
 
 
 def test_the_run_as_it_is_passes_and_says_who_got_furthest() -> None:
@@ -90,7 +90,7 @@ def test_a_bystander_moves_no_further_than_the_limit(way: float, passes: bool, a
     assert all(f.passed for f in found) is passes
     if not passes:
         (one,) = found
-        assert one.reason == "'cup', which no task moved then, got 5 mm away by 2.0 s; limit 5 mm by default"
+        assert one.reason == "'cup', which no task moved then, was 5 mm from its place at 2.0 s; limit 5 mm by default"
         assert one.value == pytest.approx(way) and (one.limit, one.origin) == (0.005, "2.PickingUp")
         assert str(one.remedy).endswith("'limits: {bystander_motion: 6 mm}' in the scenario")
         let = JudgingLimits(bystander_motion=0.006, of_scenario=("bystander_motion",))
@@ -104,7 +104,7 @@ def test_the_limit_that_would_let_it_is_named_to_the_next_millimetre() -> None:
 
 
 def test_one_that_comes_back_was_moved_all_the_same() -> None:
-    assert "got 50 mm away by 2.0 s" in said(Bystanders(), shifted((0.05, 0, 0), "cup", 40, 45))[0]
+    assert "was 50 mm from its place at 2.0 s" in said(Bystanders(), shifted((0.05, 0, 0), "cup", 40, 45))[0]
 
 
 def test_the_limits_of_a_scenario_hold_to_the_last_digit() -> None:
@@ -123,7 +123,7 @@ def test_a_bystander_leans_no_further_than_the_limit(degrees: float, passes: boo
     found = list(Bystanders().check(wide))
     assert all(f.passed for f in found) is passes
     if not passes:
-        assert found[0].reason == "'cup', which no task moved then, leant over by 5 deg by 2.0 s; limit 5 deg by default"
+        assert found[0].reason == "'cup', which no task moved then, leant over by 5 deg at 2.0 s; limit 5 deg by default"
         assert str(found[0].remedy).endswith("'limits: {bystander_tilt: 6 deg}' in the scenario")
         assert found[0].value == pytest.approx(math.radians(degrees)) and (found[0].unit, found[0].origin) == ("rad", "2.PickingUp")
         exact = replace(wide, limits=replace(wide.limits, bystander_tilt=found[0].value))
@@ -133,7 +133,7 @@ def test_a_bystander_leans_no_further_than_the_limit(degrees: float, passes: boo
 def test_a_bystander_that_turns_leans_nowhere_though_its_corners_move() -> None:
     (reason,) = said(Bystanders(), turning(20.0))
     corner = math.hypot(0.03, 0.03) * 2 * math.sin(math.radians(10))
-    assert f"got {1000 * corner:.0f} mm away" in reason
+    assert f"was {1000 * corner:.0f} mm from its place" in reason
     assert said(Bystanders(), turning(6.0)) == []
 
 
@@ -157,7 +157,7 @@ def test_what_is_turned_over_leans_by_half_a_turn() -> None:
 
 def test_both_are_said_of_one_that_topples() -> None:
     first, second = said(Bystanders(), leaning(90.0))
-    assert "got 60 mm away" in first and "leant over by 90 deg" in second
+    assert "was 60 mm from its place" in first and "leant over by 90 deg" in second
 
 
 def test_of_each_thing_the_first_stretch_that_objects_is_said() -> None:
@@ -166,8 +166,8 @@ def test_of_each_thing_the_first_stretch_that_objects_is_said() -> None:
     poses[21:24, 0] += 0.03
     both = candidate(replace(ran(twice), poses={**ran(twice).poses, "cup": poses}))
     both = replace(both, allowances=twice.allowances)
-    assert ["got 30 mm away" in r for r in said(Bystanders(), both)] == [True]
-    assert ["got 50 mm away" in r for r in said(Bystanders(), twice)] == [True]
+    assert ["was 30 mm from its place" in r for r in said(Bystanders(), both)] == [True]
+    assert ["was 50 mm from its place" in r for r in said(Bystanders(), twice)] == [True]
 
 
 def test_what_still_moves_at_the_end_is_an_objection_and_the_rest_is_said_too() -> None:
@@ -252,7 +252,7 @@ def test_what_rests_is_nobodys_though_the_task_that_let_go_of_it_runs_on() -> No
         longer = {**ORIGINS, 7: ORIGINS[5], 9: ORIGINS[5]}
         found = said(Bystanders(), replace(shoved, code=replace(shoved.code, origins=longer)))
         assert len(found) == count
-    assert "'block', which no task moved then, got 20 mm away by 4.2 s" in found[0]
+    assert "'block', which no task moved then, was 20 mm from its place at 4.2 s" in found[0]
     freely = moving("block", "3.Placing/PuttingDown", replace(shoved, code=replace(shoved.code, origins=longer)))
     assert said(Bystanders(), freely) == []
 
@@ -279,7 +279,7 @@ def test_what_never_rests_is_its_tasks_to_the_end() -> None:
 @examples(30)
 def test_a_bystander_that_is_away_at_any_time_is_an_objection(first: int, length: int, way: float) -> None:
     (reason,) = said(Bystanders(), shifted((way, 0, 0), "cup", first, first + length))
-    assert f"got {1000 * way:.0f} mm away by {first * STEP:.1f} s" in reason
+    assert f"was {1000 * way:.0f} mm from its place at {first * STEP:.1f} s" in reason
 
 
 # In whose frame
@@ -303,7 +303,7 @@ def test_what_stands_on_what_is_carried_is_measured_in_its_frame() -> None:
     aside[40:, 0] += 0.02
     slid = ran(carried(cup_too=True))
     (reason,) = said(Bystanders(), good(poses={**slid.poses, "cup": aside}, touches=slid.touches))
-    assert "got 20 mm away against 'block', which carries it, by 2.0 s" in reason
+    assert "was 20 mm from its place on 'block', which carries it, at 2.0 s" in reason
 
 
 @pytest.mark.parametrize(("share", "bears"), [(0.51, True), (0.5, False), (0.49, False)])
@@ -449,7 +449,7 @@ def test_at_rest_is_asked_of_the_last_half_second() -> None:
 def test_a_bystander_that_hangs_may_swing_and_its_hole_may_not_move() -> None:
     assert said(Bystanders(), candidate(hanging(swinging(2.0)))) == []
     crept = np.where(np.arange(COUNT) > 40, 0.006, 0.0)
-    assert "'box', which no task moved then, got 6 mm away" in said(Bystanders(), candidate(hanging(np.zeros(COUNT), crept)))[0]
+    assert "'box', which no task moved then, was 6 mm from its place" in said(Bystanders(), candidate(hanging(np.zeros(COUNT), crept)))[0]
     assert "still swings" in said(Bystanders(), replace(candidate(hanging(swinging(12.0))), limits=JudgingLimits(0.1, 1.0)))[0]
     on_floor = candidate(hanging(swinging(2.0), hook=False))
     assert said(Bystanders(), on_floor) != []  # what does not hang does not swing

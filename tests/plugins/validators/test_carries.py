@@ -97,7 +97,7 @@ def test_a_touch_that_is_lost_for_long_is_another_one(pause: int, count: int) ->
     assert [c.last for c in ways] == ([40] if count == 1 else [29, 40])
 
 
-# Judge
+# Validator
 
 
 def taken_along(by: float, first: int, last: int, *, hand_too: bool = True) -> Candidate:
@@ -147,7 +147,7 @@ def test_what_rolls_away_from_open_fingers_is_not_taken_along() -> None:
     assert objections(taken_along(0.1, OPENED - 1, 80, hand_too=False)) == []
 
 
-def test_what_rests_after_its_release_is_left_to_the_judge_of_bystanders() -> None:
+def test_what_rests_after_its_release_is_left_to_the_validator_of_bystanders() -> None:
     assert objections(taken_along(0.1, OPENED + 10, 95)) == []
 
 

@@ -60,7 +60,7 @@ def test_an_objection_says_what_would_let_the_touch_be_and_offers_no_limit_that_
     found = only(Collision(), hits(range(60, 61), "block", "cup"))
     assert str(found.remedy) == (
         "'block' and 'cup' meet with 10.0 N where 2 N are permitted: make more room between them, or name another place, "
-        "or, where that does no harm, 'limits: {brush: 10 N}' in the scenario"
+        "or, if that contact does no harm, permit it by 'limits: {brush: 10 N}' in the scenario"
     )
     limits = JudgingLimits(brush=10.0, of_scenario=("brush",))
     assert only(Collision(), replace(hits(range(60, 61), "block", "cup"), limits=limits)).passed, "what it says, does"

@@ -40,7 +40,7 @@ def inserted(limit: float) -> ForceInsert:
 def test_what_was_let_go_of_is_pressed_no_harder_than_any_task_presses(newtons: float, passes: bool) -> None:
     found = only(ForcePeak(), felt(newtons, 85, touching(range(83, 88), ON_TOP)))
     assert (found.passed, found.origin) == (passes, "4.ParkingArms") and found.limit == pytest.approx(ANY)
-    assert found.reason.endswith("limit 28.75 N of every task that declares none (25 N, and 15% while the arm stops)")
+    assert found.reason.endswith("limit 28.75 N of every task that declares none (25 N, plus 15% while the arm stops)")
 
 
 @pytest.mark.parametrize(("sample", "passes"), [(85, True), (84, False), (83, False), (82, True)])

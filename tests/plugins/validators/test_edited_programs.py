@@ -110,13 +110,13 @@ def test_a_bystander_that_nothing_touches_is_none() -> None:
 def test_limits_are_the_scenarios_and_are_kept_to_the_last_digit(name: str) -> None:
     ran = with_bystander_hit()
     unit = {"bystander_motion": "m", "bystander_tilt": "rad", "brush": "N"}[name]
-    judge = "collision" if name == "brush" else "bystanders"
+    validator = "collision" if name == "brush" else "bystanders"
     open_ = {"bystander_motion": 100.0, "bystander_tilt": 100.0, "brush": 1e6}
-    measured = {f.unit: f.value for f in findings(ran) if f.validator == judge and not f.passed}[unit]
+    measured = {f.unit: f.value for f in findings(ran) if f.validator == validator and not f.passed}[unit]
     assert measured is not None
     inside, outside = (JudgingLimits(**{**open_, name: measured * share}, of_scenario=(name,)) for share in (1.001, 0.999))
-    assert judge not in {k: v for k, v in objections(replace(ran, limits=inside)).items() if "still moves" not in v}
-    assert "of the scenario" in objections(replace(ran, limits=outside))[judge]
+    assert validator not in {k: v for k, v in objections(replace(ran, limits=inside)).items() if "still moves" not in v}
+    assert "of the scenario" in objections(replace(ran, limits=outside))[validator]
 
 
 LOADED = "set_target_payload(1.125,"
@@ -125,7 +125,7 @@ LOWER, MOVE = "0.03, 0.01, 3.0, 9.0", "movej(placing_3_putting_down_transfer_joi
 
 @pytest.mark.heavy
 @pytest.mark.parametrize(
-    ("judge", "old", "inside", "outside", "says"),
+    ("validator", "old", "inside", "outside", "says"),
     [
         ("execution", LOWER, "0.025, 0.01, 3.0, 9.0", "0.01, 0.01, 3.0, 9.0", "3.Placing/PuttingDown/lower: no contact within 0.01 m"),
         ("force_peak", LOWER, "0.03, 0.01, 6.0, 9.0", "0.03, 0.01, 20.0, 9.0", "PuttingDown/lower, which ends at 3 N"),
@@ -133,10 +133,10 @@ LOWER, MOVE = "0.03, 0.01, 3.0, 9.0", "movej(placing_3_putting_down_transfer_joi
         ("payload", LOADED, "set_target_payload(1.18,", "set_target_payload(4.0,", "instead of 1.12 kg"),
     ],
 )
-def test_one_number_makes_the_difference(judge: str, old: str, inside: str, outside: str, says: str) -> None:
+def test_one_number_makes_the_difference(validator: str, old: str, inside: str, outside: str, says: str) -> None:
     good = proven("placing")
     assert against(good, replaced(good, (old, inside))) == {}
-    assert says in against(good, replaced(good, (old, outside)))[judge]
+    assert says in against(good, replaced(good, (old, outside)))[validator]
 
 
 @pytest.mark.heavy
@@ -224,10 +224,10 @@ def test_an_arm_that_is_led_by_its_tool_is_stretched_no_more_than_it_may_be() ->
     assert least is not None and [f.passed for f in keeping(least)] == [True] and [f.passed for f in keeping(2 * least)] == [False]
 
 
-@pytest.mark.parametrize("judge", ["joint_limits", "program_safety"])
-def test_a_typed_program_is_refused_before_its_text_is_written(judge: str) -> None:
+@pytest.mark.parametrize("name", ["joint_limits", "program_safety"])
+def test_a_typed_program_is_refused_before_its_text_is_written(name: str) -> None:
     good = proven("placing")
-    validator = next(v for v in engine().knowledge.validators if v.name == judge)
+    validator = next(v for v in engine().knowledge.validators if v.name == name)
     high = good.robot.limits[5][1]
     for value, passes in ((high - 0.001, True), (high + 0.001, False)):
         (first, *others), moves = [s for s in good.program.steps if isinstance(s, MoveJoints)], good.program.steps

@@ -130,7 +130,7 @@ def test_code_that_comes_after_the_release_is_after_it() -> None:
         code = {"1.Grasping/close": range(2, 12), "2.PickingUp/lift": range(12, first), "4.ParkingArms/move": range(first, 70)}
         late = only_grip(running({**code, "3.Placing/Releasing/open": range(70, 80)}, planned))
         assert (late.wrong != "") is wrong and (not wrong or late.at == first)
-        assert not wrong or "3.Placing/Releasing/open lets go of it, and 4.ParkingArms/move comes after that" in late.wrong
+        assert not wrong or "3.Placing/Releasing/open lets go of it, but it is still in the hand during 4.ParkingArms/move" in late.wrong
     unknown = replace(planned, program=replace(planned.program, steps=steps[:3] + steps[4:]))
     assert only_grip(unknown).wrong == ""
 

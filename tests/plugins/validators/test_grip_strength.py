@@ -33,7 +33,7 @@ from cramlite_plugins.validators.grips import OPENED as WIDER
 from cramlite_plugins.validators.physics import SLIP
 
 JUST = WEIGHT / (2 * pair_friction(0.9, 0.6))  # that carries the block [N]
-JUDGE = GripStrength()
+VALIDATOR = GripStrength()
 
 
 def closing(of: Candidate, **forces: float) -> Candidate:
@@ -58,26 +58,26 @@ def lost(narrower: float, after: float) -> Candidate:
 
 
 def test_what_slipped_from_a_grip_that_was_too_weak_is_an_objection_with_numbers() -> None:
-    found = only(JUDGE, closing(slipping(), close=JUST - 0.01))
+    found = only(VALIDATOR, closing(slipping(), close=JUST - 0.01))
     assert not found.passed and found.things and found.origin == "1.Grasping/close" and found.unit == "N"
     assert found.value == pytest.approx(WEIGHT - 0.01 * 2 * 0.72) and found.limit == pytest.approx(WEIGHT)
     assert "'block' slipped" in found.reason
 
 
 def test_a_grip_that_carries_the_weight_is_not_to_blame() -> None:
-    assert said(JUDGE, closing(slipping(), close=JUST)) == []
+    assert said(VALIDATOR, closing(slipping(), close=JUST)) == []
 
 
 @pytest.mark.parametrize(("by", "objects"), [(SLIP * 0.99, False), (SLIP * 1.01, True)])
 def test_what_moves_in_the_hand_by_more_than_the_limit_slipped(by: float, objects: bool) -> None:
-    assert bool(said(JUDGE, closing(slipping(by), close=1.0))) is objects
+    assert bool(said(VALIDATOR, closing(slipping(by), close=1.0))) is objects
 
 
 @pytest.mark.parametrize(("narrower", "after", "objects"), [
     (WIDER * 1.05, 0.5, True), (WIDER * 0.95, 0.5, False), (WIDER * 1.05, 0.5 + STEP, False), (WIDER * 1.05, STEP, True),
 ])  # fmt: skip
 def test_fingers_that_close_further_soon_after_lost_what_was_between_them(narrower: float, after: float, objects: bool) -> None:
-    assert bool(said(JUDGE, closing(lost(narrower, after), close=1.0))) is objects
+    assert bool(said(VALIDATOR, closing(lost(narrower, after), close=1.0))) is objects
 
 
 @pytest.mark.parametrize(("by", "objects"), [(0.0, False), (1e-5, True), (-1e-5, False)])
@@ -88,7 +88,7 @@ def test_what_the_fingers_close_further_than_is_the_middle_of_how_wide_they_held
     opening[TAKEN:OPENED] = np.linspace(0.060, 0.066, OPENED - TAKEN)
     opening[OPENED:] = 0.085
     opening[OPENED + 2] = float(np.median(opening[TAKEN:OPENED])) - WIDER - by
-    assert bool(said(JUDGE, closing(good(opening=opening), close=1.0))) is objects
+    assert bool(said(VALIDATOR, closing(good(opening=opening), close=1.0))) is objects
 
 
 def test_a_thing_that_moved_in_the_hand_by_the_limit_did_not_slip() -> None:
@@ -97,7 +97,7 @@ def test_a_thing_that_moved_in_the_hand_by_the_limit_did_not_slip() -> None:
     still = track((0, (0.0, 0.0, 0.0)))
     moved = still.copy()
     moved[40:OPENED, 2] = -SLIP
-    assert said(JUDGE, closing(good(poses={**base.poses, "effector": still, "block": moved}), close=1.0)) == []
+    assert said(VALIDATOR, closing(good(poses={**base.poses, "effector": still, "block": moved}), close=1.0)) == []
 
 
 def test_fingers_that_were_wider_for_a_moment_while_they_held_lost_nothing() -> None:
@@ -106,7 +106,7 @@ def test_fingers_that_were_wider_for_a_moment_while_they_held_lost_nothing() -> 
     opening = base.opening.copy()
     opening[TAKEN : TAKEN + 5] = 0.064
     opening[OPENED - 1 :] = 0.06
-    assert said(JUDGE, closing(good(opening=opening), close=1.0)) == []
+    assert said(VALIDATOR, closing(good(opening=opening), close=1.0)) == []
 
 
 def test_the_last_step_that_moved_the_fingers_before_the_grip_counts() -> None:
@@ -115,17 +115,17 @@ def test_the_last_step_that_moved_the_fingers_before_the_grip_counts() -> None:
     lines = base.lines.copy()
     lines[TAKEN - 3 : OPENED - 5] = 3
     other = candidate(replace(base, lines=lines))
-    assert said(JUDGE, closing(other, close=10.0, lift=1.0)) != [] and said(JUDGE, closing(other, close=1.0, lift=10.0)) == []
+    assert said(VALIDATOR, closing(other, close=10.0, lift=1.0)) != [] and said(VALIDATOR, closing(other, close=1.0, lift=10.0)) == []
     lines[TAKEN - 3 : TAKEN + 1] = 1
     lines[TAKEN + 1 :] = 3  # the fingers move again once they hold
-    assert said(JUDGE, closing(candidate(replace(base, lines=lines)), close=10.0, lift=1.0)) == []
-    assert said(JUDGE, closing(candidate(replace(base, lines=np.zeros(COUNT))), close=1.0)) == []
+    assert said(VALIDATOR, closing(candidate(replace(base, lines=lines)), close=10.0, lift=1.0)) == []
+    assert said(VALIDATOR, closing(candidate(replace(base, lines=np.zeros(COUNT))), close=1.0)) == []
     lines[:] = np.where(np.arange(COUNT) == TAKEN - 1, 1, 3)  # a step of one sample
-    assert said(JUDGE, closing(candidate(replace(base, lines=lines)), close=1.0)) != []
+    assert said(VALIDATOR, closing(candidate(replace(base, lines=lines)), close=1.0)) != []
 
 
 def test_only_steps_that_move_the_fingers_count_and_each_grip_is_asked() -> None:
-    assert said(JUDGE, closing(slipping(), lift=1.0)) == []
+    assert said(VALIDATOR, closing(slipping(), lift=1.0)) == []
     base = slipping().rollout
     assert base is not None
     rows = tuple(tuple(t for t in row if not (k < 20 and {LEFT, RIGHT} & {t.a, t.b})) for k, row in enumerate(base.touches))
@@ -134,7 +134,7 @@ def test_only_steps_that_move_the_fingers_count_and_each_grip_is_asked() -> None
     early = tuple(tuple(replace(t, b="cup") if t.a == LEFT else replace(t, a="cup") if t.b == RIGHT else t for t in base.touches[12])
                   if 10 <= k < 16 else row for k, row in enumerate(rows))  # fmt: skip
     two = candidate(replace(base, touches=early, opening=opening))
-    assert len(said(JUDGE, closing(two, close=1.0))) == 1  # the cup was not lost, the block was
+    assert len(said(VALIDATOR, closing(two, close=1.0))) == 1  # the cup was not lost, the block was
 
 
 def test_the_force_that_would_do_is_said_with_its_margin() -> None:

@@ -1,4 +1,4 @@
-"""The table of mutants: each module of the judges is in it, and what it names is there."""
+"""The table of mutants: each module of the validators is in it, and what it names is there."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ import yaml
 from benchmarks.mutants import ROOT, stale
 
 TABLE = yaml.safe_load((ROOT / "tests" / "benchmarks" / "mutants.yaml").read_text())
-JUDGES = "plugins/cramlite_plugins/validators"
+VALIDATORS = "plugins/cramlite_plugins/validators"
 
 
-def test_every_module_of_the_judges_has_mutants() -> None:
-    there = {f"{JUDGES}/{path.name}" for path in (ROOT / JUDGES).glob("*.py")} - {f"{JUDGES}/__init__.py"}
+def test_every_module_of_the_validators_has_mutants() -> None:
+    there = {f"{VALIDATORS}/{path.name}" for path in (ROOT / VALIDATORS).glob("*.py")} - {f"{VALIDATORS}/__init__.py"}
     assert there and there - TABLE["modules"].keys() == set()
 
 

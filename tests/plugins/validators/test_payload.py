@@ -82,7 +82,7 @@ def test_what_is_told_for_an_empty_hand_is_an_objection_too() -> None:
 
 def test_a_text_that_tells_nothing_leaves_it_to_the_controller() -> None:
     found = only(Payload(), good(payload=np.zeros(COUNT)))
-    assert found.passed and found.reason.endswith("the controller uses the one that it is set to")
+    assert found.passed and found.reason.endswith("the controller uses the payload of its own settings")
     base = good(payload=np.zeros(COUNT))
     found = only(Payload(), replace(base, program=replace(base.program, mass=EMPTY)))
     assert not found.passed and found.reason.endswith(f"the program that was proven begins with {EMPTY:.2f} kg") and not found.places

@@ -1,4 +1,4 @@
-"""The static safety check as a judge: each rule's breach is an objection of its step, and says whether a place might cure it."""
+"""The static safety check as a validator: each rule's breach is an objection of its step, and says whether a place might cure it."""
 
 from __future__ import annotations
 

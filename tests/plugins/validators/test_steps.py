@@ -13,9 +13,9 @@ from cramlite.plugin import Candidate
 from cramlite_plugins.validators.steps import Steps
 
 
-def said(good: Candidate, text: str, judge: str = "steps") -> list[str]:
-    """What a judge objects to in a text, whose lines are those of the program that it was edited from."""
-    return [f.reason for f in findings(run(good, text)) if f.validator == judge and not f.passed]
+def said(good: Candidate, text: str, validator: str = "steps") -> list[str]:
+    """What a validator objects to in a text, whose lines are those of the program that it was edited from."""
+    return [f.reason for f in findings(run(good, text)) if f.validator == validator and not f.passed]
 
 
 def lines_of(good: Candidate) -> list[str]:

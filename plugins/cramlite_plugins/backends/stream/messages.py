@@ -84,7 +84,7 @@ class AskHello(Value, tag_field="ask", tag="hello", kw_only=True):
 
 
 class Action(Value, tag_field="ask", tag="step", kw_only=True, omit_defaults=True):
-    """Message of one period, with ``joints`` or ``delta``.
+    """Message that commands arm and fingers for one control period, with ``joints`` or ``delta``.
 
     Args:
         joints: where the arm shall be at the end of this period [rad].

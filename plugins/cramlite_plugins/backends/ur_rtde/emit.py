@@ -80,7 +80,7 @@ class _Writer(Struct):
             origin = ""
 
     def name(self, origin: str, value: str) -> str:
-        """A name for a value, in capitals."""
+        """Name, in capitals, of the constant that holds a value in the generated Python program."""
         return self.poses.name(identifier(origin or "pose").upper(), value)
 
     def steps(self, steps: Iterable[AnyStep]) -> None:

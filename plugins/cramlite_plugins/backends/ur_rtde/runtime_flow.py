@@ -41,7 +41,7 @@ def monitored(
         if force is not None and (measured := math.hypot(*arm.force())) > force:
             raise Tripped(this, f"{name}: force {measured:.3f} N > {force:g} N")
         if slip is not None and (more := arm.gripper.get("POS") - closed) > slip:
-            raise Tripped(this, f"{name}: the fingers closed further by {more} of 255 > {slip:g}: slip")
+            raise Tripped(this, f"{name}: slip: the fingers closed further by {more} of 255 position counts, more than {slip:g}")
         if time is not None and (waited := arm.time() - began) > time:
             raise Tripped(this, f"{name}: not done after {waited:.3f} s > {time:g} s")
 

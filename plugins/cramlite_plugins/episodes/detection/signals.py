@@ -62,7 +62,7 @@ def close_gaps(on: Flags, times: Floats, gap: float = GAP) -> Flags:
 
 
 def drop_short(on: Flags, times: Floats) -> Flags:
-    """Drop signals shorter than GAP."""
+    """Clear each stretch in which a signal is on for less than ``GAP``."""
     kept = np.zeros_like(on)
     for start, end in runs(on):
         kept[start:end] = np.ptp(span_of(start, end, times)) >= GAP

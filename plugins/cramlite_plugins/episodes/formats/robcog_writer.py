@@ -30,7 +30,7 @@ _CLASSES = {ours: theirs for theirs, (ours, _) in reversed(EVENTS.items()) if ou
 
 
 def event_data(episode: Episode, id_: str, map_id: str) -> str:
-    """Return the text of ``<id>_ED.owl``."""
+    """Return the text of the file ``<id>_ED.owl``, in which RobCoG keeps the events of an episode."""
     times = sorted({t for e in episode.events for t in (e.start, e.end)})
     return _document(
         line

@@ -211,7 +211,7 @@ def _repair(
     carrier = f"its place in '{absence.hand}'" if absence.hand else "the place where it was, and nothing held it"
     what = f"'{absence.thing}' vanished for {absence.end - absence.start:.3f} s: {_names(added)} continued"
     what += f", {phantoms} spurious states meanwhile dropped" if phantoms else ""
-    why = f"the thing came back within {NEAR * 1000:.0f} mm of {carrier}"
+    why = f"the vanished thing was seen again within {NEAR * 1000:.0f} mm of {carrier}"
     when = (absence.start, absence.end)
     poses = (absence.thing, _recorded(track, *when)) if track else ()
     return Repair(what, when, why, removed, added, *poses)

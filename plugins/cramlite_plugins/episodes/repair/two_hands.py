@@ -49,7 +49,7 @@ def episode_repairs() -> Iterable[EpisodeRepair]:
 
 
 def one_handed(episode: Episode) -> Episode:
-    """Merge hands that pass something on into the episode's one effector.
+    """Merge hands that pass a thing to each other: together they become the episode's one effector.
 
     Returns:
         The very episode, if nothing is handed over; else a new one. The repair that it lists holds the states as they

@@ -168,7 +168,7 @@ class Mapping(Spec):
             raise ValueError("name one hand at least under 'hands', and one thing at least under 'things'")
         for name, thing in self.things.items():
             if thing.opens is not None and thing.opens.on is not None and thing.opens.on not in set(self.tracks) - {name}:
-                raise ValueError(f"'{name}' opens on '{thing.opens.on}', which is no other thing with a track")
+                raise ValueError(f"'{name}': 'opens' names '{thing.opens.on}' under 'on'; it must be another thing with a track")
         return self
 
     @property

@@ -49,7 +49,7 @@ def scaled_down(image: Any) -> Any:
 
 
 def whole(parts: Sequence[Part]) -> Any:
-    """Return all triangles as one trimesh.Trimesh, the images one below the other."""
+    """Return the triangles of all parts as one trimesh.Trimesh, with their texture images stacked into one."""
     import trimesh
     from PIL.Image import fromarray
 

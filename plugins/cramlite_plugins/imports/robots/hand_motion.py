@@ -68,7 +68,7 @@ def driven(where: Path, spec: Any, fingers: Sequence[Sequence[int]] | None = Non
 
 
 def stroke(hand: Driven) -> tuple[Floats, Floats, Floats]:
-    """Drive the hand from wide to narrow.
+    """Drive the fingers of a hand in steps from where they are farthest apart to where they are nearest.
 
     Returns:
         controls (K, A), positions of all joints (K, nq) and lengths of the drives (K, A) at rest.

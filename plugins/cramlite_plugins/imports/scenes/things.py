@@ -127,7 +127,7 @@ def _featured(source: Any, group: Group, thing: Thing, shapes: list[Shaped]) -> 
 
 
 def _turns_in_place(thing: Thing) -> bool:
-    """Whether a hinge turns its handle about itself, as that of a knob."""
+    """Whether a thing's hinge turns its handle on the spot, as a knob's does."""
     handle = thing.feature("cram:Handle")
     if thing.joint is None or thing.joint.kind != "hinge" or handle is None:
         return False

@@ -119,7 +119,7 @@ def must_lean(query: Query, now: Pose) -> str:
     by = height + support(query.thing, Pose((0.0, 0.0, 0.0), now.quaternion), (0.0, 0.0, -1.0)) - top + query.depth - query.lowest
     if by >= 0 or not math.isfinite(by):
         return ""
-    return f"its origin would be {-1000 * by:.0f} mm below '{query.where.region}' of '{below.name}' if it stood there as it is turned"
+    return f"its origin would be {-1000 * by:.0f} mm below '{query.where.region}' of '{below.name}' if it stood there in this orientation"
 
 
 def leaning(query: Query, now: Pose) -> Iterator[Pose]:

@@ -36,7 +36,7 @@ SIDES: Mapping[str, tuple[int, float]] = {
 OFF_WALLS = 0.008
 """Distance of an outline from the walls between which the thing is let down [m]: a streamed arm is up to 5 mm off its path."""
 WELL_IN = 0.008  # of an origin from the edge of its region [m]: a thing that is let go shifts by a few millimetres
-WITHIN = 0.002  # of an origin at rest from both ends of its region's height [m]: the judge of goals asks for half of that
+WITHIN = 0.002  # of an origin at rest from both ends of its region's height [m]: the validator of goals asks for half of that
 LEVEL = 45.0  # of closing or approach direction from level, up to which something falls out of a hand [deg]: friction of 1 holds on less
 STANDS = math.radians(3.0)  # what leans by no more has come to stand
 OFF_PATH = 0.004  # how far beside its place what is let go may be [m]: where an arm has arrived
@@ -92,8 +92,8 @@ def clear(placement: Placement, query: Query) -> str | Refused:
         outline = footprint(query.thing, there, high=foot + found.top)
         if (overlap := float(outline.intersection(found.area).area)) > 0:
             said = f"its outline would overlap that of '{found.name}' and the gap around it by {1e4 * overlap:.1f} cm2"
-            more = f"there is no room for '{query.thing.name}' beside '{found.name}' on or in '{query.entity}', where"
-            says = f"{more} outlines and gap overlap by {1e4 * overlap:.1f} cm2: have '{found.name}' put elsewhere, or name another place"
+            more = f"there is no room for '{query.thing.name}' beside '{found.name}' on or in '{query.entity}': their outlines and the gap"
+            says = f"{more} between them overlap by {1e4 * overlap:.1f} cm2: have '{found.name}' put elsewhere, or name another place"
             return refusal(said, blocking=query.standing_there(), remedy=Remedy(f"room {query.entity}", says, overlap))
     return ""
 
@@ -115,7 +115,7 @@ def inside(placement: Placement, query: Query) -> str | Refused:
     if out <= 0:
         beside = 1e4 * float(outline.difference(query.target.area).area)
         return f"{beside:.1f} cm2 of the payload would be beside the opening of '{query.entity}'"
-    said = f"{1000 * across:.0f} mm of it would stick out by {1000 * out:.0f} mm over the {1000 * room:.0f} mm {side} of '{query.entity}'"
+    said = f"it takes {1000 * across:.0f} mm of the {1000 * room:.0f} mm {side} of '{query.entity}' and sticks out by {1000 * out:.0f} mm"
     more = f"the opening of '{query.entity}' lacks {1000 * out:.0f} mm for '{query.thing.name}'"
     says = f"{more}: take a smaller thing, have it put down otherwise, or name another container"
     return refusal(said, blocking=query.standing_there(), remedy=Remedy(f"opening {query.entity}", says, out))
@@ -175,7 +175,7 @@ def _region_missed(thing: Pose, height: float, query: Query) -> str | Refused:
     over = 0.0 if query.depth else z - height - feature.size.get("height", math.inf) + WITHIN
     if over <= 0:
         return ""
-    what, reaches = f"'{thing_of(query.entity)}/{region}'", f"reaches {1000 * feature.size['height']:.0f} mm above the surface in it"
+    what, reaches = f"'{thing_of(query.entity)}/{region}'", f"reaches {1000 * feature.size['height']:.0f} mm above the surface under it"
     more = f"{what} {reaches}, {1000 * over:.0f} mm too little for the origin of '{query.thing.name}'"
     says = f"{more}: name the thing itself or a higher region, or make the site of this region higher"
     said = f"its origin would be {1000 * over:.0f} mm too high for {what}, which {reaches}"
@@ -201,7 +201,7 @@ def _too_low(query: Query, z: float) -> str:
     """Reason why an origin at a height ``z`` over the face [m] is too low for its region, which may begin
     above the face; "" if it is not."""
     low = query.lowest + WITHIN - z if query.lowest else 0.0
-    return f"its origin would be {1000 * low:.0f} mm too low for '{query.where.region}', as it is turned" if low > 0 else ""
+    return f"its origin would be {1000 * low:.0f} mm too low for '{query.where.region}' in this orientation" if low > 0 else ""
 
 
 def near(placement: Placement, query: Query) -> str:
@@ -256,15 +256,15 @@ def _met(placement: Placement, query: Query, hand: bool) -> Refused | None:
         if no is not None and not placement.led:
             return _at(placement, pose, no)
         if no is not None:
-            return replace(no, reason=f"{1000 * far:.0f} mm before it: {no.reason}") if far else no
+            return replace(no, reason=f"{1000 * far:.0f} mm from the place: {no.reason}") if far else no
     return None
 
 
 def _at(placement: Placement, pose: Pose, no: Refused) -> Refused:
-    """Prefix the reason of a refusal with the pose of a placement that it is about: "above it" (the
-    stand-off) or "at it" (the place)."""
+    """Prefix the reason of a refusal with the pose of a placement that it is about: "at the stand-off" or
+    "at the place"."""
     where = Stage.BEFORE if pose == placement.before else Stage.POSE
-    return replace(no, reason=f"{'above it' if where is Stage.BEFORE else 'at it'}: {no.reason}", where=where)
+    return replace(no, reason=f"{'at the stand-off' if where is Stage.BEFORE else 'at the place'}: {no.reason}", where=where)
 
 
 def reachable(placement: Placement, query: Query) -> str | Refused:

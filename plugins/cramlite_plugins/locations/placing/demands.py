@@ -13,12 +13,14 @@ from cramlite.model import Belief, Estimate, Remedy, thing_of
 from cramlite.plugin import Refused
 
 from ...kinematics.kinematics import inverse
+from ...motion_planning.reach import shift
 from ...motions.gripping import LET_GO, fallen
 from ...shapes.itself import Itself
 from ...shapes.roofs import roofed
 from ..later import retracts_from
 from ..places import ways_back
 from ..pushing.back_in import ways_in
+from ..pushing.farther_in import clearing_way, level_ahead
 from ..reached import Arm, Leg
 from ..room_to_close import first_met
 from .checks import Check, lowered
@@ -30,10 +32,22 @@ TIGHT = 100.0  # cost of a place that comes after all others, since it leaves li
 def room_to_close(placement: Placement, query: Query) -> str | Refused:
     """Check that later tasks can close their things: a door with no obstacle, a drawer with its load.
 
-    Later tasks are looked at only where something would be met, so that what follows elsewhere holds whatever
-    they are.
+    What the hand pushes farther in, before it leaves, may stand in the way until then. Later tasks are looked at only where
+    something would be met, so that what follows elsewhere holds whatever they are.
     """
-    return (is_tight(placement, query) and _stopped(placement, query, None)) or ""
+    no = _stopped(placement, query, None) if is_tight(placement, query) else None
+    return "" if no is None or _goes_farther_in(placement, query) else no
+
+
+def _goes_farther_in(placement: Placement, query: Query) -> bool:
+    """Whether the hand that put the payload under a roof can push it on until it is clear of what later tasks close."""
+    ahead = level_ahead(placement.pose) if math.isfinite(query.room) and retracts_from(query.thing.name, query.context) else None
+    if ahead is None:
+        return False
+    after, base = let_go(placement, query), query.belief.base()
+    way = clearing_way(query.thing.name, base.rotate(ahead), after, query.context)
+    there = base * query.hand(shift(placement.thing, (way or 0.0) * ahead))
+    return way is not None and query.scene.met(there, hand=False) is None
 
 
 def is_tight(placement: Placement, query: Query) -> bool:

@@ -4,7 +4,8 @@ passes the checks."""
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from functools import partial
 
 import numpy as np
 from msgspec.structs import replace
@@ -12,13 +13,13 @@ from msgspec.structs import replace
 from cramlite.model import Belief, Location, Place, Pose, Stage
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
-from ...motion_planning.reach import led_by, taken_at
-from ..laying_down import laid_down
+from ...motion_planning.reach import bound, led_by, taken_at
+from ..laying_down import hung, laid_down
 from .access import check_open
 from .checks import REACHED, SHAPES, SIDES, first_objection, lowered, opened
 from .demands import DEMANDS, TIGHT, is_tight
 from .query import AS_LET_GO, Found, Placement, Query, is_roofed, queries
-from .ways_out import WAYS, WayOut
+from .ways_out import HUNG, LAID, WAYS, WayOut
 
 SAME = 1e-6  # stand-offs that are one [m]
 IN_ORDER = 0.1  # cost of each placement that comes before, on a way that has an end
@@ -32,13 +33,31 @@ Answers = Iterator[Answer]
 
 
 def onto(location: Location, belief: Belief, context: Context) -> Answers:
-    """Generate placements on a thing."""
-    swings = belief.held is not None and belief.held.swing is not None
-    return laid_down(location, belief, context, placements) if swings else placements(location, belief, context)
+    """Generate placements on a thing; a payload that hangs from the fingers is laid down, or released as it hangs.
+
+    Onto a thing that can move, such as another plate, it is first tried as it hangs: laid down it slides out of the fingers there.
+    """
+    held = belief.held
+    if held is None or held.swing is None:
+        yield from placements(location, belief, context)
+        return
+    stuck, found = list[Unresolvable](), False
+    laid = laid_down(location, belief, context, partial(placements, ways=LAID))
+    hanging = (hung(answer, held) for answer in placements(location, belief, context, HUNG))
+    for answers in (laid, hanging) if belief.thing(bound(context, location.of)).furniture else (hanging, laid):
+        try:
+            for answer in answers:
+                found = found or isinstance(answer, Grounding)
+                yield answer
+        except Unresolvable as no:
+            stuck.append(no)
+    if stuck and not found:
+        raise _merged(stuck, location)
+    yield from (Refused("as it hangs", no.reason, because=no.because, blocking=no.blocking) for no in stuck)
 
 
-def placements(location: Location, belief: Belief, context: Context) -> Answers:
-    """Generate placements on or in a thing, by all ways to bring the payload there: from above, through a
+def placements(location: Location, belief: Belief, context: Context, ways: Sequence[WayOut] = ()) -> Answers:
+    """Generate placements on or in a thing, by all ways to bring the payload there, or only by some: from above, through a
     side, tilted.
 
     Raises:
@@ -50,13 +69,13 @@ def placements(location: Location, belief: Belief, context: Context) -> Answers:
     except Unresolvable as shut:
         raise _merged([shut], location) from None
     tasks = led_by(location, context) if is_roofed(asked[0]) else ()  # these have another way in there: toppling
-    ranked = [(rank, way) for way in WAYS[location.relation] if (rank := way.rank(asked)) is not None]
+    ranked = [(rank, way) for way in ways or WAYS[location.relation] if (rank := way.rank(asked)) is not None]
     for rank, way in sorted(ranked, key=lambda one: one[0]):
         try:
             yield from _by(way, max(rank, 0), asked)
         except Unresolvable as no:
             stuck.append((way.name, no))
-    if len(stuck) == len(ranked):
+    if ranked and len(stuck) == len(ranked):
         raise _merged([no for _, no in stuck], location, tasks)
     yield from (Refused(n, no.reason, because=(*no.because, *tasks), blocking=no.blocking) for n, no in stuck)
 
@@ -66,7 +85,7 @@ def _merged(stuck: list[Unresolvable], location: Location, tasks: tuple[str, ...
     because = dict.fromkeys(name for no in stuck for name in (location.of or "", *no.because, *tasks))
     blocking = dict.fromkeys(name for no in stuck for name in no.blocking or ())
     remedy = next((no.remedy for no in stuck if no.remedy is not None), None)
-    return Unresolvable("; ".join(no.reason for no in stuck), tuple(because), blocking=tuple(blocking), remedy=remedy)
+    return Unresolvable("; ".join(dict.fromkeys(no.reason for no in stuck)), tuple(because), blocking=tuple(blocking), remedy=remedy)
 
 
 def _by(way: WayOut, cost: float, asked: list[Query]) -> Answers:

@@ -125,12 +125,12 @@ class Query(Value, dict=True):
 
     @property
     def region(self) -> str:
-        """Return the name of the region or feature that is asked for, or ""."""
+        """Return the name of the target's region or feature where the payload is to be placed, or ""."""
         return self.where.region or EntityName.parse(self.entity).part
 
     @property
     def lowest(self) -> float:
-        """Return the height over the face at which the region that is asked for begins [m]."""
+        """Return the height over the target's face at which the region for the payload begins [m]."""
         return next((f.size.get("lowest", 0.0) for f in self.whole.features if f.name == self.region), 0.0)
 
     @property
@@ -209,8 +209,7 @@ class Placement(Value):
 
     @property
     def begins(self) -> Pose:
-        """Return the TCP pose right after the stand-off on the way to the placement: between the two the way
-        is straight."""
+        """Return the TCP pose at which the straight line from the stand-off ends, on the way to the placement."""
         return (*self.through, self.pose)[0]
 
     @property

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cramlite.model import Belief, Floats, Pose, Remedy, Thing, Value
-from cramlite.plugin import Context, Unresolvable
+from cramlite.plugin import Context, Refused, Unresolvable
 
 from ...kinematics.kinematics import reach_gap, reach_shortfall
 from ...motion_planning.planning_scene import CLEARANCE
@@ -26,6 +26,7 @@ from ..hand_room import HandRoom
 from ..later import brings
 from ..pushing.contacts import STEEP
 from ..reached import Arm
+from .attitudes import attitudes
 from .checks import at_rest
 from .query import Groups, Placement, Query, openings
 from .stable_poses import TURNLESS, about_vertical, as_asked, carried_at, check_turn
@@ -33,12 +34,13 @@ from .stable_poses import TURNLESS, about_vertical, as_asked, carried_at, check_
 HIGH = 0.010  # lowest point above a floor on a level way [m]
 BEFORE_IT = 0.02  # between the payload and the thing that it goes into, where a level way begins [m]
 STEP = 0.01  # between positions, from the middle of a floor outwards [m]
+OUTERMOST = 0.012  # position from the edge of a floor [m]: what is dropped there shifts by some millimetres
 ASIDE = (0.0, 0.3, -0.3, 0.1, -0.1, 0.2, -0.2)
 """Positions across the way in, as shares of half the width: in a microwave beside its open door a hand had
 room on 15 mm of it."""
 TURNS = (0.0, 10.0, -10.0, 20.0, -20.0, 5.0, -5.0)  # of the hand from pointing straight inwards [deg]
 PARTS = (0.0, 0.15, 0.4, 1.0)  # of a way out at which boxes about hand and payload have to be free
-PITCHES = (0.0, 20.0)  # of a hand that points inwards, downwards [deg]
+PIECES = 12  # of a payload at most, each of which is looked at
 FEW = 2  # steps of one, where all grips of a thing are looked at
 COARSE = 0.01  # between openings of hands that are looked at together [m]
 HAND = 0.25  # room that a hand needs along itself [m]
@@ -72,7 +74,7 @@ class Floor(Value):
         across, half = np.array([-way[1], way[0]]), (high - low) / 2
         deep, wide = float(np.abs(way) @ half), float(np.abs(across) @ half)
         found = []
-        steps = np.arange(0.0, deep, few * STEP).tolist()
+        steps = [*np.arange(0.0, deep - OUTERMOST, few * STEP).tolist(), max(0.0, deep - OUTERMOST)]
         for gone, share in product(steps, ASIDE if few == 1 else ASIDE[:3]):
             x, y = gone * way + share * wide * across
             name = f"{1000 * gone:.0f} mm out from its middle, {1000 * share * wide:+.0f} mm aside"
@@ -90,34 +92,23 @@ def sideways(asked: list[Query]) -> Groups:
     Raises:
         Unresolvable: the payload is too high, or no side is open.
     """
-    first, low, found = asked[0], list[float](), False
+    first, low, found, none = asked[0], list[float](), False, True
     upright = first.now
     if first.thing.filling is None:
         upright = as_asked(stood_up(first.thing, first.now), first.where)
     if first.where.attitude:
         check_turn(first, upright)
-    for kind, now in _attitudes(first, upright):
+    for kind, now in attitudes(first, upright):
         tall = height(first.thing, now) + 2 * HIGH
         for query, floor in _floors(asked, now, tall, low):
             found = True
-            yield from (iter([(query, placement)]) for placement in _level(query, floor, now, kind))
+            for placement in _level(query, floor, now, kind):
+                none = False
+                yield iter([(query, placement)])
+    if found and none:
+        yield Refused("anywhere", "no room for boxes about hand and payload, wherever on the floor they are")
     if not found:
         raise _too_high(first, max(low, default=0.0), height(first.thing, upright) + 2 * HIGH)
-
-
-def _attitudes(query: Query, upright: Pose) -> Iterator[tuple[str, Pose]]:
-    """Yield orientations in which to release a payload: upright, and as a hand that points inwards holds it.
-
-    Each has a kind of placement: "on" or "within" for a payload that then stands, "dropped" for one that falls over.
-    """
-    turned = not query.where.attitude and query.thing.filling is None and not query.held.carries
-    stands = "within" if query.depth else "on"
-    yield stands, upright
-    for pitch, side in product(PITCHES if turned else (), (1.0, -1.0)):
-        ahead = (math.cos(math.radians(pitch)), 0.0, -math.sin(math.radians(pitch)))
-        hand = Pose.from_axes(query.hand(query.now).position, ahead, np.cross((0.0, side, 0.0), ahead))
-        now = hand * query.held.tcp_to_thing
-        yield stands if stood_up(query.thing, now).distance(now)[1] <= TURNLESS else "dropped", now
 
 
 def _floors(asked: Sequence[Query], now: Pose, tall: float, low: list[float]) -> Iterator[tuple[Query, Floor]]:
@@ -195,7 +186,8 @@ def _level(query: Query, floor: Floor, now: Pose, kind: str) -> Iterator[Placeme
 
 
 def _of_each_step(rows: NDArray[np.intp], few: int) -> list[list[int]]:
-    """Limit the pairs (spot, turn) to try at each distance from a floor's middle: to ``MANY``, or to one if ``few`` > 1.
+    """Limit the pairs (spot, turn) to try at each distance from a floor's middle: to ``MANY``, or to one if
+    ``few`` > 1 asks for few spots.
 
     To simulate how a payload comes to rest at one spot takes some ten runs.
     """
@@ -240,13 +232,12 @@ def _free(
         turns: of the hands from pointing straight inwards [rad].
     """
     points = np.array([point for point, _ in floor.spots(few)])
-    facing = math.atan2(-floor.out[1], -floor.out[0]) - np.arctan2(hands.approach[:, 1], hands.approach[:, 0])
-    angles, zero = facing[:, None] + turns, np.zeros((len(openings), len(turns)))
-    c, s = np.cos(angles), np.sin(angles)
-    spin = np.stack([c, -s, zero, s, c, zero, zero, zero, zero + 1.0], -1).reshape(*angles.shape, 3, 3)
+    spin = _inwards(floor, hands, turns)
     x, y, _ = centre_of_mass(thing) @ now.rotation.T + now.position
-    foot, (low, high) = np.array([x, y, now.position[2] + lowest(thing, now) - HIGH]), box_around(thing.geoms)
-    half, shape = (high - low) / 2, (len(openings), len(points), len(turns))
+    foot, shape = np.array([x, y, now.position[2] + lowest(thing, now) - HIGH]), (len(openings), len(points), len(turns))
+    if not len(openings):
+        return np.zeros(shape, bool)
+    boxes = _boxes(thing, now)
 
     def spread(vectors: Floats) -> Floats:
         """Move points of the payload or hand, given from the payload's foot (n, 3), to all spots and turns:
@@ -258,22 +249,53 @@ def _free(
         found = np.einsum("ntij,njk->ntik", spin, axes)[:, None]
         return np.broadcast_to(found, (*shape, 3, 3)).reshape(-1, 3, 3)
 
-    middles = np.tile(now.apply((low + high) / 2) - foot, (len(openings), 1))
-    things = spread(middles), turned(np.tile(now.rotation, (len(openings), 1, 1)))
+    every = [(spread(np.tile(m - foot, (*shape[:1], 1))), turned(np.tile(t, (*shape[:1], 1, 1))), half) for m, t, half in boxes]
     reached = Hands(spread(hands.positions - foot), turned(hands.turns))
-    ahead = np.abs(np.einsum("nij,i->nj", things[1], floor.out)) @ half
-    far = support(floor.whole, floor.at, floor.out) + BEFORE_IT - things[0] @ floor.out + ahead
+    (whole, axes, half), *parts = every
+    far = support(floor.whole, floor.at, floor.out) + BEFORE_IT - whole @ floor.out
+    far += np.abs(np.einsum("nij,i->nj", axes, floor.out)) @ half
     rows, wide = np.arange(len(far)), np.repeat(openings, len(points) * len(turns))
     for part in PARTS:
         by = part * far[rows, None] * floor.out
-        met = overlaps(around.others, things[0][rows] + by, things[1][rows], half + CLEARANCE)
-        rows = rows[~met.any(axis=1)]
+        met = np.asarray(overlaps(around.others, whole[rows] + by, axes[rows], half + CLEARANCE).any(axis=1))
+        if parts and met.any():
+            met[met] = _any_met(around, parts, rows[met], by[met])
+        rows = rows[~met]
         some = reached.of(rows)
         some = Hands(some.positions + part * far[rows, None] * floor.out, some.turns)
         rows = rows[~around.meets(around.others, some, wide[rows], CLEARANCE)]
     free = np.zeros(len(far), bool)
     free[rows] = True
     return free.reshape(shape)
+
+
+def _inwards(floor: Floor, hands: Hands, turns: Floats) -> Floats:
+    """Turns about the vertical, as matrices (n, turns, 3, 3), after which hands (n) point inwards, but for ``turns`` [rad]."""
+    facing = math.atan2(-floor.out[1], -floor.out[0]) - np.arctan2(hands.approach[:, 1], hands.approach[:, 0])
+    angles = facing[:, None] + turns
+    c, s, zero = np.cos(angles), np.sin(angles), np.zeros(angles.shape)
+    found: Floats = np.stack([c, -s, zero, s, c, zero, zero, zero, zero + 1.0], -1).reshape(*angles.shape, 3, 3)
+    return found
+
+
+def _any_met(around: HandRoom, parts: Sequence[tuple[Floats, Floats, Floats]], rows: NDArray[np.intp], by: Floats) -> NDArray[np.bool_]:
+    """Whether one of a payload's parts meets something, for each of some rows, shifted by vectors (n, 3) [m]."""
+    met = [overlaps(around.others, m[rows] + by, t[rows], half + CLEARANCE).any(axis=1) for m, t, half in parts]
+    return np.asarray(np.any(met, axis=0))
+
+
+def _boxes(thing: Thing, now: Pose) -> list[tuple[Floats, Floats, Floats]]:
+    """Boxes about a payload at a pose: one about all of it, then one about each of its parts if they are few.
+
+    A box about a round or hollow thing that leans reaches lower than the thing.
+
+    Returns:
+        Of each the centre (3,), axes as columns (3, 3), and halved side lengths (3,), in the base frame [m].
+    """
+    low, high = box_around(thing.geoms)
+    parts = [(now * g.pose, np.asarray(g.half_extents, float)) for g in thing.geoms] if len(thing.geoms) <= PIECES else []
+    whole = now.apply((low + high) / 2), now.rotation, (high - low) / 2
+    return [whole, *((np.asarray(p.position), p.rotation, half) for p, half in parts)]
 
 
 def comes_in(

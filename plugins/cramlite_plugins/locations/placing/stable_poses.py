@@ -271,7 +271,7 @@ def with_middle(level: list[Query]) -> list[Query]:
     own = replace(first, obstacles=tuple(o for o in first.obstacles if o.name == thing.name))
     spots = (shift(stood(own, now, (0.0, 0.0), yaw), (0.0, 0.0, ONTO[0][0])) for yaw in YAWS)
     within = any(not clear(Placement("", spot, spot, spot, ONTO[0][0]), own) for spot in spots)
-    return [amid, first] if within and not free_for(first, now).is_empty else [amid]
+    return [amid, replace(first, settles=True)] if within and not free_for(first, now).is_empty else [amid]
 
 
 def toppled(query: Query, upright: Pose, out: Floats, lean: float) -> Iterator[tuple[Pose, Pose, str]]:
@@ -321,8 +321,11 @@ def carried_at(thing: Thing, turned: Pose, point: Vector3, belief: Belief) -> fl
 
 
 def _inside_from(query: Query, out: Floats, deep: float, share: float) -> Floats:
-    """Position (3,) in the base frame [m]: ``deep`` inside an opening's edge towards ``out``, sideways by a
-    share of the half width."""
+    """Position (3,) in the base frame [m] of a point of an opening: ``deep`` inwards from the opening's edge
+    on the side ``out``.
+
+    Along that edge it is off the middle by a share of half the width.
+    """
     low, high = np.reshape(query.target.area.bounds, (2, 2))
     way = query.target.pose.inverse().rotate(out)[:2]
     across = np.array([-way[1], way[0]])

@@ -22,6 +22,7 @@ from ..parameters import Where
 from .access import COVERS, covered, goes_in_upright
 from .at_rest import CLOSE
 from .checks import SHAPES, at_rest, first_objection
+from .edge_first import edge_first
 from .positions import free_for, positions_on, radius
 from .query import Found, Groups, Placement, Query, covers, is_roofed, lying_in, standing_on
 from .sideways import sideways
@@ -39,7 +40,7 @@ PER_HEIGHT = 0.02  # cost of each height above the lowest
 
 
 class WayOut(Value):
-    """Way of a payload out of a target.
+    """Kind of way on which a payload can leave a target, such as up or through an open side.
 
     Args:
         name: for people.
@@ -155,14 +156,21 @@ def _rank_tilted(asked: Sequence[Query]) -> int | None:
     return 1 if not is_roofed(asked[0]) and covers(asked[0], COVERS) else None
 
 
+def _rank_edge_first(asked: Sequence[Query]) -> int | None:
+    return 0 if any(math.isinf(q.room) for q in asked) and not asked[0].uneven else None
+
+
 def _rank_toppling(asked: Sequence[Query]) -> int | None:
     return 0 if is_roofed(asked[0]) else None
 
 
+ABOVE = WayOut("from above", _rank_up, up, endless=True)
 SIDEWAYS = WayOut("through its sides", _rank_sideways, sideways, by_hand=True)
+LAID, HUNG = (ABOVE,), (SIDEWAYS, WayOut("edge first", _rank_edge_first, edge_first, by_hand=True))
+"""Ways onto a thing of a payload that hangs from the fingers: laid down, and released as it hangs."""
 WAYS: Mapping[str, tuple[WayOut, ...]] = {
-    "on": (WayOut("from above", _rank_up, up, endless=True), SIDEWAYS),
-    "in": (WayOut("from above", _rank_up, up, endless=True), WayOut("tilted", _rank_tilted, tilted, by_hand=True), SIDEWAYS),
+    "on": (ABOVE, SIDEWAYS),
+    "in": (ABOVE, WayOut("tilted", _rank_tilted, tilted, by_hand=True), SIDEWAYS),
     "toppled": (WayOut("toppling", _rank_toppling, toppling),),
 }  # fmt: skip
 """Ways out by relation."""

@@ -66,7 +66,7 @@ def way_around(start: Point, left: Left, met: Met, cleared: bool = False) -> lis
                     blame[here, there] = no
                 ahead = gone + cost
                 heapq.heappush(queue, (ahead + left(_spot(start, there)), next(pushed), ahead, there, here))
-    return refusal(f"no way around what is fixed was found among {len(came)} places")
+    return refusal(f"no way around fixed obstacles was found; {len(came)} places were looked at")
 
 
 def way_straight(start: Point, end: Point, met: Met) -> list[Point] | Refused:

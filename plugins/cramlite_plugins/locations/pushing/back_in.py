@@ -44,7 +44,7 @@ def pushed_in(location: Location, belief: Belief, context: Context) -> Iterator[
         if isinstance(found, Refused):
             yield replace(found.of(turn), because=(begin,))  # elsewhere the arm may have room
         else:
-            yield Grounding(found, f"'{entity}' from {1000 * CAME_OUT:.0f} mm behind it, {turn}", 0.1 * k, key=turn, anew=True)
+            yield Grounding(found, f"push '{entity}' back in from {1000 * CAME_OUT:.0f} mm behind it, {turn}", 0.1 * k, key=turn, anew=True)
 
 
 def ways_in(entity: str, ahead: Vector3, belief: Belief, context: Context) -> Iterator[tuple[str, Place | Refused]]:

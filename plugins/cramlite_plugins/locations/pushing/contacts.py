@@ -99,7 +99,7 @@ def hands_in(thing: Thing, pose: Pose, gripper: Gripper, way: Floats, last: Floa
             x, y, z = (float(v) for v in np.asarray(at.position) + gap * ahead)
             yield way, replace(at, position=(x, y, z)), closed, f"turned {turn:.0f} deg{aside}"
     if not rim:
-        raise Unresolvable(f"'{thing.name}' has no rim around its middle that fingers in it could push it at", (), blocking=())
+        raise Unresolvable(f"'{thing.name}' has no hollow at its middle: fingers lowered there meet no rim to push", (), blocking=())
 
 
 def towards(pose: Pose, area: Feature, frame: Pose, share: float) -> Floats:
@@ -225,7 +225,8 @@ def _against(
 
 
 def _facing(handle: Pose, inner: bool) -> tuple[Floats, Floats]:
-    """Direction out of a front (or of its inner side), and the direction up along the front, as unit vectors."""
+    """Direction away from the front of a drawer or door (or from its inner side), and the direction up along
+    the front, as unit vectors."""
     out = np.asarray(handle.rotate((0.0, 0.0, -1.0 if inner else 1.0)))
     return out, np.array([0.0, 0.0, 1.0]) if abs(out[2]) < UPRIGHT else np.asarray(handle.rotate((0.0, 1.0, 0.0)))
 
@@ -254,6 +255,7 @@ def upon(thing: Thing, handle: Feature, pose: Pose, turns: tuple[float, float], 
 
 
 def _turned(out: Floats, up: Floats, turns: tuple[float, float]) -> Pose:
-    """The hand that points into a front, tilted about the level line across it, and turned about its own axis [deg]."""
+    """Orientation of a hand that points at the front of a drawer or door, tilted about the front's level
+    axis, then turned about the hand's own axis [deg]."""
     tilted = Pose.from_axes((0, 0, 0), -out, np.cross(up, out)) * Pose.from_rotvec((0, 0, 0), (math.radians(turns[0]), 0, 0))
     return tilted * Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(turns[1])))

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cramlite.model import Belief, Floats, Location, Place, thing_of
+from cramlite.model import Belief, Floats, Location, Place, Pose, thing_of
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ...motion_planning.reach import bound, make_scene, shift, tcp
@@ -56,7 +56,7 @@ def deeper(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     if isinstance(there, Refused):
         yield there.of("in")
     else:
-        yield Grounding(there, f"'{entity}' farther in by {1000 * way:.0f} mm, from {1000 * gap:.0f} mm before it", key="in")
+        yield Grounding(there, f"push '{entity}' farther in by {1000 * way:.0f} mm, from {1000 * gap:.0f} mm in front of it", key="in")
 
 
 def _ahead(belief: Belief, context: Context) -> Floats:
@@ -65,9 +65,18 @@ def _ahead(belief: Belief, context: Context) -> Floats:
     Raises:
         Unresolvable: it points down or up.
     """
-    ahead = np.asarray(tcp(belief, context).rotate((0.0, 0.0, 1.0)))
+    hand = tcp(belief, context)
+    if (level := level_ahead(hand)) is not None:
+        return level
+    down = hand.rotate((0.0, 0.0, 1.0))[2] < 0
+    raise Unresolvable(f"the hand points {'down' if down else 'up'}; only a level hand pushes a thing in", (), blocking=())
+
+
+def level_ahead(hand: Pose) -> Floats | None:
+    """Return the level unit vector (3,) along which a hand at a pose points; None if it points down or up."""
+    ahead = np.asarray(hand.rotate((0.0, 0.0, 1.0)))
     if abs(ahead[2]) > STEEP:
-        raise Unresolvable(f"the hand points {'down' if ahead[2] < 0 else 'up'}, and does not push anything farther in", (), blocking=())
+        return None
     level: Floats = np.array([ahead[0], ahead[1], 0.0]) / math.hypot(ahead[0], ahead[1])
     return level
 
@@ -81,14 +90,23 @@ def _needed(entity: str, ahead: Floats, belief: Belief, context: Context) -> flo
     name = thing_of(entity)
     met = first_met(name, belief, context, LET_GO)
     if met is None:
-        raise Unresolvable(f"'{entity}' is in the way of nothing that a later task closes", (), blocking=())
+        raise Unresolvable(f"'{entity}' is not in the way of a drawer or door that a later task closes", (), blocking=())
+    way = clearing_way(name, ahead, belief, context)
+    if way is None:
+        raise Unresolvable(f"'{entity}' cannot be pushed in so far that it is out of the way: {met.reason}", (), blocking=())
+    return way
+
+
+def clearing_way(name: str, ahead: Floats, belief: Belief, context: Context) -> float | None:
+    """Return the distance along a level way (3,) after which a thing is clear of all that later tasks close [m]; None if there
+    is none, or nothing carries the thing so far in."""
     for way in np.arange(STEP, FARTHEST, STEP).tolist():
         gone = gone_along(belief, name, way * ahead)
         if not _carried(name, gone):
             break
         if first_met(name, gone, context, LET_GO) is None:
             return float(way)
-    raise Unresolvable(f"'{entity}' cannot be pushed in so far that it is out of the way: {met.reason}", (), blocking=())
+    return None
 
 
 def _carried(name: str, belief: Belief) -> bool:

@@ -178,7 +178,7 @@ def pushed_to(location: Location, belief: Belief, context: Context) -> Iterator[
     if isinstance(there, Refused):
         yield _stopped(there, location, entity)
     else:
-        yield Grounding(there, f"{1000 * there.carried.pushed_m if there.carried else 0.0:.0f} mm straight on", key="on")
+        yield Grounding(there, f"push it {1000 * there.carried.pushed_m if there.carried else 0.0:.0f} mm straight on", key="on")
 
 
 def _stopped(no: Refused, location: Location, entity: str, way: str = "on") -> Refused:
@@ -206,7 +206,7 @@ def _around(location: Location, belief: Belief, context: Context, entity: str) -
             yield _stopped(there, location, entity, key)
         else:
             followed = True
-            yield Grounding(there, f"{len(corners) - 1} corners, room for {key}", 0.1 * k, key=key)
+            yield Grounding(there, f"a way with {len(corners) - 1} corners, free up to {key}", 0.1 * k, key=key)
     if not followed and (shorter := on_a_shorter_way((x, y), left, alone, hand)):
         yield _stopped(shorter, location, entity)
 

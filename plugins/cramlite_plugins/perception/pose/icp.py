@@ -182,7 +182,10 @@ def _cross_matrix(v: Batch) -> Batch:
 
 
 def _step(matrix: Batch, vector: Batch, turn: Batch, shift: Batch) -> tuple[Batch, Batch]:
-    """Poses after one damped step; directions constrained by less than 2 % of the strongest hardly change."""
+    """Poses after one damped step of ICP (iterative closest point).
+
+    They hardly change in directions that the points constrain by less than 2 % of the strongest.
+    """
     strongest = matrix[:, 3, 3] + matrix[:, 4, 4] + matrix[:, 5, 5] + np.float32(1e-6)
     damped = (matrix + strongest[:, None, None] * _DAMPING).astype(np.float64)
     step = np.linalg.solve(damped, -vector[..., None])[..., 0]

@@ -77,8 +77,8 @@ def _hanging(fit: Fit, model: Thing, hanger: Thing, limits: Mapping[str, float])
         angle = math.degrees(float(np.arccos(min(1.0, abs(along)))))
         return limits["impossible"], f"its hole would be {1000 * off:.0f} mm and {angle:.0f} deg off the peg"
     if along < 0:
-        return limits["back"], "its front would look at the panel"
-    return 1.0, f"its hole is {1000 * off:.0f} mm from the peg's axis, its front looks outwards"
+        return limits["back"], "its front would face the panel"
+    return 1.0, f"its hole is {1000 * off:.0f} mm from the peg's axis, its front faces away from the panel"
 
 
 def _standing(fit: Fit, model: Thing, support: Thing, limits: Mapping[str, float]) -> tuple[float, str]:

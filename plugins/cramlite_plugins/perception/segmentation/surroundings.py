@@ -67,10 +67,10 @@ def _refined(thing: Thing, inputs: Inputs) -> Judged | str:
     rest = np.concatenate([np.abs(_residuals(thing, part, p - shift, eye - shift)[0]) for part, p in groups if part])
     error = float(np.median(rest))
     if error > limits["misfit_m"]:
-        return f"its peg's points are {1000 * error:.1f} mm off after registration: something else was taken for it"
+        return f"after registration the points of its peg are {1000 * error:.1f} mm from the model's peg: something else was taken for it"
     pose = Pose(tuple((np.array(thing.pose.position) + shift).tolist()), thing.pose.quaternion)
     sure = float(np.clip(1.0 - error / limits["reach_m"], 0.0, 1.0))
-    return Judged(pose, sure, f"moved by {1000 * length:.1f} mm, its peg's points are {1000 * error:.1f} mm off")
+    return Judged(pose, sure, f"moved by {1000 * length:.1f} mm, then the points of its peg are {1000 * error:.1f} mm from the model's peg")
 
 
 def _groups(thing: Thing, inputs: Inputs, eye: Floats) -> list[tuple[str, Floats]]:

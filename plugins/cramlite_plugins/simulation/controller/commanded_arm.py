@@ -161,7 +161,7 @@ class CommandedArm(ABC):
         return self._begin(stopping_motion(self.motion, self.time, deceleration))
 
     def start_force_mode(self, mode: ForceMode) -> None:
-        """Switch force mode on; if it is on already, its deviation is kept."""
+        """Switch force mode on; if it is on already, the arm stays as far from its commanded path as it is."""
         if self.force_mode is None:
             self.nominal = self.kinematics.forward(self.q)
         else:

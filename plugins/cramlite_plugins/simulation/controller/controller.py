@@ -321,7 +321,8 @@ class Controller(CommandedArm):
 
 
 def adjacent(addresses: Sequence[int]) -> slice | list[int]:
-    """Return consecutive addresses as a slice, with which NumPy indexes three times as fast; others as a list."""
+    """Return consecutive array indices as a slice, with which NumPy indexes three times as fast; others as a
+    list."""
     first, count = addresses[0], len(addresses)
     return slice(first, first + count) if list(addresses) == list(range(first, first + count)) else list(addresses)
 

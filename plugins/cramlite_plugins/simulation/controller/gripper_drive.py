@@ -30,7 +30,7 @@ class GripperDrive(GripperOrder):
         self.strength, self.limit = 1.0, math.nan  # limit: of the grip force, as the actuators have it [N]
 
     def begin_as(self, data: Any) -> None:
-        """Set the ordered opening to the fingers' present one, before the first cycle."""
+        """Set the commanded opening to the fingers' present one, before the first cycle."""
         self.opening = self.goal = self.command = self.measured(data)
 
     def grip(self, force: float) -> None:

@@ -32,7 +32,7 @@ class GripperServer(GripperDrive):
         self.echo = 0
 
     def begin_as(self, data: Any) -> None:
-        """Initialize order and registers from the fingers' state before the first cycle."""
+        """Set the commanded opening and the registers to the fingers' present opening, before the first cycle."""
         super().begin_as(data)
         self.set["POS"] = self.echo = round(COUNTS * (self.widest - self.opening) / self.stroke)
 

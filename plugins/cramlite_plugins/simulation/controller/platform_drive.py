@@ -80,7 +80,7 @@ class PlatformDrive:
         self.motion, self.time = leg(self.goal, goal, rates, turning), 0.0
 
     def stop(self) -> None:
-        """Stop on the present leg, with its own deceleration."""
+        """Stop the platform along the leg that it drives, with that leg's own deceleration."""
         if isinstance(self.motion, Leg):
             self.motion, self.time = stopping_motion(self.motion, self.time, self.motion.acceleration), 0.0
 

@@ -6,6 +6,7 @@ with ``{mount}/``, those of hands with ``hand/`` and ``other_hand/``.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import mujoco
@@ -107,7 +108,10 @@ class Compiled(Value):
         """
         index, own = self.things[thing], self.world.thing(thing)
         if index.joint is not None and own.joint is not None:
-            data.qpos[index.joint] = own.joint.value + own.joint.between(own.pose, pose)
+            by = own.joint.between(own.pose, pose)
+            data.qpos[index.joint] = own.joint.value + by
+            if own.joint.pitch:  # the joint along a thread comes next to its hinge
+                data.qpos[index.joint + 1] = own.joint.pitch * by / math.tau
         if index.qpos is not None and index.dof is not None:
             data.qpos[index.qpos : index.qpos + 7] = (*pose.position, *pose.quaternion)
             data.qvel[index.dof : index.dof + 6] = 0.0

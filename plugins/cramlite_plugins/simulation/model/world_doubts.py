@@ -46,7 +46,7 @@ def refuse_overlaps(compiled: Compiled, data: Data) -> None:
     pairs = (o for o in overlaps(compiled, data) if o[1] in things)
     a, b, depth = max(pairs, key=lambda o: o[2], default=("", "", 0.0))
     if depth > TOO_DEEP:
-        raise UserError(f"{_said(compiled, a, b, depth)}, at most {1000 * TOO_DEEP:g} mm can be; move one of them")
+        raise UserError(f"{_said(compiled, a, b, depth)}, more than the {1000 * TOO_DEEP:g} mm that are allowed; move one of them")
 
 
 def _said(compiled: Compiled, a: str, b: str, depth: float) -> str:
@@ -89,4 +89,4 @@ def _beneath(compiled: Compiled, data: Data, thing: str) -> str:
     gap = mujoco.mj_ray(compiled.model, data, start, np.array([0.0, 0.0, -1.0]), None, 1, body, hit)
     if gap < 0:
         return "nothing is below it"
-    return f"'{compiled.owners[hit[0]].name}' is {1000 * gap:.0f} mm below its middle"
+    return f"the next thing below its middle is '{compiled.owners[hit[0]].name}', {1000 * gap:.0f} mm lower"

@@ -252,7 +252,7 @@ def _ends(statement: Statement) -> bool:
 
 
 def _inside(body: Iterable[object], *, loops: bool) -> Iterator[object]:
-    """Statements of a body, of its conditional branches, and of loops inside of it.
+    """Statements of a block of code, of the branches of its conditions, and of the loops in it.
 
     Without ``loops``, only the returns of inner loops are among them, since a ``break`` there ends the inner
     loop.

@@ -29,7 +29,7 @@ class OtherPython(Exception):
 
 
 def compiled(source: str, helpers: Iterable[str]) -> CodeType:
-    """Compile generated source if it is within the subset.
+    """Compile generated Python source if it is within the subset that translated programs may use.
 
     Args:
         helpers: functions that it may name without a prefix.

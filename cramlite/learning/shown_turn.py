@@ -1,0 +1,63 @@
+"""Turns that demonstrations share: the hand turns a thing about an axis farther than a wrist turns, in several grasps."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import product
+
+import numpy as np
+
+from ..base.value import Value
+from ..interpretation.turn_predicate import turn_in_hand
+from ..model.geometry import Vector3
+from .span import Span
+
+LEAST = 1.5 * math.pi
+"""Least turn [rad]: no wrist turns so far in one grasp; what known tasks turn, they turn in one."""
+ENOUGH, TOO_FAR = 0.75, 1.25
+"""Shares of the smallest and of the largest turn that was shown, between which it is this one."""
+AGREED, ASLANT = 1.5, math.cos(math.radians(15))
+"""Largest ratio of the examples' turns, and least cosine between their axes."""
+STROKE = math.radians(150)
+"""Farthest turn in one grasp [rad]: of a grip that can be taken either way round some wrist of 330 deg has so much left."""
+
+
+class ShownTurn(Value):
+    """Turn of a thing that all examples show.
+
+    Args:
+        axis: in the thing's frame, of length 1, about which the turn is positive.
+        angle: mean of the examples [rad].
+        least, most: between which it is this turn [rad].
+        things: that are turned, one for each example.
+    """
+
+    axis: Vector3
+    angle: float
+    least: float
+    most: float
+    things: tuple[str, ...]
+
+    @property
+    def strokes(self) -> int:
+        """Number of grasps in which a robot does it."""
+        return math.ceil(self.angle / STROKE)
+
+
+def shown_turn(spans: Sequence[Span]) -> ShownTurn | None:
+    """Return the turn that all examples share; None where they share none."""
+    each = [{n: turn_in_hand(s.timeline.episode, n, (s.start, s.end)) for n in s.things} for s in spans]
+    far = [[n for n, turn in turns.items() if np.linalg.norm(turn) >= LEAST] for turns in each]
+    for things in product(*far):
+        first = spans[0].timeline.types(things[0])[:1]
+        turns = np.array([turns[n] for turns, n in zip(each, things, strict=True)])
+        sizes = np.linalg.norm(turns, axis=1)
+        mean = (turns / sizes[:, None]).mean(axis=0)
+        axis = mean / max(float(np.linalg.norm(mean)), 1e-9)
+        alike = all(s.timeline.types(n)[:1] == first for s, n in zip(spans, things, strict=True))
+        if alike and (turns @ axis >= ASLANT * sizes).all() and sizes.max() <= AGREED * sizes.min():
+            x, y, z = (np.round(axis, 3) + 0.0).tolist()
+            bounds = ENOUGH * float(sizes.min()), TOO_FAR * float(sizes.max())
+            return ShownTurn((x, y, z), round(float(sizes.mean()), 2), round(bounds[0], 2), round(bounds[1], 2), things)
+    return None

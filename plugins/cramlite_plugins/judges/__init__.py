@@ -1,1 +1,0 @@
-"""Judges: processes that simulate the episodes of a benchmark, and the scenes of these episodes as scenarios."""

@@ -1,0 +1,75 @@
+"""Placements from above of a thing that hangs from the fingers at its rim: a hand that points obliquely down puts its far edge onto the
+support, and lets it fall flat.
+
+Where it comes to rest is simulated. On a support that is not level, such as another plate, a thing that is led down about its far edge
+slides out of the fingers before it lies.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import islice, product
+
+import numpy as np
+from msgspec.structs import replace
+
+from cramlite.model import Pose
+from cramlite.plugin import Refused
+
+from ...motion_planning.reach import shift
+from ...shapes.bounds import centre_of_mass, support
+from ...shapes.nesting import room_under
+from ..reached import Arm
+from .attitudes import far_edge_down
+from .checks import at_rest
+from .positions import positions_on
+from .query import Found, Groups, Placement, Query, standing_on
+from .stable_poses import Rest, about_vertical, put_down, standing_at, with_middle
+
+HIGH, ABOVE = 0.010, 0.05  # of its lowest point over the support where the last line begins, and the stand-off above that [m]
+TURNS = (0.0, 45.0, -45.0, 90.0, -90.0, 135.0, -135.0, 180.0)  # of the hand from pointing away from the robot [deg]
+FEW = 2  # positions on a surface: each with as many as 32 simulated falls, some 30 ms each
+
+
+def edge_first(asked: list[Query]) -> Groups:
+    """Generate placements of a hanging payload whose far edge is put down first, those of the least lean first."""
+    none = True
+    for rest in _lying(asked):
+        for (lean, now), turn in product(list(far_edge_down(rest.query)), TURNS):
+            none = False
+            name = f"far edge first, leaning by {math.degrees(lean):.0f} deg, hand turned {turn:+.0f} deg, to lie {rest.name}"
+            yield _let_fall(rest, now, turn, name)
+    if none:
+        yield Refused("edge first", "no hand holds it so that it would fall flat")
+
+
+def _lying(asked: list[Query]) -> Iterator[Rest]:
+    """Stable poses in which the payload would lie, each with the query of the payload as it hangs."""
+    belief, context = asked[0].belief, asked[0].context
+    assert belief.held is not None and belief.held.swing is not None
+    arm = Arm(replace(belief, held=replace(belief.held, tcp_to_thing=belief.held.swing.start)), context)
+    level = with_middle([replace(q, arm=arm, obstacles=standing_on(replace(q, arm=arm))) for q in asked if math.isinf(q.room)])
+    now = put_down(level[0]) if level else Pose()
+    for query in level:
+        for offset in islice(positions_on(query, now), FEW):
+            rest = standing_at(query, now, offset)
+            yield replace(rest, query=replace(rest.query, arm=asked[0].arm))
+
+
+def _let_fall(rest: Rest, now: Pose, turn: float, name: str) -> Iterator[Found]:
+    """Placement of a payload that falls from an attitude to about where it shall lie: its far edge is over where that edge lies then.
+
+    Args:
+        now: the attitude, the hand pointing along x.
+        turn: of the hand from pointing away from the robot [deg].
+    """
+    query, lies = rest.query, rest.thing
+    heading = math.atan2(lies.position[1], lies.position[0]) + math.radians(turn)
+    ahead, leaning = np.array([math.cos(heading), math.sin(heading), 0.0]), about_vertical(now, heading)
+    leaning = shift(leaning, lies.apply(centre_of_mass(query.thing)) - leaning.apply(centre_of_mass(query.thing)))
+    leaning = shift(leaning, (support(query.thing, lies, ahead) - support(query.thing, leaning, ahead)) * ahead)
+    thing = shift(leaning, (0.0, 0.0, HIGH - room_under(query.thing, leaning, query.whole, query.at)))
+    pose = query.hand(thing)
+    placement = Placement(name, thing, pose, shift(pose, (0.0, 0.0, ABOVE)), HIGH, "dropped", reorients=True)
+    yield query, at_rest(placement, query)
