@@ -10,6 +10,7 @@ import numpy as np
 from ..model.episode import Episode
 from ..model.geometry import Floats
 from ..model.shown_path import Part, ShownPath, foot, passes
+from .in_place import done_in_place
 from .timeline import Phase, Predicate, Row
 
 STILL = 0.01
@@ -18,14 +19,19 @@ STILL = 0.01
 
 def path_predicate(name: str, path: ShownPath) -> Predicate:
     """Return a predicate that holds where the bottom centre of a mover goes along a path relative to a
-    reference thing.
+    reference thing, or goes round a path about its own place.
 
     Args:
         name: of it, as rules write it.
     """
 
+    def in_place(phase: Phase, mover: str | None) -> Iterator[Row]:
+        for one in [mover] if mover is not None else _things(phase):
+            if done_in_place(path, phase.episode, one, (phase.start, phase.end)) >= path.least:
+                yield (one,)
+
     def holds(phase: Phase, mover: str | None, about: str | None) -> Iterator[Row]:
-        names = [n for n, e in phase.timeline.entities.items() if e.part_of is None and n != phase.episode.effector]
+        names = _things(phase)
         for one in [mover] if mover is not None else names:
             for other in [about] if about is not None else names:
                 if one != other and gone_through(path, phase.episode, one, other, (phase.start, phase.end)) >= path.least:
@@ -35,7 +41,12 @@ def path_predicate(name: str, path: ShownPath) -> Predicate:
         missing = [t for t in things if t is not None and phase.episode.pose_at(t, phase.start) is None]
         return f"no pose of '{missing[0]}'" if missing else None
 
-    return Predicate(name, 2, holds, frozenset({"run"}), complete=True, doc=_said(path), unknown=unknown)
+    arity, asked = (1, in_place) if path.anchor.own else (2, holds)
+    return Predicate(name, arity, asked, frozenset({"run"}), complete=True, doc=_said(path), unknown=unknown)
+
+
+def _things(phase: Phase) -> list[str]:
+    return [n for n, e in phase.timeline.entities.items() if e.part_of is None and n != phase.episode.effector]
 
 
 def rest_predicate(name: str, least_s: float) -> Predicate:
@@ -70,6 +81,8 @@ def rests(episode: Episode, name: str, span: tuple[float, float]) -> Iterator[tu
 
 
 def _said(path: ShownPath) -> str:
+    if path.anchor.own:
+        return f"A thing goes to and fro about its own place at least {path.least:g} times, as it was shown."
     shape = "goes round its path about" if path.closed else "goes along its path on" if path.touching else "goes along its path at"
     touching = ", touching it" if path.touching else ""
     return f"A thing {shape} another thing at least {path.least:g} times, within {1000 * path.tolerance:.0f} mm{touching}."
@@ -78,6 +91,8 @@ def _said(path: ShownPath) -> str:
 def gone_through(path: ShownPath, episode: Episode, mover: str, about: str, span: tuple[float, float]) -> float:
     """Return how many times a thing went along a path relative to another thing in a span of an episode; a
     part of the path counts as a fraction."""
+    if path.anchor.own:
+        return done_in_place(path, episode, mover, span) if mover == about else 0.0
     frame = path.anchor.frame(parts_of(episode, about))
     found = followed(episode, mover, about, span) if frame is not None else None
     if frame is None or found is None:

@@ -14,12 +14,13 @@ from ..interpretation.rules import Rule
 from ..interpretation.timeline import Predicate
 from ..interpretation.turn_predicate import turn_predicate
 from ..testing.skeleton import camel
-from .example import Example, Library, Marked, example
+from .example import Example, Library, Marked, example, solutions
 from .learner import Learned, covers, learn, left_out
 from .procedure import Deviation, deviations
 from .proposal import Proposal, propose, steps_of
 from .shown_motion import ShownMotion, shown_motion
 from .shown_rest import ShownRest, shown_rest
+from .shown_swing import shown_swing
 from .shown_turn import ShownTurn, shown_turn
 from .span import Span
 
@@ -120,7 +121,9 @@ def _motion(examples: Sequence[Example], rules: Sequence[Rule]) -> ShownMotion |
     measures the motion.
     """
     sets = [[e for k, e in enumerate(examples) if k not in out] for out in left_out(len(examples))]
-    each = [(m, kept) for kept in sets if (m := shown_motion([e.span for e in kept])) is not None]
+    each: list[tuple[ShownMotion, list[Example]]] = []
+    for shown in (shown_motion, shown_swing):  # about another thing, else about its own place
+        each = each or [(m, kept) for kept in sets if (m := shown([e.span for e in kept])) is not None]
     if not each:
         return None
     least = min(each, key=lambda f: f[0].spread)
@@ -129,6 +132,7 @@ def _motion(examples: Sequence[Example], rules: Sequence[Rule]) -> ShownMotion |
     measuring = {r.task for r in rules if any(a.predicate.value for c in r.clauses if c.phase == "run" for a in atoms(c.condition))}
     explained = all(
         any(not found.bent or (task in measuring and about in roles.values()) for task, roles in one.tasks)
+        or (found.path.anchor.own and any(about in b.values() for r in rules if r.task in measuring for b in solutions(r, one.span)))
         for one, (_, about) in zip(kept, found.fillers, strict=True)
     )
     return None if explained else found

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from itertools import permutations
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from ..interpretation.timeline import Predicate
 from ..ontology.taxonomy import Taxonomy
 from .example import Example, Known
 from .literal import ANY, PHASES, Language, Literal
-from .roles import MOST_ROLES, Cast, casts, follows, own_changes
+from .roles import MOST_ROLES, Cast, casts, follows, own_changes, recorded
 from .shortest import Group, Problem, Wish, masks, minimal, shortest, widened
 from .span import Span
 from .tables import Tables
@@ -119,12 +120,15 @@ def _learned(
     if language.motion and any(c.changes for c in choices):  # what is recorded with a motion is what it is for
         choices = [replace(c, measured=()) for c in choices]
     told = max((c.told for c in choices), default=0)
+    lapses = _Lapses(rest, tables)
     best: Learned | None = None
     for cast in choices:
         sure = _sure(rest, tables, cast, frozenset.intersection(*(e.idle for e in kept)))
         others = [k.span for k, s in zip(rest, sure, strict=True) if s]
         literals = (*cast.common, *_classes(taxonomy, shown, cast), *_bounds(shown, cast, others))
-        problem = _problem(shown, tables, literals, cast, kept, [(k, r) for k, (r, s) in enumerate(zip(rest, sure, strict=True)) if s])
+        known_spans = [(k, r) for k, (r, s) in enumerate(zip(rest, sure, strict=True)) if s]
+        problem = _problem(shown, tables, literals, cast, kept, known_spans)
+        problem = replace(problem, bits=problem.bits + lapses.bits(literals, cast.roles, len(kept)))
         if not all(problem.needed):
             continue
         found = shortest(problem)
@@ -133,6 +137,67 @@ def _learned(
             known = tuple(k for k, s in zip(rest, sure, strict=True) if s)
             best = Learned(tuple(literals[k] for k in widened(problem, found.chosen)), cast, tuple(kept), left_out, known, language, bits)
     return best
+
+
+class _Lapses:
+    """How often conditions that held in some stretches of a known task do not hold in another one.
+
+    So much a measured condition is worth that holds in all examples: people differ in how wide they open a hand, and in what is near.
+    Recorded states are what tasks are about.
+
+    Args:
+        rest: actions that known tasks explain.
+        tables: of them; None where there are none.
+    """
+
+    def __init__(self, rest: Sequence[Known], tables: Tables | None) -> None:
+        self.tables, self._known = tables, dict[tuple[Literal, int], float]()
+        self.groups: dict[str, list[tuple[int, Known]]] = {}
+        for k, one in enumerate(rest):
+            if one.task:
+                self.groups.setdefault(one.task, []).append((k, one))
+
+    def bits(self, literals: Sequence[Literal], roles: int, examples: int) -> np.ndarray:
+        """Return for each condition the bits of the exceptions that are to be expected among as many further examples."""
+        return np.array([EXCEPTION * examples * self._share(one, roles, examples) for one in literals])
+
+    def _share(self, literal: Literal, roles: int, examples: int) -> float:
+        """Return the share of stretches in which a condition fails that held in ``examples`` others of the same task."""
+        if self.tables is None or recorded(self.tables.language, literal):
+            return 0.0
+        named = sorted(literal.roles)
+        same = replace(literal, slots=tuple(named.index(s) + 1 if s > 0 else s for s in literal.slots))
+        if (same, examples) not in self._known:
+            truth = self.tables.truth(literal, roles)
+            table = truth.reshape(len(truth), *(n for r, n in enumerate(truth.shape[1:], 1) if r in named))
+            self._known[same, examples] = lapsed(self._held(table, len(named)), examples)
+        return self._known[same, examples]
+
+    def _held(self, table: np.ndarray, roles: int) -> Iterator[list[bool]]:
+        """Yield for each known task, and each choice of its roles, in which of its stretches a condition holds."""
+        assert self.tables is not None
+        for group in self.groups.values():
+            for names in permutations(group[0][1].roles, roles):
+                found = []
+                for k, one in group:
+                    things = self.tables.spans[k].things
+                    places = [things.index(f) for n in names if (f := one.roles.get(n, "")) in things]
+                    if len(places) == roles:
+                        found.append(bool(table[(k, *places)]))
+                yield found
+
+
+def lapsed(groups: Iterable[list[bool]], examples: int) -> float:
+    """Return the share of next stretches of a task that lack what held in ``examples`` of them, by Laplace's rule."""
+    kept = lost = 0.0
+    for held in groups:
+        count, true = len(held), sum(held)
+        first = min(examples, count - 1)
+        if first > 0 and true >= first:
+            chance = math.comb(true, first) / math.comb(count, first)
+            lost += chance * (count - true) / (count - first)
+            kept += chance * (true - first) / (count - first)
+    return lost / (kept + lost + 1.0)
 
 
 def _sure(rest: Sequence[Known], tables: Tables | None, cast: Cast, idle: frozenset[str]) -> list[bool]:

@@ -74,6 +74,7 @@ def said(proposal: Proposal) -> str:
     path = motion.path
     where = path.anchor.part.split(":")[-1] or "frame"
     frame = f"in the frame of the {where} of {about}{', at its bottom' if path.anchor.deep else ''}"
+    frame = "about its first place" if path.anchor.own else frame
     counts = " ".join(f"{c:g}" for c in motion.counts)
     along = f"along it {counts} times" if path.times > 1 else "along it once"
     often = f"the examples went {f'round it {counts} times' if path.closed else along}"
@@ -85,9 +86,10 @@ def path_text(path: ShownPath) -> str:
     """Return a path as a Python expression with one corner per line."""
     points = "".join(f"\n        ({x:g}, {y:g}, {z:g})," for x, y, z in path.points)
     a, aimed = path.anchor, "" if path.heading is None else f" heading={path.heading:g},"
+    own = ", own=True" if a.own else ""
     return (
         f"ShownPath(\n    points=({points}\n    ),\n"
-        f'    anchor=Anchor("{a.part}", deep={a.deep}, scaled={a.scaled}),\n'
+        f'    anchor=Anchor("{a.part}", deep={a.deep}, scaled={a.scaled}{own}),\n'
         f"    times={path.times}, least={path.least:g}, tolerance={path.tolerance:g}, closed={path.closed}, either={path.either},\n"
         f"    touching={path.touching}, stand_off={path.stand_off:g}, speed={path.speed:g},{aimed}\n)"
     )
@@ -96,15 +98,20 @@ def path_text(path: ShownPath) -> str:
 def _steps(path: ShownPath, mover: str, about: str) -> list[str]:
     """Return lines of Python that lead the hand above the path's start, down, along the path, and up again.
 
-    On a surface they do so once for each stroke.
+    On a surface they do so once for each stroke. A path about the payload's own place begins where the hand is.
     """
+    roles, reference = f'moved, about = action.roles["{mover}"], action.roles["{about}"]', "about"
+    if path.anchor.own:
+        roles, reference = f'moved = action.roles["{mover}"]', "moved"
     lines = [
-        f'moved, about = action.roles["{mover}"], action.roles["{about}"]',
+        roles,
         "if belief.held is None or belief.held.thing != moved.entity:",
         """    raise Unresolvable.because_of_earlier_tasks(f"'{moved.entity}' is not in the hand", (moved.name,))""",
-        'way = Location(action.inside("way"), "shown_path", about.name, {"path": PATH})',
+        f'way = Location(action.inside("way"), "shown_path", {reference}.name, {{"path": PATH}})',
     ]
-    if path.touching and path.times > 1:
+    if path.anchor.own:
+        lines += ["yield Decomposition((", "    way,", f"    {_free('')[-1]}", '), "as it was shown")']
+    elif path.touching and path.times > 1:
         lines += ["steps: list[Location | Motion] = [way]", 'for n in ("", *(f"_{k}" for k in range(2, PATH.times + 1))):']
         lines += [f"    {line}" for line in _once(path, "{n}", "steps += [", "]")]
         lines.append('yield Decomposition(tuple(steps), "as it was shown")')

@@ -69,7 +69,7 @@ def _imports(proposal: Proposal, classes: bool) -> tuple[str, str]:
     """Return the names that the task's module imports from ``cramlite.model`` and from
     ``cramlite.plugin``."""
     if proposal.moving:
-        model = "Action, Anchor, Belief, Location, Motion, ShownPath, Stage"
+        model = "Action, Anchor, Belief, Location, Motion, ShownPath" + ("" if proposal.moving[0].path.anchor.own else ", Stage")
         return model, "Decomposition, Parameter, Predicate, Role, TaskType, Unresolvable, hookimpl, path_predicate"
     if proposal.turning:
         model = "Action, Belief, ExpectedGrip, Fingers, Location, Motion, Stage"
@@ -104,14 +104,14 @@ def _before(proposal: Proposal) -> Iterator[str]:
 
 def _things(proposal: Proposal) -> Iterator[str]:
     """Yield lines of a scenario with a thing for each role: a block if a demonstration moved such a thing,
-    a lid if it turned it, else a table."""
-    span = proposal.learned.examples[0].span
+    or if it does the learned motion, a lid if it was turned, else a table."""
+    span, mover = proposal.learned.examples[0].span, proposal.moving[1] if proposal.moving else ""
     for k, role in enumerate(proposal.roles):
         y, shown = -0.35 + 0.25 * k, proposal.fillers[0][k]
         turned = proposal.turning is not None and proposal.turning[1] == role
         shape = f"model: screw_lid, at: {{position: [0.5, {y:g}, 0.2]}}, with: {{turned: 2.2}}" if turned else (
             f"model: block, at: {{position: [0.5, {y:g}, 51 mm]}}, with: {{size: [50 mm, 50 mm, 100 mm]}}"
-            if span.elsewhere(shown)
+            if role == mover or span.elsewhere(shown)
             else f"model: table, at: {{position: [0.45, {y:g}, 0.15]}}, with: {{size: [0.22 m, 0.22 m, 20 mm]}}"
         )
         yield f"  - {{name: {thing_name(role)}, {shape}}} # {next(iter(span.timeline.types(shown)), shown)} was shown\n"

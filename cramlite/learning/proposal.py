@@ -86,12 +86,12 @@ class Proposal(Value, eq=False):
 
     @property
     def moving(self) -> tuple[ShownMotion, str, str] | None:
-        """Learned path, the role that moves along it, and the role of the reference thing; None if the rule
-        asks for no path."""
+        """Learned path, the role that moves along it, and the role of the reference thing, which may be the
+        same; None if the rule asks for no path."""
         names = list(self.roles)
         if self.told is None or not isinstance(self.motion, ShownMotion):
             return None
-        return self.motion, names[self.told.slots[0] - 1], names[self.told.slots[1] - 1]
+        return self.motion, names[self.told.slots[0] - 1], names[self.told.slots[-1] - 1]
 
     @property
     def rest(self) -> ShownRest | None:

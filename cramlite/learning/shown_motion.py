@@ -23,6 +23,8 @@ LONG = 0.06
 """Least length of a path on a surface [m], as of a round."""
 BENT = 1.5
 """Least length of a path on a surface, as a multiple of the way from its beginning to its end: no stroke is so long."""
+THIN = 0.5
+"""Width of a round, as a share of its length, below which it goes to and fro."""
 AGREED, WIDEST = 0.15, 0.25
 """Largest spread of the examples, and largest distance that is on the path, as shares of its extent."""
 FINE = 0.002
@@ -64,11 +66,15 @@ class ShownMotion(Value, eq=False):
         """
         found = (
             gone_through(self.path, span.timeline.episode, one, other, (span.start, span.end))
-            for span in refused for one, other in permutations(span.things, 2)
+            for span in refused for one, other in self._asked(span)
         )  # fmt: skip
         most, fewest = max(found, default=0.0), min(self.counts) if self.path.closed else 1.0
         least = max(self.path.least, round((most + fewest) / 2, 2)) if most < fewest else self.path.least
         return replace(self, path=replace(self.path, least=least))
+
+    def _asked(self, span: Span) -> Iterator[tuple[str, str]]:
+        """Return the pairs of things of which the first may show the motion about the second."""
+        return ((n, n) for n in span.things) if self.path.anchor.own else permutations(span.things, 2)
 
 
 class _Core(Value, eq=False):
@@ -160,7 +166,7 @@ def _core(span: Span, mover: str, about: str) -> _Core | None:
     first, last = (int(rows[0]), int(rows[-1])) if touching else (0, len(places) - 1)
     again = _strokes(places, touched)
     periodic = None if again else rounds(places[first : last + 1])
-    if periodic is None and not touching:
+    if not touching and (periodic is None or _thin(periodic.mean)):
         return None
     begin, end = (first + r for r in periodic.rows) if periodic else again[0] if again else (first, last)
     out = again[-1][1] if again else end
@@ -172,6 +178,12 @@ def _core(span: Span, mover: str, about: str) -> _Core | None:
     runs = again or [(first, last)]
     mean = np.mean([resampled(places[a : b + 1], ROUND) for a, b in runs], axis=0)
     return _Core(mean, False, True, float(len(runs)), speed, up, headings)
+
+
+def _thin(places: Floats) -> bool:
+    """Check whether a round goes to and fro rather than round: in the air that is about no other thing."""
+    wide = np.linalg.svd(places - places.mean(axis=0), compute_uv=False)
+    return bool(wide[1] < THIN * wide[0])
 
 
 def _strokes(places: Floats, touched: np.ndarray) -> list[tuple[int, int]]:
@@ -216,7 +228,7 @@ def _motion(
     unit = np.array([metres, metres, 1.0])
     size = float(np.ptp(mean * unit, axis=0).max())
     closed = cores[0].closed
-    corners = mean[::2] if closed else mean[_corners(mean * unit)]
+    corners = mean[::2] if closed else mean[cornered(mean * unit)]
     counts = tuple(round(c.count, 2) for c in cores)
     times = max(round(float(np.median(counts))), 1) if closed else round(max(counts))
     way = float(np.linalg.norm((mean[-1] - mean[0]) * unit))
@@ -243,8 +255,8 @@ def _heading(shown: Sequence[Floats]) -> float | None:
     return round(float(mean), 2) + 0.0 if len(angles) and off.max() <= AIMED else None
 
 
-def _corners(line: Floats) -> list[int]:
-    """Return the indices of the points that approximate a line within ``EXACT`` (Douglas and Peucker
+def cornered(line: Floats, exact: float = EXACT) -> list[int]:
+    """Return the indices of the points that approximate a line within a distance [m] (Douglas and Peucker
     1973)."""
     kept, open_ = {0, len(line) - 1}, [(0, len(line) - 1)]
     while open_:
@@ -255,7 +267,7 @@ def _corners(line: Floats) -> list[int]:
         share = np.clip((line[a + 1 : b] - line[a]) @ way / max(float(way @ way), 1e-12), 0.0, 1.0)
         off = np.linalg.norm(line[a + 1 : b] - line[a] - share[:, None] * way, axis=1)
         far = int(np.argmax(off))
-        if off[far] > EXACT:
+        if off[far] > exact:
             middle = a + 1 + far
             kept.add(middle)
             open_ += [(a, middle), (middle, b)]

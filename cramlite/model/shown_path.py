@@ -29,11 +29,13 @@ class Anchor(Value):
         part: class of the part; "" for the thing's own frame.
         deep: whether its origin is at the part's bottom, by the part's height, rather than at the part's own.
         scaled: whether x and y are shares of half the part's width rather than metres.
+        own: whether the frame is at the first place of the moved thing itself, upright, in any heading.
     """
 
     part: str = ""
     deep: bool = False
     scaled: bool = False
+    own: bool = False
 
     def frame(self, parts: Iterable[Part]) -> tuple[Pose, float] | None:
         """Return the pose of the path's reference frame in the thing's frame, and the length of a unit of x

@@ -1,5 +1,5 @@
 """Places on a path that demonstrations showed: the middle of the payload's lower face follows it, in the
-frame of a reference object."""
+frame of a reference object, or about the payload's own place."""
 
 from __future__ import annotations
 
@@ -30,6 +30,9 @@ def followed(location: Location, belief: Belief, context: Context) -> Iterator[G
     now = held_pose(belief, context)
     assert belief.held is not None
     thing, about = belief.world.thing(belief.held.thing), belief.thing(entity)
+    if path.anchor.own:
+        yield from _in_place(path, thing, now, belief, context)
+        return
     frame = path.anchor.frame((f.type, f.pose, f.size) for f in about.features)
     if frame is None:
         raise Unresolvable(f"'{about.name}' has no {path.anchor.part}, about which the path was shown", (location.of or "",))
@@ -48,6 +51,22 @@ def followed(location: Location, belief: Belief, context: Context) -> Iterator[G
             rounds = path.times if path.closed else 1
             place = Place(way[0], before, path=way[1:], approach=(0.0, 0.0, -1.0), thing=about.name, rounds=rounds)
             yield Candidate(f"{name}, turned by {degrees:+.0f} deg", place, legs)
+
+    for answer in reached(candidates(), Arm(belief, context)):
+        yield replace(answer, because=taken_at(belief, context)) if isinstance(answer, Refused) else answer
+
+
+def _in_place(path: ShownPath, payload: Thing, now: Pose, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """Generate rounds of a path about the payload's own place, from where it is, in several headings."""
+    assert belief.held is not None
+    hand = belief.held.tcp_to_thing.inverse()
+
+    def candidates() -> Iterator[Candidate]:
+        for degrees in TURNS:
+            corners = path.corners @ Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(degrees))).rotation.T
+            way = tuple(shift(now, c) * hand for c in corners)
+            place = Place(way[0], way[0], path=way[1:], thing=payload.name, rounds=path.times)
+            yield Candidate(f"about its own place, headed {degrees:+.0f} deg", place, (Leg(way[0], clearance=0.0, along=way[1:]),))
 
     for answer in reached(candidates(), Arm(belief, context)):
         yield replace(answer, because=taken_at(belief, context)) if isinstance(answer, Refused) else answer
