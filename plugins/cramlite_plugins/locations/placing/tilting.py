@@ -1,5 +1,4 @@
-"""Ways through an opening for a payload that does not fit in upright: tilted first, or with its foot alone, from where it
-topples."""
+"""Ways through an opening for a payload that does not fit in upright: tilted, or its foot first, so that it topples inside."""
 
 from __future__ import annotations
 
