@@ -85,7 +85,7 @@ class ClauseParser(RequestParser):
             yield from (r for aside, last in self._left_out(k) for r in self._rest(last, (*before, aside), brief))
 
     def _amended(self, at: int, before: Clauses) -> Iterator[tuple[Clauses, int]]:
-        """Yield the clauses read so far, the last request changed by what follows: an amount, or "..., or put it on the shelf"."""
+        """Yield the clauses read so far, with the alternative or amount that follows added: "..., or put it on the shelf"."""
         asked = [k for k, c in enumerate(before) if c.phrases]
         if not asked:
             return

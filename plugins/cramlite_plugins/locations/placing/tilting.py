@@ -1,4 +1,4 @@
-"""Ways through an opening for a payload that does not fit in upright: tilted, or its foot first, so that it topples inside."""
+"""Ways through an opening for a payload that does not fit in upright: tilted, or released to topple with only its foot inside."""
 
 from __future__ import annotations
 
