@@ -161,7 +161,7 @@ class PlanningScene(Value):
         return self._clear(JointLine(a, b))
 
     def blend_free(self, start: Floats, corner: Floats, goal: Floats) -> bool:
-        """Check whether the parabola between two free positions, along the lines to a corner and from it, is free."""
+        """Check that the parabola that rounds the corner of a joint path is free; the positions at its ends are known to be free."""
         return self._clear(JointBlend(start, corner, goal))
 
     def _clear(self, line: JointLine) -> bool:

@@ -57,8 +57,7 @@ class Space(FreeBlends, Protocol):
         limits."""
 
     def relaxed(self, anchors: Sequence[Sequence[float]]) -> Space:
-        """Return the same scene, but near given joint positions (``anchors``) with no more clearance required
-        than they have themselves."""
+        """Return this scene with less clearance required near some joint positions (``anchors``): no more than the arm has there."""
 
 
 class Probed(Value):
