@@ -39,7 +39,7 @@ class Mapping(dict[Any, Any]):
 
 
 class Sequence(list[Any]):
-    """List with its line number and those of its items, from 1."""
+    """List from a YAML text, with the line number of the list and of each item, from 1."""
 
     line = 1
     lines: list[int]

@@ -118,7 +118,7 @@ def _uri(run: str, file: str) -> str:
 
 
 def _data(value: Any) -> Any:
-    """Convert an answer to plain JSON values."""
+    """Convert the answer to a client's question to plain JSON values."""
     return json.loads(plain_json(value))
 
 

@@ -1,5 +1,4 @@
-"""Preflight: effects of a program on a real arm, measured in its runs, beside the limits to set on arm and
-controller."""
+"""Preflight: what a program will do on a real arm, by its simulated runs, and the limits to set on arm and controller."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ class Change(Value):
     thing: str = ""
 
     def of(self, setting: Setting, steps: int) -> Setting:
-        """Return a setting (world and robot) after the displacement by a number of steps of ``STEP`` metres."""
+        """Return the setting in which the thing, or else the robot's base, is displaced by a number of steps of ``STEP`` metres."""
         x, y, z = (STEP * steps * v for v in self.way)
         off = Pose((x, y, z))
         world = setting.world

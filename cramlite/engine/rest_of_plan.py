@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 
 
 def rests_of_plan(plan: Plan, at: int, step: str, setting: Setting, knowledge: Knowledge) -> Iterator[Plan]:
-    """Generate the rests of a plan after a stop, shortest first, without first tasks whose effects hold.
+    """Generate the task sequences that could complete a plan after a stop, shortest first.
+
+    First tasks are left out as far as their effects hold already.
 
     With a payload: the task under way and all later ones; instead of that task its parts from the one under way, or
     from a later one on; or the later tasks alone. With an empty hand: the tasks from the one under way or an earlier one on.

@@ -57,7 +57,7 @@ class Doubtful(Value):
     group: ExecutorGroup
 
     def twin(self, seed: int, errors: ErrorModel) -> Twin:
-        """Draw a twin of the belief."""
+        """Make a twin of the believed world, with errors drawn at random by the seed."""
         setting = self.setting
         return draw_twin(setting.world, setting.relations, setting.robot, errors, seed, sight_of(setting))
 

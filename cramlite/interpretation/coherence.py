@@ -296,8 +296,10 @@ def explains_ends(claim: Claims, readings: Iterable[Claims]) -> bool:
 
 
 def coherent(chosen: Sequence[int], asked: Iterable[Demand]) -> bool:
-    """Check whether the chosen readings, one number for each action, fulfil the given constraints (conditions
-    1 to 3 of coherence)."""
+    """Check whether the chosen readings, one number for each action, fulfil all given constraints between readings.
+
+    The constraints are conditions 1 to 3 of coherence.
+    """
     made = set(enumerate(chosen))
     return all(not made.isdisjoint(d.any_of) for d in asked if d.of is None or d.of in made)
 

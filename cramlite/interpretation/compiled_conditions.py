@@ -23,8 +23,7 @@ Rows = Callable[[Sequence[Phase], list[Values]], list[tuple[Values, tuple[Row, .
 
 
 def compile_step(condition: Condition, slots: Slots, new: list[str]) -> Step:
-    """Compile a condition to a step that extends each binding by values of the ``new`` variables under which
-    the condition holds."""
+    """Compile a condition to a function that extends bindings by values of ``new`` variables with which the condition holds."""
     match condition:
         case Atom():
             return _atom(condition, slots, new)
@@ -158,7 +157,7 @@ def _arguments(atom: Atom, slots: Slots, places: Sequence[int]) -> Callable[[Val
 
 
 def _asked(atom: Atom, slots: Slots) -> Rows:
-    """Return a function that asks a predicate for the rows that agree with each binding's values.
+    """Return a function that asks a predicate, for each binding of variables, for the argument values at which it holds.
 
     It pairs each binding with its rows, and drops bindings without any.
     """

@@ -135,7 +135,7 @@ class Or(Value):
 
 
 class And(Value):
-    """Conjunction of conditions; variables are passed on from left to right."""
+    """Conjunction of conditions; each condition gets the variable values that the conditions to its left have found."""
 
     parts: tuple[Condition, ...]
 

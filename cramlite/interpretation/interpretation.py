@@ -74,7 +74,7 @@ class Interpreted(Value, dict=True, eq=False):
 
     @cached_property
     def readings(self) -> frozenset[tuple[str, tuple[tuple[str, str], ...]]]:
-        """Readings of the action: each task that it may be, with the fillers of the task's roles."""
+        """Tasks that the action may be, each with the things in the task's roles."""
         return frozenset([(m.task, tuple(sorted(m.roles.items()))) for m in self.matches])
 
     def named(self, task: str) -> tuple[Match, ...]:
@@ -332,7 +332,7 @@ class _Matcher(Value):
         return found
 
     def join(self, before: Interpreted, after: Interpreted) -> Interpreted | None:
-        """Join two neighbouring actions to one, if it has all tasks of both; else return None.
+        """Join two neighbouring actions to one, if it may be every task that either of them may be; else return None.
 
         Only anonymous neighbours are joined, and only if one's tasks are among the other's: the boundary
         between them then told nothing apart. The joined action is judged anew against every rule, and

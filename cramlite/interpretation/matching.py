@@ -65,7 +65,7 @@ class Rejection(Value):
 
 
 def matches_of(rule: Rule, bindings: list[Binding]) -> tuple[Match, ...]:
-    """Return one match for each distinct filling of the roles."""
+    """Return the matches of a rule: one for each distinct assignment of things to its roles."""
     first: dict[tuple[str | float, ...], Binding] = {}
     for binding in bindings:
         first.setdefault(tuple([binding[role] for role in rule.roles]), binding)

@@ -27,7 +27,7 @@ MOST = 600
 
 
 class ClauseParser(RequestParser):
-    """Parser of one English sentence to clauses.
+    """Parser of one English sentence to clauses, which are requests or statements about things.
 
     Args:
         words: of the sentence.
@@ -85,8 +85,7 @@ class ClauseParser(RequestParser):
             yield from (r for aside, last in self._left_out(k) for r in self._rest(last, (*before, aside), brief))
 
     def _amended(self, at: int, before: Clauses) -> Iterator[tuple[Clauses, int]]:
-        """Yield the clauses so far, changed by an alternative or an amount that follows them: "..., or put
-        it on the shelf"."""
+        """Yield the clauses read so far, with the alternative or amount that follows added: "..., or put it on the shelf"."""
         asked = [k for k, c in enumerate(before) if c.phrases]
         if not asked:
             return
@@ -302,8 +301,7 @@ class ClauseParser(RequestParser):
                             yield from self._complements(frame, verb, theme, last)
 
     def _holding(self, place: Noun, at: int) -> Iterator[Found]:
-        """Yield clauses on what a place should contain: "the basket should contain the tin", "the basket
-        should be emptied"."""
+        """Yield requests about what a place should contain: "the basket should contain the tin", "the basket should be emptied"."""
         for start in starts(self.words, at, english.HOLDS):
             for theme, end in self._nouns.nouns(start):
                 ends = starts(self.words, end, (("on", "it"), ("in", "it"), ("inside",), ("on",), ("in",)))

@@ -37,7 +37,7 @@ def normal(words: Iterable[str]) -> Words:
 
 
 class Called(Value):
-    """Labels of one entity of the scene.
+    """Words that can name one entity of the scene.
 
     Args:
         names: its own, and their ends, e.g. ("moka", "pot") and ("pot",).

@@ -304,8 +304,7 @@ class NounParser:
                     yield Link("side", (english.SIDES[self.words[end]], self.words[at]), (whole,)), end + 1
 
     def _wholes(self, at: int) -> Iterator[Found]:
-        """Yield a plain noun phrase that precedes its side: "table" in "table center", "the table" in "the
-        table's middle"."""
+        """Yield the noun phrase before a word for a side or middle: "table" in "table center", "the table" in "the table's middle"."""
         for end in range(at + 1, min(at + 4, len(self.words))):
             if self.words[end - 1] in self._ends:
                 return

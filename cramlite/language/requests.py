@@ -50,8 +50,10 @@ class RequestParser:
         return all(self._known(n) for n in nouns if n is not None)
 
     def _courtesies(self, at: int, *tables: Phrases) -> tuple[int, ...]:
-        """Return the end positions of phrases that change nothing, longest first; "first" is none where it is
-        a name."""
+        """Return where phrases that begin at a word and ask for nothing end, the longest first.
+
+        None begins at a word such as "first" where that is a thing's name.
+        """
         if self.words[at : at + 1] and self.words[at] in english.ORDINALS and self.words[at] in self._names:
             return ()
         return tuple(sorted((e for table in tables for e in starts(self.words, at, table)), reverse=True))
@@ -198,7 +200,7 @@ class RequestParser:
                 yield self._clause(frame, verb, theme, place, "under", self.words[at:start]), end
 
     def _adverbs(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
-        """Yield clauses with an adverb as the place: "put the cup inside", "there", "on top"."""
+        """Yield requests with an adverb as the place: "put the cup inside", "there", "on top"."""
         for text, word in THERE:
             phrase = tuple(text.split())
             end = at + len(phrase)

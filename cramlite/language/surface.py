@@ -15,7 +15,7 @@ Ends = Callable[[Words, int], tuple[int, ...]]
 
 
 class Surface:
-    """Normaliser of sentences about one scene.
+    """Normaliser of English sentences about one scene: it leaves out filler words and carries out self-corrections.
 
     Args:
         names: single words that are names of things, which mean nothing else.

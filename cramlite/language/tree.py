@@ -64,7 +64,7 @@ class Noun(Value):
 
 
 class Clause(Value):
-    """Clause: a request or statement about things.
+    """Clause of an English sentence that asks for something, or states something, about things.
 
     Args:
         said: its words, without those of its descriptions.

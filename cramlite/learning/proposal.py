@@ -100,7 +100,7 @@ class Proposal(Value, eq=False):
 
     @property
     def turning(self) -> tuple[ShownTurn, str] | None:
-        """Turn of a thing with the role of that thing; None unless the rule requires it."""
+        """Turn that a learned rule requires of a thing, and the role of this thing; None if the rule requires none."""
         if self.told is None or not isinstance(self.motion, ShownTurn):
             return None
         return self.motion, list(self.roles)[self.told.slots[0] - 1]
@@ -123,7 +123,7 @@ def propose(
     task: str, learned: Learned, rules: Sequence[Rule], taxonomy: Taxonomy, wrong: Sequence[Span] = (),
     motion: ShownMotion | ShownTurn | ShownRest | None = None,
 ) -> Proposal:
-    """Return the proposal of a task from a learned rule.
+    """Return the proposal of a new task, with the roles, conditions and evidence of a learned rule.
 
     Args:
         task: its class, such as "cram:Stirring".

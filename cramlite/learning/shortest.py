@@ -137,8 +137,7 @@ def shortest(problem: Problem) -> Shortest:
 
 
 def _wish(wish: Wish, weights: list[float], rows: _Rows, lower: list[float]) -> None:
-    """Add a wish to the integer program as a soft constraint: if it is not met, the wish's bits are added to
-    the objective.
+    """Add a soft constraint (a wish) to the integer program: if it is violated, its penalty [bits] is added to the objective.
 
     It is met if all chosen conditions hold in at least one of its alternatives.
     """

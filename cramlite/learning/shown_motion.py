@@ -1,4 +1,4 @@
-"""Motions that demonstrations share: a path of the held thing in the frame of the thing about which the examples differ least.
+"""Hand motions that demonstrations share: paths of the held thing relative to the thing about which these paths differ least.
 
 The path is gone round without a stop, or gone along on a surface: once, or in strokes, between which the thing is lifted back.
 """

@@ -41,7 +41,7 @@ class ShownTurn(Value):
 
     @property
     def strokes(self) -> int:
-        """Number of grasps in which a robot does it."""
+        """Number of grasps in which a robot makes the whole turn: it regrasps the thing between them."""
         return math.ceil(self.angle / STROKE)
 
 

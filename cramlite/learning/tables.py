@@ -28,7 +28,7 @@ class Tables:
         self._known: dict[tuple[str, str], npt.NDArray] = {}  # type: ignore[type-arg]
 
     def valid(self, roles: int) -> Truths:
-        """Return which role assignments use only things of their span, as a mask (spans, fillings).
+        """Return for each span the role assignments that use only things of this span, as a mask (spans, assignments).
 
         Others contain the padding of the tables.
         """

@@ -112,7 +112,7 @@ def _borne(features: Iterable[str], taxonomy: Taxonomy, *ways: str) -> bool:
 
 
 def _views(things: tuple[Thing, ...], taxonomy: Taxonomy) -> Iterator[str]:
-    """Yield what each picture is to show: first a class of hangers, then the name of a support or container.
+    """Yield the subject of each picture: first the classes of things that others hang on, then supports and containers by name.
 
     Of supports and containers the smallest comes first.
     """

@@ -110,8 +110,7 @@ class ActionSchema(Value):
 
 
 def action_schemas(grounder: Grounder, rules: Iterable[Rule], tasks: Mapping[str, TaskType]) -> Iterator[ActionSchema]:
-    """Generate the schemas of those rules whose tasks a plugin offers: one for each choice of a thing or a
-    part in each role."""
+    """Generate the action schemas of rules whose tasks a plugin offers: one for each choice of a thing or a part in each role."""
     for rank, rule in enumerate(rules):
         if rule.task in tasks:
             found = grounder.candidates(rule, tasks[rule.task])

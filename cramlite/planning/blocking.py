@@ -52,8 +52,7 @@ class Blocking(Value):
         return all(any(same.issuperset(tracks) for tracks in any_of) for any_of in self.sets)
 
     def left_shut(self) -> Blocking:
-        """Return a blocking that keeps the task refused even if a closed thing in the way, such as a drawer,
-        is opened.
+        """Return this blocking so that opening a closed thing in the way, such as a drawer, does not end it.
 
         It is without the sets of things in the way that name such a thing.
 

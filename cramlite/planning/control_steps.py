@@ -29,8 +29,7 @@ MOVED = 0.005  # things that are at the same place [m]: the accuracy with which 
 
 
 def state_after_mark(state: State, mark: Mark) -> State:
-    """Return the state after the mark at the front of the agenda: a branch of a control structure begins, or
-    the structure ends.
+    """Return the search's state after a mark in its agenda, at which a branch of a control structure begins or the structure ends.
 
     Raises:
         Unresolvable: branches do not end at the same place, or need the same device at the same time.

@@ -43,8 +43,9 @@ class Handling(Value):
 def handled(
     needs: Iterable[Fact], adds: Iterable[Fact], removes: Iterable[Pattern], fluents: Fluents, moves: Iterable[str] = ()
 ) -> dict[str, Handling]:
-    """Return the effect of a task on each thing, or on each parameter, derived from the task's preconditions
-    and effects.
+    """Return what a task does to each thing, derived from its preconditions and effects: takes, moves, holds or releases it.
+
+    For an action schema, parameters stand in the place of things.
 
     Held is what a fluent ``in_hand`` is about; it is displaced where a relation to anything but the hand begins or ends. What is
     not held is where a state of it alone ends, such as that a joint is closed, and what a task says that it moves, such as what is pushed.

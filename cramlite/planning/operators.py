@@ -89,7 +89,7 @@ class Operator(Value):
         return any(fact in pair and pair[1] in facts for pair in pairs)
 
     def applies(self, facts: frozenset[Fact]) -> bool:
-        """Check whether the preconditions hold."""
+        """Check whether all preconditions of this task hold in a set of facts."""
         return not self.unmet(facts)
 
     def unmet(self, facts: frozenset[Fact]) -> str:

@@ -114,8 +114,7 @@ class PlanningProblem(Value, eq=False):
             yield Scope(every)
 
     def within(self, scope: Scope) -> PlanningProblem:
-        """Return the problem in which a refused task becomes possible only by changes that the limits
-        ``scope`` permit."""
+        """Return this problem with stricter blockings: only changes that ``scope`` permits make a refused task possible."""
         blocked = tuple(b.while_others_stay() for b in self.blocked) if scope.others_moved else self.blocked
         return replace(self, blocked=tuple(b.left_shut() for b in blocked) if scope.left_shut else blocked)
 

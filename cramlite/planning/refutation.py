@@ -77,8 +77,7 @@ class Refutation(Value):
 
 
 def as_they_are(things: InTheWay) -> frozenset[AsItIs]:
-    """Return the part of a conflict set that blames things in the way, from what plugins state in
-    ``Refused.blocking``."""
+    """Convert the things in the way that plugins state in ``Refused.blocking`` to causes in a conflict set."""
     sets = [ANY] if things is None else things
     return frozenset(AsItIs(frozenset([one] if isinstance(one, str) else one)) for one in sets)
 

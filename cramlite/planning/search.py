@@ -222,7 +222,7 @@ class Search(Struct, dict=True):
         return frozenset(point.conflict)
 
     def _left_open(self, point: ChoicePoint, number: int | None) -> None:
-        """Record what has failed so far below a choice of the farthest task, as a budget ends the search there."""
+        """Record why a choice in the farthest task that was reached has failed so far, when a budget ends the search there."""
         failed = any(isinstance(c, InTask) and c.number == number for c in point.conflict)
         self._open |= point.conflict if number == self._farthest and failed else frozenset()
 

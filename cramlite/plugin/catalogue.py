@@ -62,7 +62,7 @@ class Knowledge:
 
     @cached_property
     def tasks(self) -> Mapping[str, TaskType]:
-        """Task class -> task type."""
+        """Task types of all plugins, by task class."""
         _ = self.task_owners
         return {task.task: task for _, task in self.registry.collect("task_types")}
 

@@ -103,7 +103,7 @@ class Expert(Value):
     parameters: tuple[Parameter, ...] = ()
 
     def domain(self, output: str, priors: Mapping[str, Any]) -> tuple[str, ...] | None:
-        """Return the values that an output may have; None for any."""
+        """Return the values that an output of this perception expert may have; None if it may have any value."""
         declared = self.domains.get(output)
         return declared(priors) if callable(declared) else declared
 

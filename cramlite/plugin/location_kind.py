@@ -43,7 +43,7 @@ class LocationKind(Value):
     gives: type[Place | Stand] = Place
 
     def misfit(self, said: Mapping[str, Any]) -> str:
-        """Return why given parameters are not those of this kind of location, in words; "" if they are."""
+        """Return why the given parameters do not suit this kind of location, in words; "" if they do."""
         known = {f.name: f for f in msgspec.structs.fields(self.parameters)}
         for name in said:
             if name not in known:

@@ -157,8 +157,7 @@ class Driver(Backend, Protocol):
     """Backend that can also run its text on a robot, through a process that stands for the robot."""
 
     def drive(self, text: str, robot: Robot, command: Sequence[str]) -> Rollout:
-        """Start a process that stands for a robot, run a text on it, and return the forces that it
-        measured, as a rollout in a world without things.
+        """Run a program text on a process that stands for a robot; return the measured forces as a rollout without things.
 
         Raises:
             UserError: the text cannot be driven, or the process does not answer as it must.

@@ -139,7 +139,7 @@ class Axis(Value):
 
     @property
     def ticks(self) -> list[tuple[float, str]]:
-        """Positions and labels of about ten tick marks on the axis, at times with few digits."""
+        """Positions and labels of about ten tick marks on the time axis; the marked times are round numbers."""
         wanted = max(self.end - self.begin, 1e-3) / 10
         power = 10.0 ** math.floor(math.log10(wanted))
         step = next(s * power for s in (1, 2, 5, 10) if s * power >= wanted)
@@ -305,8 +305,7 @@ def _lost(told: Sequence[Told], lengths: Sequence[DescriptionLength], axis: Axis
 
 
 def _difference(one: Told, axis: Axis) -> dict[str, Any]:
-    """Return the claims of two readings about an action, and the extra length of the second one [bits], term
-    by term."""
+    """Return what each of two readings says about an action, and how much longer the second description is [bits], by term."""
     mine, other = one.lengths
     changed = [(words, sign * (getattr(other, t) - getattr(mine, t))) for t, words, sign in TERMS]
     terms = ", ".join(f"{words} {more:+.1f}".replace("-", "−") for words, more in changed if abs(more) > 0.05)

@@ -226,7 +226,7 @@ class Scenario(Value):
         return f"{self.path}:{line_of(self.data, location)}"
 
     def where_thing(self, name: str) -> str:
-        """Return "file:line" where a thing is listed, whether it is in the robot's or the simulated person's world."""
+        """Return "file:line" of a thing's entry in the scenario; without one, that of the world's or the recording's things."""
         names = [t.get("name") for t in self.data.get("things", ())]
         if name in names:
             return self.where("things", names.index(name))

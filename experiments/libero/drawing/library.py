@@ -61,7 +61,7 @@ def name_of_kind(problem: Problem, name: str) -> str:
 
 @lru_cache(maxsize=1)
 def known_goals() -> frozenset[frozenset[Literal]]:
-    """Return the goals of the 130 tasks, by the kinds of their things."""
+    """Return the goals of LIBERO's 130 tasks, with things named by their kinds."""
     return frozenset(signature(map(tuple, p["goal_state"]), lambda n, p=p: name_of_kind(p, n)) for p in tasks())  # type: ignore[misc]
 
 

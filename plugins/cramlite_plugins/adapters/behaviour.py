@@ -84,7 +84,7 @@ class Resolve(py_trees.behaviour.Behaviour):  # type: ignore[misc]  # an extra, 
         return py_trees.common.Status.SUCCESS if self._job.succeeded else py_trees.common.Status.FAILURE
 
     def terminate(self, new_status: py_trees.common.Status) -> None:
-        """Stop the search and the run where the behaviour is interrupted, without waiting for their end."""
+        """Stop the search and the run when the behaviour tree interrupts this behaviour; do not wait for their end."""
         if new_status != py_trees.common.Status.INVALID or self._job is None:
             return
         self._job.stop.set()

@@ -65,7 +65,7 @@ class BenchmarkEnvironment(Value):
     packages: str
 
     def python(self, folder: Path | None) -> str:
-        """Return the environment's interpreter.
+        """Return the path of the Python interpreter in the benchmark's own environment.
 
         Args:
             folder: where it is, if not in its usual place.

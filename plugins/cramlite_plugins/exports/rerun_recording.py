@@ -65,7 +65,7 @@ def _add_bodies(rerun: Any, run: RunRecord) -> None:
 
 
 def _add_curves(rerun: Any, run: RunRecord) -> None:
-    """Log curves of each joint, each component of the wrench, the force that the program feels, and the gripper."""
+    """Add curves over time to the recording: each joint, each component of the wrench, the felt force, and the gripper's opening."""
     rollout = run.rollout
     curves = {f"joints/{name}": rollout.joints[:, k] for k, name in enumerate(run.joints)}
     curves |= {f"wrench/{name}": rollout.wrench[:, k] for k, name in enumerate(WRENCH)}

@@ -182,7 +182,7 @@ def _palm(gripper: Gripper) -> tuple[Floats, Floats]:
 
 
 def shallow(pose: Pose, near: float, far: float, gripper: Gripper) -> Pose | None:
-    """Draw a TCP pose back until the pads do not reach the far side of a geom; None if they do not anyway.
+    """Move a TCP pose back until the pads end before the far side of a geom; None if they do already, or cannot.
 
     So a thin thing is gripped that lies on a table.
 

@@ -129,7 +129,7 @@ KINDS: Mapping[str, LocationKind] = {
 
 
 def ground(location: Location, belief: Belief, context: Context) -> Groundings:
-    """Ground a location of a shipped relation."""
+    """Ground a location whose relation, such as "near", this package defines."""
     return KINDS[location.relation].ground(location, belief, context)
 
 

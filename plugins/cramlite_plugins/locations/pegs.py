@@ -55,8 +55,10 @@ class Peg(Value):
 
     @property
     def onto(self) -> Floats:
-        """Return the displacements (5, 3) [m] of a hole that starts at the peg's tip: out in front of the
-        tip, back to it, past its bend, along the peg, and down onto it."""
+        """Return the way of a hole onto the peg as displacements (5, 3) [m], one after the other, from the peg's tip.
+
+        They lead out in front of the tip, back to it, past the peg's bend, along the peg, and down onto it.
+        """
         if stands(self.axis):
             deep = max(self.length - self.thick - SHORT, self.length / 2)
             down, off = -self.axis * max(self.length - self.thick - GAP - deep, 0.0), self.thick + OVER

@@ -69,7 +69,7 @@ class Rim(Value):
 
     @property
     def edge(self) -> Floats:
-        """Lower corner of the rim's outer end."""
+        """Point (3,) at the outer, upper end of a sloping rim, on the rim's lower side."""
         return self.middle + self.half * self.up - self.thick / 2 * self.normal
 
 
@@ -108,7 +108,7 @@ def _level(way: Floats) -> Floats:
 
 
 def _slab(geom: Geom, pose: Pose) -> tuple[Floats, float, Floats] | None:
-    """The thinnest way through a box or hull: the face normal that looks up, the thickness [m], and its corners there (n, 3)."""
+    """Thinnest direction of a box or hull as a unit vector that points up, its thickness that way [m], and its corners (n, 3)."""
     there = pose * geom.pose
     if geom.shape == "box":
         k = int(np.argmin(geom.size))

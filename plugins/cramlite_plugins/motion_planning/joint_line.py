@@ -56,8 +56,9 @@ class JointLine:
 
 
 class JointBlend(JointLine):
-    """A parabola in joint space that rounds the corner between two straight lines; fractions are those of
-    its parameter.
+    """Rounded corner of a path: a parabola in joint space from one straight line to the next.
+
+    Fractions are those of the parabola's parameter, not of its length.
 
     Args:
         start, goal: where it leaves one line and meets the other [rad].

@@ -199,7 +199,7 @@ def _enclosed(scene: Space, origin: Joints, goals: Sequence[Joints]) -> Refused 
 
 
 def _leaves(scene: Space, q: Joints) -> bool:
-    """Whether any short way from a joint position is free."""
+    """Whether at least one of some short joint-space lines from a joint position, in random directions, is free."""
     return any(scene.line_free(q, end) for end in _ways(q))
 
 

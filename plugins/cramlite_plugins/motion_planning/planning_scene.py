@@ -161,7 +161,7 @@ class PlanningScene(Value):
         return self._clear(JointLine(a, b))
 
     def blend_free(self, start: Floats, corner: Floats, goal: Floats) -> bool:
-        """Check whether the parabola between two free positions, along the lines to a corner and from it, is free."""
+        """Check that the parabola that rounds the corner of a joint path is free; the positions at its ends are known to be free."""
         return self._clear(JointBlend(start, corner, goal))
 
     def _clear(self, line: JointLine) -> bool:
@@ -175,8 +175,7 @@ class PlanningScene(Value):
         return True
 
     def line_probed(self, a: Position, b: Position) -> bool:
-        """Check the end of a line from a free position, and places on it that lie ``PROBED`` apart; it may be
-        blocked between them."""
+        """Check that the end of a joint-space line and samples on it, ``PROBED`` apart, are free; between samples it may be blocked."""
         return self.free(b) and all(map(self._keeps, JointLine(a, b).probes()))
 
     def blocked(self, a: Position, b: Position) -> float | None:
@@ -241,8 +240,7 @@ class PlanningScene(Value):
         return next((n for n in still if world.thing(n).movable or world.thing(n).joint is not None), "")
 
     def relaxed(self, anchors: Sequence[Position], start: Position | None = None) -> PlanningScene:
-        """Return the same scene, but near given joint positions (``anchors``) with no more clearance required
-        than they have themselves.
+        """Return this scene with less clearance required near some joint positions (``anchors``): no more than the arm has there.
 
         Args:
             start: anchor in which contacts may be as deep as those of things that lean on one another.

@@ -22,7 +22,7 @@ class FreeBlends(FreeLines, Protocol):
     """Interface of a joint space in which the corners of a path are rounded off."""
 
     def blend_free(self, start: Floats, corner: Floats, goal: Floats) -> bool:
-        """Check whether the parabola between two free positions, along the lines to a corner and from it, is free."""
+        """Check that the parabola that rounds the corner of a joint path is free; the positions at its ends are known to be free."""
 
     def tip(self, q: Sequence[float] | Floats) -> Floats:
         """Return the position (3,) of the tcp [m]."""
@@ -57,8 +57,7 @@ class Space(FreeBlends, Protocol):
         limits."""
 
     def relaxed(self, anchors: Sequence[Sequence[float]]) -> Space:
-        """Return the same scene, but near given joint positions (``anchors``) with no more clearance required
-        than they have themselves."""
+        """Return this scene with less clearance required near some joint positions (``anchors``): no more than the arm has there."""
 
 
 class Probed(Value):

@@ -96,8 +96,9 @@ def latch(
     friction: float = 0.8,
     rgba: Colour = (0.45, 0.40, 0.30, 1.0),
 ) -> Thing:
-    """Make a bar that turns about x: level towards +y in front of a closed door, upright when it is open.
-    Feature "handle": on the grip along it, z out.
+    """Make a door latch: a bar that turns about x, level towards +y to keep the door shut, upright to let it open.
+
+    Feature "handle": on the grip, x along the level bar, z away from the door.
 
     Args:
         parent: the panel that it is mounted on, with which it does not collide.

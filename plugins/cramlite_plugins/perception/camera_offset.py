@@ -106,8 +106,7 @@ def _registered(points: _Points, solids: Sequence[tuple[Geom, Pose]], centre: Fl
 def _clear(
     points: _Points, whole: Pose, solids: Sequence[tuple[Geom, Pose]], limits: Mapping[str, float]
 ) -> tuple[_Points, list[tuple[Geom, Pose]]]:
-    """Points that a camera sees on solids (shapes of fixtures) which no other thing hides or surrounds, and
-    these solids.
+    """Points that a camera sees on fixtures, and the fixtures' solids; solids that other things hide or surround are left out.
 
     A solid is kept if most of the points nearest to it lie on its surface.
 

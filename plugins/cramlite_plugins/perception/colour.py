@@ -54,7 +54,7 @@ def words(pixels: np.ndarray[Any, np.dtype[np.uint8]]) -> Words:
 
 
 def _hue(rgb: Any, value: Any, spread: Any) -> Any:
-    """Hue [deg] (Smith, SIGGRAPH 1978)."""
+    """Hue of RGB colours [deg] (Smith, SIGGRAPH 1978)."""
     import numpy as np
 
     safe = np.where(spread > 0, spread, 1.0)

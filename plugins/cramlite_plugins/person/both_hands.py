@@ -71,7 +71,7 @@ def be_busy(person: Performer, scene: Scene) -> None:
 
 
 def _for_other_hand(scene: Scene) -> list[Thing]:
-    """Things that the other hand can take far away from the acting hand."""
+    """Things for the other hand to take, far enough from the acting hand to keep clear of it."""
     own = scene.product
     far = [t for t in scene.world.things if np.hypot(*np.subtract(t.pose.position, own.pose.position)[:2]) > CLEAR]
     return [t for t in far if t.movable and t is not own and width_from_above(t) <= WIDEST]

@@ -113,5 +113,5 @@ def not_on_peg(person: Performer, scene: Scene) -> str:
 
 
 def recorded(rollout: Rollout, scene: Scene, rng: np.random.Generator) -> Rollout:
-    """Return the rollout as tracked: perhaps with a loss of tracking."""
+    """Return the rollout as a tracker would have recorded it: by chance, the tracker loses the product in the hand for a while."""
     return with_tracking_loss(rollout, scene.product.name, rng) if rng.random() < GLITCH else rollout

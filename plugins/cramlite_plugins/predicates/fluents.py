@@ -43,7 +43,7 @@ STANDS_WITHIN = 0.005
 
 
 def is_effector(_scene: SymbolicWorld, entity: str) -> bool:
-    """Evaluate effector(X) in a symbolic world."""
+    """Evaluate effector(X) in a symbolic world: X is the robot's effector."""
     return entity == EFFECTOR
 
 

@@ -73,7 +73,7 @@ class Samples:
         return found if at == end else []
 
     def by_start(self, values: np.ndarray) -> dict[float, float]:
-        """Return values, one for each window of the signal, by the start of the window."""
+        """Map the start of each time window of the signal to the window's value among the given values."""
         return dict(zip(self._cuts, values.tolist(), strict=False))
 
 

@@ -65,7 +65,7 @@ def kept_shape(content: bytes, make: Callable[[], Shape]) -> Shape:
 
 @dataclass(frozen=True)
 class _Content:
-    """Content of a file as a cache key of its shape: equal keys are equal content."""
+    """Cache key of the shape in a mesh file; two keys are equal if the contents of the files are equal."""
 
     key: str
     make: Callable[[], Shape] = field(compare=False)

@@ -88,7 +88,7 @@ def rests(thing: Thing, start: Pose, below: Thing, at: Pose, aside: float, there
 
 @lru_cache(maxsize=2048)
 def _firm(thing: Itself[Thing], start: Pose, below: Itself[Thing], at: Pose) -> Pose | None:
-    """Rest pose of a thing that it also reaches if released beside that pose, leaning; None otherwise."""
+    """Pose in which a thing comes to rest, if it also does when released beside that pose and leaning; None otherwise."""
     found = _dropped(thing, start, below, at)
     if found is None:
         return None

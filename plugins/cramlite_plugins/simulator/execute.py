@@ -181,7 +181,7 @@ class _Run:
         self.observe(0)
 
     def observe(self, line: int) -> None:
-        """Check which grips need no-slip iterations, and record a sample if one is due."""
+        """Check which grips need MuJoCo's no-slip iterations; record a sample if it is time for one."""
         self.no_slip.look(self.data)
         self.peaks.see(self.data.time, self.controller)
         self.recorder.observe(self.data, line)

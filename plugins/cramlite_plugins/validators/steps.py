@@ -195,7 +195,7 @@ def _left_out(stages: list[Stage], lost: Iterable[int]) -> Iterator[tuple[str, s
 
 
 def _turns(candidate: Candidate, stages: list[Stage]) -> Turns:
-    """Assign each stretch of a run to a stage of the program, and find the stretches that come too late.
+    """Assign each stretch of a run to a stage of the program; find stretches that run after a later stage has begun.
 
     A stretch belongs to the next stage that has its origin; it is late if all such stages are before the last
     assigned one.

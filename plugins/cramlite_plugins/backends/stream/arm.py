@@ -156,8 +156,7 @@ class StreamedArm(CommandedArm):
         return low
 
     def _fits(self, pace: float, correction: Floats) -> bool:
-        """Whether the process accepts the delta that the running motion needs in this period at a share of
-        the planned speed."""
+        """Whether the robot process accepts the tool displacement of a period if the motion goes on at a share of its speed."""
         assert self.motion is not None
         place = self.motion.at(self.time + pace * self.period)
         q = self.kinematics.follow(place, self.q) if isinstance(place, Pose) else place

@@ -47,7 +47,7 @@ def _empty(before: SetGripper | None, order: SetGripper) -> bool:
 
 
 def _shuts(before: SetGripper | None, order: SetGripper) -> bool:
-    """Whether a gripper step closes empty fingers fully, by what this step and the one before expect them to hold."""
+    """Whether a gripper step closes the fingers fully on nothing: neither it nor the step before expects a thing between them."""
     return order.expect == "none" and order.opening == 0.0 and (before is None or before.expect == "none")
 
 

@@ -58,5 +58,5 @@ def _asked(late: LatePose) -> str:
 
 
 def shift(thing: str) -> str:
-    """Return the name of the variable with a thing's displacement."""
+    """Return the name of the URScript variable that holds how far a thing is from where the plan has it."""
     return "moved_" + re.sub(r"\W", "_", thing)

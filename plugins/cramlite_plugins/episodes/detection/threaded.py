@@ -51,8 +51,10 @@ def _polyline(hanger: Thing, peg: Feature) -> Floats:
 
 
 def _passes(rollout: Rollout, owner: Thing, hole: Feature, hanger: Thing, line: Floats) -> Flags:
-    """Whether, per sample, a segment of the peg's axis ``line`` (hanger frame) passes through the disc of a
-    hole: its ends are on different sides of the disc's plane and it crosses within the radius."""
+    """Whether a segment of the peg's axis ``line`` (hanger frame) passes through the disc of a hole, at each sample.
+
+    Its ends are on different sides of the disc's plane, and it crosses the plane within the hole's radius.
+    """
     checkpoint()
     rows = rollout.poses.get(hanger.name) if hanger.movable or hanger.joint else None
     still = np.array([(*hanger.pose.position, *hanger.pose.quaternion)])

@@ -144,7 +144,7 @@ class ThingSpec(TrackSpec):
 
 
 class Mapping(Spec):
-    """Mapping file of a recording."""
+    """Mapping file of a recording: which columns of its table belong to which hands and things, in which units and axes."""
 
     recording: str
     format: Format | None = None

@@ -81,7 +81,7 @@ def _first(point: Floats, z: Floats) -> Floats:
 
 
 def _next(frame: Floats, point: Floats, z: Floats) -> Floats:
-    """Frame i on the axis of joint i + 1: x along the common normal from the axis before."""
+    """Denavit-Hartenberg frame i, on the axis of joint i + 1: its x lies along the common normal from the axis of joint i."""
     before, origin, z = frame[:3, 2], frame[:3, 3], z / np.linalg.norm(z)
     normal = np.cross(before, z)
     between = point - origin
@@ -97,7 +97,7 @@ def _next(frame: Floats, point: Floats, z: Floats) -> Floats:
 
 
 def _last(frame: Floats, flange: Pose) -> Floats:
-    """Frame n: on the last axis, level with the flange, its x as near to the flange's x as it can be."""
+    """Last Denavit-Hartenberg frame: on the last joint's axis, level with the flange, x as near to the flange's x as it can be."""
     z, origin = frame[:3, 2], frame[:3, 3]
     x = flange.rotation[:, 0]
     x = x - (x @ z) * z

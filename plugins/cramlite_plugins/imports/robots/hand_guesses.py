@@ -6,8 +6,7 @@ from cramlite.model import Gripper, HandFile
 
 
 def guesses(gripper: Gripper, owners: tuple[str, str], stated: HandFile) -> tuple[str, ...]:
-    """Return what was concluded about a hand from how it moves, one sentence for each key of ``gripper`` that
-    could state it instead.
+    """Return one sentence for each property of a hand that was guessed from its motion, with the key of ``gripper`` to state it by.
 
     Args:
         gripper: as it was read; its tool centre point is in the frame of the flange.

@@ -73,7 +73,7 @@ def _closing(first: Any, last: Any, a: int, b: int) -> Floats:
 
 
 def _pad(model: Any, data: Any, geom: int, inwards: Floats) -> tuple[int, ...]:
-    """Geoms of the same rigid part that reach as far inwards as the given geom, so that they form one face with it."""
+    """Geoms that form one pad face with a given geom: on the same rigid part, and reaching as far towards the other finger."""
     part = int(model.body_weldid[model.geom_bodyid[geom]])
     own = [g for g in range(model.ngeom) if int(model.body_weldid[model.geom_bodyid[g]]) == part]
     front = _inner(model, data, (geom,), inwards)

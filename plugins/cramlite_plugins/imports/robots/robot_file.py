@@ -160,8 +160,7 @@ def _leaning(chain: Chain, root: Pose) -> tuple[str, ...]:
 
 
 def _servos(model: Any, chain: Chain, text: str, stated: bool) -> tuple[str, ...]:
-    """Note that cramlite's position servos replace the actuators that the file gives the arm; empty
-    without such actuators."""
+    """Return the message that cramlite's position servos replace the actuators of the arm's file; none if the file has none."""
     driven = [a for a in range(model.nu) if int(model.actuator_trntype[a]) == JOINT]
     own = [a for a in driven if model.joint(model.actuator_trnid[a][0]).name in chain.joints]
     if not own:

@@ -305,7 +305,7 @@ def _files(path: Path, seen: tuple[Path, ...] = ()) -> list[Path]:
 
 
 def _line(path: Path, word: str, otherwise: int = 1) -> int:
-    """Return the number of the first line that has a word in quotes, alone or as the end of a path."""
+    """Return the number of the first line of a file in which a name is in quotes, alone or at the end of a path."""
     if not word:
         return otherwise
     lines = path.read_text(encoding="utf-8", errors="replace").splitlines()

@@ -30,7 +30,7 @@ TIGHT = 100.0  # cost of a place that comes after all others, since it leaves li
 
 
 def room_to_close(placement: Placement, query: Query) -> str | Refused:
-    """Check that later tasks can close their things: a door with no obstacle, a drawer with its load.
+    """Check that doors and drawers that later tasks close still have room to close after this placement, with what is in them.
 
     What the hand pushes farther in, before it leaves, may stand in the way until then. Later tasks are looked at only where
     something would be met, so that what follows elsewhere holds whatever they are.

@@ -255,8 +255,7 @@ def check_turn(query: Query, asked: Pose) -> None:
 
 
 def with_middle(level: list[Query]) -> list[Query]:
-    """Return the placing problems to try, one for each surface; on a support with a rim its middle comes
-    first.
+    """Return the placing problems to try, one for each surface; on a movable support with a rim, its middle is tried first.
 
     Of a movable support with a rim, such as a plate: the middle of its largest surface, then that surface if
     it has room elsewhere.

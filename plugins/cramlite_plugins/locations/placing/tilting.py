@@ -1,5 +1,4 @@
-"""Ways through an opening for a payload that does not fit in upright: tilted first, or with its foot alone, from where it
-topples."""
+"""Ways through an opening for a payload that does not fit in upright: tilted, or released to topple with only its foot inside."""
 
 from __future__ import annotations
 

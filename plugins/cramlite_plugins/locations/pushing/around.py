@@ -125,7 +125,7 @@ def _traced(start: Point, end: Side, came: dict[Side, Side | None], blame: dict[
 
 
 def ways_around(start: Point, left: Left, alone: Met, hand: Met) -> Iterator[tuple[int, list[Point]]] | Refused:
-    """Find ways of a pushed thing around obstacles, each with the free room to its sides, in steps of the lattice.
+    """Find paths of a pushed thing around obstacles, each with the number of lattice steps that are free on either side of it.
 
     How far it lags behind, and where it is in a corner, depends on whether it sticks to the fingers: one with a hollow of 40 mm was seen
     15 mm off its way.

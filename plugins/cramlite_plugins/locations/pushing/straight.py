@@ -80,7 +80,7 @@ def _ways(pose: Pose) -> list[Floats]:
 
 
 def beyond(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate the place straight ahead of the fingers, along the approach of the place at which the push begins."""
+    """Generate the place at which a push ends: a given distance ahead of the hand, in the direction in which the push began."""
     entity, distance = bound(context, location.of), asked(location, Along).distance_m
     start: Place = context.bindings[f"push({location.of})"]
     end = shift(tcp(belief, context), np.asarray(start.approach) * distance)
@@ -273,7 +273,7 @@ def _region(thing: Thing, pose: Pose, name: str, belief: Belief) -> tuple[Featur
 
 
 def gap_before(belief: Belief, context: Context, entity: str, to: Point, opening: float) -> float:
-    """Return the distance from fingers to a thing [m], in the direction that its origin shall go."""
+    """Return the gap between the fingers and a thing [m], along the line from the thing to where it is to be pushed."""
     pose = belief.pose(entity)
     way = np.array([to[0] - pose.position[0], to[1] - pose.position[1], 0.0])
     ahead = way / max(float(np.linalg.norm(way)), SHORT)

@@ -165,7 +165,7 @@ def _ways(scene: Scene, mask: Mask, among: Sequence[Mask]) -> Iterator[list[Read
 
 
 def _stands_out(scene: Scene, mask: Mask, part: Part, whole: float) -> bool:
-    """Whether a part of a cluster is explained better as one thing than the whole cluster is.
+    """Whether one thing explains a part of a cluster better than one thing explains the whole cluster.
 
     The outline of the part's best explanation must run along edges of depth or colour. If one thing explains
     the whole cluster at all, the part must also have the greater product of score and pixels.

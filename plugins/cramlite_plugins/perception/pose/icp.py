@@ -162,7 +162,7 @@ def _vector_terms(moved: Batch, gap: Batch, weight: Batch) -> tuple[Batch, Batch
 
 
 def _diagonal(values: Batch) -> Batch:
-    """(H, 3, 3): each value times the identity."""
+    """Diagonal matrices (H, 3, 3), one for each of H values: the value times the identity matrix."""
     return np.asarray(values[:, None, None] * _IDENTITY)
 
 

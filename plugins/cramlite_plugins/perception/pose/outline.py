@@ -88,7 +88,7 @@ class Outline(Value, eq=False, dict=True):
         return np.asarray((u > -0.5) & (u < i.width - 0.5) & (v > -0.5) & (v < i.height - 0.5))
 
     def silhouette_error(self, points: Floats32, facing: Mask) -> tuple[tuple[NDArray[np.int64], ...], Floats32]:
-        """Return the silhouette error: points seen outside of the mask where nothing nearer hides them.
+        """Return the object's points that are seen outside of its mask, though nothing nearer hides them there.
 
         The object reaches half a pixel beyond its pixels' centres.
 

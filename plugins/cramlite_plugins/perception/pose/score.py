@@ -57,7 +57,10 @@ def score_poses(
 
 
 def _explained(model: PoseModel, points: Floats32, starts: PoseBatch) -> tuple[Floats32, Floats32]:
-    """Share of the scene's points that lie on the side of the model that faces the camera, and their mean distance."""
+    """Share of the scene's points that lie on the model's visible side, and the mean distance of all points from that side.
+
+    The distance of a point is in units of the tolerance, and 1 at most.
+    """
     moved = starts.turn @ points.T + starts.shift[:, :, None]
     ray = points.mean(0) / np.linalg.norm(points.mean(0))
     nearest, normals, facing = match(model, moved, np.asarray(starts.turn @ ray))

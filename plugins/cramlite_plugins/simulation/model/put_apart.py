@@ -119,7 +119,7 @@ def _steps(most: float) -> Iterator[float]:
 def _in_hand(
     compiled: Compiled, data: Data, world: World, ways_out: list[tuple[str, str]], depth: float, most: float, deep: float
 ) -> Iterator[_Rest]:
-    """Worlds in which a held payload is shifted in the hand until it just touches what it was inside, then farther."""
+    """Worlds in which a held payload that overlaps a thing is shifted in the hand: until the two just touch, then farther."""
     touching = depth - deep / 2
     for name, _, pose in _free(compiled, data, world, ways_out, (touching, *_steps(most)), deep):
         away = _distance(pose, world.thing(name).pose)

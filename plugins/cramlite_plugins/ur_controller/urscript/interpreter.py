@@ -236,7 +236,7 @@ class Machine:
         return value
 
     def main(self, line: int) -> None:
-        """Count a statement of the outermost function, and record its line."""
+        """Count one more executed statement of the program's outermost function, and record the statement's line."""
         self.main_line = line
         self.at(line)
 

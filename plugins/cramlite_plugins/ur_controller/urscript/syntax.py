@@ -40,7 +40,7 @@ class Name(Value):
 
 
 class ListOf(Value):
-    """``[...]``, or ``p[...]`` when ``pose``."""
+    """URScript's list ``[...]``, or pose ``p[...]`` if the field ``pose`` is true."""
 
     items: tuple[Expression, ...]
     pose: bool
@@ -180,7 +180,10 @@ class Critical(Value):
 
 
 class Function(Value):
-    """``def``, ``thread`` or ``sec``, with its parameters (name, default or None); a whole script file is one without a name."""
+    """Definition of a URScript function, thread or secondary program (``def``, ``thread`` or ``sec``).
+
+    Each parameter has a name, and a default or None. A whole script file is a function without a name.
+    """
 
     word: str
     name: str
