@@ -225,7 +225,7 @@ def along_joint(thing: Thing, belief: Belief, hand: Pose, share: float) -> tuple
 
 
 def way_along(joint: Joint, now: Pose, hand: Pose) -> Floats:
-    """Return the direction (3,) in which a closing joint first moves a hand on its thing.
+    """Return the direction (3,) in which a hand at a drawer or door begins to move when the joint closes.
 
     Of a door it is not that into its front: at a handle that stands 40 mm before it the two were 14 deg apart, and fingers that went into
     the front, held to the bar by friction, pressed 14 N along the door without feeling 3 N into it.

@@ -57,13 +57,11 @@ class Space(FreeBlends, Protocol):
         limits."""
 
     def relaxed(self, anchors: Sequence[Sequence[float]]) -> Space:
-        """Return the same scene, but near given joint positions (``anchors``) with no more clearance required
-        than they have themselves."""
+        """Return the scene with less clearance required near given joint positions (``anchors``): no more than the clearance there."""
 
 
 class Probed(Value):
-    """Space whose lines are checked only at places some distance apart: a path found in it must be checked
-    again in the space itself.
+    """Space in which lines are checked only at places some distance apart; a path found in it needs a full check later.
 
     Args:
         space: in which states are looked at.
