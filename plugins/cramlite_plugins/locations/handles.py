@@ -101,7 +101,7 @@ def _held(name: str, place: Place, cost: float) -> Grounding:
 
 
 def _across(joint: Joint, handle: Feature, tilt: float, turn: float, lean: float) -> Pose:
-    """The TCP at a handle, in its thing's frame: z into it, y across its bar; tilted about the bar, turned, leaning about y [deg]."""
+    """TCP pose at a handle, in the thing's frame: z into the handle, y across its bar; then turned about x, z and y [deg]."""
     # the handle's z comes out, and its x is along the bar of a door, across that of a drawer
     across = handle.pose.rotate((0, 1, 0) if joint.kind == "hinge" else (1, 0, 0))
     into = handle.pose.rotate((0, 0, -1))
