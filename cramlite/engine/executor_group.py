@@ -1,4 +1,4 @@
-"""Executing processes that share a list of runs; the answers come in the order of the list, for any number of processes."""
+"""Group of processes that execute the programs of a shared list; the results come in the order of the list."""
 
 from __future__ import annotations
 

@@ -249,7 +249,7 @@ class GoingOn:
         return Notice(Deviation.GOAL_MISSED, at, f"'{' and '.join(self.goal)}' does not hold in the world as it was read", done.step)
 
     def _holds(self, watch: RunWatch) -> bool:
-        """Whether the goal holds in the world as read; things without a reading keep their last pose."""
+        """Whether the goal holds in the world as last sensed; things that were not sensed keep their last known pose."""
         assert watch.last is not None and self.goal is not None
         knowledge = self.engine.knowledge
         world = world_as_read(self.setting.world, watch.last, self.setting.world, self._closed)

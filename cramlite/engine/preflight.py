@@ -174,7 +174,7 @@ def flight_of_text(text: str, world: World, knowledge: Knowledge, seed: int) -> 
 
 
 def dry_run(flight: Flight, share: float, world: World, knowledge: Knowledge, seed: int) -> Flight:
-    """Write a program's text for a share of its speed, run it, and judge the run by what the program is for.
+    """Write a program's text at a share of its speed, run it, and judge the run by the program's plan or goal if known.
 
     Args:
         share: above 0 and up to 1.

@@ -1,4 +1,4 @@
-"""Belief after a stopped run, from its last readings."""
+"""Belief after a stopped run, from the last sensor readings."""
 
 from __future__ import annotations
 

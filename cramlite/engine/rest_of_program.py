@@ -99,7 +99,7 @@ def _off(point: np.ndarray, start: np.ndarray, end: np.ndarray) -> float:
 
 
 def _cut(program: Program, at: int, first: tuple[AnyStep, ...], setting: Setting) -> Program:
-    """Return a program of the steps ``first``, which finish its step ``at``, and of all its later steps."""
+    """Return a program in which the steps ``first`` replace all steps up to and including step ``at``."""
     by = at + 1 - len(first)
     sections = (replace(s, first=0 if s.first <= at else s.first - by, last=s.last - by) for s in program.sections if s.last > at)
     mass, center = load_on_the_flange(setting.belief(), setting.robot.gripper)

@@ -40,7 +40,7 @@ class Compared(Value):
 
 
 class RunComparison(Value):
-    """Log and run on one time axis.
+    """Comparison of a real arm's log with a simulated run, on one time axis.
 
     Args:
         times: (N,) of the run [s].

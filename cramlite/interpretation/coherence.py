@@ -350,10 +350,9 @@ def _among(fact: Fact, facts: Iterable[Fact]) -> bool:
 
 
 def _presupposed(at: Choice, claim: Claims, begins: Sayers, ends: Sayers) -> Iterator[Demand]:
-    """Yield constraints on relations that a reading presupposes: the last earlier action that may have begun
-    (or ended) one must be read as doing so.
+    """Yield constraints: the last earlier action that can begin a relation presupposed by a reading must begin it.
 
-    This is condition 1 of coherence.
+    For a relation that must not hold, it is the last earlier action that can end it. This is condition 1 of coherence.
     """
     for facts, sayers in ((claim.needs, begins), (claim.denies, ends)):
         for fact in facts:

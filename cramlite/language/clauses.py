@@ -207,8 +207,8 @@ class ClauseParser(RequestParser):
             yield from ((self._clause(frame, (), theme, place, "phrase", words), last) for theme, last in self._nouns.nouns(end))
 
     def _remnants(self, since: int, at: int, before: tuple[Clause, ...], *, later: bool) -> Iterator[Found]:
-        """Yield incomplete clauses that take their verb from the clause before: "and the sauce in the tray",
-        "but not in the bowl", "then the can"."""
+        """Yield parts of a sentence that take their verb from the part before: "and the sauce in the tray", "but not in the bowl",
+        "then the can"."""
         if not before or not (before[-1].phrases or before[-1].relation == "base"):
             return
         last = before[-1]
@@ -241,7 +241,7 @@ class ClauseParser(RequestParser):
                 yield from ((replace(c, denied=True), end) for c, end in self._places(frame, (), last.theme, start))
 
     def _further(self, last: Clause, at: int, *, places: bool) -> Iterator[Found]:
-        """Yield further clauses about the things of the clause before: "off the tray and into the drawer",
+        """Yield further parts of a sentence, about the things of the part before: "off the tray and into the drawer",
         "and in it the tin"."""
         for begin in starts(self.words, at, english.BE):
             yield from self._predicates(last.theme, begin)

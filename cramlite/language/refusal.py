@@ -8,7 +8,7 @@ otherwise than the sentence says; things are not where they are to be taken from
 
 
 class Refusal(Exception):
-    """Refusal of one reading of a sentence.
+    """Refusal of one way to understand a sentence.
 
     Args:
         rank: how far it came.

@@ -131,7 +131,7 @@ class Surface:
         return found or ((*before, RETRACT, *after),)
 
     def _begun(self, words: Words) -> list[int]:
-        """Return the positions at which noun phrases begin."""
+        """Return the indices of the words with which noun phrases begin."""
         behind = {e for k in range(len(words)) for e in (*self._verb(words, k)[:1], *self._preposition(words, k)[:1])}
         every = {k for k, w in enumerate(words) if w in english.THE or k in behind}
         return sorted(k for k in every if k < len(words) and not (k - 1 in every and words[k - 1] in english.THE))

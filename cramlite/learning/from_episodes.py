@@ -82,7 +82,7 @@ def _shown(examples: Sequence[Example], rules: Sequence[Rule], refused: Sequence
 
 
 def _predicate(motion: ShownMotion | ShownTurn | ShownRest | None, name: str) -> Predicate | None:
-    """Return the predicate that a motion defines."""
+    """Return the predicate by which a rule recognises a shown motion, turn or rest; None if nothing was shown."""
     if isinstance(motion, ShownTurn):
         return turn_predicate(f"turns_{name}", motion.axis, motion.least, motion.most)
     if isinstance(motion, ShownRest):

@@ -112,8 +112,7 @@ class Proposal(Value, eq=False):
 
     @property
     def steps(self) -> tuple[Step, ...]:
-        """Known tasks that every example contains, in an order that contradicts none; empty if a motion does
-        or a turn does the task."""
+        """Known tasks that every example contains, in an order that contradicts no example; empty if a motion or turn defines the task."""
         if self.moving or self.turning:
             return ()
         return tuple(s for s in self.procedure.steps if s not in self.procedure.optional) if self.procedure else ()
@@ -266,7 +265,7 @@ def _procedure(learned: Learned, roles: Mapping[str, str]) -> Procedure | None:
 
 
 def steps_of(one: Example, fillers: Sequence[str], roles: Mapping[str, str]) -> tuple[Step, ...]:
-    """Return the known tasks that explain an example, in order; things are named by the roles of the proposal.
+    """Return the known tasks that explain an example, in order, with the learned task's roles in place of the things.
 
     Args:
         fillers: of the roles in the example.

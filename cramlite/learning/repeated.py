@@ -106,7 +106,7 @@ def _alike(points: Floats, lag: int) -> tuple[int, int, int, float] | None:
 
 
 def _extents(points: Floats, lag: int) -> Floats:
-    """Return for each position the longest side of the box around the next period of the path [m]."""
+    """Return for each position the longest side [m] of the box around the path's next ``lag`` positions."""
     from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
     ahead = {"size": lag, "axis": 0, "mode": "nearest", "origin": -(lag // 2)}

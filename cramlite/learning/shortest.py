@@ -94,7 +94,7 @@ def _rows_of(mask: int) -> list[int]:
 
 
 def merged(groups: Iterable[Group]) -> list[Group]:
-    """Merge groups of role assignments that the same conditions exclude; their bits are added up."""
+    """Merge groups of role assignments that the same conditions exclude, and add up their description lengths [bit]."""
     found: dict[frozenset[int], Group] = {}
     for group in groups:
         if group.refuted:

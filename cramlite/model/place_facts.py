@@ -40,7 +40,7 @@ class Release(Value):
 
 
 class CarriedAlong(Value):
-    """Movement of things that a hand pushes or pulls along on its way through a place.
+    """Movement of a thing that the hand pushes or pulls, and of others that this thing pushes ahead.
 
     Args:
         pushed_m: of the place's thing, straight on along the approach.

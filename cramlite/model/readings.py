@@ -1,4 +1,4 @@
-"""Readings of a running program, and notices of deviations from its proof."""
+"""Sensor readings taken while a program runs, and notices of deviations from the program's proof."""
 
 from __future__ import annotations
 
@@ -102,5 +102,5 @@ class Watch(Protocol):
         ...
 
     def rest(self, readings: Readings) -> None:
-        """Take the last readings of a run, with the arm at rest, however the run ended."""
+        """Receive the last sensor readings of a run, with the arm at rest, however the run ended."""
         ...

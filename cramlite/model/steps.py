@@ -307,8 +307,7 @@ class Parallel(Step):
 
 
 class Repeat(Step):
-    """Loop that runs its steps ``count`` times, and fails at their first failure; the steps end where they
-    begin."""
+    """Loop that runs its steps ``count`` times and fails at the first failure; each round ends with the arm where it started."""
 
     steps: tuple[AnyStep, ...]
     count: int

@@ -16,7 +16,7 @@ MM, DEG, PERCENT = 1000.0, 180.0 / math.pi, 100.0
 
 
 class Draw(Value):
-    """Number that was drawn for a twin.
+    """Error that was drawn at random for one property of a twin.
 
     Args:
         source: of error, a key of ``SOURCES``.

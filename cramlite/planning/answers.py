@@ -95,7 +95,7 @@ class Kept(Struct):
     ended: bool = False
 
     def at(self, number: int) -> Any:
-        """Return an answer by its number, from 0; ``NOTHING`` after the last.
+        """Return the plugin's answer with a given index, from 0; ``NOTHING`` after the last answer.
 
         Raises:
             Unresolvable: the plugin says so behind the last.

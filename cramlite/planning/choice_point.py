@@ -58,8 +58,7 @@ class Nogoods(Struct):
             self.known.setdefault(choice, []).append(nogood)
 
     def lasting(self) -> Nogoods:
-        """Return the no-goods that remain true when more alternatives are tried: none were left out when they
-        were found."""
+        """Return the no-goods that stay true when more alternatives are tried: those found with no alternative left out."""
         beside = {nogood: c for nogood, c in self.beside.items() if Capped() not in c}
         known = {choice: [n for n in found if n in beside] for choice, found in self.known.items()}
         return Nogoods(known, beside)
@@ -177,7 +176,7 @@ class ChoicePoint(Struct):
 
     @property
     def unfit(self) -> set[Unfit]:
-        """Return a set with the thing that the designator names, if its refusal depends on no earlier choice or state.
+        """Return a set with the thing named by a refused designator, if no earlier choice or state caused the refusal.
 
         Else the set is empty.
         """

@@ -141,6 +141,6 @@ class Track(Value):
         return (number, "" if how.lets_go else taken)
 
     def at_its_end(self) -> list[Stage]:
-        """Return the stages at which exactly the tasks of a thing's task history were done to it."""
+        """Return the stages at which a thing has undergone all tasks of its task history, and no others."""
         ends: list[Stage] = [(len(self.past), "")]
         return [*ends, (len(self.past) - 1, "taken")] if self.past else ends

@@ -101,7 +101,7 @@ class Search(Struct, dict=True):
         self._alternatives = Alternatives(self.registry, self.tasks, self.owners, self.context, self.answers, relations)
 
     def solve(self, state: State) -> Generator[State, Conflict | None, None]:
-        """Generate fully grounded states lazily.
+        """Generate search states in which every designator is grounded, each only when it is asked for.
 
         Send the conflict of one that could not be proven, or nothing to go on. Choices that it names for later are varied once all
         others were.

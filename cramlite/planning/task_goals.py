@@ -87,7 +87,7 @@ def plan_from_tasks(name: str, goal: Tasks, tasks: Mapping[str, TaskType], world
 
 
 def _listed(goal: Tasks) -> list[tuple[Entry, Path]]:
-    """Return the tasks of a goal, each with its position in the scenario."""
+    """Return the tasks of a goal, each with the keys that lead to it in the scenario, such as ("tasks", 0)."""
     if isinstance(goal, Entry):
         return [(goal, ())]
     if not isinstance(goal, Scenario):

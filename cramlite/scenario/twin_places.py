@@ -200,7 +200,7 @@ def _meet(one: Box, other: Box) -> bool:
 
 
 def _displaced(thing: Thing, off: Pose, lifted: float) -> tuple[Pose, float]:
-    """Return the pose of a thing with its error, and how far it was raised [m].
+    """Return a thing's pose with its drawn error added, and by how much the thing was raised [m].
 
     Fixed things have errors in every direction; movable ones keep their height above the support.
     """

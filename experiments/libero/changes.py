@@ -111,7 +111,7 @@ class Change:
         put(env, change["object"], origin(env, change["object"]) + np.array(change["delta_position_m"]))
 
     def insert_obstacle(self, env: Any, change: dict[str, Any], hand: Any) -> None:
-        """Bring an absent thing in between the hand and the target, at its initial height."""
+        """Add an obstacle to the scene, between the hand and the target, at the obstacle's initial height."""
         name, target = change["object"], origin(env, change["path_target"])
         way = target - hand
         across = np.array([-way[1], way[0], 0.0]) / max(float(np.hypot(way[0], way[1])), 1e-9)

@@ -154,7 +154,7 @@ class Simulator:
         return self.feel() | {"stop": instability(self.env.sim.data._data)}
 
     def feel(self) -> dict[str, Any]:
-        """Return the robot's state."""
+        """Return the robot's joint positions, finger opening and wrist force; where the scene can change, also its poses and goal."""
         sim, robot = self.env.sim, self.env.robots[0]
         fingers = [float(sim.data.get_joint_qpos(j)) for j in robot.gripper.joints]
         body = sim.model.body_name2id(HAND)
@@ -167,8 +167,7 @@ class Simulator:
         }  # fmt: skip
 
     def read(self) -> dict[str, Any]:
-        """Return the poses of movable things, by body, and the goal if it was replaced; nothing in suites
-        without changes during a run."""
+        """Return the poses of movable bodies, and the goal if it was replaced; {} in suites whose scenes never change during a run."""
         if self.change is None:
             return {}
         env, data = self.env.env, self.env.sim.data

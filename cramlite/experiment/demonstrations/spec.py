@@ -46,7 +46,10 @@ class AblationSpec(Spec):
 
 
 class PublishedSpec(Spec):
-    """Published numbers; each list has one for each object, in the order of ``objects``."""
+    """Published counts of demonstrations with candidates, and of candidates by outcome; each list has one count for each object.
+
+    The counts are in the order of ``objects``.
+    """
 
     source: str
     gave_candidates: tuple[int, ...]

@@ -109,7 +109,7 @@ def _held(name: str, place: Place, cost: float) -> Grounding:
 
 
 def _across(joint: Joint, handle: Feature, tilt: float, turn: float, lean: float) -> Pose:
-    """The TCP at a handle, in its thing's frame: z into it, y across its bar; tilted about the bar, turned, leaning about y [deg]."""
+    """TCP pose at a handle, in the thing's frame: z into the handle, y across its bar; then turned about x, z and y [deg]."""
     # the handle's z comes out, and its x is along the bar of a door, across that of a drawer
     across = handle.pose.rotate((0, 1, 0) if joint.kind == "hinge" else (1, 0, 0))
     into = handle.pose.rotate((0, 0, -1))
@@ -246,7 +246,7 @@ def along_joint(thing: Thing, belief: Belief, hand: Pose, share: float) -> tuple
 
 
 def way_along(joint: Joint, now: Pose, hand: Pose) -> Floats:
-    """Return the direction (3,) in which a closing joint first moves a hand on its thing.
+    """Return the direction (3,) in which a hand at a drawer or door begins to move when the joint closes.
 
     Of a door it is not that into its front: at a handle that stands 40 mm before it the two were 14 deg apart, and fingers that went into
     the front, held to the bar by friction, pressed 14 N along the door without feeling 3 N into it.

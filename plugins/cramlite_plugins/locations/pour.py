@@ -44,7 +44,7 @@ def pour(location: Location, belief: Belief, context: Context) -> Iterator[Groun
 
 
 def _opening(belief: Belief, entity: str, location: Location) -> tuple[Feature, Pose]:
-    """The cavity of the other vessel, and the pose of its opening in the base frame."""
+    """The cavity of the vessel to pour into, and the pose of the cavity's opening in the base frame."""
     thing = belief.thing(entity)
     cavity = thing.feature("cram:Cavity")
     if cavity is None:

@@ -172,7 +172,7 @@ def reached(candidates: Iterable[Candidate | Refused], arm: Arm) -> Iterator[Gro
 
 
 def objection(candidate: Candidate, arm: Arm) -> Refused | None:
-    """Return why an arm does not reach a candidate; None where it does."""
+    """Return why the arm cannot go to a proposed place, or why the place fails a check of its own; None if neither applies."""
     led = arm.led(candidate.legs)
     if isinstance(led, Refused):
         return led

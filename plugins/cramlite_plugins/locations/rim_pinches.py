@@ -143,8 +143,10 @@ def _pinch(rim: Rim, lean: float, side: float, pose: Pose, gripper: Gripper) -> 
 
 
 def _centred(rim: Rim, at: Pose, pose: Pose, tips: float) -> tuple[Rim, Pose]:
-    """Rim and thing after both fingers touch: one finger has pushed the edge inwards until the other finger's
-    tips, ``tips`` [m] ahead of the TCP, meet the slope."""
+    """Rim and pose of a thing after a pinch: one finger has pushed the edge inwards until the other finger touches the slope.
+
+    The finger tips are ``tips`` [m] ahead of the TCP.
+    """
     hand, out = at.inverse(), _level(rim.up)
     edge, face = hand.apply(rim.edge), hand.apply(rim.middle + rim.thick / 2 * rim.normal)
     up, inwards = hand.rotate(rim.up), -hand.rotate(out)

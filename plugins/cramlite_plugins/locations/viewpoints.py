@@ -76,7 +76,7 @@ def _points(belief: Belief, entity: str) -> Sequence[Sequence[float]]:
 
 
 def _cavity(thing: Thing) -> Feature | None:
-    """Cavity of a thing that only holds things inside; None for a thing that others hang from or stand on."""
+    """Cavity of a thing that is only a container; None for a thing with a peg or a surface as well, and for one without a cavity."""
     if any(f.type in ("vrps:Peg", "vrps:SurfaceFeature") for f in thing.features):
         return None
     return thing.feature("cram:Cavity")

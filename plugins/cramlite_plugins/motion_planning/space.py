@@ -61,8 +61,7 @@ class Space(FreeBlends, Protocol):
 
 
 class Probed(Value):
-    """Space whose lines are checked only at places some distance apart: a path found in it must be checked
-    again in the space itself.
+    """Space in which lines are checked only at places some distance apart; a path found in it needs a full check later.
 
     Args:
         space: in which states are looked at.

@@ -345,8 +345,7 @@ def force_insert(motion: Motion, belief: Belief, context: Context) -> Groundings
 
 
 def force_extract(motion: Motion, belief: Belief, context: Context) -> Groundings:
-    """Pull the hole off the peg along the path of the place: the path's end sets the distance, and the peg
-    leads the hole."""
+    """Pull a thing's hole off a peg: the end of the place's path sets the distance, and the peg guides the thing."""
     from ..motion_planning.cartesian import line
     from ..motion_planning.reach import tcp
     from .free_motion import place_of

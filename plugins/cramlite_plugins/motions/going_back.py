@@ -1,4 +1,4 @@
-"""Motion "back": returns to where a control step began, from wherever its steps may have ended.
+"""Motion "back": leads the arm back to where an attempt or a loop began, from wherever its steps may have ended.
 
 The plan language asks for it: before an attempt is made again, at the end of a round, after the first of several has
 succeeded. Steps that cannot fail come first in most attempts (a transfer); from all later ones the arm goes straight back

@@ -212,7 +212,7 @@ class Person:
         return float(self.rng.uniform(low, high))
 
     def _follow(self, aim: Pose, opening: float) -> None:
-        """One control period of both hands."""
+        """Advance the simulation by one control period, in which both hands follow their targets."""
         checkpoint()
         self.limb.aim, self.limb.opening = aim, opening
         for limb in (self.limb, *([self.other] if self.other else [])):

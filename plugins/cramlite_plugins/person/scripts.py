@@ -25,7 +25,7 @@ Act = Callable[[Performer, Scene, Pose], None]
 
 
 class Script(Value):
-    """Demonstration of one object with a hole, on or off a peg, onto or from its support or container.
+    """Script of a demonstration in which a person puts a thing with a hole onto a peg, or takes it off.
 
     Args:
         see: what the person makes out in the world.

@@ -89,8 +89,7 @@ def _sides(feature: Feature) -> tuple[float, float]:
 
 
 def free_spot(person: Performer, world: World, thing: Thing, onto: Thing) -> Floats:
-    """Draw a point (3,) on the surface of a thing, in the world, where another thing overlaps nothing: near its present
-    place, else near the middle."""
+    """Draw a point (3,) of a support, in the world, where a thing overlaps no other: near the thing's place, else near the middle."""
     frame, half = top_of(onto, person.pose(onto.name), narrow(thing))
     own = float(np.linalg.norm(half_extents(thing)[:2]))
     room = np.maximum(half - own, 0.0)

@@ -37,7 +37,7 @@ class Samples:
         return found
 
     def window(self, start: float, end: float) -> slice:
-        """Return the samples that hold in [start, end), beginning with the last one at or before ``start``."""
+        """Return the slice of samples from the last one at or before ``start`` to the last one before ``end``."""
         first, last = self.row(start), self._ends.get(end)
         if last is None:
             last = self._ends[end] = int(self.times.searchsorted(end, side="left"))
@@ -160,7 +160,7 @@ class Range(Samples):
         return self.by_start(np.maximum.reduceat(self.values[rows], begins) if len(begins) else self.values[:0])
 
     def over(self, start: float, end: float) -> tuple[float, float]:
-        """Return the minimum and maximum in [start, end), or the value at the instant."""
+        """Return the least and the greatest value of a signal in [start, end); if start is end, the value then, twice."""
         if start == end:
             value = self._values[self.row(start)]
             return value, value

@@ -90,7 +90,7 @@ def _lane(used: bool, row: int, last: int) -> str:
 
 
 def _flat(actions: Iterable[object], depth: int = 0, rule: str = "") -> Iterator[tuple[Action, int, str]]:
-    """Actions and the control rules around them, each with its depth and branch, in the order of the plan."""
+    """Actions of a plan and the control structures around them, each with its depth and branch, in the plan's order."""
     for action in actions:
         if not isinstance(action, Action):
             continue

@@ -52,7 +52,7 @@ class Bar(Value):
 
 
 class CandidateRow(Value):
-    """Candidate as the page shows it: its decisions, progress and costs.
+    """Candidate task sequence as the report shows it: its decisions, progress and costs.
 
     ``miss`` is its refusal nearest to a proof. ``anchors`` are the numbers of the decisions that links lead
     to: the last one of each designator.

@@ -14,7 +14,7 @@ SIDES = 12
 
 
 class Circle(Value):
-    """A circle across an axis of a link's body frame.
+    """A circle in a plane perpendicular to an axis of a link's body frame.
 
     Args:
         axis: "x", "y" or "z".

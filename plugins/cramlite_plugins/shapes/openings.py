@@ -74,7 +74,7 @@ def _through(body: Any, frame: Floats, centre: Floats) -> Iterator[Feature]:
 
 
 def _square_side(ring: Floats) -> Floats | None:
-    """Direction (2,) of a side of a ring, if the ring is a square; else None."""
+    """Unit vector (2,) along a side of a closed polygon, if the polygon is a square; else None."""
     ways = np.roll(ring, -1, axis=0) - ring
     corner = np.abs([_cross(a, b) for a, b in zip(np.roll(ways, 1, axis=0), ways, strict=True)]) > 1e-9
     ways = np.roll(ring[corner], -1, axis=0) - ring[corner]
@@ -181,8 +181,7 @@ def _handle(body: Any, frame: Floats, ring: Floats, outer: list[Floats], bore: B
 
 
 def _reach(body: Any, frame: Floats, middle: Floats, radius: float) -> tuple[float, float]:
-    """Lowest and highest coordinate of the material along the axis, within a radius of a point beside the
-    opening."""
+    """Lowest and highest coordinate of a body's material along an axis, within a radius of a line parallel to the axis."""
     turned = body.transform(np.column_stack([frame.T, np.zeros(3)]))
     column = manifold3d.Manifold.cylinder(20.0, radius, -1.0, 32, True).translate((*middle.tolist(), 0.0))
     box = (turned ^ column).bounding_box()

@@ -37,5 +37,5 @@ class Clock:
         return StructValue(sec=seconds, nanosec=nano)
 
     def random(self) -> float:
-        """Return a number from 0 to 1; the first of a run is always the same."""
+        """Return a random number from 0 to 1; the random generator starts from the same seed in every run."""
         return self.chance.random()

@@ -53,7 +53,7 @@ def known_functions() -> Library:
 
 
 class Functions:
-    """The URScript functions of one run.
+    """URScript functions that a program can call, bound to the controller of one run.
 
     Args:
         controller: the arm, with a gripper behind its server.

@@ -248,8 +248,7 @@ _FIELDS: dict[str, Callable[[VirtualRobot], Any]] = {
 
 
 def _refuse(world: World) -> None:
-    """Refuse faults of the world that cannot be applied to a client's program: faults of readings or goals,
-    or triggered at a program line.
+    """Refuse injected faults that cannot happen to a client's program: of sensor readings or goals, or at a program line.
 
     Raises:
         UserError: the world has one.

@@ -231,7 +231,7 @@ def _moves(stage: Stage) -> bool:
 
 
 def _leads(stage: Stage) -> bool:
-    """Whether a stage moves the arm."""
+    """Check whether a stage (a group of a program's steps) may move the arm or the platform."""
     return any(not isinstance(s, SetPayload | ZeroSensor | Wait | SetGripper) for s in stage.steps)
 
 

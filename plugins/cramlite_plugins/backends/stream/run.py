@@ -171,7 +171,7 @@ def _is_still(before: State, now: State, period: float) -> bool:
 
 
 def readings(arm: StreamedArm, line: int, mount: RobotMount) -> Readings:
-    """Return the present readings of the robot and the things around it.
+    """Return the present sensor readings of the robot, and the poses of the things around it.
 
     The fingers are taken to close along the tool's y axis.
     """

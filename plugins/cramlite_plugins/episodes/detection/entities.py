@@ -62,7 +62,7 @@ def camera_entities(rollout: Rollout) -> tuple[Entity, ...]:
 
 
 def contents_entities(rollout: Rollout) -> tuple[Entity, ...]:
-    """Return the entities of loose contents, one for each filling."""
+    """Return the episode's entities for granular contents: one for each thing that was filled at the start."""
     return tuple(Entity(contents_of(thing), ("dul:Substance",)) for thing in rollout.grains)
 
 

@@ -76,7 +76,7 @@ def _pressing(pairs: dict[tuple[str, str], Pair], pad: str, thing: str) -> Pair 
 
 
 def _in_hand(rollout: Rollout, thing: str, frame: str) -> Floats:
-    """Place of the thing in the hand, (N, 3) [m]."""
+    """Position of a thing in the frame of the hand at each sample, (N, 3) [m]."""
     hand, body = rollout.poses[frame], rollout.poses[thing]
     return rotate_into_frame(hand[:, 3:], body[:, :3] - hand[:, :3])
 

@@ -53,7 +53,7 @@ def hysteresis(signal: Floats, high: float, low: float) -> Flags:
 
 
 def close_gaps(on: Flags, times: Floats, gap: float = GAP) -> Flags:
-    """Close gaps shorter than ``gap`` [s]."""
+    """Fill gaps shorter than ``gap`` [s] between stretches in which a signal is on."""
     filled = on.copy()
     for (_, end), (start, _) in pairwise(runs(on)):
         if times[start] - times[end - 1] < gap:

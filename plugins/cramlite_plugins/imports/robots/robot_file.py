@@ -130,7 +130,7 @@ def _robot(
 
 
 def _torques(path: Path, chain: Chain, stated: tuple[float, ...]) -> tuple[float, ...]:
-    """The joints' torques, as stated or as in the file."""
+    """Torque limits of the joints [Nm]: as the scenario states them, else as in the robot file."""
     if stated and (len(stated) != len(chain.joints) or not all(0 < t < 1e5 for t in stated)):
         raise UserError(f"{path}: 'torques' must be a number above 0 for each of {len(chain.joints)} joints [Nm]; it is {stated}.")
     weak = [n for n, t in zip(chain.joints, chain.torques, strict=True) if not t]

@@ -170,8 +170,7 @@ def along_walls(query: Query, now: Pose) -> list[Pose]:
 
 
 def extent(query: Query, turned: Pose) -> tuple[Floats, Floats]:
-    """Return the lowest and highest corner (3,) of the payload in the opening's frame, its origin at the
-    opening's [m]."""
+    """Return the lowest and highest corner (3,) [m] of the turned payload along the opening's axes, from the payload's origin."""
     to = Pose((0.0, 0.0, 0.0), query.target.pose.quaternion).inverse()
     points = corners(query.thing, to * Pose((0.0, 0.0, 0.0), turned.quaternion))
     return points.min(axis=0), points.max(axis=0)

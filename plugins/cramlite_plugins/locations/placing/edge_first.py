@@ -45,7 +45,7 @@ def edge_first(asked: list[Query]) -> Groups:
 
 
 def _lying(asked: list[Query]) -> Iterator[Rest]:
-    """Stable poses in which the payload would lie, each with the query of the payload as it hangs."""
+    """Stable poses in which a payload would lie, each with the placement problem of the payload as it hangs from the hand."""
     belief, context = asked[0].belief, asked[0].context
     assert belief.held is not None and belief.held.swing is not None
     arm = Arm(replace(belief, held=replace(belief.held, tcp_to_thing=belief.held.swing.start)), context)

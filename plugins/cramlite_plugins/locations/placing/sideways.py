@@ -112,8 +112,7 @@ def sideways(asked: list[Query]) -> Groups:
 
 
 def _floors(asked: Sequence[Query], now: Pose, tall: float, low: list[float]) -> Iterator[tuple[Query, Floor]]:
-    """Yield each floor that is under a roof with enough room for a payload, once for each open side, with its
-    placement query.
+    """Yield each floor with room enough under its roof for a payload, once for each open side, with the placement problem.
 
     The payload is turned as at the pose ``now``.
 
@@ -279,7 +278,7 @@ def _inwards(floor: Floor, hands: Hands, turns: Floats) -> Floats:
 
 
 def _any_met(around: HandRoom, parts: Sequence[tuple[Floats, Floats, Floats]], rows: NDArray[np.intp], by: Floats) -> NDArray[np.bool_]:
-    """Whether one of a payload's parts meets something, for each of some rows, shifted by vectors (n, 3) [m]."""
+    """Whether a box of a payload's parts overlaps a thing, for each chosen pose (``rows``) shifted by a vector (n, 3) [m]."""
     met = [overlaps(around.others, m[rows] + by, t[rows], half + CLEARANCE).any(axis=1) for m, t, half in parts]
     return np.asarray(np.any(met, axis=0))
 

@@ -97,7 +97,7 @@ def _leaning_in(query: Query) -> Iterator[Placement]:
 
 
 def _straightened(query: Query, left: Pose, at: Pose, out: Floats, name: str) -> Placement:
-    """Placement over an opening: leaning at a pose on the way, straightened at the release."""
+    """Placement in which the payload passes an opening while it leans, and is straightened for the release."""
     leaning, lies = query.hand(at), stood_up(query.thing, left)
     return Placement(
         name, left, query.hand(left), shift(leaning, out), LOWS[0] - query.depth, "in", (leaning,), True, lies,

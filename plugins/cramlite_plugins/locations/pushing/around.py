@@ -206,7 +206,7 @@ def _known(
 
 
 def met_with_hand(belief: Belief, context: Context, entity: str, hand: Pose) -> Met:
-    """Return a function from a spot to what a thing meets there, together with the hand that pushes it.
+    """Return a cached collision check at spots (x, y) for a pushed thing together with the hand that pushes it.
 
     ``hand`` is the pose of the TCP in the base frame at the thing's present place.
     """
@@ -214,7 +214,7 @@ def met_with_hand(belief: Belief, context: Context, entity: str, hand: Pose) -> 
 
 
 def _meets(belief: Belief, context: Context, entity: str, tcp: Pose) -> Met:
-    """Return a function from a spot (x, y) to what a thing meets there, together with the hand that pushes it.
+    """Return a collision check at spots (x, y) for a pushed thing together with the hand that pushes it.
 
     The hand is left out if the TCP is at the thing's origin.
     """

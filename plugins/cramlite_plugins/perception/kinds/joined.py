@@ -35,8 +35,7 @@ def _explained(scene: Scene, group: Sequence[Part]) -> float:
 
 
 def _groups(scene: Scene, parts: Sequence[Part]) -> Iterator[list[Part]]:
-    """Yield groups of neighbouring regions of a picture, none explained well and at least one not explained
-    at all."""
+    """Yield groups of neighbouring image regions that known models do not explain well, at least one of them badly."""
     limits = scene.limits
     left = [p for p in parts if p.score < limits["full"] * rarity(p.mask, limits)]
     boxes = {id(p): _box(scene, p.mask) for p in left}

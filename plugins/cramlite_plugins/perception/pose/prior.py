@@ -24,7 +24,7 @@ class Alignment(Value):
 
 
 class Prior(Value):
-    """Prior on an object's orientation: all of the alignments hold; without any, every orientation is possible."""
+    """Prior on an object's orientation: axes of the object that point roughly in given world directions; none if all are possible."""
 
     alignments: tuple[Alignment, ...] = ()
 

@@ -42,7 +42,7 @@ class GripperOrder:
         self.begin(min(max(opening, low), high))
 
     def begin(self, opening: float) -> None:
-        """Start towards an opening [m] from the fingers' present one: a squeezed object must not delay the opening."""
+        """Move the fingers to an opening [m], starting from the measured one, so that a squeezed object delays no release."""
         self.goal, self.still, self.command, self.moved = opening, 0.0, self.opening, False
 
     def stop(self) -> None:

@@ -67,7 +67,7 @@ class Compiled(Value):
         return tuple(h for h in (self.hand, self.other_hand) if h is not None)
 
     def data(self) -> Data:
-        """Make a state: robots and things where the world has them at the start."""
+        """Make a simulation state: robots and things where the world has them at the start."""
         data = mujoco.MjData(self.model)
         self.initial(data)
         return data

@@ -58,7 +58,7 @@ class Contacts:
         self._sleepers, self._theirs = b"", tuple[Touch, ...]()
 
     def see(self, data: Data) -> None:
-        """Record the contacts of a state as one sample."""
+        """Record the contacts of a simulation state as one sample."""
         kept = self._kept(data)
         self._awake.append(_measured(self._model, data, kept.rows, kept.named))
         asleep = np.append(data.tree_asleep >= 0, False)
