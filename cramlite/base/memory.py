@@ -1,4 +1,4 @@
-"""Return of unused memory from the C library to the system."""
+"""Return of memory to the operating system: memory that the C library keeps though it is free."""
 
 from __future__ import annotations
 

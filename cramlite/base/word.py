@@ -6,7 +6,7 @@ from enum import StrEnum
 
 
 class Word(StrEnum):
-    """Word of an enumeration, equal to its text.
+    """Word of an enumeration: a string constant with an explanation of what it means.
 
     Args:
         says: what it means, a clause.

@@ -129,7 +129,7 @@ class Expectation(Value, eq=False):
         return [int(k) for k in np.flatnonzero((self.times >= begin) & (self.times <= end))]
 
     def own(self, line: int) -> list[int]:
-        """Return the samples in which a line itself ran."""
+        """Return the samples at which a program line was being executed."""
         return [int(k) for k in np.flatnonzero(self.lines == line)]
 
 

@@ -269,7 +269,7 @@ def conflict_of(verdict: Verdict, state: State) -> Conflict:
 
 
 def _led_past(verdict: Verdict, state: State) -> frozenset[str]:
-    """Return the places that the arm only passed through, if the objections of a verdict are about things.
+    """Return the places that the arm only passed through; none unless an objection of the verdict names a thing.
 
     Places of tasks are left out in which an objection names things that stand in the way.
     """

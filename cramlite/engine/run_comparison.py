@@ -61,7 +61,7 @@ class RunComparison(Value):
 
 
 def compare_run(log: RtdeLog, rollout: Rollout, names: Sequence[str], within: float = PARTS) -> RunComparison:
-    """Compare a log with a run.
+    """Compare a recording of a robot's RTDE data with a simulated run: joints, speeds and forces over time.
 
     Args:
         names: of the joints.
@@ -130,7 +130,7 @@ def _both(
 
 
 def _speed(joint: Compared, times: Floats) -> Compared:
-    """The speed of a joint: its central differences."""
+    """Speed of a joint in the log and in the run, computed from differences of its positions."""
     return _compared(f"speed of {joint.name}", "rad/s", times, np.gradient(joint.logged, STEP), np.gradient(joint.ran, STEP))
 
 

@@ -138,7 +138,7 @@ def _columns(phases: Sequence[Mapping[PhaseName, Phase]]) -> dict[PhaseName, lis
 
 
 def _report(node: _Node, bindings: list[Values], found: list[BindingsByTask]) -> None:
-    """Add the bindings of the rules that end at a node to the results of their actions."""
+    """Add to the result of each action the bindings of all rules that are fulfilled at a node of the decision tree."""
     for rule, slots in node.rules:
         for b in bindings:
             found[b[0]].setdefault(rule.task, []).append({name: b[k] for name, k in slots.items()})

@@ -289,7 +289,7 @@ class _Matcher(Value):
         return tuple(n for n, (a, b) in ends.items() if math.dist(a.position, b.position) > ELSEWHERE)
 
     def matches(self, task: str, bindings: list[Binding]) -> tuple[Match, ...]:
-        """Return the matches of a task under some bindings; actions with equal bindings share them."""
+        """Return one match of a task's rule for each distinct filling of its roles; matches of equal bindings are computed once."""
         key = (task, *[tuple(b.values()) for b in bindings])
         if key not in self.known:
             self.known[key] = matches_of(self.rules[task], bindings)
@@ -306,7 +306,7 @@ class _Matcher(Value):
         return any(time in boundaries(type_) for type_ in self.timeline.taxonomy.restricted_classes(TELLS_APART))
 
     def merged(self, actions: list[Interpreted]) -> list[Interpreted]:
-        """Merge neighbouring actions whose joined action still has all their tasks.
+        """Merge neighbouring actions if the merged action is recognised as all the tasks that each of them was recognised as.
 
         Explained actions are merged first, then unexplained ones with the action after them, then the
         rest.

@@ -210,7 +210,7 @@ class Timeline:
         return self._situations.setdefault(holds, {})
 
     def instant(self, time: float) -> Phase:
-        """Return the phase of one instant; the actions before and after the instant share it."""
+        """Return the phase (stretch of time) of a single instant, which is computed once for the actions before and after that instant."""
         phase = self._instants.get(time)
         if phase is None:
             phase = self._instants[time] = Phase(self, time, time)

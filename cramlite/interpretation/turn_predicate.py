@@ -37,7 +37,9 @@ def turn_predicate(name: str, axis: Vector3, least: float, most: float) -> Predi
 
 
 def turn_in_hand(episode: Episode, thing: str, span: tuple[float, float]) -> Floats:
-    """Return the turn (3,) of a thing in a span while the hand has it, in its own frame [rad]: there and back again is none.
+    """Return by how much a thing turned in a span while the hand had it, in its own frame (3,) [rad].
+
+    A turn there and back adds up to 0.
 
     It is the sum of the rotation vectors from one pose to the next, so that turns of more than 180 deg count, as long as samples are
     less than half a turn apart.

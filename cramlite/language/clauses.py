@@ -42,7 +42,7 @@ class ClauseParser(RequestParser):
         self.farthest = 0
 
     def readings(self, *, brief: bool = False) -> Iterator[Clauses]:
-        """Yield the ways to read the whole sentence as clauses, the more likely ones first.
+        """Yield the ways to split the whole sentence into requests and statements, the more likely ones first.
 
         Args:
             brief: whether verbs may be missing everywhere: "all blocks on the tray, the drawer shut".

@@ -95,7 +95,7 @@ class FreeParser(ClauseParser):
         return tuple((Clause("", (), n, relation=SAME), end) for n, end in meant)
 
     def _aside_of(self, said: Words, at: int, end: int) -> Clause:
-        """Return an aside, which asks for nothing, as a ``Clause`` with the things that it names.
+        """Return a part of a sentence that asks for nothing, such as a reason, with the things that it names.
 
         Later pronouns may refer to these things.
         """

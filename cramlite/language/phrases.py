@@ -41,7 +41,7 @@ class Phrases:
 
     @property
     def firsts(self) -> frozenset[str]:
-        """First words of all phrases in the set."""
+        """Words with which the phrases of this set begin."""
         return frozenset(self._tree)
 
     @property

@@ -145,8 +145,7 @@ class RequestParser:
                 yield from ((replace(clause, state=unary.phrase), end) for end in starts(self.words, begin, unary.stated))
 
     def _together(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
-        """Yield clauses that put things beside one another: "the tin and the can side by side on the
-        tray"."""
+        """Yield the readings of a request to put several things side by side: "the tin and the can side by side on the tray"."""
         for begin in starts(self.words, at, english.TOGETHER) if theme.several and not theme.pronoun else ():
             placed = [(c, end) for c, end in self._places(frame, verb, theme, begin) if c.relation == "phrase" and c.beside is None]
             alone = [(self._clause(frame, verb, theme), begin)] if frame.beside else []

@@ -1,4 +1,4 @@
-"""Syntax tree of a sentence, before the scene is consulted: noun phrases, their relations, and clauses."""
+"""Syntax tree of a sentence, before the scene is consulted: noun phrases, their relations, requests and statements."""
 
 from __future__ import annotations
 

@@ -104,7 +104,7 @@ def merged(groups: Iterable[Group]) -> list[Group]:
 
 
 def shortest(problem: Problem) -> Shortest:
-    """Return the shortest rule.
+    """Return the shortest rule of a learning problem: the choice of conditions that costs the fewest bits.
 
     Raises:
         PluginError: the solver found none, though each problem has a solution.

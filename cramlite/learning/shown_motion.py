@@ -151,7 +151,7 @@ def _anchors(classes: Sequence[str] | dict[str, None]) -> Iterator[Anchor]:
 
 
 def _core(span: Span, mover: str, about: str) -> _Core | None:
-    """Return the characteristic part of a mover's path about a reference thing; None if there is none.
+    """Return the part of a moving thing's path that characterises its motion about a reference thing; None if there is none.
 
     It is the mean of equal strokes on the thing, else the periodic part, else the part in which both touch.
     """

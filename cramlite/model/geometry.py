@@ -81,7 +81,7 @@ class Pose(Value, dict=True):
 
     @cached_property
     def rotation(self) -> Floats:
-        """(3, 3) rotation matrix."""
+        """Orientation of the pose as a (3, 3) rotation matrix."""
         w, x, y, z = self.quaternion
         return np.array(
             [

@@ -13,7 +13,7 @@ from .geometry import Pose, Vector3
 
 
 class Readings(Value):
-    """Readings at one moment of a run.
+    """Sensor readings, pose of the tool and poses of things at one moment of a run.
 
     Args:
         time: since the start [s].

@@ -27,7 +27,7 @@ class Swing(Value):
         return Pose((x, y, z), turned.quaternion)
 
     def part(self, first: float, last: float) -> Swing:
-        """Return a section of the turn, between the shares ``first`` and ``last`` (0 to 1) of it.
+        """Return a section of the thing's turn in the hand, from the share ``first`` to the share ``last`` (0 to 1) of that turn.
 
         It goes backwards if ``first`` is larger.
         """

@@ -47,7 +47,7 @@ class OntologyReport(Value):
 
     @property
     def sound(self) -> bool:
-        """Whether the check found nothing that a person has to correct."""
+        """Whether the check of the ontologies found no error that a person has to correct."""
         return not (self.contradictions or self.lost or self.invented or self.missing or self.unsupported)
 
 

@@ -43,8 +43,7 @@ class BlockingText:
         return {t.thing for t in self.tracks} | {e for task in tasks for _, e in task[1]}
 
     def initial(self) -> Iterator[str]:
-        """Generate the PDDL facts at the start: no task of its history (track) has been done to any thing
-        yet."""
+        """Generate the PDDL facts at the start: each thing is at the beginning of each of its task histories, with no task done."""
         yield from (self._at(track, (0, "")) for track in self.tracks)
 
     def conditions(self, schema: ActionSchema) -> Iterator[str]:
@@ -85,7 +84,7 @@ class BlockingText:
         return self.atom(f"one of tracks {' '.join(names)} is done", ())
 
     def effects(self, schema: ActionSchema, fluents: Fluents) -> Iterator[str]:
-        """Generate the PDDL effects of an action on task histories (tracks) of things.
+        """Generate the PDDL effects of an action on the task histories of things (the lists of tasks done to each thing).
 
         Each thing that the action handles advances on its track, or leaves it.
         """

@@ -40,7 +40,7 @@ class Ending(Value):
 
     @property
     def free(self) -> list[str]:
-        """Variables that stand for any entity."""
+        """Free variables, which stand for any entity; the other variables are parameters of the task."""
         facts = [self.fact, *sorted(self.when), *sorted((PART_OF, *t.terms) for t in self.tables)]
         return list(dict.fromkeys(t for f in facts for t in f[1:] if is_free(t)))
 

@@ -42,8 +42,7 @@ class TaskConstraint(Value):
     makes: frozenset[Fact]
 
     def suits(self, task: TaskType) -> bool:
-        """Check whether a task can meet the constraint: it has the constrained parameters, and chooses a
-        place if one is constrained."""
+        """Check whether a task can meet this constraint of a goal: it has the parameters, and chooses a place if one is constrained."""
         return set(self.parameters) <= {p.name for p in task.parameters} and (task.places or not self.where)
 
 

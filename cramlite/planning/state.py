@@ -92,7 +92,7 @@ class State(Value):
 
 
 def state_after_choice(state: State, item: Designator, answer: Grounding, choices: tuple[tuple[str, str], ...]) -> State:
-    """Return the state after choosing an alternative.
+    """Return the state of the search after an alternative was chosen for a designator.
 
     An action's steps come next on the agenda; all else is bound.
     """
@@ -204,8 +204,7 @@ def renew_places(state: State, first: int = 0) -> State:
 
 
 def renewed(item: Item, state: State) -> Item:
-    """Return a place, or a motion to one, renamed if the place was bound before the payload changed or the
-    robot drove."""
+    """Return a place, or a motion to a place, under a new name if the place was found before the payload changed or the robot drove."""
     if isinstance(item, Location):
         return _renewed(item, state)
     if isinstance(item, Motion) and item.to is not None:

@@ -52,7 +52,7 @@ of the translator."""
 
 
 class PlannerAnswer(Value):
-    """Answer of a planner.
+    """Answer of a symbolic planner: its plan, or that it found none.
 
     Args:
         plan: its text, one action a line; None where there is none.

@@ -60,7 +60,7 @@ class Inputs(Value):
     parameters: Mapping[str, float] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Any:
-        """Return the value of a name, without its confidence."""
+        """Return an expert's input by its name, without the confidence of the value."""
         found = self.values[name]
         return found.value if isinstance(found, Judged) else found
 

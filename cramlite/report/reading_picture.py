@@ -263,8 +263,7 @@ def _phrase(phrase: str, event: Event, names: SpokenNames) -> str:
 
 
 def _matters(events: Iterable[Event], spoken_of: Collection[str | None], axis: Axis) -> bool:
-    """Check whether the picture of the readings shows some states of the episode: a reading must mention one
-    of their things.
+    """Check whether the picture of the readings shows a row of states: some reading must mention a thing that these states are about.
 
     It must mention all of them if the states last the whole time.
     """

@@ -24,7 +24,7 @@ class SpokenNames(Value):
     spoken: Mapping[str, str]
 
     def __call__(self, name: str) -> str:
-        """Return the spoken name; a name that is not in the recording is returned unchanged."""
+        """Return the spoken name of an entity; a name that is not in the recording is returned unchanged."""
         return self.spoken.get(name, name)
 
     def text(self, sentence: str, about: Iterable[str]) -> str:

@@ -98,7 +98,7 @@ class FaultSpec(Spec):
         return Trigger(self.line, self.force, self.near, self.within or 0.0)
 
     def fault(self) -> Fault:
-        """Return the fault that the keys describe."""
+        """Return the fault that this entry of a scenario describes."""
         (kind,) = (k for k in _KINDS if getattr(self, k) is not None)
         found = _KINDS[kind](self)
         return replace(found, after=found.after or self.after, trigger=self.trigger())

@@ -134,7 +134,7 @@ class LimitsSpec(Spec):
     may_push: bool | None = None
 
     def judging(self) -> JudgingLimits:
-        """Return the limits that are stated, with the defaults of the others."""
+        """Return the limits of judging a run: those that the scenario states, and the defaults of all others."""
         written = self.model_dump(exclude_none=True)
         return JudgingLimits(**{"may_push": bool(self.advisory), **written}, of_scenario=tuple(written))
 

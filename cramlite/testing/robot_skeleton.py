@@ -116,7 +116,7 @@ def _in(local: RobotFile, folder: Path) -> RobotFile:
 
 
 def _source(local: RobotFile, inside: str) -> str:
-    """Return Python code of the added data, with a line for each field that differs from its default."""
+    """Return Python code of what is stated about an arm besides its file: a line for each field that differs from its default."""
     return "\n".join(f"        {name}={_code(value, inside)}," for name, value in _stated(local.stated))
 
 

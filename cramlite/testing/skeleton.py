@@ -126,7 +126,7 @@ def _checked(name: str) -> str:
 
 
 def _taken(kind: str, name: str) -> str:
-    """Return why a plugin with this name could not be loaded, or would hide something; "" if it works."""
+    """Return why a new plugin cannot have a name, such as that another plugin has it; "" if it can."""
     from ..plugin.catalogue import Knowledge
     from ..plugin.registry import Registry
     from ..plugin.validation import NAMED_BY

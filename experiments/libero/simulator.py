@@ -135,7 +135,7 @@ class Simulator:
         } | self.feel()  # fmt: skip
 
     def step(self, delta: list[float], opening: float, grip: float) -> dict[str, Any]:
-        """Take an action; LIBERO's own grip force replaces ``grip``."""
+        """Execute an action: a delta of the effector and an opening; ``grip`` is ignored, as LIBERO has a grip force of its own."""
         del grip
         controller = self.env.robots[0].controller
         action = np.clip(np.array(delta) / controller.output_max, -1.0, 1.0)

@@ -161,7 +161,7 @@ class Simulator:
         return re.sub(r'(<body name="bin2"[^>]*>)', rf"\1{site}", text, count=1)
 
     def hello(self, **_: Any) -> dict[str, Any]:
-        """Return the description of the robot."""
+        """Return what a client must know of the robot: its type, the kind of its actions, their rate and their limits."""
         controller, robot = self.env.robots[0].part_controllers["right"], self.robot
         inertia = 1.0 / float(controller.kp[0])  # of a critically damped spring, which is pulled along and holds an action for a period
         lag = 2.0 * inertia**0.5 - 0.5 / RATE

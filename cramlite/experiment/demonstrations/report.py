@@ -23,7 +23,7 @@ HEADINGS = {"planned": "plan", "simulated": "simulation", "executed": "execution
 
 
 def text(tables: ObjectTables, title: str) -> str:
-    """Return the tables as text for a terminal."""
+    """Return the tables of an experiment with demonstrations as text for a terminal."""
     scales = [c.scale for c in tables.confusions]
     harder = [f"at {k:g} x errors" for k in scales[1:]]
     cells = [["", "came off", "gave candidates", "candidates", *HEADINGS.values(), *harder, "solved", "first solved"]]

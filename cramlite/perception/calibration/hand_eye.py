@@ -92,7 +92,7 @@ class Calibration(Value, eq=False):
 
     @property
     def strays(self) -> list[str]:
-        """Names of pictures that fit much worse than the others."""
+        """Names of the pictures whose reprojection error is much larger than that of the others."""
         each = {n: _rms(p) for n, p in self.pixels.items()}
         limit = max(STRAY * float(np.median(list(each.values()))), 0.5)
         return [n for n, e in each.items() if e > limit]

@@ -39,7 +39,7 @@ class Drawn:
         return Task(name, facts["words"], "Libero", "", str(text), "")
 
     def get_task_init_states(self, seed: int) -> Any:
-        """Return the task's only initial state, in a list."""
+        """Return the initial states of the problem that a seed names: a list of one, since each problem has only one."""
         import numpy as np
 
         return [np.loadtxt(self._folder(seed) / "state.txt")]

@@ -69,7 +69,7 @@ class World:
             self.env.step(np.zeros(7))
 
     def restless(self) -> str:
-        """Return why no task could begin in the state; "" if all things stay where they are, on the table."""
+        """Return why no task can begin in the state, such as that a thing has fallen off the table; "" if all things rest on it."""
         before = self.places()
         for _ in range(REST):
             self.env.step(np.zeros(7))

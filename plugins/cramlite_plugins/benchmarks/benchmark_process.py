@@ -167,7 +167,7 @@ class BenchmarkProcess:
         return self.lines.name
 
     def hello(self) -> Hello:
-        """Return the description of the robot."""
+        """Return what a client must know of the robot: its type, the kind of its actions, their rate and their limits."""
         return self.robot.hello()
 
     def step(self, action: Action) -> State:

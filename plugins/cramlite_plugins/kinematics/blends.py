@@ -66,7 +66,7 @@ class Straight(Value):
 
 
 class Corner(Value):
-    """A parabolic blend from one line to the next in ``length`` seconds.
+    """Parabolic blend from one straight line in joint space to the next; it takes ``length`` seconds.
 
     Args:
         start, corner, goal: where it leaves one line, the corner, where it meets the other.

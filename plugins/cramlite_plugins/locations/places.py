@@ -29,7 +29,7 @@ ALONG = (0.1, 0.2, 0.3, 0.45, 0.65, 1.0)
 
 
 def home(location: Location, belief: Belief, context: Context) -> Groundings:
-    """Generate the home position."""
+    """Generate a single answer for a location: the robot's home joint position and the TCP pose there."""
     pose = forward(context.robot, context.robot.home)
     yield Grounding(Place(pose, pose, joints=context.robot.home), f"the home position of '{context.robot.type}'", key="home")
 

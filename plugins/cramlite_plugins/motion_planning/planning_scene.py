@@ -94,7 +94,7 @@ class PlanningScene(Value):
 
     @property
     def robot(self) -> Robot:
-        """Return the description of the robot that moves."""
+        """Return the robot for which motions are planned in this scene."""
         return self.index.robot
 
     @property

@@ -24,7 +24,7 @@ RANGE = 0.5
 
 
 class Answer(Value):
-    """Outcome of a query.
+    """Outcome of one path search: the path, if one was found, and the work spent on it.
 
     Args:
         points: of a path from the start to one of the goals; None where none was found.

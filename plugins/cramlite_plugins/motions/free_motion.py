@@ -98,7 +98,7 @@ def _pace(motion: Motion, context: Context) -> tuple[float, float]:
 
 
 def _goals(motion: Motion, place: Place, belief: Belief, context: Context, scene: Any) -> list[Any]:
-    """Free joint positions at the stand-off from which a straight line leads on to the place."""
+    """Collision-free joint positions at the stand-off from which the arm can go on in a straight line to the place."""
     from ..kinematics.kinematics import inverse, why_no_inverse
     from ..motion_planning.planner import in_the_way
     from ..motion_planning.reach import make_scene

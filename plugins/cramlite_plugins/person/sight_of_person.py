@@ -103,7 +103,7 @@ def _under(product: Thing, bottom: float, owner: Thing, surface: Feature) -> boo
 
 
 def featured(world: World, type_: str, *, movable: bool = False) -> list[tuple[Thing, Feature]]:
-    """List everything with a feature of a class, with that feature.
+    """List each thing that has a feature of the given class, such as a hole, together with that feature.
 
     Raises:
         UserError: there is nothing of the kind.

@@ -100,7 +100,7 @@ def _movable(scene: SymbolicWorld, thing: str, what: str) -> None:
 
 
 def _standing(scene: SymbolicWorld, way: float) -> Iterator[tuple[str]]:
-    """Things that can be moved whose z axis points up (1.0) or down (-1.0)."""
+    """Names of the movable things whose z axis points up (``way`` = 1.0) or down (``way`` = -1.0)."""
     for thing in scene.world.things:
         if thing.movable and thing.joint is None and upward(thing.pose, way):
             yield (thing.name,)

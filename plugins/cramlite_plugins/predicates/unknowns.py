@@ -39,8 +39,8 @@ def no_box(phase: Phase, name: str | None, place: str | None) -> str | None:
 
 
 def no_fingers(phase: Phase, *_names: str | None) -> str | None:
-    """Return "no fingers of the hand" as what is unknown where neither finger tips nor an opening were
-    recorded."""
+    """Return "no fingers of the hand" as what is unknown for a predicate, if the recording has neither finger
+    tips nor an opening of the hand."""
     return None if len(tips(phase.timeline)) > 1 or "opening" in phase.episode.extras else "no fingers of the hand"
 
 

@@ -35,7 +35,7 @@ class Alike(Value):
 
 
 class TaskStage(Value):
-    """Task of a candidate: "reached", "stopped" (the search never got beyond it) or "unreached"."""
+    """Task of a candidate, and how far the search came: "reached", "stopped" (it never got beyond this task) or "unreached"."""
 
     name: str
     state: str

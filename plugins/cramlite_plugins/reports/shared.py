@@ -48,7 +48,7 @@ def colour(designator: str) -> str:
 
 
 def anchor(designator: str) -> str:
-    """Return an id for links, safe whatever the name is made of."""
+    """Return an HTML id by which links reach a designator's entry; special characters of the name are encoded."""
     return "d-" + re.sub(r"[^A-Za-z0-9]+", lambda m: "_" + m[0].encode().hex() + "_", designator)
 
 

@@ -40,7 +40,7 @@ def planes(geom: Geom) -> Floats:
 
 
 def _in_planes(p: Floats, d: Floats, faces: Floats) -> NDArray[np.bool_]:
-    """Whether each segment p .. p + d has a part that is below all faces by more than ``SKIN``."""
+    """Whether each segment p .. p + d has a part inside a convex shape, deeper than ``SKIN`` below each of its faces."""
     slope, height = d @ faces[:, :3].T, p @ faces[:, :3].T + faces[:, 3] + SKIN
     level = np.abs(slope) < 1e-12
     at = -height / np.where(level, 1.0, slope)

@@ -97,7 +97,7 @@ def _firm(thing: Itself[Thing], start: Pose, below: Itself[Thing], at: Pose) -> 
 
 
 def _beside(pose: Pose, x: float, y: float) -> Pose:
-    """Pose shifted sideways and leaning in the same direction."""
+    """Return a thing's pose shifted sideways and leaning to the same side, for another simulated release."""
     turn = Pose.from_rotvec((0.0, 0.0, 0.0), (-y * LEANING, x * LEANING, 0.0))
     there = np.add(pose.position, (x * ASIDE, y * ASIDE, 0.0))
     return Pose(tuple(there.tolist()), (turn * Pose((0.0, 0.0, 0.0), pose.quaternion)).quaternion)

@@ -64,7 +64,7 @@ def set_tool_digital_output_mode(n: Any, mode: Any) -> None:
 
 
 def set_safety_mode_transition_hardness(type: Any) -> None:
-    """Check how hard changes between safety modes are to be, 0 or 1, without effect: the model has one safety mode."""
+    """Check the value that states how hard the arm changes its safety mode: 0 or 1. It has no further effect."""
     _one_of(type, (0, 1), "set_safety_mode_transition_hardness's type")
 
 

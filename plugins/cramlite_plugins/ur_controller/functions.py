@@ -226,7 +226,7 @@ class Functions:
         return from_pose(self.arm.actual_tcp())
 
     def get_actual_joint_positions(self) -> list[float]:
-        """Return the joint encoders [rad]."""
+        """Return the joint positions that the encoders measure [rad]."""
         return [float(v) for v in self.arm.actual_joints()]
 
     def get_target_tcp_pose(self) -> PoseValue:

@@ -37,7 +37,7 @@ class Client(Struct, eq=False):
 
 
 class Ports(Struct):
-    """The open ports and their connections."""
+    """Network ports of the virtual robot, and the clients that are connected to them."""
 
     robot: VirtualRobot
     clients: set[Client] = field(default_factory=set)

@@ -31,7 +31,7 @@ class PoseServer:
         self.random = np.random.default_rng([seed, 50010])
 
     def answer(self, line: str) -> bytes:
-        """Answer a line; nothing to a line that it does not understand."""
+        """Answer a request "POSE name" with the present pose of that thing; return nothing for any other request."""
         words = line.split(maxsplit=1)
         if len(words) != 2 or words[0] != "POSE":
             return b""

@@ -41,8 +41,8 @@ def grips(rollout: Rollout) -> list[Grip]:
 
 
 def pressed_at(rollout: Rollout) -> list[str]:
-    """Return the thing that both pads press at each sample, however short; "" for none. Closed fingers hold
-    nothing, and furniture is never held."""
+    """Return the thing that both pads press at each sample, even if they press it only briefly; "" for none, a
+    fixed thing or shut fingers."""
     return list(_pressed_at(Itself(rollout)))
 
 

@@ -75,8 +75,10 @@ def _last_about(candidate: Candidate, thing: str) -> str:
 
 
 def _not_in(rollout: Rollout, thing: str, container: Thing) -> str:
-    """Describe a thing whose centre is in no cavity of the container; empty if it is in one. Which cavity
-    is meant is checked with the goal."""
+    """Describe where a thing is if its centre is in no cavity of the container; "" if it is in any of them.
+
+    Which cavity is meant is checked with the goal.
+    """
     found = [_beside(rollout, thing, container, f) for f in container.features if f.type == "cram:Cavity"]
     return "" if "" in found else next(iter(found), f"'{container.name}' has no cavity")
 

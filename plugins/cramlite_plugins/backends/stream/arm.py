@@ -1,4 +1,4 @@
-"""The arm of a robot process, as programs command it."""
+"""The arm of a robot that another process drives, as programs command it."""
 
 from __future__ import annotations
 

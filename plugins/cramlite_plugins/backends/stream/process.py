@@ -51,7 +51,7 @@ class LineProcess:
         threading.Thread(target=self._read, daemon=True).start()
 
     def ask(self, line: bytes, patience: float) -> bytes:
-        """Send a line and return the answer.
+        """Send a line to the process, and return the line with which it answers.
 
         Raises:
             ProcessGone: the process has died, or does not answer within ``patience`` [s].

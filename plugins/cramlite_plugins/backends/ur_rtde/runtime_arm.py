@@ -46,7 +46,7 @@ class Aborted(Exception):
 
 
 class Tripped(Exception):
-    """Request of a control step to stop the steps inside it."""
+    """Raised by a control step, such as a monitor, to end the steps inside it early."""
 
     def __init__(self, by: object, reason: str) -> None:
         super().__init__(reason)
@@ -135,7 +135,7 @@ class Arm:
     # What must hold at all times
 
     def guard(self) -> None:
-        """Check the robot and the limits; called once a cycle, whenever the program waits.
+        """Raise an error if the robot is silent or stopped, or exceeds the force limit; called in each cycle of a wait.
 
         Raises:
             Aborted: the force limit of the program, a protective stop, or a robot that no longer answers.
@@ -157,7 +157,7 @@ class Arm:
             guard()
 
     def wait(self, done: Callable[[], bool], timeout: float) -> float:
-        """Wait until a condition holds; return the time [s], beyond ``timeout`` if it never did."""
+        """Wait until a condition holds; return the time waited [s], which is more than ``timeout`` if it never did."""
         begin = self.time()
         while not done():
             self.guard()

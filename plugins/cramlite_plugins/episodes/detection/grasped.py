@@ -94,7 +94,7 @@ def _others_lift(pairs: dict[tuple[str, str], Pair], hand: str, thing: str, roll
 
 
 def _carries(lift: Floats, others: Floats, times: Floats) -> bool:
-    """Whether the pads carry at least the share CARRY of the upward force on a thing, averaged over GAP."""
+    """Whether the pads exert, at some time, at least the share CARRY of the upward force on a thing, averaged over GAP seconds."""
     mine, whole = (moving_average(v, times, GAP) for v in (lift, lift + others))
     return bool(np.any((whole > CONTACT[0]) & (mine > CARRY * whole)))
 

@@ -57,7 +57,7 @@ class Posed(Value):
 
 
 def posed(source: Source, chain: Chain) -> Posed:
-    """Put all joints of the arm to zero."""
+    """Compute where the parts of a robot file's model are when all joints of the arm are at zero."""
     data = mujoco.MjData(source.model)
     for b in chain.bodies:
         data.qpos[source.model.jnt_qposadr[source.model.body_jntadr[b]]] = 0.0

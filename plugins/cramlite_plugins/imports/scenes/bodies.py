@@ -112,8 +112,8 @@ def _rooms(model: Any, data: Any) -> frozenset[int]:
 
 
 def _box(model: Any, data: Any, top: int) -> tuple[Any, Any] | None:
-    """Corners of the box, world axes, around all that is fixed to a body and collides; None if it moves or
-    collides with nothing."""
+    """Lowest and highest corner, world axes, of the box around all colliding geoms fixed to a body; None if the
+    body moves or has no such geoms."""
     if int(model.body_weldid[top]):
         return None
     low, high = np.full(3, np.inf), np.full(3, -np.inf)

@@ -23,7 +23,7 @@ MIDDLE = 0.5
 
 
 class Handle(Value):
-    """A handle that was found.
+    """Handle of a drawer or door, as found in a scene file.
 
     Args:
         feature: its pose, z out of the front; for hinges x along the bar, for slides across it.
@@ -60,7 +60,7 @@ def find_handle(geoms: Sequence[Geom], names: Sequence[str], joint: Joint) -> Ha
 
 
 def _outward(geoms: Sequence[Geom], joint: Joint) -> list[Floats]:
-    """Return the directions that may lead out of a front: a drawer's slide axis, or both normals of a door.
+    """Return the directions in which a front may face: the slide axis of a drawer, or both normals of a door.
 
     The side to which the door opens comes first.
     """

@@ -175,7 +175,7 @@ def _check_shapes(path: Path, model: Any, data: Any) -> None:
 
 
 def _check_options(path: Path, model: Any) -> None:
-    """Refuse options with which a step never ends, or nothing ever moves."""
+    """Refuse a scene whose time step or number of solver iterations is out of range: steps might never end, or move nothing."""
     for name, (least, most) in OPTIONS.items():
         value = float(getattr(model.opt, name))
         if not least <= value <= most:

@@ -43,7 +43,7 @@ def attitudes(query: Query, upright: Pose) -> Iterator[tuple[str, Pose]]:
 
 
 def far_edge_down(query: Query) -> Iterator[tuple[float, Pose]]:
-    """Generate orientations of a payload that hangs from fingers one above the other, each with its lean from lying flat [rad].
+    """Generate orientations of a payload in a hand with one finger above the other, each with its lean from lying flat [rad].
 
     The lean is at most ``FLAT_FALL``. The hand points along x, and the less downwards the earlier it comes.
     """

@@ -98,7 +98,7 @@ class Query(Value, dict=True):
 
     @property
     def whole(self) -> Thing:
-        """Return the thing that the target belongs to."""
+        """Return the thing on or in which the payload is put; the target, a surface or an opening, is a part of it."""
         return self.belief.world.thing(thing_of(self.entity))
 
     @property

@@ -185,8 +185,7 @@ def _level(query: Query, floor: Floor, now: Pose, kind: str) -> Iterator[Placeme
 
 
 def _of_each_step(rows: NDArray[np.intp], few: int) -> list[list[int]]:
-    """Limit the pairs (spot, turn) to try at each distance from a floor's middle: to ``MANY``, or to one if
-    ``few`` > 1 asks for few spots.
+    """Limit the pairs (spot, turn of the hand) to try at each distance from a floor's middle: to ``MANY``, or to one if ``few`` > 1.
 
     To simulate how a payload comes to rest at one spot takes some ten runs.
     """
@@ -222,8 +221,8 @@ def _down(hand: Pose) -> float:
 def _free(
     floor: Floor, around: HandRoom, thing: Thing, now: Pose, hands: Hands, openings: Floats, turns: Floats, few: int
 ) -> NDArray[np.bool_]:
-    """Whether bounding boxes of hands and payload have room on the level way out, for each hand, spot and
-    turn (n, spots, turns).
+    """Check for which hand poses (n), spots and turns of the hand the bounding boxes of hand and payload have
+    room on the level way out: (n, spots, turns).
 
     Args:
         now: of the payload in the base frame, with the hands (n) at it.

@@ -118,7 +118,8 @@ def _up_and_away(towards: Floats) -> Iterator[Floats]:
 
 
 def _under(query: Query) -> list[Floats]:
-    """Unit vectors along the opening's sides towards the overhang, the most direct one first, in the base frame."""
+    """Return unit vectors along an opening's sides that point towards the overhang above it, the most direct one
+    first, in the base frame."""
     over = shapely.union_all([o.area for o in query.covers]).intersection(query.target.area).centroid
     middle = query.target.area.centroid
     to = query.target.pose.rotate((over.x - middle.x, over.y - middle.y, 0.0))

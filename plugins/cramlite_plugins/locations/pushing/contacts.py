@@ -125,8 +125,8 @@ def _axes(way: Floats, turn: float) -> tuple[Floats, Floats, Pose]:
 
 
 def _floor(thing: Thing, pose: Pose, over: Pose, gripper: Gripper) -> float | None:
-    """Height of the highest point of a thing's floor under closed fingers, along z of the base frame [m];
-    None if its rim is hardly higher.
+    """Highest point of a thing's floor under closed fingers, along z of the base frame [m]; None if the thing's
+    rim is hardly higher than that.
 
     Args:
         over: of the fingers' tips, as high as the thing's rim.
@@ -242,8 +242,7 @@ def _clear_of(thing: Thing, pose: Pose, hand: Pose, out: Floats, gripper: Grippe
 
 
 def upon(thing: Thing, handle: Feature, pose: Pose, turns: tuple[float, float], gripper: Gripper) -> Pose:
-    """Return the TCP pose of closed fingers over a handle's bar, their lowest edge at a gap of ``ALMOST`` [m]
-    above its middle."""
+    """Return the TCP pose of closed fingers above a handle's bar: their lowest edge is ``ALMOST`` [m] above the top of the bar's middle."""
     up, middle = np.array([0.0, 0.0, 1.0]), np.asarray((pose * handle.pose).position)
     hand = _turned(pose.rotate(handle.pose.rotate(up)), up, turns)
     met = spans(body(thing.geoms), np.asarray(handle.pose.position), pose.inverse().rotate(up))

@@ -211,7 +211,8 @@ def _around(location: Location, belief: Belief, context: Context, entity: str) -
 
 
 def _last(location: Location, belief: Belief, context: Context, entity: str, area: Feature, frame: Pose) -> Floats | Refused:
-    """Return the last straight line (3,) of a thing's way to its region; a refusal if obstacles stop the thing itself.
+    """Return the direction and length (3,) [m] of the last straight stretch on which a thing is pushed to its
+    region; a refusal if obstacles stop the thing.
 
     It is for fingers inside the thing; after a refusal no hand pose need be searched.
 

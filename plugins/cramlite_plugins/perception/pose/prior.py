@@ -34,7 +34,7 @@ UPRIGHT = Prior((Alignment(((0.0, 0.0, 1.0),), ((0.0, 0.0, 1.0),)),))
 
 
 def alignment_error(camera: Pose, turn: Floats32, alignment: Alignment) -> Floats:
-    """Return the angles (H,) [rad] between the nearest of the axes and the directions.
+    """Return for each of H turns the smallest angle [rad] between any axis of the model and any direction of the world: (H,).
 
     Args:
         camera: the optical frame in the world.

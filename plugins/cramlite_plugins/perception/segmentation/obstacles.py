@@ -97,7 +97,7 @@ def _let_down(points: Floats, known: Sequence[Thing], limits: Mapping[str, float
 
 
 def _above(points: Floats, thing: Thing) -> bool:
-    """Whether the middle of some points is over the box around a thing."""
+    """Whether the middle of some points is inside the box around a thing, seen from above."""
     from ...shapes.bounds import corners
 
     edges, middle = corners(thing, thing.pose)[:, :2], points.mean(axis=0)[:2]
@@ -120,7 +120,8 @@ def _parts(points: Floats, known: Floats, limits: Mapping[str, float]) -> Iterat
 
 
 def _holds(points: Floats, others: Floats, depth: float) -> Any:
-    """Flags of those of ``others`` in the box around points: whether each is ``depth`` [m] inside their convex hull."""
+    """Return a flag for each of ``others`` in the box around ``points``: whether it is over ``depth`` [m] deep
+    in the convex hull of ``points``."""
     import numpy as np
 
     near = others[((others > points.min(axis=0)) & (others < points.max(axis=0))).all(axis=1)]

@@ -29,8 +29,8 @@ class PathSegment(Protocol):
     def length(self) -> float:
         """Return the length of the segment [m]."""
     def at(self, share: float) -> tuple[Floats, float]:
-        """Return the position (3,) [m] at a share (0 to 1) of the segment, and how many movep commands are
-        done there, with the fraction."""
+        """Return the position (3,) [m] at a share (0 to 1) of the segment, and the progress there in movep
+        commands: 2.5 is halfway through the third."""
 
 
 class LineSegment(Value):
@@ -65,8 +65,8 @@ class ArcSegment(LineSegment):
         return math.dist(self.start, self.centre) * self.angle
 
     def at(self, share: float) -> tuple[Floats, float]:
-        """Return the position (3,) [m] at a share (0 to 1) of the segment, and how many movep commands are
-        done there, with the fraction."""
+        """Return the position (3,) [m] at a share (0 to 1) of the segment, and the progress there in movep
+        commands: 2.5 is halfway through the third."""
         out, turned = self.start - self.centre, share * self.angle
         place = self.centre + math.cos(turned) * out + math.sin(turned) * math.dist(self.start, self.centre) * self.along
         middle = round(self.legs[1])  # the corner: both halves of the circle stand for the ends of their lines

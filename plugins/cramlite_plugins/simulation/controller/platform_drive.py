@@ -21,7 +21,7 @@ TRACKING = 0.05, 0.05
 
 
 class Leg(TrapezoidalProfile):
-    """A straight leg from ``start`` to ``goal`` (3,) [m, m, rad], from rest to rest."""
+    """Straight motion of a mobile platform from ``start`` to ``goal``, x, y and turn (3,) [m, m, rad], from rest to rest."""
 
     start: Floats
     goal: Floats

@@ -47,7 +47,7 @@ class SafetyWatch:
         self.over = {"force": 0.0, "torque": 0.0, "tracking": 0.0, "platform": 0.0}
 
     def command(self, before: Floats, goal: Floats) -> None:
-        """Check joint positions that are to be commanded next.
+        """Check that joint positions to be commanded next are in range, and reachable from the last ones within a cycle.
 
         Raises:
             ProtectiveStop: a joint would leave its range, or move too fast.

@@ -32,7 +32,7 @@ class Motion(Protocol):
     def at(self, time: float) -> Floats | Pose:
         """Return the joint position (n,) [rad] or the TCP pose in the base frame at a time since the start [s]."""
     def rate(self, time: float) -> float:
-        """Return the speed at a time since the start [m/s or rad/s]."""
+        """Return the speed of the motion at a time since its start: of the leading joint [rad/s] or the TCP [m/s]."""
 
 
 class TrapezoidalProfile(Value):
@@ -52,7 +52,7 @@ class TrapezoidalProfile(Value):
         return profile_position(time, self.way, self.speed, self.acceleration) / self.way if self.way > 0 else 1.0
 
     def rate(self, time: float) -> float:
-        """Return the speed at a time, in the unit of ``way`` per second."""
+        """Return the speed at a time since the start [s], in the unit of ``speed``."""
         rest = self.duration - time
         if time <= 0 or rest <= 0:
             return 0.0
@@ -188,7 +188,9 @@ def linear_motion(start: Pose, goal: Pose, speed: float, acceleration: float) ->
 
 
 def circular_motion(start: Pose, via: Vector3, goal: Pose, speed: float, acceleration: float, fixed: bool) -> CircularMotion:
-    """Plan a movec from a TCP pose over a position to a pose [m/s, m/s2]; ``fixed`` keeps the tool's orientation to the tangent.
+    """Plan a movec: an arc from a TCP pose through a position to a pose, at a speed [m/s] and an acceleration [m/s2].
+
+    ``fixed`` keeps the tool's orientation relative to the arc's tangent.
 
     Raises:
         ValueError: the three positions are on one line, or two of them are one.

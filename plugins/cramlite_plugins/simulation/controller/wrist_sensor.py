@@ -61,7 +61,7 @@ class WristSensor:
         self.raw = self.raw + share * (reading - self.raw)
 
     def zero(self, flange: Floats) -> None:
-        """Tare the sensor with the flange (4, 4) where it is in the base frame."""
+        """Set the force sensor's reading to zero (tare) at the present pose (4, 4) of the flange in the base frame."""
         turn = flange[:3, :3]
         self.bias, self.tared = np.concatenate([self._force(turn), self._torque(turn)]), True
 

@@ -79,7 +79,7 @@ class Surface(Value):
 
 
 def add_pairs(spec: Any, stated: Container[str] = (), apart: Apart = NOTHING, firm: Container[str] = ()) -> None:
-    """State the friction of every pair of pad and thing, and of thing and thing; after all geoms were added.
+    """Add to the model the friction of every pair of pad and thing, and of thing and thing; it must have all its geoms.
 
     Args:
         stated: names of geoms whose contacts a file states; two of them are left to MuJoCo's rule.

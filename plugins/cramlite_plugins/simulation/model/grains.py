@@ -77,7 +77,7 @@ def _scattered(surface: Feature, filling: Filling) -> list[tuple[float, float, f
 
 
 def _layer(cavity: Feature, filling: Filling, step: float) -> list[tuple[float, float]]:
-    """Grid points of one layer, the middle first."""
+    """Return the horizontal start positions of one layer of balls, on a grid, those nearest to the middle first."""
     half = [cavity.size[k] / 2 - GAP * filling.radius for k in ("width", "depth")]
     counts = [int(h / step) for h in half]
     points = [(i * step, k * step) for i in range(-counts[0], counts[0] + 1) for k in range(-counts[1], counts[1] + 1)]

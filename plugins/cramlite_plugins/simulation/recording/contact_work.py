@@ -23,7 +23,7 @@ class ContactWork:
         self._seen: Counter[bytes] = Counter()  # samples by the pairs of geoms that are listed
 
     def see(self, data: Data) -> None:
-        """Count the contact points of a state as one sample."""
+        """Record the contacts between geoms in a state of the simulation as one sample."""
         self._seen[np.asarray(data.contact.geom, dtype=np.int32).tobytes()] += 1
 
     def points(self) -> dict[str, float]:

@@ -56,7 +56,7 @@ class Loaded(Value):
 
 
 class Stopped(Exception):
-    """Raised when the program is stopped: ``line`` and ``reason``, a clause."""
+    """Raised when the program is stopped, with the program's line and the reason."""
 
     def __init__(self, line: int, reason: str) -> None:
         super().__init__(f"line {line}: {reason}")

@@ -107,7 +107,7 @@ class Method(Value):
 
 
 class Run(Value):
-    """``run thread()``: its value is the thread's handle."""
+    """Expression ``run thread()``, which starts a thread; its value is the thread's handle."""
 
     call: Call
     line: int
@@ -135,7 +135,7 @@ class Evaluate(Value):
 
 
 class If(Value):
-    """``if``, ``elif``, ``else``: pairs of a condition and its statements, then the statements of ``else``."""
+    """Statement ``if``: a condition with its statements for ``if`` and each ``elif``, then the statements of ``else``."""
 
     branches: tuple[tuple[Expression, tuple[Statement, ...]], ...]
     otherwise: tuple[Statement, ...]
