@@ -119,7 +119,8 @@ def _cameras(place: Floats, far: float) -> Iterator[Camera]:
 
 
 def _seen(model: Model, data: Data, camera: Camera, size: tuple[int, int]) -> list[_Seen]:
-    """Rendered views of each of three groups of geoms alone: the rest, the first body, the other body."""
+    """Rendered views of three groups of geoms, each alone: first all geoms but the two bodies that collide,
+    then each of these bodies."""
     directions = rays_of(camera, *size)
     found = []
     for group in range(3):
