@@ -117,7 +117,7 @@ class Told(Value):
 
 
 class Axis(Value):
-    """Time axis from ``begin`` to ``end`` [s]; labels count from ``zero`` [s]."""
+    """Time axis of a picture, from ``begin`` to ``end`` [s]; written times count from ``zero`` [s]."""
 
     begin: float
     end: float

@@ -73,7 +73,8 @@ def collision_picture(world: World, robots: Mapping[str, Robot], collision: Coll
 
 
 def _state(world: World, robots: Mapping[str, Robot], collision: Collision) -> tuple[Compiled, Data]:
-    """Compiled planning model of the state that was refused, and MuJoCo's data with all poses computed."""
+    """MuJoCo model, compiled for planning, of the state that was refused for a collision, and its data with
+    all poses computed."""
     mounts = tuple(replace(m, base=collision.base) if m.name == collision.robot else m for m in world.robots)
     placed = replace(world.moved(dict(collision.moved)), robots=mounts)
     carried = {name: Carried(collision.robot, pose) for name, pose in collision.held.items()}
