@@ -40,5 +40,6 @@ class WristForce:
         self.felt.clear()
 
     def mean(self) -> Any:
-        """Return the mean (3,) since the action began [N], in the axes of the sensor."""
+        """Return the mean of the forces (3,) that the sensor has read since the action began [N], in the axes
+        of the sensor."""
         return np.mean(self.felt, axis=0)

@@ -129,7 +129,8 @@ class Service:
             self._say({"id": refused.id, "error": {"code": refused.code, "message": str(refused)}})
 
     def _cancel(self, params: dict[str, Any], asked: Id) -> Any:
-        """End the search of a request that is not answered yet, or of a ``resolve`` that could go on."""
+        """End the search of a request that is not answered yet, or of a ``resolve`` that could still give
+        further programs."""
         id_ = params.get("id")
         if not _is_id(id_) or id_ is None or id_ not in self._open | set(self._found):
             waiting = ", ".join(repr(i) for i in [*self._open, *self._found]) or "none"

@@ -103,7 +103,7 @@ class CandidateSequence(Value, eq=False):
 
     @property
     def doubted(self) -> list[tuple[int, Match]]:
-        """Demonstrated actions with the tasks they were read as, where validators objected to the task in
+        """Demonstrated actions, with the task that each was read as, if validators objected to that task in
         every program of this sequence."""
         said = self.sequence
         return [(said.actions[k - 1], said.matches[k - 1]) for k in sorted(self.effort.objected or ())] if said else []

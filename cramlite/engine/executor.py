@@ -191,7 +191,8 @@ def _execute(knowledge: Knowledge | Exception, text: str, world: World, seed: in
 
 
 def _main() -> None:
-    """Leave Ctrl-C to the caller, and keep prints of plugins out of the answers."""
+    """Serve requests until there are no more: Ctrl-C is left to the caller, and prints of plugins stay out of
+    the answers."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     with os.fdopen(os.dup(0), "rb") as asked, os.fdopen(os.dup(1), "wb") as answers:
         os.dup2(2, 1)

@@ -368,7 +368,8 @@ class GoingOn:
 
 
 def _at_once(whole: Budget) -> Budget:
-    """Return the budget of a first search after a stop: the arm had better go back than wait for a longer one."""
+    """Return the small budget of the first search after a stop: the arm should rather go back the way it came
+    than wait for a longer search."""
     return replace(whole, **{name: min(most, getattr(whole, name)) for name, most in AT_ONCE.items()})
 
 

@@ -232,7 +232,8 @@ def _reached(flight: Flight, peaks: RunPeaks) -> list[Reached]:
 
 
 def _check(row: Reached, in_twins: float | None, own: Mapping[str, float]) -> Check:
-    """Return the check of a limit in the units of controllers: degrees in place of radians."""
+    """Return the highest value that the program reaches of a limited quantity, with the limit, in the units
+    of controllers: degrees for radians."""
     unit, scale = ("deg/s", math.degrees(1.0)) if row.unit == "rad/s" else (row.unit, 1.0)
     allowed = _limit(row.limit, own, scale * row.most, row.source)
     name = " ".join(filter(None, (row.limit.replace("_", " "), row.of)))

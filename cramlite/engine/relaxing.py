@@ -70,8 +70,8 @@ class Relaxation(Value):
     steps: int
 
     def __str__(self) -> str:
-        """Describe the change: the smallest amount that makes the scenario solvable, and the next smaller
-        one, with which no program was proven."""
+        """Say by how much something must change to make the scenario solvable, and with which next smaller
+        change no program was proven."""
         return f"{self.change.says} by {1000 * STEP * self.steps:.0f} mm; by {1000 * STEP * (self.steps - 1):.0f} mm nothing was proven"
 
 

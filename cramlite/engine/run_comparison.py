@@ -141,7 +141,8 @@ def _compared(name: str, unit: str, times: Floats, logged: Floats, ran: Floats) 
 
 
 def _parts(joints: Sequence[Compared], times: Floats, rollout: Rollout, within: float) -> tuple[float, str, float, int] | None:
-    """Time at which a joint first differs by more than is allowed."""
+    """Time at which a joint in the real arm's log first differs by more than is allowed from the proven run,
+    with the joint, the difference and the program's line."""
     far = np.array([np.abs(c.logged - c.ran) for c in joints])
     over = np.flatnonzero(far.max(axis=0) > within)
     if not over.size:

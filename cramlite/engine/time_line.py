@@ -51,7 +51,7 @@ class Moment(Value):
     thing: str = ""
 
     def __str__(self) -> str:
-        """Return the entry as a line of text."""
+        """Return the entry of the execution's time line as a line of text."""
         spent = f" ({self.thought:.1f} s of CPU time)" if self.what == "decision" else ""
         return f"{self.time:8.2f} s  round {self.round}  {self.what:<10} {self.said}{spent}"
 

@@ -68,7 +68,7 @@ class Number(Spec):
 
     @property
     def height(self) -> float:
-        """Value to plot: the rate if the number is one, else the plain value."""
+        """Value to plot: the share of hits if the number is a rate, else the plain value."""
         return self.hits / self.of if self.hits is not None and self.of else self.value or 0.0
 
 

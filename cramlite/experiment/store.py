@@ -140,7 +140,8 @@ def locked(path: Path) -> IO[str]:
 
 
 def run_key(experiment: str, files: Iterable[Path], registry: Registry, **asked: Any) -> dict[str, Any]:
-    """Return the key that identifies a run's results; it is equal on every machine that would give the same ones.
+    """Return the key that identifies a run's results: it is the same on all machines that have the
+    same files, code and options.
 
     Args:
         files: that the experiment reads.

@@ -179,7 +179,8 @@ def candidates(
 
 
 def _undecided(matches: Sequence[Match], claimed: Sequence[Claims]) -> list[Claims]:
-    """Return the claims of each reading of an action, with "_" for a role's filler where several are possible.
+    """Return the relations that each reading of an action requires or changes, with "_" in place of a thing
+    where several could fill its role.
 
     Of several unknown fillers of a role only one can be right, so a claim about one of them is left open.
     """
@@ -362,8 +363,8 @@ def _presupposed(at: Choice, claim: Claims, begins: Sayers, ends: Sayers) -> Ite
 
 
 def _lasting(k: int, said: Iterable[Claims], begins: Sayers, ends: Sayers) -> Iterator[Demand]:
-    """Yield constraints on relations that last to the end of the demonstration: some chosen reading must
-    begin each.
+    """Yield a constraint for each relation that lasts to the end of the demonstration: some chosen reading
+    must make it begin.
 
     They are those that action ``k`` may have begun and no later action may end. This is condition 2 of
     coherence.

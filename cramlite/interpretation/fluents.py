@@ -256,7 +256,8 @@ PLAIN = Fluent()
 
 
 class Fluents(Value):
-    """Fluents of all predicates, with the implications and effects on sets of facts.
+    """Fluents of all predicates: what a fact implies or excludes, and what a task's effects do to a set of
+    facts.
 
     Args:
         of: predicate -> its fluent.

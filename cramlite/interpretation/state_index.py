@@ -51,7 +51,8 @@ class StateIndex:
         return tuple(seen.values())
 
     def holding(self, start: float, end: float) -> tuple[tuple[int, ...], tuple[int, ...]]:
-        """Return which states hold throughout [start, end), and which hold at some time of it, as sorted numbers.
+        """Return the numbers of the states that hold throughout [start, end), and of those that hold at some
+        time of it; both sorted.
 
         States of one class with the same roles have the same number.
 

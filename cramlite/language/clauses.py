@@ -104,8 +104,8 @@ class ClauseParser(RequestParser):
                     yield from ((clauses, behind) for e in ends for behind in self._closed(e))
 
     def _left_out(self, _at: int) -> tuple[Found, ...]:
-        """Return the asides (parts that ask for nothing) that begin at a position; none in this parser,
-        which knows no asides."""
+        """Return the asides (parts of a sentence that ask for nothing) that begin at a word index; this
+        parser knows none."""
         return ()
 
     def _separated(self, at: int) -> int:

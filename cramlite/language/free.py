@@ -231,7 +231,8 @@ class FreeParser(ClauseParser):
                     yield from self._free(at, end, replace(heard, amount=clause.amount))
 
     def _made(self, heard: Heard) -> Iterator[Clause]:
-        """Yield the requests that the parts found so far make; none while parts are missing."""
+        """Yield the requests that the parts of a sentence found so far make up; none while a needed part is
+        missing."""
         if heard.theme is None or (heard.denied and not (heard.obliged or (heard.firm and not heard.verbs))):
             return
         verb = heard.verbs[0][1] if heard.verbs else ()

@@ -32,7 +32,7 @@ class Referents(Value):
 
 
 class Mentions(Value):
-    """Things that earlier clauses of a sentence named.
+    """Things that the requests and statements so far in a sentence have named.
 
     Args:
         themes, places: of each clause, the first one first.

@@ -235,7 +235,7 @@ class Places:
         return own | {w for labels in same for label in labels for w in normal(label)}
 
     def under(self, noun: Noun, themes: tuple[str, ...], mentions: Mentions) -> Referents:
-        """Return the regions under the things that a noun phrase means.
+        """Return the place under each thing that a noun phrase means: a region of that thing.
 
         Raises:
             Refusal: it has none.

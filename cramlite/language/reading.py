@@ -240,7 +240,8 @@ class Reading:
         return replace(themes, names=left) if clause.theme.pronoun and left else themes
 
     def _together(self, clause: Clause) -> list[_Row]:
-        """Return the goals by which several things stand side by side: each further one next to the first."""
+        """Return the goals for several things that shall stand side by side: each further thing next to the
+        first."""
         named = self._its.things(clause.theme, lambda n: self._its.scene.world.thing(n).movable, self._mentions).names
         first, *others = clause.theme.members or [Noun(n, (n.lower(),)) for n in named]
         parts = [replace(clause, theme=first, relation="phrase")] if clause.place is not None else []

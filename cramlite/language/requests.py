@@ -59,7 +59,7 @@ class RequestParser:
         return tuple(sorted((e for table in tables for e in starts(self.words, at, table)), reverse=True))
 
     def _contrasted(self, at: int) -> Iterator[int]:
-        """Yield the position after a contrast, whose words are not meant: "not in the basket" in "on the
+        """Yield the word index after a contrast, which says what is not meant: "not in the basket" in "on the
         tray, not in the basket"."""
         for start in starts(self.words, at, english.CONTRAST):
             stated = [f.stated for f in self.frames.unary]

@@ -82,7 +82,8 @@ class Example(Value, eq=False):
 
 
 def example(marked: Marked, rules: Sequence[Rule], taxonomy: Taxonomy) -> Example:
-    """Return the example in a marked episode: its span, with the actions inside and beside it.
+    """Return the example in a marked episode: its span, the actions inside the span, and those before or
+    after it.
 
     Raises:
         UserError: the interval is empty, or outside of the episode.

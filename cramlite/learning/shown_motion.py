@@ -78,7 +78,8 @@ class ShownMotion(Value, eq=False):
 
 
 class _Core(Value, eq=False):
-    """Part of one example's path that belongs to the shared motion, in the frame of the reference thing."""
+    """Part of one example's path that lies within the motion shared by all examples, in the frame of the
+    reference thing."""
 
     places: Floats
     closed: bool

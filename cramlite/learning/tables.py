@@ -95,7 +95,7 @@ class Tables:
         return np.asarray(picked).reshape([len(self.spans), *(self.size if r in named else 1 for r in range(1, roles + 1))])
 
     def place(self, span: int, fillers: Sequence[str]) -> int:
-        """Return the index of a role assignment that is given by the names of its things."""
+        """Return the index of the role assignment in which things with these names fill the roles."""
         things = self.spans[span].things
         return int(np.ravel_multi_index([things.index(f) for f in fillers], (self.size,) * len(fillers))) if fillers else 0
 

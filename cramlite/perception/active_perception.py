@@ -226,7 +226,7 @@ def _is_in(pose: Pose, container: Thing, knowledge: Knowledge) -> bool:
 
 
 def _with(before: Look, taken: Picture, knowledge: Knowledge) -> Look:
-    """Return the belief after one more picture."""
+    """Return the belief extended by what was perceived in one more picture."""
     assert taken.perceived is not None
     answers = taken.perceived.answers
     found = {n: (t, p) for p in answers if (known := thing_from_percept(p, knowledge)) for n, t in [known]}

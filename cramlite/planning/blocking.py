@@ -106,7 +106,8 @@ def blocking_of(
 
 
 def _tracks(thing: str, before: Sequence[Operator], facts: frozenset[Fact], loose: frozenset[str]) -> tuple[Track, ...]:
-    """Return which tasks were done so far with a thing, and then with each of the loose things that facts relate to it.
+    """Return the tasks that were done so far with a thing, and those with each loose thing that some fact
+    relates to it.
 
     The relation may lead through further things.
     """

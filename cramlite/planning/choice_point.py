@@ -156,7 +156,8 @@ class ChoicePoint(Struct):
 
     @property
     def _held_before(self) -> set[str]:
-        """Earlier places at which the hand held a thing on a joint, such as a drawer, before it moved it.
+        """Names of earlier places at which the hand held a thing on a joint, such as a drawer, before the
+        thing was moved along the joint.
 
         They explain no failure any more: only the present value of the joint matters.
         """

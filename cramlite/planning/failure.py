@@ -68,8 +68,7 @@ def misses(entries: Sequence[Entry]) -> list[tuple[Entry, ...]]:
 
 
 def _cause(entry: Entry) -> tuple[str, str]:
-    """Return what identifies the cause of a nearest miss: the designator and the reason of this refusal,
-    without numbers."""
+    """Return what identifies the cause of a refusal: its designator and its reason, without their numbers."""
     return without_numbers(entry.designator) if entry.kind != "proof" else "", without_numbers(entry.reason)
 
 

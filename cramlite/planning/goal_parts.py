@@ -49,7 +49,8 @@ class GoalAnswer(Value):
     reason: str = ""
 
     def without_reason(self) -> GoalAnswer:
-        """Return the answer with "see above" in place of its reason, which was given before."""
+        """Return this answer on a part of the goal with "see above" in place of its reason, which an earlier
+        answer gave."""
         return replace(self, reason="see above")
 
     def __str__(self) -> str:

@@ -29,7 +29,8 @@ NEEDLESS = "no step asks for what it changes"
 
 
 class TaskConstraint(Value):
-    """Constraint of a goal on the task that achieves it, such as a side of a place or a parameter.
+    """Constraint of a goal on the task that achieves it, such as on which side of a thing the place must be,
+    or a parameter's value.
 
     Args:
         where: what the place that it chooses must be like.

@@ -116,8 +116,8 @@ class Track(Value):
         return [(k, how) for k in range(len(self.past) + 1) for how in ("", "taken", "other")]
 
     def after(self, stage: Stage | None, how: Handling, task: Done | None) -> Stage | None:
-        """Return the stage that a thing reaches by a further task; None if the task is not the next one of
-        its task history.
+        """Return how far a thing has come along its known history of tasks after one more task; None if that
+        task departs from the history.
 
         Args:
             stage: before it; None for another history, which may be forgotten.

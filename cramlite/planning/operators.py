@@ -163,7 +163,8 @@ class Grounder:
         return Grounder(replace(self.scene, world=world, types=types), self.predicates)
 
     def ground(self, rules: Iterable[Rule], tasks: Mapping[str, TaskType]) -> tuple[Operator, ...]:
-        """Return the grounded planning actions of those rules whose tasks a plugin offers."""
+        """Return the planning actions of rules whose tasks a plugin offers, grounded over the things of the
+        world."""
         return tuple(o for rule in rules if rule.task in tasks for o in self._ground(rule, tasks[rule.task]))
 
     def _ground(self, rule: Rule, task: TaskType) -> Iterator[Operator]:

@@ -20,7 +20,7 @@ WHOLE: Part = ("", ())
 
 
 class InTask(Value):
-    """Part of a conflict set: something was refused in this task of the plan.
+    """Member of a conflict set: a task of the plan in which an alternative was refused.
 
     Args:
         number: of the task, counted from 1.

@@ -217,7 +217,8 @@ def _trace_unreachable(choice: Goal, problem: PlanningProblem, trace: Trace, pro
 
 
 def _trace_alone(problem: PlanningProblem, trace: Trace, progress: Callable[[str], None]) -> None:
-    """Record for each part of a goal why it is not achieved, or which tasks would achieve it alone."""
+    """Record for each part of a goal why it is not achieved, or which tasks would achieve it if the goal had
+    no other parts."""
     from .goal_parts import PART
     from .plan_stream import task_plans
     from .planning_problem import why_unreachable

@@ -144,7 +144,8 @@ class Trace(Struct):
         self.add(0, "budget", work, "capped", "engine", STOPPED, kind="stop")
 
     def refuted(self, plan: str, found: Refutation) -> None:
-        """Append an entry that all groundings of the present task sequence failed."""
+        """Record in the trace that all groundings of the present task sequence failed, and on what tasks and
+        things that depends."""
         sets = [" or ".join(f"'{t}'" for t in any_of) for any_of in found.things or ()]
         things = "things that no plugin named" if found.things is None else ", ".join(sets) or "no other thing"
         unfit = ", ".join(f"'{name}'" for name in found.unfit)

@@ -109,15 +109,15 @@ class Told(Value):
         return len(set(zip(self.says, self.tasks, strict=True))) > 1
 
     def joined(self, other: Told) -> Told:
-        """Return these actions and the ones after them as one entry, because the readings claim the same
-        about both."""
+        """Return one entry for the actions of this entry and of the one after it, because the readings claim
+        the same about both."""
         lengths = tuple(a + b for a, b in zip(self.lengths, other.lengths, strict=True))
         numbers = (self.numbers[0], other.numbers[1])
         return Told(numbers, self.start, other.end, self.explained or other.explained, self.says, self.tasks, lengths)
 
 
 class Axis(Value):
-    """Time axis from ``begin`` to ``end`` [s]; labels count from ``zero`` [s]."""
+    """Time axis of a picture, from ``begin`` to ``end`` [s]; written times count from ``zero`` [s]."""
 
     begin: float
     end: float

@@ -39,7 +39,8 @@ HAND = Gripper(
 
 
 def gripper_mjcf(wrist: str) -> tuple[str, str]:
-    """Write the hand as MJCF text: (body element to put on the flange, elements beside worldbody)."""
+    """Write the hand as MJCF text: the body to put on the flange, and the elements that go outside of
+    worldbody, such as actuators."""
     body = (
         f'<body name="gripper" gravcomp="1"><site name="ft"/><site name="tcp" pos="0 0 {TCP}"/>'
         f'<inertial pos="0 0 0.04" mass="{MASS - 2 * JAWS.mass}" diaginertia="0.0002 0.0002 0.0002"/>'

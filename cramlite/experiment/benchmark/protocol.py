@@ -70,7 +70,8 @@ class Benchmark(Protocol):
         """Take no action until the things in the benchmark's world are at rest."""
 
     def check(self) -> CheckResult:
-        """Check the present state of the benchmark's world."""
+        """Check whether the episode's goal holds in the present state of the benchmark's world, and when it
+        first held."""
 
     def picture(self) -> bytes:
         """Return the picture of the benchmark's camera as PNG; empty without a camera."""

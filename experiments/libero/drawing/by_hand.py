@@ -118,8 +118,8 @@ class Hand:
             yield np.array([middle[0] + x * half[0], middle[1] + y * half[1], z]), turn
 
     def _box(self, literal: Literal) -> tuple[Any, Any]:
-        """Bounds of a thing's origin in the world: in a region for "in", on its upper side for "on"; on a
-        thing, as near to its middle as the benchmark demands."""
+        """Lowest and highest position that a thing's origin may have: in a region for "in", on its upper side
+        for "on"; near the middle of a thing."""
         world, name = self.world, literal[2]
         if name not in world.env.env.object_sites_dict:
             middle, top = world.data.body(world.root(name)).xpos.copy(), world.corners(name)[:, 2].max()

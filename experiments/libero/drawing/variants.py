@@ -62,7 +62,7 @@ def replaced(problem: Problem, rng: Any, library: Sequence[str]) -> Problem:
 
 
 def _renamed(problem: Problem, new: Mapping[str, str]) -> Problem:
-    """The problem with things replaced by things of other kinds, named after those kinds."""
+    """Variant of LIBERO's planning problem in which things have other kinds, and names made of those kinds."""
     found, count, name = deepcopy(problem), dict[str, int](), dict[str, str]()
     for thing, kind in new.items():
         count[kind] = count.get(kind, 0) + 1

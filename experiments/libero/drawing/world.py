@@ -93,8 +93,8 @@ class World:
         return bool(self.env.env._eval_predicate(list(literal)))
 
     def holds_nearly(self, literal: Literal) -> bool:
-        """Return whether a literal of a goal holds, or would if the joint moved by a hundredth of its
-        range."""
+        """Return whether a condition of a goal holds, or would hold if its thing's joint moved by a hundredth
+        of its range."""
         if literal[0] in PLACES or self.holds(literal):
             return self.holds(literal)
         return any(self._nearly(literal, sign) for sign in (1, -1))

@@ -76,8 +76,8 @@ def safe_name(name: str) -> str:
 
 
 def _preconditions(program: Program) -> str:
-    """Comment with the preconditions of the tree's execution; without double hyphens, which XML forbids in
-    comments."""
+    """XML comment on what must hold before the behaviour tree is executed; it has no double hyphens, which
+    XML forbids in comments."""
     start = ", ".join(f"{q:.4f}" for q in program.start)
     said = (
         f" cramlite {program.name}: robot {program.robot_type}, start posture [{start}] rad, TCP {_text(program.tcp)} in the flange, "

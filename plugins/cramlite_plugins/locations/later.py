@@ -25,7 +25,8 @@ def closes(name: str, put: str, context: Context) -> bool:
 
 
 def goes_on(put: str, context: Context) -> bool:
-    """Check whether the next task on other things than the payload does something else than open one.
+    """Check whether there is a later task on other things than the payload, and the first such task does not
+    open one.
 
     Opening would need more room.
     """

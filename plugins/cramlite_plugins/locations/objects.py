@@ -138,8 +138,8 @@ def _classes(wanted: Object, belief: Belief, context: Context) -> tuple[str, ...
 
 
 def _gap(thing: Thing, belief: Belief) -> float:
-    """Distance from the arm's base to the nearest point of a thing [m]; 0 for the payload, or where the robot
-    drives."""
+    """Distance from the arm's base to the nearest point of a thing [m]; 0 for the payload, and for every
+    thing if the robot can drive."""
     if belief.at is not None or (belief.held and belief.held.thing == thing.name):
         return 0.0
     centre = belief.pose(thing.name).position

@@ -166,8 +166,8 @@ class NoBasePath(Value):
 
 
 def _both_ends(floor: Ground, start: Vector3, goal: Vector3) -> list[Vector3] | NoBasePath:
-    """Path that a search from the start or one from the goal, advanced in turn, finds first, both ends
-    included; or why there is none."""
+    """Path of a platform that is found first by two searches in turn, one from the start and one from the
+    goal, both ends included; or why there is none."""
     searches = {"start": _Search(floor, start, goal), "goal": _Search(floor, goal, start)}
     while True:
         for end, search in searches.items():

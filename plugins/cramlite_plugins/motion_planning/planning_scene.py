@@ -200,7 +200,7 @@ class PlanningScene(Value):
         return tuple(sorted(((a, b, depth) for (a, b), depth in found.items()), key=lambda c: (-c[2], c)))
 
     def clearance(self, q: Position) -> float:
-        """Return the smallest distance of any pair that may not touch [m].
+        """Return the smallest distance of any two bodies that may not touch [m].
 
         At most ``HORIZON``, negative inside each other.
         """

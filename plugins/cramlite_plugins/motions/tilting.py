@@ -1,4 +1,5 @@
-"""Motions through the poses of a place's path, blended to one joint-space motion: tilting of a vessel, and paths that were shown."""
+"""Joint-space motions through all poses of a path, with rounded corners: tilting of a vessel, and paths that
+demonstrations showed."""
 
 from __future__ import annotations
 

@@ -117,7 +117,7 @@ def take_again(person: Performer, scene: Scene, grasp: Pose) -> None:
 
 
 def detour(person: Performer) -> None:
-    """Move the payload to a point beside its direct way."""
+    """Move the payload to a random point some centimetres away, as a detour."""
     side = np.array([person.between(-0.08, 0.0), person.between(-0.08, 0.08), person.between(-0.02, 0.08)])
     goal = Pose(tuple(np.add(person.aim.position, side)), person.aim.quaternion)
     person.move([goal], person.between(0.15, 0.3))

@@ -98,6 +98,6 @@ SCRIPTS: Mapping[str, Script] = {
 
 
 def shipped_scripts() -> Iterable[RecordScript]:
-    """List the shipped scripts: of whole demonstrations, and of single tasks."""
+    """List the shipped scripts of the simulated person: of whole demonstrations, and of single tasks."""
     whole = (RecordScript(name, script.prepare) for name, script in SCRIPTS.items())
     return [*whole, *(RecordScript(name, prepare) for name, prepare in TASK_SCRIPTS.items())]

@@ -59,7 +59,8 @@ def is_flat(scene: SymbolicWorld, entity: str) -> bool:
 
 
 def low(size: Floats) -> bool:
-    """Check whether sides (3,) [m] are too low for fingers to grip from the side."""
+    """Check whether a thing of some length, width and height (3,) [m] is too low for fingers to grip it from
+    the side."""
     return float(size[2]) <= FLAT * float(min(size[:2]))
 
 
@@ -79,7 +80,7 @@ def has(scene: SymbolicWorld, entity: str, class_: str) -> bool:
 
 
 def is_part(_scene: SymbolicWorld, thing: str, part: str) -> bool:
-    """Evaluate part(Thing, Part) in a symbolic world."""
+    """Evaluate part(Thing, Part) in a symbolic world: the second is a part of the first."""
     return thing_of(part) == thing != part
 
 

@@ -248,7 +248,8 @@ def joint_wide(phase: Phase, thing: str | None) -> Iterator[Row]:
 
 
 def joint_share(phase: Phase, thing: str | None) -> Iterator[Row]:
-    """Evaluate joint_share(Thing): 0 closed, 1 open; the last value of the phase."""
+    """Evaluate joint_share(Thing): how far the thing's joint is open at the end of the phase, from 0 (closed)
+    to 1 (open)."""
     yield from ((n, float(values[-1])) for n, values in _joints(phase, thing))
 
 

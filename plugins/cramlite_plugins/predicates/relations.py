@@ -252,8 +252,8 @@ def _contact_rows(phase: Phase, states: Iterable[object]) -> Iterator[Row]:
 
 
 def _lifted(phase: Phase, a: str, b: str) -> Iterable[tuple[str, str]]:
-    """Pairs of two related entities and of the wholes that they are parts of, without pairs of a thing and
-    its own part."""
+    """Pairs of entities to which a relation of two entities extends: each entity or a whole that it is part
+    of, but never a thing with its own part."""
     known = phase.timeline.memo
     key = ("lifted", a, b)
     if key not in known:

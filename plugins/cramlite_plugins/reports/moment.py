@@ -69,7 +69,8 @@ def _seen(collision: Collision | None) -> Collision:
 
 
 def _things(done: Finished) -> tuple[str, ...]:
-    """Things that goals or the search's nearest miss name, in the order of the world; empty to show all things."""
+    """Things that the goals or the refusal nearest to success name, in the order of the world; empty to show
+    all things."""
     nearest = nearest_miss(done.trace.entries)
     texts = [e.text for e in done.trace.entries if e.kind == "goal"] + ([nearest.designator, nearest.reason] if nearest else [])
     named = set(re.findall(r"\w+", " ".join(texts)))

@@ -96,7 +96,7 @@ def _plots(rollout: Rollout, joints: tuple[str, ...], ticks: Any) -> list[Plot]:
 
 
 def _bands(tasks: list[Span], begin: float, end: float) -> list[tuple[Span, float, float]]:
-    """Each task with its left edge and width in percent."""
+    """Each task's span with the left edge and width of its bar on the page, in percent of the time axis."""
     scale = 100 / (end - begin)
     return [(s, (s.start - begin) * scale, (s.end - s.start) * scale) for s in tasks]
 

@@ -28,7 +28,8 @@ FACET = 0.05  # a face of this share of the surface gives an axis to look along
 
 
 class Opening(Value):
-    """A hole in a silhouette: its position and size, and the handle beside it if there is one."""
+    """Hole that was found in a thing's silhouette: its position and size, and the handle that borders it, if
+    there is one."""
 
     bore: Bore
     round: bool

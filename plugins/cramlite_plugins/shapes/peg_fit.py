@@ -24,7 +24,7 @@ def play(hole: Feature, peg: Feature) -> float:
 
 
 def aligned(hole: Feature, peg: Feature) -> bool:
-    """Return whether the sides of the hole have to be along those of the peg."""
+    """Return whether hole and peg are both square, so that their sides have to be parallel."""
     return "width" in hole.size and "width" in peg.size
 
 

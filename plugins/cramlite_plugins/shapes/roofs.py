@@ -69,7 +69,8 @@ def roof_over(thing: Thing, pose: Pose, point: Vector3) -> float:
 
 
 def open_sides(thing: Thing, pose: Pose, surface: Surface, height: float) -> list[Floats]:
-    """Return the level directions (3,) in which no part of the thing stands beside a point over a surface's middle.
+    """Return the level directions (3,) in which a ray from a point over a surface's middle meets no part of
+    the thing.
 
     The point is at a height [m] over the surface. The direction to the nearest edge comes first.
     """

@@ -91,7 +91,8 @@ def stated_surface(thing: Thing, pose: Pose, part: str) -> Surface | None:
 
 
 def outline(thing: Thing, pose: Pose) -> Surface:
-    """Return the outline from above of a thing without a level surface, with its height.
+    """Return the outline of a thing as seen from above, at the height of its highest point, for a thing
+    without a level surface.
 
     Args:
         pose: of the thing in a frame whose z is up.

@@ -135,8 +135,8 @@ def _dropped(
 
 
 def _let_down(compiled: Compiled, data: Data, thing: Thing, start: Pose, below: Floats) -> Pose | None:
-    """Place a thing just above its first contact with the thing below, whose corners are ``below`` (n, 3);
-    None if it passes beside it."""
+    """Place a thing just above its first contact on the way down onto another, whose corners are ``below``
+    (n, 3); None if it falls past the other."""
     lowest = float(corners(thing, start)[:, 2].min())
     bottom, top = (float(v) for v in (below[:, 2].min(), below[:, 2].max()))
     for drop in np.arange(0.0, top - bottom, STEP):

@@ -134,8 +134,8 @@ class Opening(ByHandle):
         return Location(f"opened({patient})", "opened", patient, {"share": self.parameter(action, "share"), **self._drives(action)})
 
     def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
-        """Return what the task may touch: the drawer and the obstacles that it pushes along may also touch
-        each other."""
+        """Return what the task may touch: the drawer and the obstacles that the drawer pushes along may also
+        touch each other."""
         allowed, patient = super().allowance(action, bindings), action.roles["Patient"]
         way = bindings.get(self.way(action).name)
         along = (patient.thing, *driven(way)) if isinstance(way, Place) else ()

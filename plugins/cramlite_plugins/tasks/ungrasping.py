@@ -71,8 +71,8 @@ class Ungrasping(TaskType):
         return Decomposition(steps, f"under the roof of {relatum.entity}: the payload goes in foot first, tips over, and is pushed in", 1.0)
 
     def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
-        """Return what the task may touch and move: it may move the payload that it pushes in after that has
-        tipped over."""
+        """Return what the task may touch and move: it may also push the payload that has tipped over
+        farther into its container."""
         pushed: Place | None = bindings.get(_way_in(action.roles["Locatum"]))
         return replace(super().allowance(action, bindings), moves=frozenset({thing_of(pushed.thing)} if pushed else ()))
 

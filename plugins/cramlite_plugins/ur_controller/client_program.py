@@ -119,7 +119,8 @@ class _Run:
             self.readers[-1].start()
 
     def each(self) -> str:
-        """Record after each control cycle; return how the program ended, "" while it runs."""
+        """Record the control cycle that has just ended; return how the client's program ended, "" while it
+        runs."""
         robot = self.robot
         self.observe()
         if self.process is None:

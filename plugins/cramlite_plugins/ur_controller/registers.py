@@ -47,7 +47,7 @@ class Registers:
         return library
 
     def write_inputs(self, values: dict[str, Any]) -> None:
-        """Write the inputs that a client sent."""
+        """Set the input registers to the values that a client sent, and note the time."""
         self.fields |= values
         self.written |= dict.fromkeys(values, self.clock())
 

@@ -102,7 +102,7 @@ class Settings:
     def get_inverse_kin_has_solution(
         self, pose: Any, qnear: Any = None, maxPositionError: Any = 1e-10, maxOrientationError: Any = 1e-10, tcp: Any = None
     ) -> bool:
-        """Check whether inverse kinematics has a solution on the branch of near joint positions."""
+        """Check whether inverse kinematics has a solution for a TCP pose, on whatever branch."""
         near = self.arm.q if qnear is None else np.array(numbers(qnear, len(self.arm.q), "qnear"))
         place = as_pose(pose, "get_inverse_kin_has_solution")
         if tcp is not None:

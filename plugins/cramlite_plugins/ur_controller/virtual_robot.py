@@ -90,7 +90,8 @@ class VirtualRobot:
         self.say(f"{self.time:9.3f} s  {text}")
 
     def receive(self, text: str) -> None:
-        """Run a text as a controller does: ``def`` replaces the running program, ``sec`` runs beside it."""
+        """Run a program text as a robot controller does: ``def`` replaces the running program, ``sec`` runs
+        in parallel with it."""
         library = self.functions.library()
         secondary = text.lstrip().startswith("sec")
         try:

@@ -67,8 +67,8 @@ class Collision(Value):
 
 
 def more_room(worst: Bump) -> Remedy:
-    """Return the advice for a contact that is too hard: more room between the two; or a higher limit, if
-    other tasks may press as hard by default."""
+    """Return the advice for a contact that is too hard: more room between the two bodies; or a higher limit,
+    if other tasks may press as hard by default."""
     meet = f"'{worst.one}' and '{worst.other}' meet with {worst.force:.1f} N where {worst.limit:.0f} N are permitted"
     harmless = f", or, if that contact does no harm, permit it by 'limits: {{brush: {math.ceil(worst.force)} N}}' in the scenario"
     raised = harmless if not worst.why and worst.force <= LIMIT.default else ""

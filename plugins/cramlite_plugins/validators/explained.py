@@ -100,7 +100,8 @@ class _Run:
         return any(h.thing == thing and tasks & set(enclosing_names(h.by)) for h in found)
 
     def _own_way(self, grip: Grip) -> bool:
-        """Whether a grip begins and ends in the same task, for which the plan does not state what it grasps.
+        """Whether a grip begins and ends in one and the same task, and the plan does not state what that task
+        grasps.
 
         False if the plan states when it takes the gripped thing, or lets go of it.
         """

@@ -103,8 +103,8 @@ def _unmet(literal: GoalLiteral, timeline: Timeline, rollout: Rollout) -> str:
 
 
 def _doubtful(literal: GoalLiteral, timeline: Timeline, rollout: Rollout) -> str:
-    """Describe a thing that is inside of its region by less than simulators differ; empty if it is well
-    inside."""
+    """Describe a thing so near to the border of its region that another simulator may find it outside; "" if
+    it is well inside."""
     from cramlite.plugin import atoms
 
     binding: dict[str, str | float] = {v: _recorded(e, timeline.episode) for v, e in literal.binding.items()}

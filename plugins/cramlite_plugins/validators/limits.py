@@ -38,7 +38,7 @@ class JointLimits(Value):
 
 
 def _targets(step: AnyStep) -> tuple[Joints, ...]:
-    """Joint positions that a step leads to."""
+    """Joint positions to which a step of a program moves the arm."""
     if isinstance(step, MoveJoints):
         return step.path
     joints: Joints = getattr(step, "joints", ())

@@ -111,8 +111,8 @@ def _empty(thing: Thing) -> float:
 
 
 def _along(rollout: Rollout, grip: Grip) -> Iterator[str]:
-    """Things that are carried along: they touch the payload, or another such thing, halfway through the time
-    of the grip.
+    """Things that the payload takes along: at the middle of the grip they touch the payload, or another thing
+    that it takes along.
 
     They also stay at rest in the hand's frame.
     """

@@ -195,7 +195,7 @@ def _tares(program: Program) -> set[str]:
 
 
 def _called(code: Code, origins: set[str]) -> dict[str, set[str]]:
-    """Functions that the code of each of some origins calls, without those that only wait or print."""
+    """Functions that the program's lines of each given origin call, without those that only wait or print."""
     found: dict[str, set[str]] = {}
     for first, origin in code.origins.items():
         if origin in origins:

@@ -58,7 +58,8 @@ def _touched(rollout: Rollout, thing: str, rows: list[int]) -> list[set[str]]:
 
 
 def _near(rollout: Rollout, thing: str, touching: set[int], rows: list[int]) -> list[int]:
-    """Samples at which a payload touches something, or has risen by less than ``SKIMS`` since it last did."""
+    """Samples at which a payload touches a certain thing, or has moved up or down by less than ``SKIMS``
+    since it last touched that thing."""
     near, heights, last = list[int](), rollout.poses[thing][:, 2], -1
     for k in rows:
         last = k if k in touching else last

@@ -56,7 +56,7 @@ class Stage(NamedTuple):
 
 
 class Ran(NamedTuple):
-    """First sample at which the code of a stage ran, and the one after the last."""
+    """First sample of a run at which the code of a stage ran, and the sample after its last one."""
 
     first: int
     end: int

@@ -145,8 +145,8 @@ class StreamedArm(CommandedArm):
         return replace(hand, delta=(x, y, z, rx, ry, rz))
 
     def _pace(self, correction: Floats) -> float:
-        """Largest share of the planned speed at which the process accepts the next delta of the running
-        motion, found by HALVINGS bisections."""
+        """Largest share of the planned speed at which the robot process accepts the next pose change of the
+        running motion, found by HALVINGS bisections."""
         if self.hello.most is None or self.motion is None or self.force_mode is not None or self._fits(1.0, correction):
             return 1.0
         low, high = SLOWEST, 1.0
@@ -166,8 +166,8 @@ class StreamedArm(CommandedArm):
         return self._fit(self._way(self.kinematics.forward(ahead)) + correction) >= 1.0
 
     def _fit(self, delta: Floats) -> float:
-        """Share of a delta (6,) that the process accepts in one period; above 1 if it would accept a
-        larger one."""
+        """Largest share of a pose change (6,) that the robot process accepts in one period; above 1 if it
+        would accept a larger change."""
         most = self.hello.most or (math.inf, math.inf)
         return min(m / max(float(np.linalg.norm(v)), 1e-12) for v, m in zip((delta[:3], delta[3:]), most, strict=True))
 

@@ -20,7 +20,7 @@ Seven = tuple[float, float, float, float, float, float, float]
 
 
 class State(Value, kw_only=True):
-    """State of the robot at the end of a period.
+    """State of the robot at the end of a control period.
 
     Args:
         joints: encoders, base to flange [rad].

@@ -144,8 +144,8 @@ def _contents(rollout: Rollout) -> list[Event]:
 
 
 def _snapped(states: tuple[Event, ...], times: Floats) -> list[Event]:
-    """Move each start or end of a state that comes within SNAP after another, or after the recording's start,
-    to that instant.
+    """Move each start or end of a state that follows another one, or the recording's start, within SNAP to
+    the earlier instant.
 
     Both are one instant; the gap would otherwise become an action of a few samples.
     """

@@ -398,8 +398,8 @@ def _labels(grips: Sequence[InferredGrasp], grid: Grid) -> Iterator[Event]:
 
 
 def _standing(episode: Episode, grips: Sequence[InferredGrasp], grid: Grid) -> tuple[list[Event], list[Entity]]:
-    """Return support states of lifted things before and after each lift, with new support entities where no
-    known thing is below."""
+    """Return support states of lifted things before and after each lift; where no known thing is below, a new
+    entity stands for the support."""
     free = [(g.thing, grid.time(g.lift), grid.time(g.down if g.down is not None else g.span[1])) for g in grips if g.lift is not None]
     known = resting(episode, free)
     carried = {e.roles["supportee"] for e in known if e.type == "soma:SupportState"}

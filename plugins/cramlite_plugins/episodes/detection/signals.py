@@ -70,7 +70,7 @@ def drop_short(on: Flags, times: Floats) -> Flags:
 
 
 def intervals(on: Flags, times: Floats) -> list[tuple[int, int]]:
-    """Return the index ranges in which ``on`` is true for at least SHORT."""
+    """Return the index ranges in which ``on`` is true for a time of at least SHORT."""
     return [(s, e) for s, e in runs(on) if float(np.ptp(span_of(s, e, times))) >= SHORT]
 
 

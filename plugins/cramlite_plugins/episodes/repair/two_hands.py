@@ -184,8 +184,8 @@ def _cut(track: Track, start: float, until: float) -> Track:
 
 
 def _extras(episode: Episode, tracks: dict[str, Track], acting: _Acting) -> dict[str, Floats]:
-    """Extras of the converted episode: the recorded ones but for opening and wrench, and the opening as the
-    distance of the acting hand's finger tips [m].
+    """Extras of the converted episode: the recorded ones without the wrench; the opening is the distance of
+    the acting hand's finger tips [m].
 
     The opening stays constant during a handover, since fingers that take over the thing neither open nor
     close the gripper.

@@ -1,4 +1,4 @@
-"""Makers of the object models of a library."""
+"""Functions that make things of the object models of a library."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ DIRECTIONS = ("x", "-x", "y", "-y", "z", "-z")
 
 
 def maker(name: str, entry: Entry, folder: Path) -> ModelMaker:
-    """Return the maker of an object model from its entry in a library's file.
+    """Return the ``ModelMaker`` that makes things of an object model, from the model's entry in a library's
+    file.
 
     Raises:
         UserError: a file is missing, or its usual side up is no axis.

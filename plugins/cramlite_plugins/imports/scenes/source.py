@@ -223,8 +223,8 @@ def _urdf(path: Path, packages: Mapping[str, Path]) -> str:
 
 
 def _without_pictures(path: Path, text: str, packages: Mapping[str, Path]) -> str:
-    """The text without visuals whose mesh is missing or not readable; most of these are in formats for
-    renderers."""
+    """The scene file's text without visuals whose mesh is missing or not readable; most such meshes are in
+    formats for renderers."""
 
     def kept(found: re.Match[str]) -> str:
         try:

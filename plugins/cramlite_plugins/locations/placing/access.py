@@ -105,8 +105,8 @@ def over_floor(query: Query, turned: Pose, offset: tuple[float, float], over: fl
 
 
 def goes_in_upright(query: Query, now: Pose) -> bool:
-    """Check whether the payload, turned as at a pose in the base frame, gets into an opening from above or
-    aside, whatever holds it."""
+    """Check whether the payload, in its orientation at a pose in the base frame, gets into an opening
+    straight down or at a slant, whatever holds it."""
     points = corners(query.thing, Pose((0.0, 0.0, 0.0), now.quaternion))
     half = float(np.min(np.ptp(points, axis=0)[:2])) / 2  # of the narrower side
     low, high = np.reshape(query.target.area.buffer(-half).bounds or (0.0,) * 4, (2, 2))

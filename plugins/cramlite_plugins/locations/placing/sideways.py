@@ -238,8 +238,8 @@ def _free(
     boxes = _boxes(thing, now)
 
     def spread(vectors: Floats) -> Floats:
-        """Move points of the payload or hand, given from the payload's foot (n, 3), to all spots and turns:
-        (n * spots * turns, 3)."""
+        """Move points (n, 3) of the payload or hand, relative to the payload's foot, to each spot, turned by
+        each angle: (n * spots * turns, 3)."""
         found: Floats = np.einsum("ntij,nj->nti", spin, vectors)[:, None] + points[:, None, :]
         return found.reshape(-1, 3)
 

@@ -110,9 +110,10 @@ def _at_best(asked: list[Query], now: Pose) -> Iterator[Refused]:
 
 
 def prepared(bare: list[Query]) -> list[Query]:
-    """Return the placing problems of a payload that comes from above, with their obstacles.
+    """Return the queries for placing a payload from above (target and constraints), with the obstacles at
+    each target.
 
-    An opening has two problems: one for positions beside its contents and its overhang, one for positions
+    An opening has two queries: one for positions beside its contents and its overhang, one for positions
     anywhere.
     """
     if not bare[0].depth:

@@ -239,7 +239,8 @@ def _left(area: Feature, frame: Pose) -> Left:
 
 
 def pushed_straight(belief: Belief, context: Context, entity: str, corners: Sequence[Point], gap: float = 0.0) -> Place | Refused:
-    """Return straight legs on which fingers bring a thing's origin to points of the base's x-y plane, one after the other.
+    """Return straight legs on which the fingers push a thing until its origin is at points of the base's x-y
+    plane, one after the other.
 
     Args:
         gap: how far they go straight ahead first until they meet the thing [m].

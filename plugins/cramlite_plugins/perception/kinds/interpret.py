@@ -49,7 +49,8 @@ class Reading(Value, eq=False):
 
     @property
     def score(self) -> float:
-        """Return fit^2 * colour, 0 to 1; the shape has the greater weight, as light and blur change colours."""
+        """Return the score of the explanation, fit^2 * colour, 0 to 1; the shape has the greater weight, as
+        light and blur change colours."""
         return self.fit * self.fit * self.colour
 
 

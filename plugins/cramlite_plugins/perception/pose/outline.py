@@ -65,7 +65,8 @@ class Outline(Value, eq=False, dict=True):
         return np.asarray(self._hiding.reshape(-1)[flat] < depth + tolerance(depth))
 
     def pixels(self, points: Floats32) -> tuple[Floats32, Floats32, NDArray[np.int64], Mask]:
-        """Project points (..., 3) of the optical frame [m] into the crop.
+        """Project points (..., 3) of the camera's optical frame [m] to pixels of the picture's crop around an
+        object.
 
         Returns:
             Column and row in the crop, the flat index of the nearest pixel of the crop, and whether it is inside of it.

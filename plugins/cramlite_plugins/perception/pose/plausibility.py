@@ -29,7 +29,8 @@ def plausible(inputs: Inputs) -> Mapping[str, Any]:
 
 
 def best_fit(inputs: Inputs) -> Mapping[str, Any]:
-    """Select the best-fitting hypothesis, without a check of physical plausibility."""
+    """Select the best-fitting hypothesis on an object's model and pose, without a check of physical
+    plausibility."""
     return _values_of_best(inputs["hypotheses"], {m.name: m for m in inputs["models"]})
 
 

@@ -174,8 +174,8 @@ def _organised_view(cloud: Cloud, where: Path) -> View:
 
 
 def _line(ratio: Points, at: Any) -> tuple[float, float, float]:
-    """Focal length and principal point of the line that fits image coordinates over the ratios x / z, and
-    the median misfit [pixel]."""
+    """Focal length and principal point [pixel], from a line fitted to image coordinates over the ratios x /
+    z; and its median misfit [pixel]."""
     if np.ptp(ratio) == 0 or not np.isfinite(ratio).all():
         return 0.0, 0.0, math.inf
     slope, start = np.polyfit(ratio, at, 1)

@@ -105,7 +105,8 @@ def _above(points: Floats, thing: Thing) -> bool:
 
 
 def _parts(points: Floats, known: Floats, limits: Mapping[str, float]) -> Iterator[Floats]:
-    """Split points in halves along their longest side until no part's convex hull encloses known things."""
+    """Split points in halves along the longest side of their box until no part's convex hull encloses known
+    things."""
     import numpy as np
 
     spans = np.ptp(points, axis=0)

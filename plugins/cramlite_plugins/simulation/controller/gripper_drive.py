@@ -43,7 +43,8 @@ class GripperDrive(GripperOrder):
         return self.jaws.measured(data)
 
     def advance(self, data: Any, period: float) -> None:
-        """Advance by a control cycle: read the fingers, move the order on, and command the actuator."""
+        """Advance by a control cycle: read the fingers, move the commanded opening on, and command the
+        actuator."""
         opening = self.measured(data)
         self.follow(opening, period)
         force = self.strength * self.force

@@ -32,7 +32,8 @@ class Apart(Value):
 
 
 def far_apart(world: World, robots: Mapping[str, Robot]) -> Apart:
-    """Find the movable things that cannot come into contact; none without a fixed robot.
+    """Find the movable things that no robot can reach, and the pairs of them that can never touch; none
+    without a fixed robot.
 
     Args:
         robots: descriptions by type, for the world's mounts.

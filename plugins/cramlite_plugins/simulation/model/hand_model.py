@@ -85,7 +85,7 @@ def _turn(pose: Pose, rest: Pose) -> Pose:
 
 
 def hand_index(model: Model, rest: Pose, name: str = HANDS[0]) -> HandIndex:
-    """Look up the hand that was attached with the prefix ``{name}/``."""
+    """Look up the joints and actuators of a hand whose names in the MuJoCo model begin with ``{name}/``."""
     slide, ball = model.joint(f"{name}/x"), model.joint(f"{name}/turn")
     return HandIndex(
         slides=int(slide.qposadr[0]),

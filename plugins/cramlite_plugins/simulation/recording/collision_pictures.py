@@ -73,7 +73,8 @@ def collision_picture(world: World, robots: Mapping[str, Robot], collision: Coll
 
 
 def _state(world: World, robots: Mapping[str, Robot], collision: Collision) -> tuple[Compiled, Data]:
-    """Compiled planning model of the state that was refused, and MuJoCo's data with all poses computed."""
+    """MuJoCo model, compiled for planning, of the state that was refused for a collision, and its data with
+    all poses computed."""
     mounts = tuple(replace(m, base=collision.base) if m.name == collision.robot else m for m in world.robots)
     placed = replace(world.moved(dict(collision.moved)), robots=mounts)
     carried = {name: Carried(collision.robot, pose) for name, pose in collision.held.items()}
@@ -119,7 +120,8 @@ def _cameras(place: Floats, far: float) -> Iterator[Camera]:
 
 
 def _seen(model: Model, data: Data, camera: Camera, size: tuple[int, int]) -> list[_Seen]:
-    """Rendered views of each of three groups of geoms alone: the rest, the first body, the other body."""
+    """Rendered views of three groups of geoms, each alone: first all geoms but the two bodies that collide,
+    then each of these bodies."""
     directions = rays_of(camera, *size)
     found = []
     for group in range(3):

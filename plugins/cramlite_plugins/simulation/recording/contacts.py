@@ -99,7 +99,7 @@ class Contacts:
         return self._known[key]
 
     def _listed(self, pairs: list[list[int]]) -> tuple[list[int], list[Named]]:
-        """Rows and names of the pairs of geoms whose contacts are recorded."""
+        """Rows and names of those pairs of geoms whose contacts are recorded."""
         found = [(row, named) for row, pair in enumerate(pairs) if (named := self._name(*pair)) is not None]
         return [row for row, _ in found], [named for _, named in found]
 

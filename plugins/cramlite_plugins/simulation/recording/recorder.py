@@ -1,4 +1,5 @@
-"""A recorder of simulations as ``cramlite.model.Rollout``, the same for free-floating hands and robots."""
+"""Recorder that turns a running simulation into a ``cramlite.model.Rollout``, the same for free-floating
+hands and for robots."""
 
 from __future__ import annotations
 

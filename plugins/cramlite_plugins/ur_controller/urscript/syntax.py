@@ -165,7 +165,7 @@ class Return(Value):
 
 
 class ThreadOrder(Value):
-    """``kill handle`` or ``join handle``."""
+    """URScript statement that ends a thread or waits for its end: ``kill handle`` or ``join handle``."""
 
     word: str
     handle: Expression
