@@ -201,8 +201,7 @@ class Timeline:
         return sorted(self.located.values())
 
     def holding(self, start: float, end: float) -> Hashable:
-        """Return a cache key that is equal where equal states hold in [start, end) [s], and the poses of equally many
-        things are known by the end."""
+        """Return a cache key, equal for spans [s] with equal states and with equally many poses of things known by the end."""
         return self._states.holding(start, end), bisect_right(self._located, end)
 
     def situation(self, holds: Hashable) -> dict[Hashable, Any]:

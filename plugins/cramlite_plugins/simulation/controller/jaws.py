@@ -21,7 +21,7 @@ class Jaws(Protocol):
         """Return the measured opening [m]."""
 
     def order(self, data: Any, opening: float) -> None:
-        """Order an opening [m]."""
+        """Command the fingers to an opening [m]."""
 
     def limit(self, force: float, opening: float) -> None:
         """Limit the grip force of each pad [N], at an opening [m]."""
@@ -48,7 +48,7 @@ class Slides:
         return self.widest - sum([scale * float(qpos[a]) for a, scale in self.fingers])  # a generator would take twice as long
 
     def order(self, data: Any, opening: float) -> None:
-        """Order an opening [m]."""
+        """Command the fingers to an opening [m]."""
         data.ctrl[self.index.gripper] = COUNTS * (self.widest - opening) / self.stroke
 
     def limit(self, force: float, opening: float) -> None:
@@ -72,7 +72,7 @@ class Linked:
         return _between(sum([w * float(qpos[a]) for a, w in self.encoders]), self.linkage.readings, self.linkage.openings)
 
     def order(self, data: Any, opening: float) -> None:
-        """Order an opening [m]."""
+        """Command the fingers to an opening [m]."""
         for a, column in zip(self.linkage.actuators, self.linkage.controls, strict=True):
             data.ctrl[a] = _between(-opening, self.narrow, column)
 
