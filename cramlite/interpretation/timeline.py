@@ -114,12 +114,12 @@ class Phase:
         self.situation: dict[Hashable, Any] = timeline.situation(self.holds)
 
     def states(self, type_: str) -> tuple[Event, ...]:
-        """Return the states of a class that hold throughout this phase, which is an instant or an interval."""
+        """Return the recorded states of type ``type_`` that hold throughout this phase, an instant or an interval."""
         active = self.timeline.active(type_, self.start)
         return tuple([e for e in active if e.end >= self.end]) if self.end > self.start else active
 
     def overlapping(self, type_: str) -> tuple[Event, ...]:
-        """Return the states of a class that hold at some time of the phase, however short.
+        """Return the recorded states of type ``type_`` that hold at some time of the phase, however short.
 
         A spanning test cannot see a collision inside an action.
         """
