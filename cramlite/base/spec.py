@@ -15,7 +15,7 @@ Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=LONGE
 
 
 class Spec(BaseModel):
-    """Mapping of a hand-written file; unknown keys and wrong numbers are refused.
+    """Base class for the data of a hand-written file: it refuses unknown keys and wrong numbers.
 
     Wrong numbers are ``.nan``, ``.inf``, and ``true`` or ``false``, which pydantic alone reads as 1 or 0.
     """

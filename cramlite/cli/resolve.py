@@ -155,8 +155,7 @@ def _solved_before(run: RunDirectory, *, json_output: bool) -> int:
 def _report_nothing(
     run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, tried: Solution | None, came: Signals
 ) -> None:
-    """Write the report about a search that proved nothing, with the last refused program; without drawings
-    after a signal."""
+    """Write the report about a search that proved nothing, with the last refused program; without drawings after Ctrl+C or SIGTERM."""
     from ..report import Finished, write_page
 
     write_page(Finished(engine, run, setting, trace, tried, reading.interpretation, reading.episode), drawn=not came.one())

@@ -69,7 +69,7 @@ class OpenSearch(Value):
 
 
 class Service:
-    """Service that answers requests of one JSON object a line with one engine.
+    """Service that reads requests, one JSON object in each line, and answers all of them with one engine.
 
     Args:
         engine: whose plugins answer.

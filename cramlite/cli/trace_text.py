@@ -97,7 +97,7 @@ class _Tree(Value):
             yield f"   {why}"
 
     def _why_given_up(self, entry: Entry) -> str:
-        """Say why a choice was given up: the nearest miss that followed from it; "" if it was the only alternative."""
+        """Return why a choice was given up: the refusal after it at which the search had come furthest; "" for an only alternative."""
         miss = nearest_miss(self.entries[entry.number : self.ends[entry.number] - 1]) if self.rivals[entry.number] > 1 else None
         return f"given up: {miss.designator}: {rounded(miss.reason)}" if miss else ""
 
@@ -127,7 +127,7 @@ def _decision_text(entry: Entry) -> str:
 
 
 def _repeats(name: str, entry: Entry) -> bool:
-    """Check whether an alternative's name is already in its entry's reason or designator."""
+    """Check whether the name of an alternative already appears in the reason or the designator of its trace entry."""
     key = re.escape(name)
     number = re.fullmatch(r"-?[\d.]+", name) is not None and entry.reason != ""
     again = re.match(rf"{key}(?!\w)", entry.reason) or (" " in name and name in entry.reason)

@@ -156,7 +156,7 @@ def group_of(knowledge: Knowledge) -> ExecutorGroup:
 
 
 class _List:
-    """Executing processes that are at work on the same list of runs."""
+    """Processes that execute runs of the same list at present."""
 
     def __init__(self) -> None:
         self._lock, self._running, self.left = threading.Lock(), list[Executor](), False

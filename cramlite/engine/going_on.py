@@ -200,8 +200,10 @@ class GoingOn:
 
     @property
     def _open(self) -> bool:
-        """Whether stages of the scenario's 'then' are still to be resolved; a changed goal replaces all of
-        them."""
+        """Whether stages that the scenario lists under 'then' have not yet been resolved.
+
+        A changed goal replaces all of them.
+        """
         return self.opened < len(self.scenario.spec.then)
 
     def _stage(self, done: Round, watch: RunWatch) -> tuple[Attempt | None, str]:

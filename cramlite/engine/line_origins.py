@@ -88,7 +88,7 @@ def _of_steps(text: str) -> Origins:
 
 
 def _code_lines(text: str) -> Iterator[_Line]:
-    """The lines of a text that have code, each with its comment and those since the previous line of code."""
+    """Yield the lines of a text that hold code, each with its own comment and the comments between it and the code before."""
     said: list[str] = []
     for number, line in enumerate(text.splitlines(), 1):
         code = CODE.match(line)

@@ -1,4 +1,4 @@
-"""Rests of a plan whose program was stopped: task sequences that may still be needed as things are."""
+"""Remainders of a plan whose program was stopped: task sequences that may still have to be done."""
 
 from __future__ import annotations
 

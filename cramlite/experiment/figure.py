@@ -94,7 +94,7 @@ class Published(Spec):
 
 
 class Plot(Spec):
-    """Titles of the two axes of a diagram of measured numbers, which shows the numbers that have an ``x``."""
+    """Titles of the two axes of a diagram of measured numbers; a number without an ``x`` is not drawn."""
 
     x: str
     y: str

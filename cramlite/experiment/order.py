@@ -42,8 +42,7 @@ class Report(Value):
 
 
 class Trials(Hashable, Protocol):
-    """Protocol of an experiment's trials; its values can be sent to any process, which can then run each
-    trial."""
+    """Interface of an object that describes an experiment's trials, and is sent to the processes that run them."""
 
     @property
     def folder(self) -> str:

@@ -327,7 +327,11 @@ Sayers = Callable[[Fact], Sequence[Choice]]
 
 
 def demands(readings: Sequence[Sequence[Claims]]) -> tuple[Demand, ...]:
-    """Return conditions 1 to 3 of coherence as constraints on the choice of a reading for each action."""
+    """Return the constraints that keep the readings chosen for the actions from contradicting each other or
+    the end of the demonstration.
+
+    They are conditions 1 to 3 of coherence.
+    """
     begins, ends = _sayers(readings, lambda c: c.begins), _sayers(readings, lambda c: c.ends)
     found: list[Demand] = []
     for k, claimed in enumerate(readings):

@@ -373,8 +373,7 @@ class Fluents(Value):
         return any(self._excluded(a, b) for a, b in pairs) or any(j is not None and j(scene, a, b) for j, a, b in contraries)
 
     def _parted(self, ended: Iterable[Fact], left: Iterable[Fact]) -> set[Fact]:
-        """Return the relations of whole things that end because each held only for a part, and has ended
-        for that part."""
+        """Return the relations between whole things that end because the last such relation between their parts ends."""
         gone = {_of_wholes(f) for f in ended if self[f[0]].of_wholes}
         names = {f[0] for f in gone}
         return gone - {_of_wholes(f) for f in left if f[0] in names and f not in gone} if gone else gone

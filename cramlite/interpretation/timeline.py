@@ -114,12 +114,12 @@ class Phase:
         self.situation: dict[Hashable, Any] = timeline.situation(self.holds)
 
     def states(self, type_: str) -> tuple[Event, ...]:
-        """Return the states of a class that hold throughout this phase, which is an instant or an interval."""
+        """Return the recorded states of type ``type_`` that hold throughout this phase, an instant or an interval."""
         active = self.timeline.active(type_, self.start)
         return tuple([e for e in active if e.end >= self.end]) if self.end > self.start else active
 
     def overlapping(self, type_: str) -> tuple[Event, ...]:
-        """Return the states of a class that hold at some time of the phase, however short.
+        """Return the recorded states of type ``type_`` that hold at some time of the phase, however short.
 
         A spanning test cannot see a collision inside an action.
         """
@@ -201,8 +201,7 @@ class Timeline:
         return sorted(self.located.values())
 
     def holding(self, start: float, end: float) -> Hashable:
-        """Return a cache key that is equal where equal states hold in [start, end) [s], and the poses of equally many
-        things are known by the end."""
+        """Return a cache key, equal for spans [s] with equal states and with equally many poses of things known by the end."""
         return self._states.holding(start, end), bisect_right(self._located, end)
 
     def situation(self, holds: Hashable) -> dict[Hashable, Any]:

@@ -279,7 +279,7 @@ class NounParser:
             yield Link("colour", self.words[begin:end]), end
 
     def _excepted(self, at: int, deep: int) -> Iterator[tuple[Link, int]]:
-        """Yield exceptions: "everything except the jug"."""
+        """Yield the parts of a noun phrase that exclude things, such as "except the jug" in "everything except the jug"."""
         for start in starts(self.words, at + (self.words[at : at + 1] == (",",)), english.EXCEPT):
             yield from ((Link("except", self.words[at:start], (noun,)), end) for noun, end in self.nouns(start, deep + 1))
 

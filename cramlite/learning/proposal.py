@@ -275,7 +275,7 @@ def steps_of(one: Example, fillers: Sequence[str], roles: Mapping[str, str]) -> 
 
 
 def _ours(span: Span, fillers: Sequence[str], name: str, roles: Mapping[str, str]) -> str:
-    """Return the proposal's role that a thing fills; else the thing's class; "" for the agent."""
+    """Return the role that a thing fills in the proposed task; else the thing's class; "" for the hand that acts."""
     whole = span.timeline.episode.whole(name)
     if whole in fillers:
         return list(roles)[fillers.index(whole)]

@@ -25,7 +25,7 @@ Queries = tuple[tuple[ObjectQuery, ...], ...]
 
 
 def queries_of(plan: Plan, furniture: World, taxonomy: Taxonomy, tasks: Mapping[str, TaskType]) -> Queries:
-    """Return the camera queries for all things that a plan needs and that are not in the map.
+    """Return the camera queries for the things that a plan needs and that the map of the furniture does not hold.
 
     For each thing they stand in the order in which they are asked until one is answered; before them one for each kind
     of furniture of which a peg is used, to see where it really is, behind them one for each piece of furniture that

@@ -115,7 +115,7 @@ class Kept(Struct):
 
 
 class Question(Struct):
-    """Question with the inputs that its answers depend on.
+    """Question to the plugins about a designator, with all inputs on which their answers depend.
 
     Args:
         item, belief: that it is about.
@@ -188,8 +188,7 @@ class Answers(Struct):
         return new
 
     def _refused_before(self, item: Designator, belief: Belief, context: Context) -> Question | None:
-        """Return an earlier question to the plugins that differs only in the arm's position and was refused
-        whatever that is.
+        """Return an earlier question to the plugins that was refused for every position of the arm, and is otherwise the same.
 
         None without one.
         """

@@ -42,7 +42,7 @@ class Blocking(Value):
         return tuple(dict.fromkeys(t for any_of in self.sets for tracks in any_of for t in tracks))
 
     def bars(self, before: Sequence[Operator], step: Operator) -> bool:
-        """Check whether the blocking refuses ``step`` after the tasks ``before``.
+        """Check whether this blocking rules out the task ``step`` after the tasks ``before``.
 
         It does while at least one thing of each of its sets is as it was when the task failed.
         """

@@ -1,4 +1,4 @@
-"""Diagnosis of a search without a solution: how it ended, and the nearest miss."""
+"""Diagnosis of a search without a solution: how the search ended, and the refusal at which it had come furthest."""
 
 from __future__ import annotations
 

@@ -157,8 +157,8 @@ def _by(says: str, tasks: tuple[int, int], others: Set[int], miss: Entry, known:
 
 
 def _at(miss: Entry, known: Mapping[int, Entry]) -> tuple[int, ...]:
-    """Return the numbers of the plan's tasks that a nearest miss is about: the task in which something was
-    refused, or the first and last task that need an object."""
+    """Return the numbers of the plan's tasks that a refusal is about: the task in which it occurred, else the
+    first and last that need an object."""
     if task := task_of(miss, known):
         return (task,)
     asked = known.get(miss.parent, miss).numbers

@@ -32,8 +32,10 @@ class InTask(Value):
 
 
 class AsItIs(Value):
-    """Part of a conflict set: something was refused while at least one of these things, or ``ANY`` thing, was
-    unmoved and unchanged."""
+    """Part of a conflict set: a refusal that holds while at least one of its things is unmoved and unchanged.
+
+    ``ANY`` among the things stands for any thing of the world.
+    """
 
     things: frozenset[str]
 

@@ -59,7 +59,7 @@ class Effort(Struct):
         self.objected = tasks if self.objected is None else self.objected & tasks
 
     def widened(self) -> Effort:
-        """Return the effort for searching again, with twice as many alternatives of each designator."""
+        """Return the record of work with which a wider search begins: it tries twice as many alternatives of each designator."""
         return Effort(2 * self.breadth, self.expanded, self.proofs, self.nogoods.lasting())
 
 

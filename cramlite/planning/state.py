@@ -137,7 +137,7 @@ def state_after_action(state: State, done: Action, tasks: Mapping[str, TaskType]
 
 
 def _state_led_on(state: State, motion: Motion, after: State, anew: bool) -> State:
-    """Return the state after a motion.
+    """Return the state of the search after a motion, with the choices that now decide where the arm is.
 
     Earlier choices that only led the arm elsewhere no longer decide where the arm is.
     """
@@ -154,7 +154,7 @@ def _state_led_on(state: State, motion: Motion, after: State, anew: bool) -> Sta
 
 
 def _state_used_at(state: State, motion: Motion, after: State) -> State:
-    """Return the state after a motion, and mark its place as used.
+    """Return the state of the search after a motion, with the place where the motion ends marked as used.
 
     It is not marked if the motion only moved the arm there.
     """

@@ -165,7 +165,7 @@ class Trace(Struct):
         return (e for e in self.entries if designator.lower() in e.designator.lower())
 
     def to_json(self) -> list[dict[str, Any]]:
-        """Return the entries as JSON values."""
+        """Return the entries of the trace as JSON values."""
         return [to_builtins(e) for e in self.entries]
 
     @classmethod

@@ -1,4 +1,4 @@
-"""Memory of Fast Downward's translator, as Linux tells it while the translator runs."""
+"""Memory use of Fast Downward's translator while it runs, read from Linux's folder /proc."""
 
 from __future__ import annotations
 

@@ -205,7 +205,7 @@ class Knowledge:
 
     @cached_property
     def expert_owners(self) -> Mapping[str, str]:
-        """Name of an expert -> name of the plugin that declares it."""
+        """Return a dictionary from each perception expert's name to the name of the plugin that declares the expert."""
         return {expert.name: plugin for plugin, expert in self.registry.collect("experts")}
 
     @cached_property

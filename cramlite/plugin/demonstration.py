@@ -67,8 +67,7 @@ class Performer(Protocol):
         ...
 
     def between(self, low: float, high: float) -> float:
-        """Draw a number uniformly between two limits, in the unit of the limits, from the performance's own
-        generator."""
+        """Draw a number uniformly between two limits, in their unit, from the random generator of this demonstration."""
         ...
 
     def pose(self, thing: str) -> Pose:

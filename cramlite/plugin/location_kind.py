@@ -20,7 +20,7 @@ Ground = Callable[[Location, Belief, Context], Iterable[Answer]]
 
 
 class NoParameters(Value):
-    """Parameters of a relation that takes none."""
+    """Empty set of parameters, for a kind of location that takes none."""
 
 
 class LocationKind(Value):

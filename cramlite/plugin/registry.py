@@ -248,7 +248,7 @@ class Registry(Struct, dict=True):
         return {name: item for name, (_, item) in self.owned(hook, key).items()}
 
     def owned(self, hook: str, key: str) -> Mapping[str, tuple[str, Any]]:
-        """Return name -> (plugin, declared object) of a hook; the name is the object's ``key`` attribute.
+        """Return a dictionary from name to (plugin, object) of what a hook declares; the name is the object's attribute ``key``.
 
         What a preferred plugin declares stands for what another one declares under the same name.
 

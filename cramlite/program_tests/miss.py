@@ -37,7 +37,7 @@ class Miss(Value):
     in_twins: bool = True
 
     def sample(self, rollout: Rollout) -> int:
-        """Return the sample at the finding's time; without a time the last sample."""
+        """Return the index of the recorded sample at the time of the failed assertion; without a time the last index."""
         last = len(rollout.times) - 1
         return last if self.time is None else min(int(np.searchsorted(rollout.times, self.time)), last)
 

@@ -30,7 +30,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Declare the mark ``cramlite_fault``."""
+    """Declare the pytest marker ``cramlite_fault``, which lets something go wrong in a test's runs."""
     config.addinivalue_line(
         "markers",
         "cramlite_fault(kind, **how): what goes wrong in every run of the test; see cramlite's page on testing programs",

@@ -75,7 +75,7 @@ def robot_text(written: WrittenRobot) -> str:
 
 
 def _described(arm: Path, keys: Path | None, gripper: Path | None) -> RobotFile:
-    """Return the file of an arm with added data, in the form that a scenario has."""
+    """Return an arm's file together with what a file of ``keys`` states about the arm, and with the gripper's file."""
     from ..scenario.robots import file_of
     from ..scenario.scenario import scenario_from
 

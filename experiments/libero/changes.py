@@ -71,8 +71,7 @@ class Change:
         self.rested: Any = None
 
     def set_up(self, env: Any) -> None:
-        """Remove the things that are absent at the start of the case, in the control run as in the changed
-        one."""
+        """Remove the things that are absent when a case of LIBERO-MAX begins, in runs with and without the case's change."""
         for one in self.scenario.get("setup", ()):
             name = one["object"]
             self.heights[name] = float(origin(env, name)[2])
@@ -82,7 +81,7 @@ class Change:
         env.sim.forward()
 
     def see(self, env: Any, steps: int) -> None:
-        """Apply the change if its trigger holds; after a step, before the next action."""
+        """Apply the case's change of scene or instruction once its trigger holds; called between two actions."""
         trigger = self.scenario["trigger"]
         hand = np.array(env.sim.data.site_xpos[env.robots[0].eef_site_id])
         if self.way and len(self.way) <= WATCHED:

@@ -30,7 +30,7 @@ SURROUNDINGS = ("table", "floor")
 
 
 def named_kinds() -> dict[str, bool]:
-    """Return the kinds that problem files name -> whether they are fixtures."""
+    """Return a dictionary from each kind of thing that LIBERO's problem files name to whether it is a fixture."""
     from libero.libero import get_libero_path
     from libero.libero.envs import bddl_utils
 

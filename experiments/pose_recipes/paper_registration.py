@@ -1,5 +1,4 @@
-"""Baselines for pose estimation: the paper's recipe as an expert for ``--plugin``, and two single ICPs for
-the benchmark.
+"""Baselines for pose estimation: ICP from principal axes as an expert for ``--plugin``, and two single ICPs for the benchmark.
 
 The paper's recipe: the principal axes of cloud and model are laid on each other in 12 ways, each is refined by
 point-to-point ICP (Besl and McKay, 1992), and the best fitness wins. tests/benchmarks/perception_pose.py compares.

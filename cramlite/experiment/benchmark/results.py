@@ -115,7 +115,7 @@ def in_time(attempt: Attempt, budget: int, *, unlimited: bool = False) -> bool:
 
 
 def plain_reason(reason: str) -> str:
-    """Return the nearest miss in the text of a refusal; without one, the first line of the text."""
+    """Return the text after "Nearest miss: " in a refusal's message; without it, the message's first line."""
     lines = [line.strip() for line in reason.splitlines() if line.strip()]
     miss = next((line for line in lines if line.startswith("Nearest miss: ")), lines[0] if lines else "nothing was said")
     return miss.removeprefix("Nearest miss: ")

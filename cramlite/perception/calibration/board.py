@@ -139,7 +139,7 @@ def found(spec: BoardSpec, grey: Image) -> Sighting | None:
 
 
 def other_dictionary(spec: BoardSpec, grey: Image) -> str:
-    """Return the smallest other dictionary whose markers are in a picture; "" if there is none."""
+    """Return the smallest dictionary of markers, other than the stated one, whose markers are in a picture; "" if there is none."""
     cv2 = opencv()
     names = (n.removeprefix("DICT_") for n in dir(cv2.aruco) if n.startswith("DICT_"))
     for name in sorted(names, key=lambda n: (int(size) if (size := n.rpartition("_")[2]).isdigit() else 10**6, n)):

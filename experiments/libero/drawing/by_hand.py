@@ -79,8 +79,7 @@ class Hand:
         return [(j, joint_value(self.world, literal)) for j in self.world.joints(literal[1])]
 
     def _opened(self, goal: Sequence[Literal]) -> dict[int, float]:
-        """Return joint -> open value of the drawers that the goal puts things in, unless the goal has them
-        closed."""
+        """Return a dictionary from joint to open value, for the drawers that the goal puts things in and does not close."""
         targets = [p[2] for p in goal if p[0] == "in" and p[2] in self.world.env.env.object_sites_dict and self.world.joints(p[2])]
         return {j: v for t in targets for j, v in self._values(("open", t)) if j not in self.still}
 

@@ -116,8 +116,7 @@ class World:
         return [int(self.model.joint(j).id) for j in named.joints or () if self.model.joint(j).type[0] != mujoco.mjtJoint.mjJNT_FREE]
 
     def articulated(self) -> dict[str, tuple[str, ...]]:
-        """Return each region with a joint, and each fixture with a joint but no such region -> the
-        predicates that the benchmark can check on it."""
+        """Return the predicates that the benchmark can check on each jointed region, and on each jointed fixture without such a region."""
         env = self.env.env
         parts = {n: s.parent_name for n, s in env.object_sites_dict.items() if getattr(s, "parent_name", None) and self.joints(n)}
         whole = {n: n for n in env.fixtures_dict if n not in parts.values() and self.joints(n)}

@@ -61,8 +61,7 @@ def world_tracks(rows: dict[str, Rows]) -> tuple[dict[str, Track], tuple[Repair,
 
 
 def rigid_links(rows: dict[str, Rows]) -> dict[str, str]:
-    """Return name and parent of each frame that has one parent only and never moves in it; frames below the
-    tree's root are left out."""
+    """Return the parent of each coordinate frame that never moves in its only parent; frames with a parent such as "map" are left out."""
     links = {}
     for name, recorded in rows.items():
         if len(set(recorded.names)) == 1 and recorded.names[0] in rows and not _ROOT.search(recorded.names[0]):

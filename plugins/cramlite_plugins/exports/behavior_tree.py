@@ -94,7 +94,7 @@ def _sequence(steps: Iterable[AnyStep], name: str) -> Xml.Element:
 
 
 def _node(step: AnyStep) -> Xml.Element:
-    """Node of a step, with its children."""
+    """Return the node of a step in the behaviour tree, as XML, with the nodes of its inner steps as children."""
     match step:
         case Fallback():
             return _with_branches("Fallback", step, {})

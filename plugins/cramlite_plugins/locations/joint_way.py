@@ -1,4 +1,4 @@
-"""Way of a drawer or a door along its joint, and its obstacles, wherever the hand is."""
+"""Motion of a drawer or a door along its joint, and the obstacles that it would meet; the hand is left out."""
 
 from __future__ import annotations
 

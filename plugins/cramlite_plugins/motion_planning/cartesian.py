@@ -230,8 +230,10 @@ def _singular(robot: Robot, q: Joints) -> str:
 
 
 def _stopped(scene: PlanningScene, points: Sequence[Joints]) -> tuple[int, Refused] | None:
-    """Return how many points come before a collision, with the refusal and the things that must be moved;
-    None without one."""
+    """Return how many joint positions come before the first collision of a path, with its refusal; None for a free path.
+
+    The refusal names the things that must be moved.
+    """
     eased = scene.relaxed([points[-1]], start=points[0])
     for k, (a, b) in enumerate(pairwise(points)):
         checkpoint()

@@ -156,8 +156,8 @@ def _joints(q: Sequence[float] | Floats) -> Joints:
 
 
 def _free_goals(scene: Space, origin: Joints, goals: list[Joints]) -> list[tuple[int, Joints]]:
-    """The goals (joint positions) that are free, those nearest to the start first, each with its index; at
-    most ``GOALS``.
+    """Return the goals (joint positions) free of collision, nearest to the start first, each with its index;
+    at most ``GOALS``.
 
     Goals that are whole turns apart are checked once.
     """

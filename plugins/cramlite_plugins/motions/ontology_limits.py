@@ -104,7 +104,7 @@ def adapted(motion: Motion, belief: Belief, context: Context) -> Motion:
 
 
 def noted(motion: Motion) -> str:
-    """Return the note that ``adapted`` added to a motion's reason, for the trace; "" if it added none."""
+    """Return the note about limits from ontologies in a motion's reason, for the trace; "" if there is none."""
     note = motion.reason.partition("; ")[2]
     return f"; {note}" if note else ""
 

@@ -61,7 +61,7 @@ def _performed(performance: Performance, person: Person) -> str:
 
 
 def _beginning(world: World, shown: Sequence[Performance], rng: np.random.Generator, rate: float) -> Person:
-    """Person at the start of the first script, with hands that touch nothing.
+    """Return a simulated person whose hands are where the first script begins and touch nothing.
 
     Raises:
         UserError: there is no room for a hand where it begins.

@@ -79,7 +79,7 @@ class Limb(Struct):
 
 
 class Person:
-    """Person with the hands of a compiled world.
+    """Simulated person who moves the hands of a compiled world.
 
     Args:
         compiled: with one or two hands.

@@ -37,7 +37,7 @@ def pull_off(person: Performer, scene: Scene) -> None:
 
 
 def carry(person: Performer, scene: Scene) -> None:
-    """Carry the object over the container, by an arc, tilting the hand as it comes."""
+    """Carry the object in an arc to a spot above the container, and tilt the hand on the way."""
     opening = scene.container.pose * scene.cavity.pose
     inner = np.array([scene.cavity.size[k] for k in ("width", "depth")])
     spot = opening.apply((*(person.rng.uniform(-0.12, 0.12, 2) * inner), 0.0))

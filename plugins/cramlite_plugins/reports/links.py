@@ -19,8 +19,8 @@ COMMENTS = ("#", "//", ";")
 
 
 def targets(done: Finished) -> frozenset[str]:
-    """Return the designators that have an anchor on the page: those decided for the shown candidate, and
-    those of the pictures that the robot took."""
+    """Return the designators to which a link on the report page can lead: those decided for the shown
+    candidate, and those of camera pictures."""
     decided = {d.asked.designator for a in attempts(done.trace) if a.number == number_of(done) for d in a.decisions if d.asks}
     looks = done.setting.look.pictures if done.setting.look is not None else ()
     return frozenset(decided | {look_name(k) for k, _ in enumerate(looks, 1)})
@@ -33,8 +33,7 @@ def look_name(number: int) -> str:
 
 
 def target(designator: str, known: Collection[str]) -> str:
-    """Return the designator itself if it has an anchor on the page, else the nearest enclosing designator
-    that has one; "" for none."""
+    """Return the designator itself if a link on the report page can lead to it, else the nearest enclosing one with a link; "" for none."""
     return next((name for name in enclosing_names(designator) if name in known), "")
 
 

@@ -62,7 +62,7 @@ def render(done: Finished) -> str:
 
 
 def diagram(objects: Sequence[Object], actions: Sequence[Action], decisions: Sequence[Decision]) -> list[LaneRow]:
-    """Return a row for each object and each task.
+    """Return the rows of a plan's diagram: first one for each object, then one for each task.
 
     Lanes end where their objects, or parts of them, are used for the last time.
     """
@@ -106,7 +106,7 @@ def _flat(actions: Iterable[object], depth: int = 0, rule: str = "") -> Iterator
 def _by_task(
     tasks: Sequence[tuple[Action, int, str]], decisions: Sequence[Decision]
 ) -> dict[str, tuple[tuple[Entry, Entry | None], ...]]:
-    """Name of each action -> the decisions that follow it in the trace, up to the next action's."""
+    """Return a dictionary from action name to the decisions that the trace holds between this action and the next."""
     found: dict[str, list[tuple[Entry, Entry | None]]] = {action.name: [] for action, _, _ in tasks}
     current = ""
     for decision in decisions:

@@ -42,8 +42,10 @@ class TaskStage(Value):
 
 
 class Bar(Value):
-    """Bar of a decision in the search map: square root of its cost and its refusals, as shares of the
-    largest, and a text."""
+    """Bar for one decision in the picture of a search: the square root of the decision's cost, its number of refusals, and a text.
+
+    Cost and number are shares of the largest.
+    """
 
     designator: str
     cost: float

@@ -108,7 +108,7 @@ def _marks(begin: float, end: float) -> list[tuple[str, float]]:
 
 
 def _where(code: Any, lines: Iterable[int]) -> dict[int, str]:
-    """Return line -> the designator that the step of the line grounds."""
+    """Return a dictionary from line number to the designator of the step that the line belongs to."""
     return {
         n: code.origins[max(k for k in code.origins if k <= n)]
         for n in set(lines)

@@ -1,4 +1,4 @@
-"""Mount of a drawer or a door, found by where the thing is."""
+"""Search for the mounts of a drawer or a door: the stated mount, and furniture whose bounding box meets the thing's."""
 
 from __future__ import annotations
 

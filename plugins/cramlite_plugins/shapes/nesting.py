@@ -95,8 +95,10 @@ def _wider(cells: Floats) -> Floats:
 
 
 def _gap(own: Floats, under: Floats, i: int, j: int) -> Floats:
-    """Height of the support above a thing's lower side at each cell (n, m) [m]; i = j = ``CELLS`` is the
-    thing unshifted."""
+    """Return the height of the support above a thing's underside in each grid cell (n, m) [m], with the thing shifted by whole cells.
+
+    The thing is not shifted for i = j = ``CELLS``.
+    """
     gap: Floats = own + under[i : i + own.shape[0], j : j + own.shape[1]]
     return gap
 

@@ -131,7 +131,7 @@ def _simplified(mesh: Any) -> tuple[Any, tuple[str, ...]]:
 
 
 def _unless_all_hole(geoms: tuple[Geom, ...]) -> tuple[Geom, ...]:
-    """Parts of a shape; without labels of rims if most of their volume belongs to the rim of a hole, as in a ring.
+    """Return the parts of a shape; if most of their volume is labelled as the rim of a hole, as in a ring, without the labels.
 
     The rim of a hole is not gripped, and some part must be.
     """

@@ -108,8 +108,10 @@ def _not_on(rollout: Rollout, thing: str, support: Thing) -> str:
 
 
 def _not_hanging(rollout: Rollout, thing: str, hanger: Thing) -> str:
-    """Describe a thing that does not hang: no peg of the hanger passes through a hole of it, or the peg,
-    unless upright, does not bear it; else empty."""
+    """Describe why a thing does not hang: no peg of the hanger is in a hole of the thing, or the peg does not bear it; "" if it hangs.
+
+    Whether an upright peg bears the thing is not checked.
+    """
     from ..episodes.detection.threaded import around_standing, threaded
 
     pairs = [(hole, peg, flags) for hole, peg, flags in threaded(rollout) if _of(hole, peg) == (thing, hanger.name)]
@@ -274,8 +276,7 @@ def _judged(rule: Rule, action: Action, timeline: Timeline, ran: Span, name: str
 
 
 def _as_many(rule: Rule, action: Action, timeline: Timeline, ran: Span, name: str) -> Iterator[Finding]:
-    """Check that the run reached each number that the rule measures, such as the number of swings that
-    were shown."""
+    """Check that the run reached each number that the task wants and its rule measures, such as a number of swings."""
     from cramlite.plugin import Segment, measured
 
     roles = {r: o.entity for r, o in action.roles.items() if o.entity}

@@ -58,8 +58,7 @@ def borne(rollout: Rollout, thing: str, support: str) -> float:
 
 
 def uncovered(lid: Thing, vessel: Thing) -> str:
-    """Describe the part of a vessel's opening that a lid leaves open; "" if it covers one, or the
-    vessel has none.
+    """Describe how much of a vessel's opening a lid leaves open; "" if the lid covers an opening, or the vessel has no opening.
 
     Args:
         lid, vessel: where they are, their z upwards.

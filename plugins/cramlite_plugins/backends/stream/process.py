@@ -78,7 +78,7 @@ class LineProcess:
         return ProcessGone(self._ended(what))
 
     def _ended(self, what: str) -> str:
-        """Message on a defect of the process, which is killed if it still runs."""
+        """Return a message that the robot's process failed, and kill the process if it still runs."""
         if self.process.poll() is None:
             self.process.kill()
         end = "" if what.endswith((".", "!")) else "."

@@ -1,4 +1,4 @@
-"""Co-motion of recorded frames: tracks on one time grid, and when one frame keeps its place in another that moves.
+"""Common motion of recorded coordinate frames: tracks on one time grid, and the times at which one frame rides along with another.
 
 Recordings are sparse, often written on change only, noisy and with gaps. Poses are interpolated over short gaps and held over
 longer ones, and positions are averaged over ``SMOOTH``, which leaves 2 mm of 5 mm of tracker noise at 45 Hz.

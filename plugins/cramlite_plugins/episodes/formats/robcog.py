@@ -75,7 +75,7 @@ def is_event_data(found: Individuals) -> bool:
 
 
 def is_semantic_map(found: Individuals) -> bool:
-    """Check whether individuals are a RobCoG semantic map."""
+    """Check whether the individuals of an OWL file describe a RobCoG semantic map."""
     return any("describedInMap" in p for p in found.values())
 
 

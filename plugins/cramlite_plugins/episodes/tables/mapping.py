@@ -30,7 +30,7 @@ class TimeSpec(Spec):
 
     @property
     def seconds(self) -> float:
-        """Length of the column's unit of time [s]."""
+        """Number of seconds in one unit of the time column."""
         return TIMES[self.unit]
 
     @model_validator(mode="after")

@@ -231,8 +231,7 @@ def _force(where: Path, spec: Any, hand: Driven, linkage: Linkage, stated: HandF
 
 
 def _exerted(hand: Driven, linkage: Linkage, k: int) -> float:
-    """Grip force that the drives exert, when ordered to close fully, on a thing as wide as the opening of
-    a sample of the stroke [N]."""
+    """Return the grip force [N] of a hand's drives when they close on a thing as wide as entry ``k`` of the hand's table of openings."""
     found = []
     for a, name in enumerate(hand.names):
         act = hand.model.actuator(name)

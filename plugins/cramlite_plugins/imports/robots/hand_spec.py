@@ -116,8 +116,7 @@ def _simplify(source: Source, spec: Any) -> None:
 
 
 def _hull(spec: Any, model: Any, geom: int) -> str:
-    """Name of a new mesh made of the corners of a geom's convex hull, in the frame in which the file
-    states them."""
+    """Add the convex hull of a geom's mesh to the MuJoCo spec as a new mesh, in the coordinates of the mesh file, and return its name."""
     mesh = int(model.geom_dataid[geom])
     name = f"hull_{mesh}"
     if spec.mesh(name) is None:

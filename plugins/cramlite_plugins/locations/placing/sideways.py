@@ -268,7 +268,8 @@ def _free(
 
 
 def _inwards(floor: Floor, hands: Hands, turns: Floats) -> Floats:
-    """Turns about the vertical, as matrices (n, turns, 3, 3), after which hands (n) point inwards, but for ``turns`` [rad]."""
+    """Rotations about the vertical, (n, turns, 3, 3), that point each hand (n) in through a floor's open
+    side, then add each of ``turns`` [rad]."""
     facing = math.atan2(-floor.out[1], -floor.out[0]) - np.arctan2(hands.approach[:, 1], hands.approach[:, 0])
     angles = facing[:, None] + turns
     c, s, zero = np.cos(angles), np.sin(angles), np.zeros(angles.shape)

@@ -106,7 +106,7 @@ def _straightened(query: Query, left: Pose, at: Pose, out: Floats, name: str) ->
 
 
 def _lean(towards: Floats, degrees: float) -> Pose:
-    """Rotation that leans a thing towards a level direction."""
+    """Rotation that tilts a thing by an angle towards a horizontal direction."""
     axis = np.cross((0.0, 0.0, 1.0), towards)
     return Pose.from_rotvec((0.0, 0.0, 0.0), tuple((math.radians(degrees) * axis).tolist()))
 

@@ -197,8 +197,9 @@ def met_alone(belief: Belief, context: Context, entity: str) -> Met:
 def _known(
     world: Itself[World], poses: Itself[Mapping[str, Estimate]], relations: frozenset[Relation], base: Pose, entity: str
 ) -> dict[Point, Refused | None]:
-    """Return a cache, shared by all hand poses: point in the plane -> what a pushed thing would meet there,
-    hand left out.
+    """Return an empty cache for what a pushed thing would meet at each point of the plane; the hand is left out.
+
+    All hand poses share it.
 
     It is valid for one state of the world.
     """

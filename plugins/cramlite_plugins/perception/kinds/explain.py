@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Explanation(Value, eq=False):
-    """Explanation of a segment: the probabilities of the known models, and their poses.
+    """Explanation of an image segment: the probability of each known model, and the models' poses.
 
     Args:
         segment: the very segment.

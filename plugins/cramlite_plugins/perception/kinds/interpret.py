@@ -130,7 +130,7 @@ def clusters(scene: Scene, front: Mask) -> list[Mask]:
 
 
 def _beside_edges(view: View) -> Mask:
-    """Pixels next to a step of depth, which may lie between both surfaces."""
+    """Return the mask of the pixels beside a jump in depth, whose points may lie between the two surfaces."""
     depth = np.where(view.valid, view.depth, np.nan)
     low, high = ndimage.minimum_filter(np.nan_to_num(depth, nan=np.inf), 3), ndimage.maximum_filter(np.nan_to_num(depth, nan=-np.inf), 3)
     return np.asarray(high - low > 0.025 * np.where(np.isfinite(low), low, 1.0))

@@ -128,7 +128,7 @@ def _folder() -> Path:
 
 
 def _keep(path: Path, made: Samples) -> None:
-    """Keep samples in a file, written whole or not at all; without a writable folder they are made anew each time."""
+    """Save the sampled surface points of a model in a file, completely or not at all; save nothing without a writable folder."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".npz", delete=False) as file:

@@ -91,7 +91,7 @@ def register(model: PoseModel, scene: Floats32, starts: PoseBatch, stage: Regist
 
 
 def match(model: PoseModel, moved: Batch, rays: Batch) -> tuple[Batch, Batch, Mask]:
-    """Find the nearest model points that face the camera.
+    """Find, for each scene point, the nearest model point on a surface that faces the camera.
 
     Args:
         moved: (H, 3, N) scene points in the model's frame; rays: (H, 3) viewing directions there.

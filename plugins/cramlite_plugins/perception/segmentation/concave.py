@@ -129,7 +129,7 @@ def _bends(inverse: Inverse, front: Mask, steps: Sequence[Mask], limits: Mapping
 
 
 def _joined(labels: Labels, bends: Sequence[Inverse], limits: Mapping[str, float]) -> Labels:
-    """Labels, merged where most of the common border is flat or convex."""
+    """Return segment labels of a picture after merging segments whose common border is mostly flat or convex."""
     import numpy as np
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components

@@ -107,8 +107,10 @@ class NominalArm:
 
 
 def _mjcf(rows: Sequence[tuple[float, float, float]], root: Pose, tcp: Pose) -> str:
-    """MJCF of an arm with the joints of a table, and sites at the flange and the tool centre point; its
-    masses are of no effect, but MuJoCo needs some."""
+    """Return the MJCF of an arm with given Denavit-Hartenberg rows, and with sites at the flange and the tool centre point.
+
+    Its masses have no effect, but MuJoCo needs some.
+    """
     a, d, alpha = rows[-1]
     flange = Pose((a, 0.0, d), (math.cos(alpha / 2), math.sin(alpha / 2), 0.0, 0.0))
     inner = "".join(f'<site pos="{_line(p.position)}" quat="{_line(p.quaternion)}"/>' for p in (flange, flange * tcp))

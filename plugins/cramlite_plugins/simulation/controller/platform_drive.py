@@ -67,7 +67,7 @@ class PlatformDrive:
 
     @property
     def driving(self) -> bool:
-        """Check whether a leg is being driven."""
+        """Check whether the platform is driving along a straight leg of its path."""
         return self.motion is not None
 
     def drive(self, place: Vector3, rates: tuple[float, float], turning: tuple[float, float]) -> None:

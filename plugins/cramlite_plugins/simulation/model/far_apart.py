@@ -16,7 +16,7 @@ APART = 0.1
 
 
 class Apart(Value):
-    """Things that cannot come into contact.
+    """Names of the things that no hand comes near, and the pairs of such things that cannot touch each other.
 
     Args:
         far: names of things that no hand comes to.

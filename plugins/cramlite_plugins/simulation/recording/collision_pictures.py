@@ -94,8 +94,10 @@ def _geoms(compiled: Compiled, name: str) -> list[int]:
 
 
 def _paint(model: Model, bodies: Sequence[Sequence[int]]) -> None:
-    """Set each geom's colour and its group: the group tells rays whether it belongs to the first body, to the
-    other, or to the rest."""
+    """Give the two colliding bodies strong colours and geom groups 1 and 2, and the rest a pale colour and group 0.
+
+    Rays tell the bodies apart by the group.
+    """
     model.geom_rgba[:], model.geom_group[:] = PALE, 0
     for group, (geoms, colour) in enumerate(zip(bodies, STRONG, strict=True), 1):
         model.geom_rgba[geoms], model.geom_group[geoms] = colour, group
@@ -142,7 +144,7 @@ def _faded(colour: Floats, away: Floats) -> Floats:
 
 
 def _shown(model: Model, data: Data, camera: Camera) -> float:
-    """Quality of a view of both bodies: pixels of the one with fewer; a hidden pixel counts a quarter."""
+    """Return the quality of a camera's view of two colliding bodies: pixels of the less visible one; a hidden pixel counts a quarter."""
     rest, *bodies = _seen(model, data, camera, COARSE)
     return min(float(np.where(b.distance < rest.distance, 1.0, 0.25)[b.hit].sum()) for b in bodies)
 

@@ -27,7 +27,7 @@ def add(a: Any, b: Any) -> Any:
 
 
 def subtract(a: Any, b: Any) -> Any:
-    """Return a - b."""
+    """Subtract b from a; with a list on either side, element by element."""
     if type(a) is float and type(b) is float:
         return a - b
     return whole(a - b) if type(a) in NUMBERS and type(b) in NUMBERS else _spread(subtract, "-", a, b)

@@ -63,7 +63,7 @@ class Member(Value):
 
 
 class Item(Value):
-    """``value[index]``; ``value[row, column]`` is parsed as ``value[row][column]``."""
+    """Element of a list or matrix, ``value[index]``; ``value[row, column]`` is parsed as ``value[row][column]``."""
 
     value: Expression
     index: Expression
