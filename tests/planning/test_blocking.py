@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from cramlite import Budget, Engine, Goal, Trace, find_scenario, planning_problem, read_scenario
-from cramlite.interpretation.fluents import EFFECTOR
 from cramlite.planning.blocking import Blocking
 from cramlite.planning.handling import Done, Handling, Stage, Track
 from cramlite.planning.plan_stream import few_things, task_plans
@@ -251,20 +250,6 @@ def test_a_drawer_in_the_way_is_opened_farther_unless_it_is_wide_open(tmp_path: 
     plans, _ = replanned(inside, in_the_way, *[Refutation((1,), ())] * 3)
     assert "Opening" not in plans[0] and any(p == f"Opening(Patient=drawer) {plans[0]}" for p in plans[1:]) == farther
     assert farther or not any("Opening(Patient=drawer)" in p.partition("Closing")[0] for p in plans)
-
-
-def test_what_is_placed_elsewhere_is_no_longer_in_a_container(tmp_path: Path) -> None:
-    """Though it was not lifted out as a task of its own."""
-    path = tmp_path / "bowl.yaml"
-    path.write_text(BOWL)
-    scene = ENGINE.setting(read_scenario(path)).symbolic(ENGINE.knowledge.taxonomy)
-    given = planning_problem(Goal(("tin in bowl",)), scene, ENGINE.knowledge)
-    steps = next(task_plans(given)).steps
-    rule = next(r for r in ENGINE.knowledge.goal_rules if r.task == "soma:Placing")
-    binding = {"Gripper": EFFECTOR, "Locatum": "tin", "Relatum": "tray"}
-    placing = given.grounder.operator(rule, ENGINE.knowledge.tasks[rule.task], binding)
-    assert placing is not None and not given.failing(steps)
-    assert "in_or_above(tin, bowl)" in given.failing((*steps, steps[0], placing))
 
 
 def test_a_drawer_in_the_way_is_moved_for_a_goal_about_which_no_rule_asks_of_joints(tmp_path: Path) -> None:

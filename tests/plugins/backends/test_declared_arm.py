@@ -82,7 +82,7 @@ def test_universal_robots_languages_refuse_axes_that_are_zero_elsewhere(backend:
         (replace(UR5, type="mine"), True, "CB3, PolyScope 3.15 or later; no sensor in the flange: the axia80"),
         (replace(UR5E, type="mine"), False, "PolyScope 5.11 or later\n"),
         (replace(UR5, type="mine", controller="e-Series"), False, "PolyScope 5.11 or later; the axia80 between"),
-        (replace(UR5E, type="mine", controller="CB3", sensor=None), True, "no sensor in the flange; forces are what"),
+        (replace(UR5E, type="mine", controller="CB3", sensor=None), True, "no sensor in the flange; forces are estimated by"),
     ],
     ids=["CB3", "e-Series", "e-Series with a sensor of another make", "CB3 without a sensor"],
 )
