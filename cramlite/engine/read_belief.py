@@ -41,7 +41,7 @@ def world_as_read(before: World, readings: Readings, models: World, closed: floa
     known = {t.name for t in before.things}
     come = [t for t in models.things if t.name in read and t.name not in known]
     every = replace(before, things=(*before.things, *come))
-    possible = dict[str, Pose]()
+    possible: dict[str, Pose] = {}
     for thing in every.things:
         if thing.name in read:
             possible[thing.name] = _possible(thing, read[thing.name], every.carrier_shift(thing.name, possible))

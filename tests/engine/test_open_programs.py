@@ -72,8 +72,8 @@ def test_resolve_says_that_more_is_to_come(tmp_path: Path, capsys: pytest.Captur
     path.write_text(text if then else text.replace(text[text.index("then:") : text.index("objects:")], ""))
     scenario = read_scenario(path)
     _say_notes(scenario, engine().setting(scenario, twins=0), engine())
-    lines = [line for line in capsys.readouterr().err.splitlines() if "open program" in line]
-    assert [line.removeprefix("cramlite: ").partition(", which")[0] for line in lines] == said
+    lines = [line for line in capsys.readouterr().err.splitlines() if "the proven program does not contain" in line]
+    assert [line.removeprefix("cramlite: ").partition(": 'cramlite")[0] for line in lines] == said
     assert all(f"'cramlite execute PROGRAM --replan {path}'" in line for line in lines)
 
 

@@ -326,7 +326,7 @@ def test_what_stands_beside_what_is_carried_is_measured_in_the_world() -> None:
     along = base.poses["block"].copy()
     along[:, 0] += 0.2
     loose = good(poses={**base.poses, "cup": along})
-    assert "away by" in said(Bystanders(), loose)[0]
+    assert "from its place" in said(Bystanders(), loose)[0]
 
 
 def test_leaning_is_measured_in_the_frame_of_what_carries() -> None:
