@@ -126,8 +126,7 @@ def working(what: str, whole: float = 0.0, ends: float | None = None) -> Iterato
 
 
 def checkpoint(at: float | None = None) -> None:
-    """Ask whether to go on; work that takes longer than a tenth of a second must call this function
-    regularly.
+    """Raise ``Stopped`` if the work is to end; work that takes longer than a tenth of a second must call this regularly.
 
     Args:
         at: how much of the work is done [s of simulated time]; None where that is not known.

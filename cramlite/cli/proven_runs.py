@@ -105,7 +105,7 @@ class ProvenRuns:
 
     @property
     def names(self) -> list[str]:
-        """Names of the runs whose programs may be run."""
+        """Names of the runs whose programs this process has proven, and may therefore execute."""
         return list(self._proven)
 
     def prove(self, scenario: str | Mapping[str, Any], seed: int, say: Say, stop: Stop, goal: tuple[str, ...] = ()) -> ProvenRun:

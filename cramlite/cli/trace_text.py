@@ -55,7 +55,7 @@ class _Tree(Value):
         return cls(entries, ends, kept, {n: counts[entries[n - 1].parent] for n in ends}, {})
 
     def given_up(self, entry: Entry) -> bool:
-        """Check whether the search gave up a choice.
+        """Check whether the search gave up the choice that a trace entry records.
 
         While no program is proven only choices with rivals count: every choice of the way was then left in vain.
         """

@@ -78,7 +78,7 @@ def write_intent(candidate: Candidate) -> bytes:
 
 
 def read_intent(run: Path) -> Intent:
-    """Read the intent of the program of a run directory.
+    """Read from a run directory what its program is for: the grounded plan and the typed program.
 
     Raises:
         UserError: the folder holds no such run, or it is damaged.

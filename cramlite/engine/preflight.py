@@ -148,7 +148,7 @@ def flight_of_run(run: Path, knowledge: Knowledge) -> Flight:
 
 
 def _require_unaltered(run: Path, intent: Intent) -> None:
-    """Check that the text beside the record is the proven one, which a robot would be given."""
+    """Check that the program file in the run directory, which a robot would be given, holds the text that was proven."""
     path = run / f"program{intent.kept.suffix}"
     try:
         same = path.read_text(encoding="utf-8") == intent.kept.text

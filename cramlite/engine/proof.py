@@ -269,7 +269,7 @@ def conflict_of(verdict: Verdict, state: State) -> Conflict:
 
 
 def _led_past(verdict: Verdict, state: State) -> frozenset[str]:
-    """Return the places that the arm only passed through; none unless an objection of the verdict names a thing.
+    """Return the places to which the arm was led only on its way to others; none unless an objection is about where things are.
 
     Places of tasks are left out in which an objection names things that stand in the way.
     """

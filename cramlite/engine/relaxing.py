@@ -130,7 +130,7 @@ def _smallest(solves: Callable[[int], bool], most: int) -> int:
 def _solves(
     change: Change, steps: int, scenario: Scenario, setting: Setting, engine: Engine, budget: Budget, say: Callable[[str], None]
 ) -> bool:
-    """Check whether a program is proven once the robot's base or a thing is displaced by ``steps`` times ``STEP`` [m]."""
+    """Check whether a program can be proven after the robot's base or a thing was displaced by ``steps`` times ``STEP`` [m]."""
     try:
         changed = change.of(setting, steps)
         engine.knowledge.simulator.check(changed.world, engine.knowledge.robots_of(changed.world))

@@ -83,8 +83,7 @@ class Solution(Value):
 
     @property
     def advice(self) -> tuple[Finding, ...]:
-        """Objections of advisory validators, of the proof and of the first execution; they do not refuse the
-        program."""
+        """Objections of advisory validators, raised in the proof or in the first execution; they do not refuse the program."""
         return (*self.verdict.advice, *(self.execution.verdict.advice if self.execution else ()))
 
     @property

@@ -286,7 +286,7 @@ class Fluents(Value):
         return {pattern, (pattern[0], *pattern[:0:-1])} if self[pattern[0]].symmetric else {pattern}  # type: ignore[arg-type]
 
     def denied(self, pattern: Pattern) -> set[Pattern]:
-        """Return the patterns that no fact may match where a relation is denied."""
+        """Return the patterns of all those facts that must be untrue where a fact of a given pattern is denied."""
         return {p for meant in self[pattern[0]].denial or (pattern,) for p in self.both_ways(meant)}
 
     def implied(self, facts: Iterable[Fact], held: Iterable[str]) -> frozenset[Fact]:

@@ -58,7 +58,7 @@ def tracked(episode: Episode, mover: str, span: tuple[float, float]) -> tuple[Fl
 
 
 def strokes_along(times: Floats, values: Floats, size: float | None = None, seconds: float | None = None) -> Strokes | None:
-    """Return the longest row of like strokes of a signal (N,) [m]; None if there is none.
+    """Return the longest sequence of similar to-and-fro strokes in a signal (N,) [m]; None if there is none.
 
     Args:
         size, seconds: length [m] and duration [s] that strokes should have; those of the median stroke by default.
@@ -100,7 +100,7 @@ def _turns(values: Floats, least: float) -> list[int]:
 
 
 def _rows(alike: list[bool]) -> Iterator[tuple[int, int]]:
-    """Yield begin and end of each run of true values."""
+    """Yield, for each unbroken sequence of true values, the index of its first value and the index after its last."""
     edges = np.flatnonzero(np.diff(np.r_[[False], alike, [False]].astype(int)))
     yield from zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
 

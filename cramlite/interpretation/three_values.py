@@ -91,8 +91,10 @@ def _together(found: Iterable[Truth]) -> tuple[str, ...]:
 
 
 def _binding_first(rule: Rule) -> list[Clause]:
-    """Order conditions so that those that bind variables come first, then states before motion; an unknown
-    condition binds no variable."""
+    """Sort a rule's conditions for evaluation: those that bind variables first, and of each group those on states before those on motion.
+
+    A condition whose truth is unknown binds no variable.
+    """
     return sorted(rule.clauses, key=lambda c: (bool(tests(c.condition)), not c.lasting, c.cost))
 
 

@@ -133,8 +133,7 @@ class ClauseParser(RequestParser):
         return start, later
 
     def _closed(self, at: int) -> tuple[int, ...]:
-        """Return the positions at which the next clause may begin: after a separator, or at the sentence's
-        end."""
+        """Return the word indices at which a request that reaches to word ``at`` may end: before a separator, or at the sentence's end."""
         found, ends = [at], []
         while found:
             k = found.pop()

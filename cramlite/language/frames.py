@@ -161,9 +161,9 @@ def _verb(text: str) -> tuple[Words, Words]:
 
 
 def _stated(phrase: GoalPhrase, others: tuple[Words, ...]) -> tuple[Words, ...]:
-    """Return the adjectives that state a goal phrase about one thing, such as "open".
+    """Return the phrases by which a sentence says that a goal about one thing is fulfilled, such as "open".
 
-    They are the words of its form, and those that may follow the thing in a request.
+    They are the words of the goal phrase itself, and those that may follow the thing in a request.
     """
     own = tuple(w for w in phrase.form.split()[1:] if not w.isupper())
     return tuple(dict.fromkeys((own, *(o for o in others if o[-1] not in _DIRECTIONS or (len(o) > 2 and o[-1] == "up")))))

@@ -108,7 +108,7 @@ class FreeParser(ClauseParser):
         return Clause(spoken(said).strip(",.;:!? "), (), Noun("", members=tuple(named)), relation=relation)
 
     def _known(self, noun: Noun) -> bool:
-        """Check whether the scene may have the things that a noun phrase describes."""
+        """Check whether a noun phrase could describe something in the scene; a pronoun always could."""
         if noun.members:
             return all(self._known(n) and not (n.pronoun and n.several) for n in noun.members)
         if any(not self._known(n) for link in noun.links for n in link.nouns):

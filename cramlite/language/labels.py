@@ -57,7 +57,7 @@ class Called(Value):
 
 
 class Labels(Value, dict=True):
-    """Labels of all entities of a scene.
+    """Words by which sentences may call each entity of a scene, with the colours of each.
 
     Args:
         scene: what there is.

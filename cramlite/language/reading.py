@@ -119,7 +119,7 @@ class Reading:
         return [row for row in found if not (row.themes in gone and any(row is other for other in leaves))]
 
     def _so(self, row: _Row) -> bool:
-        """Check whether the statement of a clause, which may be a denial, is true in the present scene."""
+        """Check whether a statement in the sentence is true in the present scene; a denial is true if what it denies is not."""
         meaning = self._meaning(row._replace(clause=replace(row.clause, denied=False)))
         return meaning is not None and self._its.true(meaning) != row.clause.denied
 

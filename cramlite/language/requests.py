@@ -50,9 +50,9 @@ class RequestParser:
         return all(self._known(n) for n in nouns if n is not None)
 
     def _courtesies(self, at: int, *tables: Phrases) -> tuple[int, ...]:
-        """Return where phrases that begin at a word and ask for nothing end, the longest first.
+        """Return the word indices at which courtesies such as "please", begun at a given word, may end; the latest first.
 
-        None begins at a word such as "first" where that is a thing's name.
+        No courtesy begins at a word such as "first" where that is a thing's name.
         """
         if self.words[at : at + 1] and self.words[at] in english.ORDINALS and self.words[at] in self._names:
             return ()

@@ -192,7 +192,7 @@ class Space:
         return 0.1 < share < 0.9 and aside < long / 2
 
     def size(self, name: str, *, height: bool) -> float:
-        """Return the height of a thing, or the cube root of its box's volume [m]."""
+        """Return a thing's size [m]: its height if ``height`` is true, else the cube root of its box's volume."""
         low, high = self._boxes[name]
         sides = [b - a for a, b in zip(low, high, strict=True)]
         return sides[2] if height else float(np.prod(sides)) ** (1 / 3)

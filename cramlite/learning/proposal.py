@@ -141,7 +141,7 @@ def propose(
 
 
 def _called(learned: Learned, names: Sequence[tuple[str, str]]) -> dict[str, str]:
-    """Return role -> class in the order of the rule's variables; roles whose things move farthest get the first names.
+    """Return role -> class in the order of the rule's variables; the first of ``names`` is given to the role whose thing moves farthest.
 
     Of roles that move equally far, those in the condition on the learned motion come first.
     """

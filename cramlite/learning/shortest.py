@@ -154,8 +154,7 @@ def _wish(wish: Wish, weights: list[float], rows: _Rows, lower: list[float]) -> 
 
 
 def widened(problem: Problem, chosen: Sequence[int]) -> tuple[int, ...]:
-    """Add to the chosen conditions further ones, the best first, each of which saves more bits than it costs;
-    return all.
+    """Return a rule's chosen conditions and further ones, the best first, each of which shortens the description length [bits].
 
     A condition saves the ``narrow`` bits of a binding by being the second condition that refutes the binding.
     """

@@ -73,7 +73,7 @@ class ShownMotion(Value, eq=False):
         return replace(self, path=replace(self.path, least=least))
 
     def _asked(self, span: Span) -> Iterator[tuple[str, str]]:
-        """Return the pairs of things of which the first may show the motion about the second."""
+        """Return the pairs of things to check for the motion: the thing that may have moved, and the thing relative to which it moved."""
         return ((n, n) for n in span.things) if self.path.anchor.own else permutations(span.things, 2)
 
 
@@ -201,7 +201,7 @@ def _strokes(places: Floats, touched: np.ndarray) -> list[tuple[int, int]]:
 
 
 def _within(places: Floats, frame: tuple) -> Floats:  # type: ignore[type-arg]
-    """Transform positions [m] to the frame in which a path is given, with x and y in that path's unit of length."""
+    """Transform positions [m] to the frame of a path, and divide x and y by the path's unit of length."""
     pose, metres = frame
     inside = (places - np.array(pose.position)) @ pose.rotation
     return np.asarray(inside / (metres, metres, 1.0))

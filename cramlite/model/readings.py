@@ -98,7 +98,7 @@ class Watch(Protocol):
     """Time between two readings [s]."""
 
     def see(self, readings: Readings) -> Notice | None:
-        """Return the notice that must stop the arm; None while the readings are as expected."""
+        """Return the notice that must stop the arm; None while the sensor readings are as expected."""
         ...
 
     def rest(self, readings: Readings) -> None:

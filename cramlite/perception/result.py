@@ -26,7 +26,7 @@ class Annotation(Value):
 
     @property
     def value(self) -> Any:
-        """Value of the best hypothesis."""
+        """Value that the expert gave, such as a class or a pose; of several hypotheses, the value of the best."""
         return self.judged.value
 
 

@@ -112,7 +112,7 @@ def _borne(features: Iterable[str], taxonomy: Taxonomy, *ways: str) -> bool:
 
 
 def _views(things: tuple[Thing, ...], taxonomy: Taxonomy) -> Iterator[str]:
-    """Yield the subject of each picture: first the classes of things that others hang on, then supports and containers by name.
+    """Yield the subjects of pictures to take: the class of each thing that others hang on, then the name of each support or container.
 
     Of supports and containers the smallest comes first.
     """

@@ -139,9 +139,9 @@ class ChoicePoint(Struct):
         return self.domain
 
     def about(self, things: Collection[str | Collection[str]]) -> set[str]:
-        """Return the earlier choices (those in ``domain``) that determined where certain things are.
+        """Return the names of the earlier choices that determined where the given things are.
 
-        These are the given things, the designator's own thing, and the payload.
+        The designator's own thing and the payload are added to the given things.
         """
         own = self.state.bindings.get(getattr(self.item, "of", None) or "", "")
         held = self.state.belief.held
@@ -171,8 +171,7 @@ class ChoicePoint(Struct):
 
     @property
     def asked_by(self) -> set[str]:
-        """Names of the choices that brought the designator into the search; another alternative there may do
-        without it."""
+        """Names of the choices that brought the designator into the search; after another choice the search may not need the designator."""
         return {name for name, _ in self.state.choices if is_part_of(self.item.name, name)}
 
     @property

@@ -25,8 +25,7 @@ Kinds = Mapping[tuple[str, int], frozenset[str]]
 
 
 class Ending(Value):
-    """Ending: a fact that a task makes false under conditions, for all entities in the place of its free
-    variables.
+    """Fact that a task makes false under certain conditions, for all entities that can stand for its free variables.
 
     Args:
         fact: with terms; free variables are "?other" and "?any1", "?any2", ...

@@ -39,8 +39,7 @@ OTHER = "?other"
 
 
 def doing(task: str, elsewhere: bool) -> str:
-    """Return a task's class, marked if the task puts a thing down elsewhere than the goal asks: blockings
-    distinguish these two."""
+    """Return a task's class, with "elsewhere" added if the task puts a thing down elsewhere than the goal asks for."""
     return f"{task} elsewhere" if elsewhere else task
 
 

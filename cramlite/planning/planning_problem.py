@@ -248,7 +248,7 @@ class PlanningProblem(Value, eq=False):
         return tuple(kept)
 
     def shut_first(self, steps: tuple[Operator, ...]) -> tuple[Operator, ...]:
-        """Return a plan that closes drawers and doors before it opens others, as far as it stays a plan.
+        """Return the plan reordered so that it closes drawers and doors before it opens others, where the reordered plan still works.
 
         What is open takes room: before a cabinet the handle of an open drawer keeps the hand from closing the one below.
         """

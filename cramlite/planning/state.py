@@ -184,9 +184,9 @@ def describe(action: Action) -> str:
 
 
 def renew_places(state: State, first: int = 0) -> State:
-    """Return the state after an action; if it changed the payload or drove the robot, places are to be grounded anew.
+    """Return the state after an action; if the payload changed or the robot drove, the places found so far get new names.
 
-    They get new names for this.
+    Under new names they are grounded anew.
 
     If it took or let go of something, or drove, the places bound so far are history: the same thing stands elsewhere,
     or is held in another way, and whoever asks for its grasp again gets a new answer.

@@ -161,7 +161,7 @@ class Trace(Struct):
         return next((r for r in own if r is not None), None)
 
     def about(self, designator: str) -> Iterator[Entry]:
-        """Return the entries of designators whose name contains the text."""
+        """Return the trace entries about designators whose name contains a text; upper and lower case are the same."""
         return (e for e in self.entries if designator.lower() in e.designator.lower())
 
     def to_json(self) -> list[dict[str, Any]]:

@@ -38,8 +38,7 @@ class SpokenNames(Value):
 
 
 def spoken_names(names: Iterable[str]) -> SpokenNames:
-    """Return the spoken names of some names; equal ones are distinguished by the original name in
-    brackets."""
+    """Return the names that texts for people use for some entities; where two would be equal, the original follows in brackets."""
     said = {name: _spoken(name) for name in dict.fromkeys(names)}
     often = Counter(said.values())
     return SpokenNames({n: s if often[s] == 1 else f"{s} ({n})" for n, s in said.items()})

@@ -59,7 +59,7 @@ class Demonstrations(Value):
 
     @property
     def what(self) -> str:
-        """Name of the run, "main-short-without_search"."""
+        """Name of a run of trials, made of the set of demonstrations and the options, such as "main-short-without_search"."""
         return "-".join([self.set_name, *(["short"] if self.short else []), *([f"without_{self.without}"] if self.without else [])])
 
     def key(self) -> dict[str, Any]:

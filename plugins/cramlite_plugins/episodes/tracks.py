@@ -42,7 +42,7 @@ class Rows(Value):
     trusted: bool = True
 
     def where(self, keep: NDArray[np.bool_]) -> Rows:
-        """Return the rows that a mask (N,) selects."""
+        """Return the recorded transforms that a mask (N,) selects."""
         return Rows(self.times[keep], self.poses[keep], self.parents[keep], self.names, self.trusted)
 
 

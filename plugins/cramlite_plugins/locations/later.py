@@ -25,8 +25,7 @@ def closes(name: str, put: str, context: Context) -> bool:
 
 
 def goes_on(put: str, context: Context) -> bool:
-    """Check whether there is a later task on other things than the payload, and the first such task does not
-    open one.
+    """Check whether a later task is about other things than the payload, and the first such task is not one of Opening.
 
     Opening would need more room.
     """

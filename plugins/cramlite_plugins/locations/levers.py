@@ -32,8 +32,9 @@ def lever_of(location: Location, thing: Thing, belief: Belief) -> Thing:
 
 
 def freeing(location: Location, lever: Thing, least: float, now: Pose, belief: Belief, context: Context) -> list[float]:
-    """Return the values to which a lever is turned so that its door can open, upwards and downwards: ``BEYOND`` the first from
-    which the door's way is free [rad].
+    """Return the values [rad] to which a lever can be turned so that its door can open: at most one upwards and one downwards.
+
+    Each is ``BEYOND`` farther than the first value found at which the door's way is free, as far as the lever's range allows.
 
     Args:
         least: share of the range of the door's joint that it must open to.

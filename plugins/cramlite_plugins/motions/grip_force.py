@@ -121,7 +121,7 @@ def grip_force(
 
 
 def _doubt(grip: GripLoad, force: float) -> str:
-    """Return a doubt, in words, whether a stated grip force carries the thing; "" if it does."""
+    """Return a remark if a stated grip force is too small to carry the thing's weight; "" if it is large enough."""
     carried = 2 * grip.friction * force
     return f", which carries {carried:.1f} N: doubtful for {grip}" if carried < GRAVITY * grip.mass else ""
 

@@ -270,8 +270,7 @@ def _candidates(phase: Phase, thing: str | None) -> list[str]:
 
 
 def _values_over(times: Floats, values: Floats, phase: Phase) -> Floats:
-    """Values over the phase of a signal that holds between samples, beginning with the last sample before
-    the phase."""
+    """Return the values of a recorded signal during a phase, and the last one before it, since a value lasts until the next sample."""
     first = max(int(times.searchsorted(phase.start, side="right")) - 1, 0)
     return values[first : max(int(times.searchsorted(phase.end, side="left")), first + 1)]
 
@@ -327,7 +326,7 @@ def _share(phase: Phase) -> tuple[float, float] | None:
 
 
 def _joints(phase: Phase, thing: str | None) -> Iterator[tuple[str, Floats]]:
-    """Things with a joint, and its value over the phase as a share of its range.
+    """Yield each thing that has a joint, with the joint's values during the phase as shares of the joint's range.
 
     The episode's extra "joint:<thing>" holds the values at the extra "times"; the range is the
     entity's properties joint_lower and joint_upper.

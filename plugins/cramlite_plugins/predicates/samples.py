@@ -45,8 +45,7 @@ class Samples:
 
     @cached_property
     def spans(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the windows of the signal, each from one boundary of the timeline to the next, as three flat
-        arrays of samples.
+        """Return three index arrays of the signal's samples, divided into windows at the boundaries of the timeline.
 
         They are: for every sample of each window its row, and the row of the window's first sample, one window after
         the other; and where each window begins in them.

@@ -41,8 +41,7 @@ class Decision(Value):
 
     @property
     def asks(self) -> bool:
-        """Whether the decision resolves a designator, which has an anchor on the page; others are remarks
-        on a goal or a task sequence."""
+        """Whether the decision is about a designator, and not about a whole goal or task sequence."""
         return self.asked.kind not in ("goal", "sequence")
 
     @property

@@ -135,7 +135,7 @@ def _fits(piece: Any, light: Any) -> bool:
 
 
 def _depths(piece: Any) -> Floats:
-    """Depth of each vertex of a piece inside its hull [m]."""
+    """Return how deep each vertex of a solid piece lies inside the piece's convex hull [m]."""
     from scipy.spatial import ConvexHull, QhullError
 
     points = np.asarray(piece.to_mesh64().vert_properties)[:, :3]

@@ -1,5 +1,4 @@
-"""Objects as keys of remembered results, for objects whose comparison would take as long as computing
-again."""
+"""Objects as keys of remembered results, compared by identity: comparing contents would take as long as computing the result anew."""
 
 from __future__ import annotations
 

@@ -84,7 +84,7 @@ def set_configurable_digital_input_action(port: Any, action: Any) -> None:
 
 
 def set_gp_boolean_input_action(port: Any, action: Any) -> None:
-    """Assign an action to a Boolean register, without effect.
+    """Accept the action, such as freedrive, that a Boolean register should trigger; here it triggers nothing.
 
     RTDE clients that set the register change nothing else.
     """

@@ -48,7 +48,7 @@ class Signals:
         self.voltages[numbered(n, 2)] = share
 
     def get_analog_out(self, n: Any) -> float:
-        """Return an analogue output."""
+        """Return the value of an analogue output: a share of its range, 0 to 1."""
         return self.voltages[numbered(n, 2)]
 
     def set_flag(self, n: Any, b: Any) -> None:

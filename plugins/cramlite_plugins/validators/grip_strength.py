@@ -1,4 +1,4 @@
-"""Grip strength: weight of a thing that slipped, against the load that the pads carry."""
+"""Validator of grip strength: whether the pads could carry the weight of each thing that slipped."""
 
 from __future__ import annotations
 

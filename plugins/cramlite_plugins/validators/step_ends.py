@@ -96,8 +96,7 @@ def _guarded(run: _Run, step: MoveUntilContact) -> str:
 
 
 def _searched(run: _Run, step: SpiralSearch) -> str:
-    """Describe a search that left its radius, or in which neither the tool gave way nor a rim held it; ""
-    for a search that ended well."""
+    """Describe why a spiral search by touch failed: it left its radius, or the tool met neither a hole nor a rim; "" if it succeeded."""
     axis, ways = _axis(step.frame), run.tools - run.tools[0]
     aside = float(np.linalg.norm(ways[-1] - (ways[-1] @ axis) * axis))
     if aside > step.radius + OFF:

@@ -180,7 +180,7 @@ def _stages(steps: Iterable[AnyStep]) -> list[Stage]:
 
 
 def _without_code(code: Code | None, stages: list[Stage]) -> list[int]:
-    """Indices of the stages that have no line of code in a text."""
+    """Indices of the stages (consecutive steps of one origin) for which a program text has no line of code."""
     assert code is not None
     there = {origin for line, origin in code.origins.items() if code.lines_of(line)}
     return [k for k, stage in enumerate(stages) if not stage.known & there]

@@ -156,7 +156,7 @@ class StreamedArm(CommandedArm):
         return low
 
     def _fits(self, pace: float, correction: Floats) -> bool:
-        """Whether the robot process accepts the tool displacement of a period if the motion goes on at a share of its speed."""
+        """Whether the motion can go on at a share of its speed: the robot process accepts the tool displacement of the next period."""
         assert self.motion is not None
         place = self.motion.at(self.time + pace * self.period)
         q = self.kinematics.follow(place, self.q) if isinstance(place, Pose) else place

@@ -52,7 +52,7 @@ class Leaf(Value):
 
 
 def leaf(step: AnyStep, gripper: Gripper, name: Callable[[], str], poses: Names, *, watched: bool = False) -> Leaf:
-    """Write a step without inner steps.
+    """Format a step that contains no other steps as URScript.
 
     Args:
         name: gives a new name for a thread that moves.

@@ -126,7 +126,8 @@ class _Acting:
             yield replace(event, start=start, end=end, roles=roles)
 
     def is_passing(self, event: Event) -> bool:
-        """Whether a state relates a thing that is being handed over to a hand other than the episode's effector."""
+        """Whether a state, during a handover, involves the thing handed over and another hand than the
+        episode's effector, but not the effector."""
         who = {thing_of(f) for f in event.roles.values()}
         hands = who & self.hands
         return bool(hands) and self.name not in hands and any(

@@ -36,7 +36,7 @@ LONGEST = 0.02
 
 
 class Convention(Value):
-    """Convention of a recording.
+    """Convention by which a recording writes poses: unit of length, axes, form of rotations, unit of angles.
 
     Args:
         unit: of length [m].

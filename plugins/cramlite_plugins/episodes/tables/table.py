@@ -101,7 +101,7 @@ def read_table(path: Path, kind: str) -> Table:
 
 
 def _from_json(path: Path) -> Table:
-    """Rows of documents; nested values become columns with dotted names, such as "cup.position.0"."""
+    """Read a table from a file of JSON documents, a row for each; nested values become columns with dotted names: "cup.position.0"."""
     rows = [dict(_flat(document, "")) for document in json_frames(path)]
     names = dict.fromkeys(n for row in rows for n in row)
     columns = {n: [row.get(n, "") for row in rows] for n in names}

@@ -47,7 +47,7 @@ class Hand(Value):
 
 
 def read_hand(source: Source, stated: HandFile, last: int | None = None, link: Pose | None = None) -> Hand:
-    """Read the gripper of a file.
+    """Read the gripper that a robot file, such as a URDF, describes.
 
     Args:
         stated: what the file does not say.

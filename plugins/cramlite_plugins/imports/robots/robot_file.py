@@ -151,7 +151,7 @@ def _known(path: Path, chain: Chain, apart: tuple[tuple[str, str], ...]) -> tupl
 
 
 def _leaning(chain: Chain, root: Pose) -> tuple[str, ...]:
-    """Doubt about a first axis that is not the base's z, which points up in the scenario."""
+    """Return the remark that the arm's first axis is not along the base's z axis, which is assumed to point up; () if it is."""
     x, y, z = root.rotate((0.0, 0.0, 1.0))
     if z > 1.0 - UPRIGHT:
         return ()

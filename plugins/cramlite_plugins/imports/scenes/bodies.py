@@ -145,7 +145,7 @@ def joints(model: Any, body: int) -> range:
 
 
 def _robots(model: Any) -> tuple[frozenset[int], tuple[int, ...], list[str]]:
-    """Find the arms of a scene: the bodies of all arms, the lowest body of each, and a note on each for people."""
+    """Return the bodies of all robot arms in a scene file, the base body of each arm, and a note on each arm for people."""
     driven = {int(model.actuator_trnid[a, 0]) for a in range(model.nu) if int(model.actuator_trntype[a]) in (0, 1)}
     found: set[int] = set()
     bases: list[int] = []

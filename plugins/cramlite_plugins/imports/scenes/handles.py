@@ -102,7 +102,7 @@ def _area(geom: Geom, out: Floats) -> float:
 
 
 def _post(geom: Geom, out: Floats) -> bool:
-    """Whether a part is longer out of the front than across it: a knob, or the post of a lever."""
+    """Whether a part sticks out of the front farther than it is wide, as a knob or the post of a lever does."""
     low, high = _boxes([geom], _frame(out))
     return bool((high - low)[2] > (high - low)[:2].max())
 

@@ -216,8 +216,7 @@ def near(placement: Placement, query: Query) -> str:
 
 
 def beside(placement: Placement, query: Query) -> str:
-    """Check that the placement is on the right side of other things, as the base looks: x forwards, y to the
-    left."""
+    """Check that the placement is on the side of other things that the query asks for, in the base frame: x forwards, y to the left."""
     for side, (axis, sign) in SIDES.items():
         other = getattr(query.where, side)
         if not other:

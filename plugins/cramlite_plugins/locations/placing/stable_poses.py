@@ -320,8 +320,7 @@ def carried_at(thing: Thing, turned: Pose, point: Vector3, belief: Belief) -> fl
 
 
 def _inside_from(query: Query, out: Floats, deep: float, share: float) -> Floats:
-    """Position (3,) in the base frame [m] of a point of an opening: ``deep`` inwards from the opening's edge
-    on the side ``out``.
+    """Return a point (3,) of an opening in the base frame [m]: ``deep`` inwards from that edge which lies in the direction ``out``.
 
     Along that edge it is off the middle by a share of half the width.
     """

@@ -227,8 +227,7 @@ def _about(model: PoseModel, turn: Pose) -> Pose:
 
 
 def _invariant(model: PoseModel, pose: Pose) -> bool:
-    """Whether the surface covers itself after the transform, but for 2 points of 1000 and the sampling
-    error."""
+    """Whether a transform maps the model's surface onto itself, except for 2 points of 1000 and the sampling error."""
     some = model.points[:: max(1, len(model.points) // 800)]
     gap = np.quantile(model.tree.query(some, k=2)[0][:, 1], 0.99)
     away = model.tree.query(pose.apply(some))[0]

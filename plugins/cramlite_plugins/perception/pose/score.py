@@ -21,7 +21,7 @@ ENOUGH = 0.45
 
 
 class Scores(Value):
-    """Scores of H hypotheses, each field (H,).
+    """Scores of H hypotheses on a model's pose; each field is an array (H,) with a number for each hypothesis.
 
     Args:
         score: 0 to 1, the product of the three below and of ``closeness``.

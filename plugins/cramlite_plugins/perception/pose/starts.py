@@ -36,7 +36,7 @@ class SceneCloud(Value, eq=False):
 
 
 def scene_clouds(view: View, mask: Mask) -> list[SceneCloud]:
-    """Return the largest connected part of a mask's points; then all parts together, if an occluder splits it.
+    """Return sets of a mask's points: the largest connected part, and then, if an occluder splits the mask, all parts together.
 
     Parts are what single linkage on voxels makes. Pixels without depth stay in the mask: an
     occluder's stereo shadow falls on the object.

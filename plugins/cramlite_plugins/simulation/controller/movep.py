@@ -47,8 +47,8 @@ class LineSegment(Value):
         return math.dist(self.start, self.goal)
 
     def at(self, share: float) -> tuple[Floats, float]:
-        """Return the position (3,) [m] at a share (0 to 1) of the segment, and how many movep commands are
-        done there, with the fraction."""
+        """Return the position (3,) [m] at a share (0 to 1) of the segment, and the number of movep commands
+        done there, as a decimal number."""
         return self.start + share * (self.goal - self.start), self.legs[0] + share * (self.legs[1] - self.legs[0])
 
 

@@ -79,7 +79,7 @@ class Surface(Value):
 
 
 def add_pairs(spec: Any, stated: Container[str] = (), apart: Apart = NOTHING, firm: Container[str] = ()) -> None:
-    """Add to the model the friction of every pair of pad and thing, and of thing and thing; it must have all its geoms.
+    """Add to the model the friction of each pad with each thing, and of things with one another; call this when all geoms are added.
 
     Args:
         stated: names of geoms whose contacts a file states; two of them are left to MuJoCo's rule.

@@ -170,7 +170,7 @@ class Machine:
         return not self.root.alive
 
     def cycle(self) -> None:
-        """Resume every thread once.
+        """Let each thread of the program run on until it waits for the next control cycle.
 
         Raises:
             Halted: the program called halt.

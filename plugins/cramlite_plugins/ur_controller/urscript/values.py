@@ -106,7 +106,7 @@ def set_item(value: Any, index: Any, new: Any) -> None:
 
 
 def _position(value: Any, index: Any) -> Any:
-    """Check an index of a list, and return it; of a struct, return the name of the field at that index."""
+    """Check an index of a list or struct; return the index in a list, and the field's name in a struct."""
     if type(index) is int and isinstance(value, list) and 0 <= index < len(value):
         return index
     if not isinstance(value, list | StructValue):
