@@ -69,8 +69,8 @@ class _Tree(Value):
         return self.depth(entry) + (entry.outcome != "asked" and entry.parent > 0)
 
     def depth(self, entry: Entry) -> int:
-        """Return the depth of a trace entry in the printed tree: 2 for each dropped alternative above it that
-        was one of several.
+        """Return the depth of a trace entry in the printed tree: 2 more under each entry that was given up
+        and had rivals.
 
         Without recursion, since a search may be a thousand questions long.
         """

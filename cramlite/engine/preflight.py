@@ -162,7 +162,7 @@ def _require_unaltered(run: Path, intent: Intent) -> None:
 
 
 def flight_of_text(text: str, world: World, knowledge: Knowledge, seed: int) -> Flight:
-    """Run a text in a world and measure it.
+    """Simulate a program text in a world, and return it with the recorded run, for a preflight check.
 
     Raises:
         UserError: it cannot run at all.

@@ -108,7 +108,8 @@ def _cut(program: Program, at: int, first: tuple[AnyStep, ...], setting: Setting
 
 
 def _later(candidate: Candidate, at: int, held: str) -> tuple[Handover, ...] | None:
-    """Return the handovers from step ``at`` on, with the payload in the hand from the beginning; None where they are not known."""
+    """Return the grasps and releases from step ``at`` on, the first being that of a payload already in the
+    hand; None if they are not known."""
     if candidate.handovers is None:
         return None
     coming = {name for step in candidate.program.steps[at:] for s in walk((step,)) for name in enclosing_names(s.origin)}

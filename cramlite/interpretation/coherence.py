@@ -367,8 +367,8 @@ def _presupposed(at: Choice, claim: Claims, begins: Sayers, ends: Sayers) -> Ite
 
 
 def _lasting(k: int, said: Iterable[Claims], begins: Sayers, ends: Sayers) -> Iterator[Demand]:
-    """Yield a constraint for each relation that lasts to the end of the demonstration: some chosen reading
-    must make it begin.
+    """Yield a constraint for each relation that lasts to the end of the demonstration: one of the readings
+    that begin it must be chosen.
 
     They are those that action ``k`` may have begun and no later action may end. This is condition 2 of
     coherence.

@@ -290,7 +290,7 @@ class Fluents(Value):
         return {p for meant in self[pattern[0]].denial or (pattern,) for p in self.both_ways(meant)}
 
     def implied(self, facts: Iterable[Fact], held: Iterable[str]) -> frozenset[Fact]:
-        """Return some facts that begin together with all facts that they imply; ``held`` are the things in
+        """Return the given facts, which begin to hold, and all that they imply; ``held`` are the things in
         the hand."""
         found, carried = set(facts), frozenset(held)
         todo = list(found)

@@ -80,7 +80,7 @@ def strokes_along(times: Floats, values: Floats, size: float | None = None, seco
 
 
 def _took(times: Floats, values: Floats) -> float:
-    """Return the duration of a stroke at the mean speed between its two edges [s]."""
+    """Return how long a stroke takes if all of it is at the mean speed of its middle part [s]."""
     share = (values - values[0]) / (values[-1] - values[0])
     first = int(np.flatnonzero(share <= EDGE)[-1])
     last = first + int(np.flatnonzero(share[first:] >= 1 - EDGE)[0])

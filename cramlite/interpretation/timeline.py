@@ -209,7 +209,7 @@ class Timeline:
         return self._situations.setdefault(holds, {})
 
     def instant(self, time: float) -> Phase:
-        """Return the phase (stretch of time) of a single instant, which is computed once for the actions before and after that instant."""
+        """Return the phase (stretch of time) that starts and ends at one time [s], from a cache."""
         phase = self._instants.get(time)
         if phase is None:
             phase = self._instants[time] = Phase(self, time, time)

@@ -85,7 +85,8 @@ class ClauseParser(RequestParser):
             yield from (r for aside, last in self._left_out(k) for r in self._rest(last, (*before, aside), brief))
 
     def _amended(self, at: int, before: Clauses) -> Iterator[tuple[Clauses, int]]:
-        """Yield the clauses read so far, with the alternative or amount that follows added: "..., or put it on the shelf"."""
+        """Yield the requests read so far plus what comes next: an alternative ("..., or put it on the shelf")
+        or an amount."""
         asked = [k for k, c in enumerate(before) if c.phrases]
         if not asked:
             return

@@ -164,8 +164,8 @@ class FreeParser(ClauseParser):
         yield from self._heard_state(at, k, heard)
 
     def _behind_denial(self, at: int) -> tuple[int, ...]:
-        """Return the word indices right after prepositions and states (such as "open") that begin at a word
-        after "not"."""
+        """Return the index of the word after each preposition or state (such as "open") that begins at word
+        ``at``."""
         return (*self.frames.preposition_ends(self.words, at), *(e for f in self.frames.unary for e in starts(self.words, at, f.stated)))
 
     def _heard_verb(self, at: int, k: int, heard: Heard) -> Iterator[Found]:

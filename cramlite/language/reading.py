@@ -402,7 +402,8 @@ class Reading:
         return True
 
     def _meaning(self, row: _Row) -> GoalCondition | None:
-        """Return the state that a goal requires; None for a denial, an alternative or a free choice."""
+        """Return the facts that a part of a goal requires; None for a denial, an alternative ("or"), or a
+        free choice of things."""
         if row.clause.denied or row.clause.either:
             return None
         goal = row.literal.goal.split()

@@ -97,7 +97,8 @@ class Resolver:
         return self._placed(found, noun, mentions)
 
     def _kept(self, found: list[str], noun: Noun, mentions: Mentions) -> list[str]:
-        """Return those of some things of which the relations of a noun phrase are true."""
+        """Return, of the things ``found``, those for which the relations of a noun phrase hold, such as "on
+        the tray"."""
         for link in (k for k in noun.links if k.relation in FILTERS):
             kept = self._related(found, link, mentions)
             if not kept:

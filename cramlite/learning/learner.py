@@ -60,7 +60,7 @@ class Learned(Value, eq=False):
 
 
 def language_of(predicates: Sequence[Predicate], taxonomy: Taxonomy, spans: Sequence[Span], motion: Predicate | None = None) -> Language:
-    """Return the predicates, and the number of classes, that conditions of rules about some spans may use.
+    """Return the predicates that conditions of a learned rule may use, and the number of classes.
 
     Args:
         motion: the predicate of the motion that the examples show.
@@ -140,7 +140,8 @@ def _learned(
 
 
 class _Lapses:
-    """How often conditions that held in some stretches of a known task do not hold in another one.
+    """How often a condition that holds in some recorded actions of a known task fails in another action of
+    that task.
 
     So much a measured condition is worth that holds in all examples: people differ in how wide they open a hand, and in what is near.
     Recorded states are what tasks are about.

@@ -88,7 +88,7 @@ class Procedure(Value):
 
 
 def numbered(steps: Sequence[Step]) -> tuple[Step, ...]:
-    """Return steps with a count: whether each is the first, second, ... with its task and things."""
+    """Return the steps with numbers, which tell apart steps with the same task and things: the first is 1."""
     seen: Counter[tuple[str, tuple[tuple[str, str], ...]]] = Counter()
     found = []
     for step in steps:

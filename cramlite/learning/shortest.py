@@ -65,7 +65,8 @@ class Problem(Value, eq=False):
 
 
 class Shortest(Value):
-    """Solution of a problem: the indices of the chosen conditions, and the total bits of the rule."""
+    """Shortest rule of a learning problem: the indices of its conditions, and its description length
+    [bit]."""
 
     chosen: tuple[int, ...]
     bits: float

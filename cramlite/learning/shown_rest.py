@@ -1,4 +1,4 @@
-"""Pauses at the end of a task that demonstrations share: the hand keeps still until the end."""
+"""Pause at the end of a learned task: in all its demonstrations, the hand keeps still at the end."""
 
 from __future__ import annotations
 

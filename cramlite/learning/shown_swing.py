@@ -89,7 +89,8 @@ def _swing(span: Span, mover: str) -> _Swing | None:
 
 
 def _closed(places: Floats) -> Floats:
-    """Return the places (ROUND, 3) of a round without its drift, from its first place."""
+    """Return ROUND positions (ROUND, 3) along one cycle of a swinging motion, corrected for drift so that it
+    ends where it begins [m]."""
     even = resampled(places, ROUND + 1)
     return np.asarray(even - np.linspace(0.0, 1.0, ROUND + 1)[:, None] * (even[-1] - even[0]))[:-1]
 

@@ -24,7 +24,7 @@ STROKE = math.radians(150)
 
 
 class ShownTurn(Value):
-    """Turn of a thing that all examples show.
+    """Rotation that all examples of a task show: of a thing, about an axis of its own frame.
 
     Args:
         axis: in the thing's frame, of length 1, about which the turn is positive.

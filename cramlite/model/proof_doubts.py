@@ -1,4 +1,4 @@
-"""Doubts of a proof: in how many twins a program is tried, and how many of these runs must succeed."""
+"""Requirements of a proof: in how many twins a program is tried, and what share of all runs must succeed."""
 
 from __future__ import annotations
 

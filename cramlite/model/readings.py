@@ -86,7 +86,7 @@ class Notice(Value):
     unit: str = ""
 
     def __str__(self) -> str:
-        """Return the notice in words: the kind, the step, the reason."""
+        """Return the notice as a line of text: the kind of deviation, the program's step, and the reason."""
         where = f" in {self.step}" if self.step else ""
         return f"{self.kind}{where}: {self.reason}"
 

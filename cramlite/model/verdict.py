@@ -92,7 +92,7 @@ class Verdict(Value):
 
     @property
     def remedy(self) -> Remedy | None:
-        """Remedy of the first objection, from which others may follow; None where it is not known."""
+        """Remedy of the first objection, which may have caused the others; None where no remedy is known."""
         return self.objections[0].remedy if self.objections else None
 
     @property

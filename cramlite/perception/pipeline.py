@@ -132,8 +132,8 @@ class _Planner(Struct, dict=True):
         return tuple(PipelineStage(o, tuple(p), p[0].cost_ms) for o in outputs if (p := self.providers(o)))
 
     def before(self, output: str, order: list[str], open_: Collection[str] = ()) -> None:
-        """Append a value to the order of computation, after the inputs and optional inputs of its cheapest
-        expert."""
+        """Append a value's name to the order of computation, after the inputs and optional inputs of the
+        cheapest expert that makes it."""
         if output in self.priors or output == OBJECTS or output in order or output in open_:
             return
         for provider in self.providers(output)[:1]:

@@ -87,8 +87,8 @@ class ActionSchema(Value):
 
     @property
     def doing(self) -> str:
-        """Class of the action schema's task, marked if the task puts a thing down elsewhere than the goal
-        asks."""
+        """Class of the action schema's task, followed by "elsewhere" if the task puts a thing down elsewhere
+        than the goal asks."""
         return doing(self.task, self.elsewhere)
 
     @property

@@ -137,7 +137,8 @@ class Question(Struct):
 
     @property
     def refused_anywhere(self) -> bool:
-        """Whether the refusal of a location at a thing holds wherever the arm is, since every answer blames things in the way."""
+        """Whether the location stays refused wherever the arm is: every refusal of it blames things that are
+        in the way."""
         return isinstance(self.item, Location) and bool(self.item.of) and all(k.ended and self._about_things(k) for k in self.kept.values())
 
     def _about_things(self, kept: Kept) -> bool:

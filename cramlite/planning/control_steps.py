@@ -62,8 +62,8 @@ def _motion_back(frame: Frame, name: str, after: tuple[AnyStep, ...]) -> Motion:
 
 
 def _folded(state: State, frame: Frame, rest: tuple[Item, ...]) -> State:
-    """Return the search state after a control structure: its steps become one control step, unless the
-    structure was decided while planning."""
+    """Return the search state after a control structure: its steps are put into one program step if it is
+    decided at run time."""
     closed = replace(state, agenda=rest, frames=state.frames[:-1])
     if not frame.compound.decided_at_run_time:
         return closed

@@ -72,8 +72,8 @@ class Operator(Value):
 
     @property
     def doing(self) -> str:
-        """Class of the planning action's task, marked if the task puts a thing down elsewhere than the goal
-        asks."""
+        """Class of the planning action's task, followed by "elsewhere" if the task puts a thing down
+        elsewhere than the goal asks."""
         return doing(self.task, self.elsewhere)
 
     def __str__(self) -> str:

@@ -169,7 +169,7 @@ def _check_effects(task: TaskType, beliefs: Iterable[Belief]) -> None:
 
 
 def _excuse(task: TaskType, name: str) -> None:
-    """Report that ``effects`` asks for a key that the made-up action of a check does not have.
+    """Report that a task type's ``effects`` reads a key that is missing in the sample action of its check.
 
     A declared parameter or an unknown role is an error, a key that only scenarios give a warning.
     """

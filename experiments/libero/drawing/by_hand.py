@@ -162,8 +162,8 @@ class Hand:
         mujoco.mj_forward(world.model, world.data)
 
     def _hold(self) -> None:
-        """Put the arm, the things that take no part, and the goal's joints back to the positions that they
-        shall keep."""
+        """Reset the arm, the things that take no part, and the goal's joints to the positions at which they
+        are held while other bodies settle."""
         data = self.world.data
         data.qpos[self.held], data.qvel[self.braked] = self.at, 0.0
 

@@ -151,8 +151,8 @@ class Place:
         self._engine, self._setting = engine, setting
 
     def now(self) -> Setting:
-        """Return the world, robot and belief that the next behaviour begins with, as the runs so far left
-        them."""
+        """Return the world, robot and belief as the runs so far left them, for the next behaviour of the
+        tree."""
         return self._setting
 
     def run(self, solution: Solution) -> bool:

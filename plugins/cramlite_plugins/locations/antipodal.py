@@ -134,8 +134,8 @@ def clear(shape: Body, hands: Hands, openings: Floats, gripper: Gripper) -> NDAr
 
 
 def caught(shape: Body, hands: Hands, widths: Floats, gripper: Gripper) -> NDArray[np.bool_]:
-    """Check from which hands (n,), with pads ``widths`` (n,) apart [m], a released thing would not come
-    free: a part of it is behind a pad.
+    """Check for each of n hand poses, with the pads ``widths`` (n,) apart [m], whether a released thing would
+    stay caught: a part of it is behind a pad.
 
     That part is within a pad's length behind the rear edge of the pad's face, but apart from that edge.
 

@@ -57,7 +57,8 @@ def followed(location: Location, belief: Belief, context: Context) -> Iterator[G
 
 
 def _in_place(path: ShownPath, payload: Thing, now: Pose, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate rounds of a path about the payload's own place, from where it is, in several headings."""
+    """Generate repeated motions along a path from the payload's present place, with the path turned to
+    several headings."""
     assert belief.held is not None
     hand = belief.held.tcp_to_thing.inverse()
 

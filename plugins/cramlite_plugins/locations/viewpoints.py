@@ -50,7 +50,8 @@ def views(location: Location, belief: Belief, context: Context) -> Iterator[Grou
 def _candidate(
     k: int, name: str, eye: Floats, points: Floats, around: Sequence[str], belief: Belief, context: Context
 ) -> Candidate | Refused:
-    """Candidate for a view with the camera at a point; a refusal if something is outside of the picture or hidden."""
+    """Proposal to bring the camera to a point; a refusal if something to be seen is outside of the picture or
+    hidden."""
     assert context.camera is not None
     optical = _optical(eye, points.mean(axis=0))
     if not _in_view(context.camera.intrinsics, optical, points):

@@ -310,8 +310,8 @@ def spiral_search(motion: Motion, belief: Belief, context: Context) -> Grounding
 
 
 def _spiral(motion: Motion, play: float, belief: Belief, context: Context) -> tuple[float, float, str]:
-    """Pitch and radius [m] from the radial play of hole and peg [m], with the source; a task may state the
-    radius."""
+    """Pitch and radius of a spiral search [m] for the radial play of hole and peg [m], with the source of
+    both; a task may state the radius."""
     hole = belief.feature(belief.held.thing, "vrps:Hole") if belief.held else None
     said = {
         name: known(hole.type if hole else "vrps:Hole", f"cram:{name}", context)

@@ -101,7 +101,7 @@ def _open(motion: Motion, start: Belief, after: list[AnyStep]) -> Iterator[AnySt
 
 
 def _straight(motion: Motion, context: Context, pivot: Joints, rest: list[AnyStep]) -> Iterator[AnyStep]:
-    """Yield motions back to where a control step began: straight to its TCP pose, then to its joint position.
+    """Yield a straight TCP motion back to the joint position ``pivot``, if the steps after it moved the arm.
 
     So a thing that is touched is left in a straight line.
     """

@@ -1,4 +1,5 @@
-"""Lines on which a thing that is pinched at its rim turns between the pads: up with the hand until it hangs, and down until it lies."""
+"""Straight motions on which a thing pinched at its rim turns between the pads: raised until it hangs, lowered
+until it lies."""
 
 from __future__ import annotations
 
@@ -25,8 +26,8 @@ def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
 
 
 def _swing(motion: Motion, belief: Belief, context: Context) -> Iterator[Grounding]:
-    """Resolve motion "swing": to the place ("hangs") with the whole turn on one line, or along its path
-    ("lies") with an equal part of the turn on each line."""
+    """Resolve motion "swing": "hangs" is one straight motion with the thing's whole turn, "lies" several with
+    an equal part of it each."""
     held = belief.held
     assert held is not None and held.swing is not None, f"motion '{motion.name}' needs something that swings in the hand"
     place, hangs = place_of(motion, context), word(motion, "to", Hang) is Hang.HANGS

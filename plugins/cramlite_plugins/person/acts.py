@@ -187,7 +187,7 @@ def _tilting(person: Performer) -> tuple[Floats, Floats]:
 
 
 def _clear(vessel: Thing, pose: Pose, height: float) -> Pose:
-    """The pose raised, if need be, until no part of a vessel is below a height [m]."""
+    """A pose of a vessel, raised as far as needed so that no part of the vessel is below a height [m]."""
     low = pose.position[2] + lowest(vessel, pose)
     return Pose((*pose.position[:2], pose.position[2] + max(height - low, 0.0)), pose.quaternion)
 

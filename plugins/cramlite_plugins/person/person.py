@@ -35,7 +35,8 @@ SHORTEST = 0.15
 
 
 class Limb(Struct):
-    """One hand: its target, and a queue of targets for while the other one acts.
+    """One hand of the simulated person: its present target, and a queue of targets for the next control
+    periods.
 
     Args:
         index: in the model.
@@ -65,7 +66,7 @@ class Limb(Struct):
         self.queue.extend([self._last] * len(_fractions(seconds)))
 
     def follow(self, data: Data) -> None:
-        """Command the servos for a control period: the target, off by drift and tremor."""
+        """Command the servos for a control period: the target plus drift and tremor."""
         if self.queue:
             self.aim, self.opening = self.queue.popleft()
         noise = self.waves(data.time).tolist()

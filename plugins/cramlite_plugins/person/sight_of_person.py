@@ -38,7 +38,8 @@ class Scene(Value):
 
     @property
     def facing(self) -> Floats:
-        """Return the unit vector (3,) that the hand comes from: the object's front if it stands, else the peg's."""
+        """Return the unit vector (3,) towards the side from which the hand comes: the hole's axis if the
+        object stands, else the peg's."""
         return self.product.pose.rotate(self.hole.pose.rotate((0, 0, 1))) if self.stands else self.along
 
     @property

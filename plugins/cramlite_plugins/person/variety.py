@@ -1,4 +1,5 @@
-"""Demonstrations with variations: the scripts of ``taking_off.py`` and ``hanging.py``, with habits."""
+"""Demonstrations by the scripts of ``taking_off.py`` and ``hanging.py`` with a person's habits added, such as
+pauses."""
 
 from __future__ import annotations
 

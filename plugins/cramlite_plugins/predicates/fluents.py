@@ -75,7 +75,7 @@ def on_joint(scene: SymbolicWorld, entity: str) -> bool:
 
 
 def has(scene: SymbolicWorld, entity: str, class_: str) -> bool:
-    """Evaluate has(X, Class) in a symbolic world: it is one, or a part of it is."""
+    """Evaluate has(X, Class) in a symbolic world: X is of the class, or a part of X is."""
     return is_a(scene, entity, class_) or scene.has(entity, class_)
 
 

@@ -203,8 +203,8 @@ def in_region(phase: Phase, name: str | None, region: str | None) -> Iterator[Ro
 
 
 def in_region_by(phase: Phase, name: str | None, region: str | None, margin: float) -> Iterator[Row]:
-    """Generate the rows of in_region(Thing, Region) that hold even if the origin is moved by a margin
-    along each axis of the region [m]."""
+    """Generate the pairs (thing, region) in which the thing's origin is in the region, also if moved by a
+    margin along any axis of the region [m]."""
     moved = margin * np.vstack([np.zeros(3), np.eye(3), -np.eye(3)])
     for type_ in extents.REGIONS:
         for place in phase.timeline.entities_of(type_):

@@ -209,7 +209,7 @@ def _middle(ring: Floats) -> Floats:
 
 
 def _distance(point: Floats, ring: Floats) -> float:
-    """Distance of a point from the nearest edge [m]."""
+    """Distance of a point from the nearest edge of a polygon [m]."""
     a, way = ring, np.roll(ring, -1, axis=0) - ring
     along = np.clip(((point - a) * way).sum(axis=1) / np.maximum((way * way).sum(axis=1), 1e-18), 0.0, 1.0)
     return float(np.linalg.norm(a + along[:, None] * way - point, axis=1).min())

@@ -36,7 +36,8 @@ def set_analog_outputdomain(port: Any, domain: Any) -> None:
 
 
 def set_input_actions_to_default() -> None:
-    """Remove the actions that were assigned to inputs, without effect: no input is connected here."""
+    """Do nothing: a real controller removes the actions that its inputs start, but no input is connected
+    here."""
 
 
 def set_tool_voltage(voltage: Any) -> None:

@@ -34,7 +34,7 @@ the dead band of our force mode. UR's own detection is not published."""
 
 
 class Settings:
-    """The URScript functions for settings and state of one run."""
+    """URScript functions that read or change settings and state of the virtual controller during one run."""
 
     def __init__(self, controller: Controller) -> None:
         self.arm = controller

@@ -47,7 +47,7 @@ class Sockets:
         return True
 
     def socket_close(self, socket_name: Any = "socket_0") -> None:
-        """Close the program's socket of a name."""
+        """Close the socket that the program opened under this name."""
         self.open.pop(show(socket_name), None)
 
     def socket_set_var(self, name: Any, value: Any, socket_name: Any = "socket_0") -> None:

@@ -93,8 +93,8 @@ def _steps(candidate: Candidate) -> Mapping[str, list[AnyStep]]:
 
 
 def guard_forces(candidate: Candidate) -> list[TaskForce | None]:
-    """Return for each sample the force threshold of the guarded motion that runs then; None without one,
-    and at its first samples, which still show force peaks of the code before it."""
+    """Return for each sample the force threshold of the guarded motion that runs then; None without one, and
+    at the first samples of the motion, where force peaks of the code before it still show."""
     guards: dict[str, TaskForce] = {}
     for step in walk(candidate.program.steps):
         if isinstance(step, MoveUntilContact):

@@ -241,7 +241,7 @@ def _lean(hand: Floats, other: Floats) -> float:
 
 
 def _when(turns: Turns, stage: int) -> Ran:
-    """Samples of a stage's code; an empty span, after the stages before it, if none of it ran."""
+    """Samples during which a stage's code ran; if none of it ran, an empty span after the earlier stages."""
     if stage in turns.ran:
         return turns.ran[stage]
     before = max((ran.end for k, ran in turns.ran.items() if k < stage), default=0)

@@ -140,7 +140,7 @@ class RobotProcess:
         return self.lines.name
 
     def hello(self) -> Hello:
-        """Ask for the description of the robot.
+        """Ask the robot process to describe its robot, and return the description.
 
         Raises:
             UserError: it is another one, or speaks another protocol.

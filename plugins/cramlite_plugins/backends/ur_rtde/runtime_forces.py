@@ -1,4 +1,5 @@
-"""Force-controlled steps of Python programs for ur_rtde, copied into programs that have some (``ur_rtde_arm``).
+"""Force-controlled steps of Python programs for ur_rtde, copied into each program that has such steps
+(``ur_rtde_arm``).
 
 What the URScript functions of ``urscript_search`` do, with the same conditions: force mode of type 2, alone or around moveL.
 """

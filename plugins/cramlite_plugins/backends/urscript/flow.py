@@ -74,7 +74,7 @@ class CodeLine(Struct):
 
 
 class FlowWriter(Struct):
-    """A writer of control steps as URScript.
+    """A writer of URScript for program steps that contain other steps, such as loops and parallel branches.
 
     Args:
         gripper: of the robot.
@@ -277,7 +277,8 @@ def comment(step: AnyStep) -> str:
 
 
 def write(step: Control, writer: FlowWriter) -> tuple[list[str], list[CodeLine]]:
-    """Return a control step as URScript: the threads to define in the main function, and the statements to put there.
+    """Return a step that contains others, such as a loop, as URScript: the threads to define in the main
+    function, and the statements to put there.
 
     Inside, a failure is judged by the control steps; what is left of it ends the program.
     """

@@ -48,7 +48,8 @@ def _arrived(mean: Floats, start: int, end: int) -> Span:
 
 
 def _chains(signal: Floats) -> list[NDArray[np.intp]]:
-    """Groups of at least SWINGS indices at which a signal changes its sign, each at most SWING [s] after the one before."""
+    """Groups of at least SWINGS sign changes of a signal, as indices; each change is at most SWING [s] after
+    the one before."""
     turns = _crossings(signal)
     chains = np.split(turns, np.flatnonzero(np.diff(turns) > SWING / STEP) + 1)
     return [c for c in chains if len(c) >= SWINGS]

@@ -82,7 +82,8 @@ def _in_hand(rollout: Rollout, thing: str, frame: str) -> Floats:
 
 
 def _slipping(inside: Floats, rollout: Rollout, frame: str) -> Flags:
-    """Samples in which the thing moves relative to the hand, allowing for a share of the hand's own speed."""
+    """Samples in which the thing moves in the hand faster than a limit that rises with the hand's own
+    speed."""
     limit = SLIP[0] + SLIP[1] * speed(rollout.poses[frame][:, :3], rollout.times)
     return np.asarray(speed(inside, rollout.times) > limit)
 

@@ -1,4 +1,4 @@
-"""Debouncing of flickering states, with a report of each change, and its undoing.
+"""Debouncing of flickering states; each change is reported and can be undone.
 
 Recorded contacts flicker: RobCoG's logs hold hundreds of contacts of 0.02 to 0.3 s for one touch.
 Two changes, in this order: a gap shorter than ``gap`` between two equal states belongs to them; a

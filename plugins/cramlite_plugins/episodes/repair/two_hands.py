@@ -25,7 +25,7 @@ HELD_ON = 0.1
 
 
 class Handover(Value):
-    """Handover: a thing that two hands hold for a while.
+    """Passing of a thing between two hands of a person, which both hold it for a while.
 
     Args:
         thing: that is handed over.

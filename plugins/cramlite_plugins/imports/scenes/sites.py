@@ -114,8 +114,8 @@ def _next(thing: Thing, pose: Pose) -> tuple[float | None, float | None]:
 
 
 def _cavity_of_site(pose: Pose, half: float, name: str, size: dict[str, float], roof: float | None, floor: float | None) -> Feature:
-    """Cavity that a site fills, down to the floor below it; under a roof, the area below with the room up to
-    the roof."""
+    """Feature for a site of a scene file: a cavity down to the floor below it or, under a roof, an area on
+    that floor with a height."""
     if roof is None or floor is None:
         deep = max(floor or 0.0, half)
         return Feature(name, "cram:Cavity", pose * Pose((0.0, 0.0, half)), {**size, "height": round(half + deep, 5)})

@@ -269,7 +269,8 @@ def _package(path: Path, where: str, name: str, packages: Mapping[str, Path]) ->
 
 
 def _explained(path: Path, error: str) -> str:
-    """MuJoCo's reason in one line, with the file and, as far as MuJoCo tells it, the line."""
+    """MuJoCo's reason for refusing a model, in one line, after the file and, as far as it is known, the
+    line."""
     reason = " ".join(error.split())
     stated = re.search(r"[Ll]ine(?: number=|\s)(\d+)", reason)
     names = re.findall(r"'([^']+)'", reason)

@@ -95,8 +95,8 @@ def _level(at: Pose) -> Pose:
 
 
 def _attitudes(query: Query, now: Pose, at: Pose) -> list[Pose]:
-    """Orientations aligned with the support that keep the hand from being under the thing, those first to
-    which the hand turns least."""
+    """Orientations of the payload, aligned with its support, in which the hand is not under it; the least
+    turn of the hand first."""
     frame = _level(at)
     found: list[tuple[float, int, Pose]] = []
     for side, quarter in product(SIDES_DOWN, range(4)):

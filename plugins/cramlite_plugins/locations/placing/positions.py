@@ -138,8 +138,8 @@ def beside_where_it_stood(query: Query, free: Any, wide: float) -> Iterator[Offs
 
 
 def _stood(query: Query) -> Offset | None:
-    """Position on a surface over which the payload stood when it was taken; None if it stood elsewhere, or the
-    robot drove since."""
+    """Position over a surface at which the payload was grasped, in the surface's frame [m]; None if it was
+    elsewhere, or the robot drove since."""
     held = query.held
     if not held.joints or query.belief.at is not None:
         return None

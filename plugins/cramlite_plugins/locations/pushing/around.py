@@ -90,8 +90,8 @@ def _spot(start: Point, cell: Side) -> Point:
 
 
 def _steps(start: Point, here: Side, met: Met, cleared: bool) -> Iterator[tuple[Side, float, Refused | None]]:
-    """Yield the neighbouring lattice cells to which a thing can be pushed, each with its cost [m] and the
-    refusal by movable things there."""
+    """Yield the neighbouring lattice cells to which a thing can be pushed, each with its cost [m], and a
+    refusal that names the movable things in the cell; None if there are none."""
     gone = _names(met(_spot(start, here))) if cleared else frozenset()
     for side in SIDES:
         there = (here[0] + side[0], here[1] + side[1])

@@ -1,5 +1,5 @@
-"""Pieces of a cluster, bounded by steps and concave edges; a thing covers one or several, and no two
-things share one."""
+"""Pieces of a cluster of points, bounded by jumps in depth and concave edges; each piece belongs to one
+thing."""
 
 from __future__ import annotations
 

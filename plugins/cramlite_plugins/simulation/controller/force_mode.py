@@ -48,7 +48,8 @@ class ForceMode(Struct):
         self.offset += self.selection * np.clip(scale * GAIN * error, -self.limits, self.limits) * period
 
     def target(self, nominal: Pose) -> Pose:
-        """Return the commanded TCP pose: the nominal one of the running motion and the deviation."""
+        """Return the commanded TCP pose: that of the running motion, shifted and turned by the deviation of
+        force mode."""
         shift = self.frame.rotate(self.offset[:3])
         turn = rotvec_quaternion(self.frame.rotate(self.offset[3:]).tolist())
         x, y, z = (a + b for a, b in zip(nominal.position, shift.tolist(), strict=True))
