@@ -55,7 +55,7 @@ class Anchor(Value):
 
 
 class ShownPath(Value):
-    """Path of the middle of a thing's lower face about another thing, as demonstrations showed it.
+    """Path of the middle of a thing's lower face relative to another thing, as demonstrations showed it.
 
     Args:
         points: corners in the anchor's frame; z [m], x and y [m] or, of a scaled anchor, shares.
