@@ -114,8 +114,8 @@ def _goal(world: World, rng: Any, parts: int, told: Counter[str]) -> tuple[Liter
 
 
 def targets(world: World) -> dict[str, tuple[str, str]]:
-    """Return each region that things can be put on or in -> ("on" or "in", whether it is on the table or part
-    of a thing).
+    """Return each region that takes things -> its preposition ("on" or "in"), and whether it is on the
+    table or part of a thing.
 
     Regions in which fixtures stand are left out.
     """
