@@ -130,7 +130,7 @@ class Executor(Struct):
 
 
 class _Interrupted:
-    """Whether a signal came to end the run that is under way."""
+    """Whether the signal ``ENDS_RUN`` of the operating system came, which ends the run that is under way."""
 
     def __init__(self) -> None:
         self.came = False

@@ -96,5 +96,6 @@ def read_intent(run: Path) -> Intent:
 
 
 def _plain(value: Any) -> Any:
-    """Plain values of NumPy's numbers and arrays, which plugins may give in parameters."""
+    """Convert a NumPy number or array, which plugins may give as a parameter, to plain Python numbers and
+    lists."""
     return value.tolist() if hasattr(value, "tolist") else str(value)

@@ -142,8 +142,8 @@ def run_and_judge(
 
 
 def judge_run(candidate: Candidate, text: Code, rollout: Rollout, knowledge: Knowledge) -> tuple[Candidate, list[Finding]]:
-    """Judge a run of a candidate's program text that was simulated elsewhere; return what ``run_and_judge``
-    returns."""
+    """Judge a run of a candidate's program that was simulated elsewhere; return the candidate with this
+    run, and the findings."""
     episode = knowledge.episodes.detect(rollout, candidate.program.name)
     parked = np.array(candidate.robot.home)
     episode = replace(episode, extras={**episode.extras, "park": parked})

@@ -118,7 +118,8 @@ class TaskSequence(Value):
 
 
 def naming_length(match: Match, fellows: Sequence[Match], taxonomy: Taxonomy, name: float) -> DescriptionLength:
-    """Return the description length of naming a reading: its task and the choice of its fillers.
+    """Return the description length [bits] of telling which reading of an action is meant: its task and
+    the fillers of its roles.
 
     Args:
         fellows: all readings of the action.

@@ -134,7 +134,7 @@ class Places:
         return self._its.space.size(name, height=False)
 
     def _origin(self, noun: Noun, phrase: GoalPhrase, themes: tuple[str, ...]) -> Referents:
-        """Return the place where things are now, for "back where it was"."""
+        """Return the present place of the things of a request such as "put it back where it was"."""
         places = {self.now(n) for n in themes}
         if len(places) != 1 or next(iter(places))[0] != phrase:
             raise Refusal(FALSE, f"{listed([*themes], 'and')} are not at a single place, so '{noun.said}' is no place for them")
@@ -298,8 +298,8 @@ class Places:
         return ""
 
     def _support(self, name: str, form: str) -> tuple[str, str]:
-        """Return the goal phrase that says where a thing is now, and the place; else the given phrase and
-        the furniture below the thing."""
+        """Return (phrase, place) of the goal that a thing be where it is now; if no phrase fits, ``form``
+        and the furniture below the thing."""
         try:
             phrase, place = self.now(name)
             return phrase.form, place

@@ -159,11 +159,13 @@ class _Lapses:
                 self.groups.setdefault(one.task, []).append((k, one))
 
     def bits(self, literals: Sequence[Literal], roles: int, examples: int) -> np.ndarray:
-        """Return for each condition the bits of the exceptions that are to be expected among as many further examples."""
+        """Return for each condition the cost [bits] of the failures that are expected of it in
+        ``examples`` further examples."""
         return np.array([EXCEPTION * examples * self._share(one, roles, examples) for one in literals])
 
     def _share(self, literal: Literal, roles: int, examples: int) -> float:
-        """Return the share of stretches in which a condition fails that held in ``examples`` others of the same task."""
+        """Estimate the probability that a condition fails in the next span of a known task, having held in
+        ``examples`` spans of it."""
         if self.tables is None or recorded(self.tables.language, literal):
             return 0.0
         named = sorted(literal.roles)
@@ -189,7 +191,8 @@ class _Lapses:
 
 
 def lapsed(groups: Iterable[list[bool]], examples: int) -> float:
-    """Return the share of next stretches of a task that lack what held in ``examples`` of them, by Laplace's rule."""
+    """Estimate the probability, by Laplace's rule, that a condition fails in the next span of a task,
+    having held in ``examples`` spans of it."""
     kept = lost = 0.0
     for held in groups:
         count, true = len(held), sum(held)

@@ -170,7 +170,8 @@ def _names(rules: Sequence[Rule]) -> list[tuple[str, str]]:
 
 
 def _above(learned: Learned, rules: Sequence[Rule], taxonomy: Taxonomy) -> str:
-    """Return the superclass of the learned task: the most special known task that covers all examples, else any task.
+    """Return the superclass of the learned task: the most special known task that covers all examples,
+    else the class of all tasks.
 
     The rule of that task holds in all examples and mentions every predicate that changes in all of them.
     """

@@ -182,7 +182,10 @@ def _core(span: Span, mover: str, about: str) -> _Core | None:
 
 
 def _thin(places: Floats) -> bool:
-    """Check whether a round goes to and fro rather than round: in the air that is about no other thing."""
+    """Check whether a periodic path is nearly a straight line to and fro rather than a loop.
+
+    In the air, a motion to and fro is not taken as one about another thing.
+    """
     wide = np.linalg.svd(places - places.mean(axis=0), compute_uv=False)
     return bool(wide[1] < THIN * wide[0])
 

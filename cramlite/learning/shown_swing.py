@@ -23,7 +23,8 @@ LEANS = 0.35
 
 
 class _Swing(Value, eq=False):
-    """Mean round of an example, from its lowest place, and the rest of what it shows."""
+    """Motion of a thing to and fro in one example: its mean round trip, from the lowest place, with
+    spread, count, speed and lean."""
 
     places: Floats
     spread: float
@@ -69,7 +70,8 @@ def _of_movers(spans: Sequence[Span], movers: tuple[str, ...]) -> ShownMotion | 
 
 
 def _swing(span: Span, mover: str) -> _Swing | None:
-    """Return the mean round of an example, its horizontal way turned to x; None if it goes not to and fro."""
+    """Return the mean round trip of a thing in an example, its horizontal way turned to x; None if it does
+    not go to and fro."""
     found = tracked(span.timeline.episode, mover, (span.start, span.end))
     if found is None:
         return None

@@ -41,7 +41,8 @@ class ShownTurn(Value):
 
     @property
     def strokes(self) -> int:
-        """Number of grasps in which a robot makes the whole turn: it regrasps the thing between them."""
+        """Number of grasps that a robot needs for the whole shown turn; between them it regrasps the
+        thing."""
         return math.ceil(self.angle / STROKE)
 
 

@@ -153,7 +153,7 @@ class Episode(Value, dict=True):
         return {e.name: e for e in reversed(self.entities)}
 
     def known(self, name: str) -> Entity | None:
-        """Return the entity of that name, or None."""
+        """Return the entity of a given name; None if there is none."""
         return self._entities.get(name)
 
     def whole(self, name: str) -> str:
@@ -194,11 +194,12 @@ class Episode(Value, dict=True):
         return row
 
     def at(self, time: float) -> tuple[Event, ...]:
-        """Return the events that hold at a time [s], by start."""
+        """Return the events that hold at a time [s], in order of their start times."""
         return self.between(time, time)
 
     def between(self, start: float, end: float) -> tuple[Event, ...]:
-        """Return the events that hold at some time of [start, end] [s], by start. An event's end is exclusive.
+        """Return the events that hold at some time of [start, end] [s], in order of their start times. An
+        event's end is exclusive.
 
         Takes O(log n) and what is found, unless long events nest deeply.
         """

@@ -12,7 +12,7 @@ from .geometry import Pose
 
 
 class GripFacts(Value):
-    """Grip by which the hand holds a thing at a place.
+    """Grip of the hand on a thing at a grasp pose, with the distance between the pads.
 
     Args:
         width_m: between the pads.

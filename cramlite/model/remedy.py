@@ -1,4 +1,4 @@
-"""Remedy of a refusal: the missing quantity, and a change to try."""
+"""Remedy of a refusal: what is missing, how much of it, and a change to try."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ class Anchor(Value):
 
 
 class ShownPath(Value):
-    """Path of the middle of a thing's lower face about another thing, as demonstrations showed it.
+    """Path of the middle of a thing's lower face relative to another thing, as demonstrations showed it.
 
     Args:
         points: corners in the anchor's frame; z [m], x and y [m] or, of a scaled anchor, shares.
@@ -116,7 +116,8 @@ def length(points: Floats) -> float:
 
 
 def passes(path: ShownPath, points: Floats, counts: np.ndarray, metres: float = 1.0) -> float:
-    """Return how many times a series of points runs along a path; a fraction if it ends on the way.
+    """Return how often a series of points runs along the whole of a path; a fraction counts a run that
+    ends on the way.
 
     Args:
         points: (N, 3) in the anchor's frame; x and y as the path has them.

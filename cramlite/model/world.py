@@ -207,7 +207,7 @@ class Thing(Value):
         return replace(self, pose=pose, joint=replace(self.joint, value=value))
 
     def feature(self, type_: str) -> Feature | None:
-        """Return the first feature of exactly this class, or None."""
+        """Return the first feature whose class is exactly ``type_``; None if there is none."""
         return next((f for f in self.features if f.type == type_), None)
 
 

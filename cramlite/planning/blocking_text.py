@@ -53,8 +53,8 @@ class BlockingText:
             yield f"(not {self.atom(_name(schema.doing), [t for t in terms if t != EFFECTOR])})"
 
     def derived(self) -> Iterator[str]:
-        """Generate the derived predicates: a thing is unchanged; any of several things is; a task with
-        certain things is blocked.
+        """Generate the derived predicates of PDDL: a thing is unchanged; any of several things is
+        unchanged; a task with certain things is blocked.
 
         Each "or" has a predicate of its own: planners write conditions out as alternatives of "and", of which there would be many.
         """

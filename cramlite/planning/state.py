@@ -154,7 +154,7 @@ def _state_led_on(state: State, motion: Motion, after: State, anew: bool) -> Sta
 
 
 def _state_used_at(state: State, motion: Motion, after: State) -> State:
-    """Return the state of the search after a motion, with the place where the motion ends marked as used.
+    """Return the search state after a motion; the place at which the motion ends is marked there as used.
 
     It is not marked if the motion only moved the arm there.
     """

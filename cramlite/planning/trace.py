@@ -130,7 +130,8 @@ class Trace(Struct):
         self.add(0, "budget", text, "capped", "engine", reason, kind="budget", numbers={budget: limit})
 
     def widened(self, plan: str, breadth: int) -> None:
-        """Append an entry that the present task sequence is tried again, with more alternatives of each designator.
+        """Append to the trace that the present task sequence is tried again, with more alternatives of
+        each designator.
 
         Args:
             breadth: how many times as many alternatives of each designator are tried as in the first round.

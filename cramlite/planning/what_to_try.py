@@ -101,7 +101,7 @@ def _about(entry: Entry, remedy: Remedy) -> str:
 
 
 def _room(collision: Collision) -> Remedy:
-    """Remedy of a collision: two bodies need more room."""
+    """Return the remedy for two bodies that collide: more room between them."""
     more = f"at least {1000 * collision.depth:.0f} mm more room" if collision.depth >= ROUNDED else "more room"
     return Remedy("", f"{collision}: make {more} between them", collision.depth)
 

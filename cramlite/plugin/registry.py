@@ -114,7 +114,7 @@ class Registry(Struct, dict=True):
                 raise UserError(f"The plugin '{name}' is both blocked and preferred; leave one of them out.")
 
     def _load_file(self, file: Path, installed: Point | None) -> None:
-        """Load a plugin file, unless it is blocked.
+        """Load a plugin file, unless the user blocked a plugin of its name.
 
         A file with an installed plugin's name is refused, since blocking that name would leave out both.
         """

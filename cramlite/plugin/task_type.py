@@ -142,7 +142,8 @@ class TaskType(ABC):
         return None
 
     def leads_to(self, action: Action, following: Action | None, goal: Location) -> Location:
-        """Return the place to which the task's motion through free space leads: where the next task begins (``goal``).
+        """Return the place to which the task's motion through free space leads: by default ``goal``, where
+        the next task begins.
 
         A task type whose roles name another place returns that.
 

@@ -24,7 +24,7 @@ from .program_run import ProgramRun, Way
 
 
 class TestPlace(Value):
-    """Name and folders of a test.
+    """Name and folders of a pytest test that runs robot programs.
 
     Args:
         name: of the test, as pytest has it.

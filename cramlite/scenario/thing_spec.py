@@ -39,7 +39,8 @@ class ThingSpec(Spec):
 
 
 class VarySpec(Spec):
-    """Random variation of a thing by the seed; with seed 0 there is none.
+    """Random variation of a thing's position, yaw, model or parameters, drawn by the seed; seed 0 varies
+    nothing.
 
     Drawn are a thing's position (uniform, each horizontal axis), its yaw, or parameters from a list.
     """

@@ -75,7 +75,8 @@ def robot_text(written: WrittenRobot) -> str:
 
 
 def _described(arm: Path, keys: Path | None, gripper: Path | None) -> RobotFile:
-    """Return an arm's file together with what a file of ``keys`` states about the arm, and with the gripper's file."""
+    """Read an arm's file and a gripper's file; the YAML file ``keys`` adds what a scenario may state about
+    its robot."""
     from ..scenario.robots import file_of
     from ..scenario.scenario import scenario_from
 

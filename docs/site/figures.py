@@ -28,8 +28,8 @@ SEEN = {"no": "never run before", "partly": "partly run before", "yes": "run bef
 
 
 def shown(markdown: str) -> str:
-    """Return the page with the table, the circumstances and the plot of each file of measured numbers that it
-    links to."""
+    """Replace each link of a page to a file of measured numbers by a table of them, their plot, and how
+    they were measured."""
     return LINK.sub(lambda m: block(m[1], m[2], read_figure(FOLDER / f"{m[2]}.yaml")), markdown)
 
 

@@ -98,7 +98,8 @@ class Change:
 
     @property
     def stopped(self) -> bool | None:
-        """Whether the hand stopped after the task was cancelled; None if it was not cancelled, or too few steps ago."""
+        """Whether the hand stopped after the task was cancelled; None without a cancellation, or if the
+        benchmark took fewer than ``WATCHED`` steps since."""
         if self.goal != [] or len(self.way) <= WATCHED:
             return None
         way = np.array(self.way)

@@ -19,7 +19,7 @@ SHOWN = 4
 
 
 def outcomes_page(tables: EpisodeTables, results: Sequence[EpisodeResult], experiment: BenchmarkExperiment, folder: Path) -> str:
-    """Render the page about the episodes' ends as HTML.
+    """Render the HTML page about how the episodes of a benchmark ended.
 
     Args:
         folder: of the episodes' files, where the pictures are.

@@ -109,7 +109,7 @@ class EpisodeResult(Value, kw_only=True):
 
 
 def in_time(attempt: Attempt, budget: int, *, unlimited: bool = False) -> bool:
-    """Return whether the benchmark's check was true for the first time within the budget; if ``unlimited``,
+    """Return whether the benchmark's check was true within the budget, at least once; with ``unlimited``,
     whether it ever was."""
     return attempt.first is not None and (unlimited or attempt.first <= budget)
 

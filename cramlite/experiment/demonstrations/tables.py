@@ -31,7 +31,7 @@ class Share(Rate):
 
     @property
     def reached(self) -> bool:
-        """True if the rate is at least the published one, or none was published."""
+        """Whether cramlite's success rate is at least the published one; True if none was published."""
         return self.published is None or self.hits * self.published[1] >= self.published[0] * self.total
 
 

@@ -227,7 +227,8 @@ class _Problem(Value, eq=False, dict=True):
         return np.array([f.matrix for f in flanges]), corners, pixels, at
 
     def solve(self, camera: Pose, board: Pose) -> Any:
-        """Solve the least-squares problem from first guesses of the poses; return SciPy's result."""
+        """Fit the poses of camera and board, and unknown intrinsics, to the pictures by least squares from
+        first guesses of the poses; return SciPy's result."""
         from scipy.optimize import least_squares
 
         start = np.zeros(12 + 4 * self.open + self.scaled)

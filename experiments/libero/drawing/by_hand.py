@@ -117,8 +117,8 @@ class Hand:
             yield np.array([middle[0] + x * half[0], middle[1] + y * half[1], z]), turn
 
     def _box(self, literal: Literal) -> tuple[Any, Any]:
-        """Lowest and highest position that a thing's origin may have: in a region for "in", on its upper side
-        for "on"; near the middle of a thing."""
+        """Lowest and highest position of a thing's origin that a literal allows: in a region ("in"), on
+        top of it ("on"), or on top of another thing's middle."""
         world, name = self.world, literal[2]
         if name not in world.env.env.object_sites_dict:
             middle, top = world.data.body(world.root(name)).xpos.copy(), world.corners(name)[:, 2].max()
@@ -168,8 +168,8 @@ class Hand:
         data.qpos[self.held], data.qvel[self.braked] = self.at, 0.0
 
     def _holding(self) -> None:
-        """Set the positions that are kept while bodies settle: of the arm, of things that take no part,
-        and of the goal's joints."""
+        """Note the positions that do not change while bodies settle: of the arm, of things that the goal
+        does not name, and of the goal's joints."""
         model = self.world.model
         places = {int(model.jnt_qposadr[j]): float(self.kept[1 + model.jnt_qposadr[j]]) for j in self.arm}
         brakes = [int(model.jnt_dofadr[j]) for j in (*self.arm, *self.still)]

@@ -114,8 +114,8 @@ def _goal(world: World, rng: Any, parts: int, told: Counter[str]) -> tuple[Liter
 
 
 def targets(world: World) -> dict[str, tuple[str, str]]:
-    """Return each region that things can be put on or in -> ("on" or "in", whether it is on the table or part
-    of a thing).
+    """Return each region that takes things -> its preposition ("on" or "in"), and whether it is on the
+    table or part of a thing.
 
     Regions in which fixtures stand are left out.
     """
@@ -126,8 +126,8 @@ def targets(world: World) -> dict[str, tuple[str, str]]:
 
 
 def _put(world: World, name: str) -> str:
-    """Preposition, "in" or "on", for things at a region: as the 130 problem files have it, else by the
-    region's model."""
+    """Preposition, "in" or "on", for things at a region: as LIBERO's 130 problem files use it, else by the
+    region's joints and name."""
     contains = bool(world.joints(name)) or name.endswith("contain_region")
     return predicates_of_sites().get(name_of_kind(world.problem, name), "in" if contains else "on")
 

@@ -33,7 +33,7 @@ def picture(simulator: Simulator, seed: int) -> tuple[Any, str]:
 
 
 def sheet(simulator: Simulator, seeds: range) -> Any:
-    """Return the pictures of problems on one sheet."""
+    """Return one image that shows the start of each randomly drawn problem, with its name below."""
     high = PIXELS + 6 * LINE
     found = Image.new("RGB", (COLUMNS * PIXELS, -(-len(seeds) // COLUMNS) * high), "white")
     draw = ImageDraw.Draw(found)

@@ -1,4 +1,4 @@
-"""The typed program as JSON: the text of robots that have no native language here.
+"""The typed program as JSON: the program text for robots whose native language no backend here writes.
 
 What is written is what runs: the controller model reads this text and nothing else (``simulation.program_machine``).
 No robot takes it as it is; a driver for one performs the same steps.

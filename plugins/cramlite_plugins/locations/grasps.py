@@ -1,5 +1,5 @@
-"""Grasps of a thing where it is: each of its grips, as it is and turned by 180 deg, in an order in which the
-first ones are the most likely to succeed.
+"""Grasps of a thing where it is, the likeliest to succeed first: each of its grips, with the hand as it is
+and turned by 180 deg.
 
 Those with room for the whole hand, there, before and when it lifts, which leave its holes open, come first; those of a hand that leans
 come after all others, and those by the ends of the pads after these. Among these decide the

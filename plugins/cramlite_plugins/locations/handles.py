@@ -205,7 +205,8 @@ def _shares(location: Location, joint: Joint, hand: Pose, held: bool, there: flo
 
 
 def _share(joint: Joint, value: float) -> float:
-    """Share of a joint's range that a value [m, rad] is at."""
+    """Convert a joint value [m, rad] to a share of the joint's range: 0 at its lower limit, 1 at its upper
+    limit."""
     return (value - joint.lower) / (joint.upper - joint.lower)
 
 

@@ -110,7 +110,8 @@ class Arm:
         return self.scene(leg.touching, leg.opening, leg.clearance, leg.hand)
 
     def at(self, leg: Leg, seed: Joints | None = None) -> Joints | Refused:
-        """Return the collision-free joint position at a TCP pose that is nearest to a seed; or why there is none.
+        """Return, of the collision-free joint positions at a TCP pose, the one nearest to joint position
+        ``seed``; or why there is none.
 
         The default seed is the believed joint position.
         """

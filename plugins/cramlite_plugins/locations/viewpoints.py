@@ -64,7 +64,8 @@ def _candidate(
 
 
 def _points(belief: Belief, entity: str) -> Sequence[Sequence[float]]:
-    """Points of a thing that should be in view, base frame: along its peg and below, its cavity, or its place."""
+    """Points of a thing that a camera should see, base frame: of its cavity; of its peg and the space
+    below the peg; else its origin."""
     thing, pose = belief.thing(entity), belief.pose(thing_of(entity))
     if cavity := _cavity(thing):
         inside: Sequence[Sequence[float]] = _floor(pose * cavity.pose, cavity.size).tolist()

@@ -108,7 +108,7 @@ with 0.017 and less needed up to four attempts, those with 0.08 and more none (t
 
 
 class JointPath(Value):
-    """Joint-space samples of a straight motion.
+    """Joint positions along a straight motion of the TCP.
 
     Args:
         points: joint positions, start included [rad].

@@ -31,7 +31,7 @@ GROWS[int(mujoco.mjtGeom.mjGEOM_CAPSULE), :2] = GROWS[int(mujoco.mjtGeom.mjGEOM_
 
 
 class Inflated(Value):
-    """Planning model with inflated shapes.
+    """Planning model whose shapes are inflated, so that bodies nearer than a distance overlap in it.
 
     Args:
         distance: pairs nearer than this overlap, and some that are up to sqrt(3) times as far [m].

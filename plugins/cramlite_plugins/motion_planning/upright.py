@@ -62,7 +62,7 @@ class Load(Value):
     up: tuple[float, float, float]
 
     def tilt(self, tcp: Pose) -> float:
-        """Angle between the load's z axis and the vertical [rad]."""
+        """Angle between the payload's z axis and the vertical [rad], with the TCP at a pose."""
         return float(math.acos(np.clip((tcp * self.in_tcp).rotate((0.0, 0.0, 1.0)) @ self.up, -1.0, 1.0)))
 
 

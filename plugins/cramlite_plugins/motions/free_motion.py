@@ -82,8 +82,10 @@ def _transfer(motion: Motion, belief: Belief, context: Context) -> Groundings:
 
 
 def _turned(one: Sequence[float], other: Sequence[float]) -> bool:
-    """Whether two joint positions differ by whole turns only: such a position is tried last, since it mostly
-    fails like the other."""
+    """Whether two joint positions differ by whole turns only, so that the arm has the same posture in both.
+
+    Such a position is tried last, since it mostly fails like the other one.
+    """
     return all(abs(math.remainder(a - b, 2 * math.pi)) < 0.1 for a, b in zip(one, other, strict=True))
 
 

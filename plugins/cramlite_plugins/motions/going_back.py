@@ -113,7 +113,8 @@ def _straight(motion: Motion, context: Context, pivot: Joints, rest: list[AnySte
 
 
 def _retraced(motion: Motion, start: Belief, context: Context, lead: list[AnyStep]) -> Iterator[AnyStep]:
-    """Yield motions that undo the first steps of a control structure, those that cannot fail, in reverse order."""
+    """Yield motions that undo, in reverse order, those first steps of a control structure that cannot
+    fail."""
     from ..kinematics.kinematics import forward
 
     here = start.joints

@@ -83,7 +83,8 @@ def look_twice(person: Performer, grasp: Pose) -> None:
 
 
 def go_wrong(person: Performer, scene: Scene, grasp: Pose) -> None:
-    """Reach for another thing first, stop in front of it, and return."""
+    """Let the person's hand reach for a wrong thing, stop in front of it, and move back in front of the
+    right thing."""
     others = [t for t in scene.world.things if t.movable and t is not scene.product]
     if not others:
         return

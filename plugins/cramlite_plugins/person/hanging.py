@@ -41,7 +41,7 @@ def lift(person: Performer) -> None:
 
 
 def hole(person: Performer, scene: Scene) -> Floats:
-    """Return the position (3,) of the hole in the world [m]."""
+    """Return the position (3,) in the world [m] of the hole of the object that the person hangs up."""
     return np.array((person.pose(scene.product.name) * scene.hole.pose).position)
 
 

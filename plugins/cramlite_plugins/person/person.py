@@ -226,7 +226,8 @@ class Person:
 
 
 def way(aim: Pose, path: Sequence[Pose], speed: float, *, curved: bool = False) -> Iterator[Pose]:
-    """Sample a minimum-jerk movement from a target along poses, one for each control period; see ``Person.move``."""
+    """Sample a minimum-jerk movement from pose ``aim`` along a path of poses, one pose for each control
+    period; see ``Person.move``."""
     points = np.array([p.position for p in (aim, *path)])
     line = _bezier(points) if curved else points
     lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])

@@ -27,8 +27,11 @@ def targets(done: Finished) -> frozenset[str]:
 
 
 def look_name(number: int) -> str:
-    """Return the name of the task that takes a picture, numbered from 1, as
-    cramlite.perception.active_perception gives it."""
+    """Return the name of the task that takes the picture of a number, such as "0.LookingFor_2" for the
+    second picture.
+
+    cramlite.perception.active_perception gives these names.
+    """
     return f"0.LookingFor_{number}"
 
 

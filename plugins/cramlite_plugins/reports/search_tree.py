@@ -109,7 +109,8 @@ def _row(done: Finished, attempt: CandidateDecisions, titles: Sequence[Sequence[
 
 
 def _written(entries: Sequence[Entry]) -> str:
-    """Tasks in the trace of a candidate, for one whose complete task sequence is not known."""
+    """Join the tasks in a candidate's trace entries to a text, for a candidate whose complete task
+    sequence is unknown."""
     return " → ".join(dict.fromkeys(e.designator for e in entries if of_plan(e)))
 
 

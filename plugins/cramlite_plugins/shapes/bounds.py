@@ -102,7 +102,7 @@ def near(thing: Thing, pose: Pose, area: tuple[float, float, float, float]) -> b
 
 
 def radius(thing: Thing) -> float:
-    """Radius of the ball around a thing's origin that holds it [m]."""
+    """Radius of the smallest ball around a thing's origin that contains the thing [m]."""
     return _radius(Itself(thing.geoms))
 
 

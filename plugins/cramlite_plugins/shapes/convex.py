@@ -101,8 +101,8 @@ def solid(vertices: Floats, faces: Any) -> Any:
 
 
 def _refined(pieces: list[Any], light: Any, centre: Floats) -> Iterator[Any]:
-    """Pieces, each cut until its hull fits it and closes no hole; the piece with the largest excess is cut
-    first."""
+    """Yield the pieces of a solid, cut until the hull of each fits it and closes no hole; the piece whose
+    hull adds most volume is cut first."""
     count = itertools.count()
     heap = [(-_excess(p), next(count), p) for p in pieces]
     heapq.heapify(heap)

@@ -37,7 +37,7 @@ def tipped_over(thing: Thing, pose: Pose) -> tuple[Pose, float] | None:
 
 
 def _edge(thing: Thing, pose: Pose) -> Floats:
-    """Middle of the lowest part of a thing (3,)."""
+    """Mean position (3,) [m] of those corners of a thing that are less than ``EDGE`` above its lowest one."""
     points = corners(thing, pose)
     found: Floats = points[points[:, 2] < points[:, 2].min() + EDGE].mean(axis=0)
     return found

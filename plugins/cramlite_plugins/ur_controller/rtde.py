@@ -55,7 +55,8 @@ OUTPUTS, INPUTS = _by_name(_OUTPUTS), _by_name(_INPUTS)
 
 
 def type_of(name: str, *, output: bool) -> str:
-    """Return the type of a field; "NOT_FOUND" for one that the controller does not know."""
+    """Return the data type of an RTDE field, such as "DOUBLE"; "NOT_FOUND" for a field that the controller
+    does not have."""
     found = _REGISTER.fullmatch(name)
     if found and (output or found[1] == "input"):
         number = int(found[3])

@@ -92,8 +92,8 @@ def _objections(candidate: Candidate, name: str, stay: Stay, tasks: list[str], v
 
 
 def _let(name: str, key: str, value: float, unit: str) -> Remedy:
-    """Return the advice where a thing moved that no task moves: put it farther from the others, or raise its
-    limit in the scenario.
+    """Return the advice for a thing that moved though no task moves it: put it farther from the others, or
+    permit it to move that far.
 
     Args:
         key, unit: of the limit in a scenario.

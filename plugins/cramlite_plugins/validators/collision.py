@@ -186,7 +186,8 @@ class _Contacts:
         return bool(self.times[k] - self.rested[held] > GAP)
 
     def _among_contents(self, task: str, k: int, pair: Pair) -> bool:
-        """Whether two bodies may touch because a task lets one of them touch a container that the other one touches."""
+        """Whether two bodies may touch because both touch one container, and a task permits one of them to
+        touch it."""
         touches = self.allowances.get(task, Allowance()).touches
         return HAND not in pair and any(
             frozenset({one, c}) in touches and any(self._goes_on(k, frozenset({other, c})) for other in pair - {one})

@@ -72,8 +72,8 @@ def _slack(mass: Floats | float) -> Floats:
 
 
 def _share(told: Floats, hanging: Hanging) -> Floats:
-    """Error of the payload mass that the controller is told, as a share of its tolerance; 0 until one is
-    told."""
+    """Error of the payload mass that the controller is told, divided by the permitted error; 0 until a
+    mass is told."""
     off = np.maximum(np.maximum(hanging.least - told, told - hanging.most), 0.0) / _slack(hanging.most)
     off[: int(np.argmax(told > 0))] = 0.0
     return np.asarray(off)

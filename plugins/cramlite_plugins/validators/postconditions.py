@@ -173,7 +173,8 @@ class TaskRules(Value):
 
 
 def _already(candidate: Candidate, action: Action) -> str:
-    """Say which part of the previous action did this action's task already, with the same things; empty if none did.
+    """Say which subtask of the previous action already did this action's task with the same things; empty
+    if none did.
 
     The effect of the action is then not demanded once more.
     """

@@ -25,7 +25,8 @@ class Turn(NamedTuple):
 
 
 def declared(candidate: Candidate) -> list[Turn]:
-    """Return the turns that a program declares and whose motions ran, in the order in which they did."""
+    """Return the turns of the payload in the hand that a program declares and whose motions ran, in the
+    order in which they ran."""
     steps: dict[str, list[Swing]] = {}
     for step in walk(candidate.program.steps):
         if isinstance(step, MoveLinear) and step.swing is not None:

@@ -117,7 +117,8 @@ def travel(poses: Floats) -> float:
 
 
 def carried_spans(grid: Grid, thing: str, carrier: str) -> list[Span]:
-    """Return the spans in which a frame moves and keeps its place in another one that moves along, in order.
+    """Return in order of time the spans in which a thing moves along with a carrier, its place relative to
+    the carrier unchanged.
 
     A pause in which it keeps its place, too, belongs to the span around it.
     """

@@ -157,7 +157,7 @@ def carried_along(episode: Episode, grid: Grid, carrier: str, members: Iterable[
 
 
 def _vessel_of(episode: Episode, grid: Grid, name: str, vessels: list[str]) -> NDArray[np.intp]:
-    """The number of the vessel that a thing is in, at each time; -1 where in none."""
+    """Index, in ``vessels``, of the vessel that a thing is in at each time; -1 where it is in none."""
     gaps = np.array([grid.distance(name, v) - _radius(episode, v) for v in vessels])
     nearest = np.where(gaps.min(axis=0) < 0, gaps.argmin(axis=0), -1)
     lasting = nearest.copy()

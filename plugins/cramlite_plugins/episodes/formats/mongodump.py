@@ -276,7 +276,7 @@ def _transform(name: str, seq: int, milliseconds: int, numbers: list[float]) -> 
 
 
 def write_wrench(times: Floats, wrenches: Floats, frame: str, folder: Path) -> None:
-    """Write the wrench collection, in the newer layout."""
+    """Write the wrench collection as newer dumps have it: force and torque in a field ``wrench``."""
     _write(
         folder,
         "wrench",

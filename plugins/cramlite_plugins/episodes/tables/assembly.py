@@ -89,7 +89,8 @@ def _following(episode: Episode, mapping: Mapping) -> Episode:
 
 
 def _mounted(name: str, mapping: Mapping) -> list[str]:
-    """Return a thing's name and those of the things that it is mounted on, as far as they have a joint."""
+    """Return the names of a thing and of the things that carry it, one mounted on the other, without those
+    that have no joint."""
     found = [name]
     while (spec := mapping.things[found[-1]].opens) is not None and spec.on in mapping.things and spec.on not in found:
         found.append(spec.on)

@@ -115,7 +115,8 @@ def _told(name: str, path: Path, draft: Draft, up: str) -> KnownKind:
 
 
 def _digest(path: Path, options: tuple[float, float, str]) -> str:
-    """Digest of the files that an object model may be made from: all in its folder, and for MJCF in subfolders."""
+    """Digest of the files that an object model may be made from: all in its folder, and for MJCF also
+    those in subfolders."""
     whole = hashlib.sha256(f"{VERSION}|{options}|{path.name}".encode())
     beside = path.parent.rglob("*") if path.suffix.lower() in (".xml", ".mjcf") else path.parent.glob("*")
     for file in sorted(p for p in beside if p.is_file()):

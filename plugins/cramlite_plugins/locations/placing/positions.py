@@ -70,8 +70,11 @@ def free_for(query: Query, now: Pose) -> Any:
 
 
 def radius(query: Query, now: Pose, top: float = math.inf) -> float:
-    """Return the radius of the largest disc about the middle of the payload's outline [m], up to a height over
-    its support; 0 if the middle is outside the outline."""
+    """Return the radius [m] of the largest disc about the payload's middle that is inside its outline; 0
+    if the middle is outside.
+
+    The outline, seen from above, is that of the parts up to ``top`` [m] above the payload's lowest point.
+    """
     low = -support(query.thing, now, (0.0, 0.0, -1.0))
     outline, at = filled(footprint(query.thing, now, high=low + top)), shapely.Point(*middle(query, now))
     return float(outline.boundary.distance(at)) if outline.covers(at) else 0.0

@@ -196,8 +196,8 @@ def _against(
     thing: Thing, handle: Feature, pose: Pose, spot: tuple[float, float], turns: tuple[float, float], gripper: Gripper, swings: bool,
     inner: bool = False,
 ) -> tuple[Pose, bool]:
-    """Return a TCP pose of closed fingers ``ALMOST`` [m] away from a front, and whether they would hit the
-    front even ``OFF`` [m] aside.
+    """Return the TCP pose of closed fingers ``ALMOST`` [m] before the front of a door or drawer, and
+    whether they would meet the front also ``OFF`` [m] to each side.
 
     Args:
         spot: how far from its handle, to a side and up, as shares of the way to the edge of the thing.

@@ -162,7 +162,8 @@ def distinct(model: PoseModel, prior: Prior, found: list[PoseHypothesis]) -> lis
 
 
 def _doubted(model: PoseModel, found: list[PoseHypothesis]) -> list[PoseHypothesis]:
-    """Cap the scores of the best pose hypothesis and of each clearly different one that fits as well at ``DOUBT``."""
+    """Cap at ``DOUBT`` the scores of the best pose hypothesis and of each clearly different one that fits
+    as well."""
     if not found:
         return found
     best, doubted = found[0], list(found)

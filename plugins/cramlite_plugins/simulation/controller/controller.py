@@ -310,7 +310,7 @@ class Controller(CommandedArm):
         self._measured = False
 
     def _measure(self) -> None:
-        """Measure pose and force once a cycle, for all who ask for them in that cycle."""
+        """Measure pose and force once in a control cycle; further calls in the cycle keep these values."""
         if self._measured:
             return
         self._flange = self.kinematics.flange(self.actual_joints())

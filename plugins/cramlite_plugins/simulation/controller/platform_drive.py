@@ -95,7 +95,7 @@ class PlatformDrive:
         self.rate = (self.goal - self.before) / period
 
     def apply(self, share: float) -> None:
-        """Command the servos for a share of the cycle, with velocity feed-forward."""
+        """Command the servos to the pose after a share (0 to 1) of the cycle, with velocity feed-forward."""
         self.data.ctrl[self.servos] = self.before + share * (self.goal - self.before) + self.lag * self.rate
 
     def actual(self) -> Pose:

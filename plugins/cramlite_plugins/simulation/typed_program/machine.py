@@ -137,7 +137,8 @@ class ProgramMachine:
         self._log(text)
 
     def cycle(self) -> None:
-        """Resume the program once, then check the force limit.
+        """Let the program run until it waits for the next control cycle; then check the measured force
+        against the program's limit.
 
         Raises:
             Halted: it gave up; its last message says why.
