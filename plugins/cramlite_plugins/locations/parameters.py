@@ -172,7 +172,7 @@ class Sight(Value):
 
 
 class Followed(Value):
-    """Parameters of a path that a demonstration showed.
+    """Parameters of a location that is a path shown in a demonstration.
 
     Args:
         path: of the payload's foot, about the reference object.
