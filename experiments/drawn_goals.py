@@ -50,8 +50,7 @@ def offered(
 
 
 def drawn_goal(rng: Any, offers: Offers, parts: int) -> tuple[Literal, ...]:
-    """Draw a goal: for each of its parts first a predicate, then a sort of target, then one literal of this
-    predicate and sort.
+    """Draw a random goal: choose for each part a predicate, then a sort of target, such as parts of things, then one literal with both.
 
     Args:
         rng: ``numpy.random.Generator``.

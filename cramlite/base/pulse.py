@@ -110,7 +110,7 @@ def pulse(stop: Stop, tell: Callable[[Work | None], None] = lambda _: None) -> I
 
 @contextmanager
 def working(what: str, whole: float = 0.0, ends: float | None = None) -> Iterator[None]:
-    """Set the description of this thread's current work, which its pulse reports while the block runs.
+    """Describe the work of this thread inside a ``with`` block, for the thread's progress reports.
 
     The arguments are the fields of ``Work``.
     """

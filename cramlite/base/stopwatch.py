@@ -33,7 +33,7 @@ class Stopwatch:
 
     @contextmanager
     def __call__(self, stage: str) -> Iterator[None]:
-        """Add the CPU time of this block to a stage."""
+        """Add the CPU time of a ``with`` block, without that of timed blocks inside it, to a stage's total."""
         begin = _now()
         self._open.append(0.0)
         try:

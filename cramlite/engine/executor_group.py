@@ -113,7 +113,7 @@ class ExecutorGroup:
 
     @contextmanager
     def _idle_ones(self, count: int) -> Iterator[list[Executor]]:
-        """Reserve at most ``count`` idle processes within this block, so that they get no run."""
+        """Reserve at most ``count`` idle processes during a ``with`` block, so that no run is given to them."""
         idle: list[Executor] = []
         with suppress(Empty):
             while len(idle) < count:

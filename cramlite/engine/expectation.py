@@ -86,7 +86,7 @@ USUAL = Limits()
 
 
 class Expectation(Value, eq=False):
-    """Expected readings of a run, taken from the run that proved its program.
+    """Sensor values that a run should show, taken from the run that proved its program.
 
     Args:
         lines: (N,) under execution at each sample.
@@ -134,7 +134,7 @@ class Expectation(Value, eq=False):
 
 
 def expectation(proof: Rollout, steps: Mapping[int, str]) -> Expectation:
-    """Return the expectation of a run: the readings of the run that proved its program.
+    """Return the sensor values that a run should show, taken from the run that proved its program.
 
     Args:
         steps: line -> designator, as ``Code.origins``.

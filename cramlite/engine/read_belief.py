@@ -29,8 +29,7 @@ SHUT = 0.003
 
 
 def world_as_read(before: World, readings: Readings, models: World, closed: float) -> World:
-    """Return the believed world after a run: things at the poses that were read, without movable things that
-    have no reading.
+    """Return the believed world after a run: things at their measured poses; movable things without a measured pose are left out.
 
     Args:
         before: as it was believed.

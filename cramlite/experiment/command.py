@@ -1,4 +1,4 @@
-"""``cramlite experiment``: run the trials without a result, print the tables, write the files."""
+"""``cramlite experiment``: run the trials that have no result yet, print the tables, write the files."""
 
 from __future__ import annotations
 

@@ -68,8 +68,8 @@ class DecisionTree:
         return self.solve_all([phases])[0]
 
     def solve_all(self, phases: Sequence[Mapping[PhaseName, Phase]]) -> list[BindingsByTask]:
-        """Return the tasks of many actions; each condition is checked at once for all actions that still need
-        it."""
+        """Return for each of many actions the tasks that it may be; each condition is checked in one step
+        for all actions that need it."""
         settled = self._settle_all(phases)
         found = [dict(s.found) for s in settled]
         waiting: dict[int, tuple[_Node, list[Values]]] = {}

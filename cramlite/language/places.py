@@ -253,8 +253,7 @@ class Places:
     # Beside
 
     def beside(self, link: Link, phrases: tuple[GoalPhrase, ...], theme: str, mentions: Mentions, on: str = "") -> tuple[str, str]:
-        """Return the text of a goal that puts a thing beside another thing, with PLACE filled in; and the
-        name of that other thing.
+        """Fill a place beside another thing into PLACE of a goal's text; return the text, and the name of that other thing.
 
         Args:
             on: where; "" for where the other one stands.

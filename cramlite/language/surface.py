@@ -164,7 +164,7 @@ def _amount(word: str) -> bool:
 
 
 def _bare(words: Words) -> Words:
-    """Return words without the separators at their end."""
+    """Remove the separators, such as a comma, at the end of a sequence of words."""
     while words and words[-1] in STOPS:
         words = words[:-1]
     return words

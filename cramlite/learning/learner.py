@@ -177,7 +177,7 @@ class _Lapses:
         return self._known[same, examples]
 
     def _held(self, table: np.ndarray, roles: int) -> Iterator[list[bool]]:
-        """Yield for each known task, and each choice of its roles, in which of its stretches a condition holds."""
+        """Yield for each known task, and each choice of its roles, whether a condition holds in each span in which the task was done."""
         assert self.tables is not None
         for group in self.groups.values():
             for names in permutations(group[0][1].roles, roles):
@@ -338,7 +338,7 @@ def _nothing(examples: Sequence[Example], tables: Tables) -> str:
 
 
 def _begun(changes: Sequence[Literal]) -> str:
-    """Return the predicates that begin and end in an example, in words: ": there begins on and there ends holds"."""
+    """Return text on which predicates begin and end in an example, such as ": there begins on and there ends holds"."""
     names = {kind: sorted({c.predicate for c in changes if c.kind == kind}) for kind in ("begins", "ends")}
     said = [f"{kind} {', '.join(found)}" for kind, found in names.items() if found]
     return f": {' and '.join(f'there {words}' for words in said)}" if said else ""

@@ -103,8 +103,7 @@ def _before(proposal: Proposal) -> Iterator[str]:
 
 
 def _things(proposal: Proposal) -> Iterator[str]:
-    """Yield lines of a scenario with a thing for each role: a block if a demonstration moved such a thing,
-    or if it does the learned motion, a lid if it was turned, else a table."""
+    """Yield a scenario line for the thing in each role: a lid if the thing was turned, a block if it was moved, else a table."""
     span, mover = proposal.learned.examples[0].span, proposal.moving[1] if proposal.moving else ""
     for k, role in enumerate(proposal.roles):
         y, shown = -0.35 + 0.25 * k, proposal.fillers[0][k]

@@ -100,7 +100,7 @@ class Proposal(Value, eq=False):
 
     @property
     def turning(self) -> tuple[ShownTurn, str] | None:
-        """Turn that a learned rule requires of a thing, and the role of this thing; None if the rule requires none."""
+        """Rotation that a learned rule requires of a thing, and the role of this thing; None if the rule requires none."""
         if self.told is None or not isinstance(self.motion, ShownTurn):
             return None
         return self.motion, list(self.roles)[self.told.slots[0] - 1]

@@ -87,7 +87,7 @@ def fallback(name: str, *parts: Designator) -> Compound:
 
 
 def retry(name: str, part: Action | Motion, *changes: Mapping[str, Any]) -> Compound:
-    """Construct a retry of one part: as it is, then with each change of its parameters, until one succeeds."""
+    """Construct repeated attempts at an action or motion: first as it is, then with each change of its parameters, until one succeeds."""
     again = [
         replace(part, name=part_name(part.name, f"attempt_{k}"), parameters={**part.parameters, **change})
         for k, change in enumerate(changes, 2)

@@ -40,7 +40,7 @@ class TwinRun(Value):
     remedy: Remedy | None = None
 
     def largest(self, count: int = 3) -> str:
-        """List the largest random errors of the twin, relative to their limits.
+        """List the twin's largest random errors, each compared as a share of its limit.
 
         If the causes of a failure are known, only errors of these sources are listed.
         """

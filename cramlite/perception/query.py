@@ -91,7 +91,7 @@ class ObjectQuery(Value):
 
 
 def query_from(designator: Object, **more: str | float) -> ObjectQuery:
-    """Make the query of an object designator; ``more`` are further conditions, as key=value.
+    """Convert an object designator to a perception query; ``more`` are further conditions on the object, as key=value.
 
     Only the first class is asked for; a designator's features are demanded each.
     """

@@ -28,8 +28,7 @@ Streams = Iterable[tuple[str, Iterable[Any] | Unresolvable]]
 
 
 class Read(Mapping[str, Any]):
-    """Bindings (names of earlier choices, with the alternatives chosen) for a plugin; they record what it
-    reads of them.
+    """Bindings (names of earlier choices, each with the chosen alternative) that record which of them a plugin reads.
 
     Args:
         now: the bindings.

@@ -52,7 +52,7 @@ class Blocking(Value):
         return all(any(same.issuperset(tracks) for tracks in any_of) for any_of in self.sets)
 
     def left_shut(self) -> Blocking:
-        """Return this blocking so that opening a closed thing in the way, such as a drawer, does not end it.
+        """Return this blocking so that it still forbids its task after a closed thing in the way, such as a drawer, was opened.
 
         It is without the sets of things in the way that name such a thing.
 

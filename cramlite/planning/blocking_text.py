@@ -38,7 +38,7 @@ class BlockingText:
 
     @property
     def named(self) -> set[str]:
-        """Entities that the conditions and effects of blockings name."""
+        """Entities that blockings name: in the refused tasks, as things in the way, or in the tasks that were done to these before."""
         tasks = [*(b.task for b in self.blocked), *(one for t in self.tracks for one in t.past)]
         return {t.thing for t in self.tracks} | {e for task in tasks for _, e in task[1]}
 

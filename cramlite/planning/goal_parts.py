@@ -106,8 +106,7 @@ def _rank(answer: GoalAnswer) -> int:
 
 
 def _nearest(answer: GoalAnswer) -> tuple[bool, int]:
-    """Return the sort key of an answer about a part of the goal: parts of which a task failed come first, the
-    one with the latest task before all."""
+    """Return the sort key of an answer about a part of the goal: missed parts come first, and of these the one with the latest task."""
     return answer.answer != "missed", -answer.tasks[1] if answer.tasks and answer.answer == "missed" else 0
 
 

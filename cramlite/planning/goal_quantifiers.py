@@ -1,4 +1,4 @@
-"""Goals about classes of things, and alternatives, as goals about things.
+"""Expansion of goals that name a class of things, or have alternatives, into goals that name single things.
 
 Such goals are "each Cup on tray", "2 of Cup on tray", or "tin on tray or tin in basket".
 """

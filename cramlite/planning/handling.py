@@ -141,6 +141,6 @@ class Track(Value):
         return (number, "" if how.lets_go else taken)
 
     def at_its_end(self) -> list[Stage]:
-        """Return the stages at which a thing has undergone all tasks of its task history, and no others."""
+        """Return the stages at which the tasks that were done to a thing are exactly those of its task history."""
         ends: list[Stage] = [(len(self.past), "")]
         return [*ends, (len(self.past) - 1, "taken")] if self.past else ends

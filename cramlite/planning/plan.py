@@ -126,8 +126,7 @@ Ahead = tuple[Location, Action | None]
 
 
 def _with_goals(actions: Sequence[Any], types: Mapping[str, TaskType], ahead: Ahead) -> tuple[tuple[Any, ...], Ahead]:
-    """Set the goal of each motion through free space in a task sequence; return the sequence, and the place
-    at which its first task begins.
+    """Set where each free motion of a task sequence leads; return the sequence, and the place at which its first task begins.
 
     A free motion leads to where the next task starts; the last one leads to ``ahead``.
     """

@@ -125,7 +125,7 @@ class Performer(Protocol):
 
 
 class Performance(Value):
-    """Performance of a script in one world with one random generator.
+    """Playing of a script by the simulated person, in one world and with one random generator.
 
     Args:
         act: moves the hands.

@@ -53,7 +53,7 @@ class VarySpec(Spec):
 
 
 class UnknownErrorSpec(Spec):
-    """Bound on the position error of a thing in the real world, of which the belief knows nothing.
+    """Bound on the error of a thing's position in the real world; the belief does not contain this error.
 
     The thing is moved, with what hangs on it, by a vector that is drawn uniformly from the ball of radius
     ``position`` [m]; every seed has its own, seed 0 included. Belief, search and program are not told.

@@ -111,7 +111,8 @@ class _Placing:
         return min(low[2] for low, _ in self.boxes[thing.name])
 
     def _lifted(self, name: str, point: Vector3) -> float:
-        """Return how far a point of a thing was raised [m], by the thing's displacement, scale and lean."""
+        """Return how much higher a point of a thing is in the twin, where the thing is shifted, scaled and
+        tilted, than in the belief [m]."""
         before, after = self.world.thing(name).pose, self.found[name].pose
         arm = before.inverse().apply(point)
         there = after.rotate(self.factors.get(name, 1.0) * arm)[2] - before.rotate(arm)[2]
@@ -119,7 +120,7 @@ class _Placing:
 
 
 def place(world: World, hangers: Mapping[str, str], errors: ErrorModel, draw: Drawing, sight: Sight | None) -> tuple[Thing, ...]:
-    """Draw size and pose errors of all things, and return the things with them.
+    """Draw random size and pose errors of all things, and return the things with these errors.
 
     Args:
         hangers: thing -> what it hangs on.

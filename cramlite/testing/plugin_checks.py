@@ -45,7 +45,7 @@ def sample_robot(backend: str = "") -> Robot:
 
 
 def sample_program(robot: Robot | None = None) -> Program:
-    """Return a program with one step of each kind that moves without sensing, for a robot.
+    """Return a sample program for a robot, with one step of every kind that an arm and its gripper execute.
 
     It is what a backend must be able to write, not to be run.
     """

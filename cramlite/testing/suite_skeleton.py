@@ -1,4 +1,4 @@
-"""Suite of tests for a user's robot programs: a world to be corrected, a test for each program, a CI workflow."""
+"""Writer of tests for a user's robot programs: a draft of the world, one test for each program, and a CI workflow."""
 
 from __future__ import annotations
 

@@ -235,7 +235,7 @@ def sources(module: ModuleType, name: str) -> Iterator[str]:
 
 
 def texts_under(source: str, name: str) -> Iterator[str]:
-    """Give the strings that follow an assignment to a name in a source."""
+    """Yield the strings right below assignments to a name in Python source; such a string documents the name."""
     body = ast.parse(source).body
     for statement, below in pairwise(body):
         targets = statement.targets if isinstance(statement, ast.Assign) else [getattr(statement, "target", None)]

@@ -182,7 +182,7 @@ class Simulator:
         return self.change.away if self.change else self.obstacles.away if self.obstacles else set()
 
     def success(self) -> bool:
-        """Return the result of LIBERO's check; where the task was cancelled, whether the hand stopped."""
+        """Return the result of LIBERO's check; or, if the task was cancelled, whether the hand has stopped."""
         cancelled = self.change is not None and self.change.goal == []
         return bool(self.change.stopped) if cancelled else bool(self.env.check_success())
 

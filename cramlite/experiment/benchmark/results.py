@@ -102,8 +102,8 @@ class EpisodeResult(Value, kw_only=True):
         return self.first(unlimited=unlimited) and self.attempt is not None and self.attempt.rest
 
     def rest_while_time_passes(self) -> bool:
-        """Return whether the benchmark's check held at rest, and became true within the budget if the search's
-        CPU time counts as actions."""
+        """Return whether the benchmark's check came true within the budget, the search's CPU time counted
+        as actions, and held at rest."""
         first = self.attempt.first if self.attempt else None
         return self.rest() and first is not None and self.attempt is not None and first + self.attempt.waited <= self.budget
 

@@ -126,7 +126,7 @@ def html(
 
 
 def _share(value: Share) -> str:
-    """Format a rate for a table cell: counts, then interval, with a line break allowed only between these two."""
+    """Format a rate for a table cell as counts and interval, with a line break allowed only between these two."""
     counts, _, rest = share(value).partition(" (")
     return counts.replace(" ", "\u00a0") + " (" + rest.replace(" ", "\u00a0")
 

@@ -240,7 +240,7 @@ def area_under_curve(cases: Sequence[tuple[float, bool]]) -> tuple[float, float,
 
 
 def _short(reason: str) -> str:
-    """Reason without its numbers, so that reasons that differ in numbers only are counted together."""
+    """Return a reason without its numbers, so that reasons that differ in numbers only are counted together."""
     import re
     import textwrap
 

@@ -55,7 +55,7 @@ class World:
         return self.env.sim.data._data
 
     def reset(self) -> None:
-        """Set another random state, as the benchmark does at the start of an episode, until all things fit."""
+        """Set a new random state as LIBERO does at the start of an episode, drawn until every thing has found a place."""
         self.env.reset()
 
     def state(self) -> Any:

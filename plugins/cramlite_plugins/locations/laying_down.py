@@ -1,5 +1,4 @@
-"""Laying down of a thing that hangs from the fingers at its rim: the far side touches first, and the hand leads the near
-side down about it.
+"""Laying down of a thing that hangs from the fingers at its rim: its far side is put down first, then the hand lowers its near side.
 
 The hand keeps its attitude, in which it took hold of the thing where that lay: as its far side is held up by what it is put onto, the thing
 turns back between the pads as it swung when it was lifted.

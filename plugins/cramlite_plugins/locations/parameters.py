@@ -44,7 +44,7 @@ class Back(Value):
 
 
 class Up(Value):
-    """Parameters of the relation "lift", a straight way of the hand up or down.
+    """Parameters of locations with the relation "lift", which the hand reaches by a straight way up or down.
 
     Args:
         height_m: of the way; negative for down.
@@ -172,7 +172,7 @@ class Sight(Value):
 
 
 class Followed(Value):
-    """Parameters of a path that a demonstration showed.
+    """Parameters of a location that is a path shown in a demonstration.
 
     Args:
         path: of the payload's foot, about the reference object.

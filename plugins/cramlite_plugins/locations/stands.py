@@ -161,8 +161,8 @@ def _none(answers: Iterable[Grounding | Refused], otherwise: str) -> str:
 
 
 def _middle(belief: Belief, target: Target) -> Pose:
-    """Points of a thing that are to be reached, in the arm's frame: itself, its peg, opening or handle, or
-    the nearest part of its top."""
+    """Return the pose to reach for on a thing, in the arm's frame: its own if it can move; else that of its
+    peg, opening or handle, or of its top."""
     thing, pose = belief.thing(target.thing), belief.pose(target.thing)
     if thing.movable:
         return pose

@@ -37,7 +37,7 @@ class Movers(Value):
     still: Floats
 
     def apart(self) -> Floats:
-        """Return (geoms, geoms): the number of joints between two geoms."""
+        """Return a table (geoms, geoms): for each pair of geoms, the number of joints that move one geom against the other."""
         one = self.turned @ self.still.T
         both: Floats = one + one.T
         return both

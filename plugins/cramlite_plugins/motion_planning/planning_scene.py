@@ -349,8 +349,7 @@ class PlanningScene(Value):
         return [(at, at + step, known) for at in before + after]
 
     def _first(self, line: JointLine, part: Part) -> float | None:
-        """The first point of a joint-space line, within a part of it, at which the arm is blocked, as a
-        share 0 to 1; None without one."""
+        """Return where the arm is first blocked on a part of a joint-space line, as a share 0 to 1 of the line; None if nowhere."""
         halves = self._judge(line, part)
         low, high, rates = part
         if halves is None:

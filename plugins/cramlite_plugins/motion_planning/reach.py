@@ -194,9 +194,9 @@ def led_by(location: Location, context: Context) -> tuple[str, ...]:
 
 
 def led_here(context: Context) -> tuple[str, ...]:
-    """Return the choices that brought the hand to its present pose, which a short way from there depends on.
+    """Return the names of the earlier choices that led the hand to its present pose.
 
-    They are the last place, and earlier ones of the same thing, such as the grasp of a released payload.
+    A way to a pose nearby depends on them: the last place, and earlier ones of the same thing, such as the grasp of a released payload.
     """
     places = {name: value.thing for name, value in context.bindings.items() if isinstance(value, Place)}
     last = next(reversed(places.values()), "")

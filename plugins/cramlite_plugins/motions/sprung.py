@@ -25,7 +25,7 @@ def tangent(belief: Belief, context: Context) -> Floats | None:
 
 
 def across(pull: Floats, frame: Pose) -> Pose:
-    """Return the compliance frame whose x is along a pull, as far as its path is across that; it gives way along y alone."""
+    """Turn a compliance frame about z until x is along a spring's pull, as nearly as it can be; y alone is compliant."""
     return Pose.from_axes((0.0, 0.0, 0.0), frame.rotate((0.0, 0.0, 1.0)), tuple(pull.tolist()))
 
 

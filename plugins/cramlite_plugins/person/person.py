@@ -161,7 +161,7 @@ class Person:
         return found
 
     def move(self, path: Sequence[Pose], speed: float, *, curved: bool = False) -> None:
-        """Move the hand along poses, from the present target.
+        """Move the hand from its present target pose through other poses to the last of them.
 
         Args:
             path: targets of the tool frame; orientation turns from the present one to the last.

@@ -31,7 +31,7 @@ def _let_go(person: Performer, _world: World, things: list[Thing]) -> str:
 
 
 def _stands(person: Performer, world: World, things: list[Thing]) -> str:
-    """Return an objection if the task's first thing does not stand on its second thing; else ""."""
+    """Return an objection if the first of the task's two things does not stand on the second; else ""."""
     thing, onto = things
     return "" if acts.stands_on(person, thing, onto) else f"'{thing.name}' does not stand on '{onto.name}'"
 

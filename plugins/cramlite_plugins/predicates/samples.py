@@ -1,5 +1,4 @@
-"""Window queries on sampled signals: the samples in an action or at an instant, found once for all
-boundaries of a timeline."""
+"""Samples of signals in an action or at an instant; their indices are computed in advance for the boundaries of a timeline."""
 
 from __future__ import annotations
 

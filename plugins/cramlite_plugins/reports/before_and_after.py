@@ -1,4 +1,4 @@
-"""Pictures of a proven run, fitted to the things that its tasks name: its start and its end, and all of it in a few seconds."""
+"""Pictures of a proven run at its start and its end, and a short film of it; the view is fitted to the things that the tasks name."""
 
 from __future__ import annotations
 

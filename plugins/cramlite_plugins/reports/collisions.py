@@ -47,8 +47,7 @@ class Pair(Value):
 
     @property
     def depths(self) -> str:
-        """How deep two bodies are in each other in a search's refusals, or how far apart, as text: least and
-        largest in mm."""
+        """Text on how deep two bodies overlapped in refusals, or how far apart they were: least and greatest value in mm."""
         low, high = (1e3 * _collision(self.entries[k]).depth for k in (0, -1))
         if high <= 0:
             return f"{-high:.1f} mm apart" if low == high else f"{-high:.1f} to {-low:.1f} mm apart"

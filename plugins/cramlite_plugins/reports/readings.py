@@ -1,4 +1,4 @@
-"""Readings of the demonstration: which one the page shows."""
+"""Choice of the reading of a demonstration that the report page shows, and the tasks that this reading gives to the actions."""
 
 from __future__ import annotations
 

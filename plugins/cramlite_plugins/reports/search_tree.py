@@ -138,7 +138,7 @@ def bars(decisions: Sequence[Decision]) -> tuple[Bar, ...]:
 
 
 def reasons(entries: Iterable[Entry]) -> list[Alike]:
-    """Return the reasons of the most refusals, the commonest first."""
+    """Return the reasons for which most alternatives were refused, each with its count, the commonest first."""
     groups: dict[tuple[str, str], list[Entry]] = defaultdict(list)
     for entry in entries:
         if entry.outcome in ("refused", "impossible") and entry.plugin != "engine":

@@ -88,7 +88,7 @@ def rests(thing: Thing, start: Pose, below: Thing, at: Pose, aside: float, there
 
 @lru_cache(maxsize=2048)
 def _firm(thing: Itself[Thing], start: Pose, below: Itself[Thing], at: Pose) -> Pose | None:
-    """Pose in which a thing comes to rest, if it also does when released beside that pose and leaning; None otherwise."""
+    """Return the pose in which a thing comes to rest, if it ends there also when released to either side and leaning; else None."""
     found = _dropped(thing, start, below, at)
     if found is None:
         return None

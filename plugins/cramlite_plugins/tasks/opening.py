@@ -50,7 +50,7 @@ class Opening(ByHandle):
         yield from self._driving(replace(action, parameters={**action.parameters, DRIVES: 1.0}), belief)
 
     def _driving(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
-        """Decompositions of opening a drawer in which it pushes obstacles along.
+        """Decompositions of opening a drawer, in which the moving drawer pushes obstacles along.
 
         They are tried last, since it is less certain where the obstacles end up.
         """

@@ -113,7 +113,7 @@ class ForceLimits(NamedTuple):
 
 
 def force_limits(candidate: Candidate) -> ForceLimits:
-    """Return the force limit of the arm at each sample: its task's while something is touched, else the program's.
+    """Return the force limit of the arm at each sample: that of the current task while something is touched, else the program's.
 
     A task that declares a force has that all through. A guarded motion has what its own force and speed lead to, where that is less: a
     text that goes on pressing beyond the force of the plan is refused. What is carried may be heavier than believed; what bears little

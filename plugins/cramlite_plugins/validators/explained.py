@@ -137,8 +137,7 @@ class _Run:
         return last is not None and last.taken
 
     def _after(self, left: Handover, grip: Grip) -> Iterator[int]:
-        """Samples of a grip at which code runs that comes later in the program than the step that lets go of
-        the thing."""
+        """Samples of a grip that goes on although the program is past the step that lets go of the thing."""
         until, end = self.order.get(left.by, math.inf), self.times[grip.last] - LATE
         for k in range(grip.first, grip.last):
             if self.order.get(self.came_from[k], 0) > until and self.times[k] < end:

@@ -112,8 +112,7 @@ class _Acting:
         return self.order[bisect_right(self.times, time)]
 
     def called(self, entity: str, time: float) -> str:
-        """Return the name of a hand or its part in the converted episode: at each time the hand that acts
-        then gets the effector's name."""
+        """Return an entity's name after the hand that acts at ``time`` and the episode's effector have swapped their names."""
         name, mine = EntityName.parse(entity), self.at(time)
         return str(replace(name, thing={mine: self.name, self.name: mine}.get(name.thing, name.thing)))
 

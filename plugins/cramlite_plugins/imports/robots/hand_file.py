@@ -210,8 +210,10 @@ def _limited_stroke(where: Path, linkage: Linkage, opening: tuple[float, float] 
 
 
 def _force(where: Path, spec: Any, hand: Driven, linkage: Linkage, stated: HandFile) -> tuple[tuple[float, float], tuple[str, ...]]:
-    """Lowest and highest grip force [N]: as stated, which the drives are then made to exert; else that of
-    the file's drives half open."""
+    """Return the lowest and highest grip force [N], as stated or as the file's drives exert it at half opening; and notes.
+
+    Drives that are too weak for a stated force are made stronger.
+    """
     mid = len(linkage.openings) // 2
     can = [_exerted(hand, linkage, k) for k in range(len(linkage.openings) - 1)]
     if stated.force is None:

@@ -114,7 +114,7 @@ def settled(model: Any, order: Floats, data: Any = None) -> tuple[Floats, Any]:
 
 
 def _pairs(model: Any, states: Sequence[Floats], fingers: Sequence[Sequence[int]] | None) -> list[tuple[int, int]]:
-    """Pairs of geoms on two fingers: on two branches of the body tree, at least one of which moves."""
+    """Pairs of geoms on different fingers (branches of the body tree), at least one of which moves."""
     if fingers is not None:
         return list(itertools.product(*fingers))  # type: ignore[arg-type]
     places = np.array([_places(model, q) for q in states])

@@ -45,7 +45,7 @@ class _Named(Struct):
 
 
 class _File(Struct):
-    """Content read from a file.
+    """Counts of what a scene file holds, and the other files that it names, collected while it is read.
 
     Args:
         times: how often what is read now is repeated, by each element around it.

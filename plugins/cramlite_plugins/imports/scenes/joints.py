@@ -24,7 +24,7 @@ MODELLED = 0.1
 
 
 def joint_of(source: Any, group: Group, parent: str, meets: bool, stated: StatedJoint) -> tuple[Joint, list[str]]:
-    """Return the joint of a group with its closed end at the lower value, and notes on guesses and changes.
+    """Return the joint that carries a group of bodies, closed at its lower value, and notes on what was guessed or changed.
 
     Closed is where it and its carrier take the least room: a drawer that starts open is still drawn out of its cabinet. Where
     that tells nothing, as of a knob, it is the end near which its zero is: the pose in which it was modelled; else the end that

@@ -163,7 +163,7 @@ def in_region(placement: Placement, query: Query) -> str | Refused:
 
 
 def _region_missed(thing: Pose, height: float, query: Query) -> str | Refused:
-    """Reason why an origin at a pose, to be lowered by a height [m], would be outside its region; "" inside."""
+    """Return why a payload's origin, once lowered by a height [m], would be outside the wanted region; "" if it would be inside."""
     region, (x, y, z) = query.where.region, (query.target.pose.inverse() * thing).position
     at, area = shapely.Point(x, y), query.target.area
     by = float(area.boundary.distance(at)) if area.covers(at) else -float(area.distance(at))
@@ -246,7 +246,7 @@ def room(placement: Placement, query: Query) -> str | Refused:
 
 
 def _met(placement: Placement, query: Query, hand: bool) -> Refused | None:
-    """Return the refusal if the payload meets something on its way, with or without the hand.
+    """Return a refusal if the payload (or the hand, if ``hand``) would meet an obstacle on the way to the place.
 
     A pose out of reach is left to another check.
     """

@@ -1,5 +1,4 @@
-"""Way out through an open side under a roof, such as out of a microwave or off a shelf's level, and the room of hand and
-payload there, whatever arm leads them."""
+"""Ways out from under a roof through an open side, such as out of a microwave, with room for hand and payload, whatever the arm does."""
 
 from __future__ import annotations
 
@@ -221,8 +220,7 @@ def _down(hand: Pose) -> float:
 def _free(
     floor: Floor, around: HandRoom, thing: Thing, now: Pose, hands: Hands, openings: Floats, turns: Floats, few: int
 ) -> NDArray[np.bool_]:
-    """Check for which hand poses (n), spots and turns of the hand the bounding boxes of hand and payload have
-    room on the level way out: (n, spots, turns).
+    """Check whether boxes around hand and payload have room on the level way out, for each hand pose, spot and turn: (n, spots, turns).
 
     Args:
         now: of the payload in the base frame, with the hands (n) at it.

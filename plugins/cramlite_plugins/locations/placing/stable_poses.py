@@ -148,8 +148,7 @@ def standing_at(query: Query, now: Pose, offset: Offset, yaw: float = 0.0, cost:
 
 
 def _turns(query: Query, now: Pose, offset: Offset, few: tuple[float, ...]) -> tuple[float, ...]:
-    """Turns of a payload about the vertical [deg] to try: among the first, those that put its straight sides
-    along the target's sides."""
+    """Rotations of a payload about the vertical [deg] to try; among the first, those that align its straight sides with the target's."""
     area = query.target.area
     if not (query.depth or query.where.region) or area.area < STRAIGHT * shapely.box(*area.bounds).area:
         return few  # nothing marks its sides, or its opening is round

@@ -153,7 +153,7 @@ def _offsets(query: Query, towards: Floats) -> Iterator[tuple[float, float]]:
 
 
 def _moved(query: Query, offset: tuple[float, float], by: Floats) -> tuple[float, float]:
-    """Move a position in an opening (x, y) by a vector (3,) of the base frame [m]."""
+    """Shift a position (x, y) in an opening's frame by a vector (3,) of the base frame [m]."""
     x, y, _ = query.target.pose.inverse().rotate(by)
     return offset[0] + float(x), offset[1] + float(y)
 

@@ -1,5 +1,4 @@
-"""Regions of a picture that show one thing whose middle is hidden: those badly explained alone are explained
-together."""
+"""Explanation of neighbouring regions of a picture as one thing whose middle is hidden, if no region alone fits a model well."""
 
 from __future__ import annotations
 

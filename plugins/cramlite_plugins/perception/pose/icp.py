@@ -145,8 +145,10 @@ def _outline_terms(
 
 
 def _vector_terms(moved: Batch, gap: Batch, weight: Batch) -> tuple[Batch, Batch]:
-    """Normal equations (H, 6, 6) and (H, 6) of the rotation vector w and shift v that minimise |gap + w x
-    moved + v|^2."""
+    """Normal equations (H, 6, 6) and (H, 6) of the motion of points ``moved`` that makes their weighted offsets ``gap`` smallest.
+
+    The motion is a rotation vector w and a shift v; smallest is the sum of weight |gap + w x moved + v|^2.
+    """
     weighted = moved * weight[:, None]
     outer = weighted @ moved.transpose(0, 2, 1)
     crossed = weighted @ gap.transpose(0, 2, 1)

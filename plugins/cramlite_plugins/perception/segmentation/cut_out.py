@@ -58,8 +58,10 @@ def cloud(inputs: Inputs) -> Mapping[str, Any]:
 
 
 def _near(own: Any, depth: Any, least: float) -> Any:
-    """Pixels whose depth is the robot's expected depth (NaN where it is not), at the pixel or up to two
-    pixels beside it."""
+    """Return a mask of the pixels whose depth is near the robot's expected depth, the smallest one within two pixels.
+
+    ``own`` is NaN where the robot is not expected.
+    """
     import numpy as np
     from scipy import ndimage
 

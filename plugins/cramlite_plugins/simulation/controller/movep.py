@@ -127,7 +127,7 @@ def process_motion(poses: Sequence[Pose], radii: Sequence[float], speed: float, 
 
 
 def _blend(corner: Floats, into: Floats, out: Floats, radius: float, legs: tuple[float, float]) -> PathSegment:
-    """The circle that touches both lines at ``radius`` from their corner."""
+    """Round a corner by an arc that touches the two lines at a distance ``radius`` from their corner."""
     start, goal = corner - radius * into, corner + radius * out
     angle = math.atan2(float(np.linalg.norm(np.cross(into, out))), float(into @ out))
     if angle < STRAIGHT:

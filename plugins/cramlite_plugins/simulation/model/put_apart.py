@@ -140,7 +140,7 @@ def _rests(
 
 
 def _at_rest(start: World, read: World, pair: tuple[str, str], deep: float) -> dict[str, Pose]:
-    """Poses of the first of two overlapping things, and of other loose things that have moved, once all is at rest.
+    """Return the rest poses of the first thing of ``pair``, which was moved aside, and of other loose things that this has moved.
 
     Payloads are fixed meanwhile.
 

@@ -252,5 +252,5 @@ class Peaks:
 
 
 def _wanted(mode: ForceMode | None) -> float:
-    """The force that an arm is told to apply [N], 0 where it controls position."""
+    """Return the magnitude of the force that force mode tells an arm to apply [N]; 0 outside force mode."""
     return 0.0 if mode is None else float(np.linalg.norm((mode.selection * mode.wrench)[:3]))
