@@ -106,7 +106,7 @@ class Stretch(Value):
 
     @property
     def to_do(self) -> str:
-        """What a person can do after a notice, in words; "" without a notice."""
+        """What a person can do about the notice that stopped the run, in words; "" if no notice did."""
         return TO_DO[self.notice.kind] if self.notice else ""
 
 
@@ -207,7 +207,8 @@ class GoingOn:
         return self.opened < len(self.scenario.spec.then)
 
     def _stage(self, done: Round, watch: RunWatch) -> tuple[Attempt | None, str]:
-        """Return a proven program for the next stage of the scenario's 'then', else for that stage's 'else'.
+        """Return a proven program for the 'do' of the scenario's next stage; if none is found, for the 'else'
+        of that stage.
 
         Programs are proven in the world of the last readings. None, with the reasons, if none is found.
         """

@@ -91,7 +91,7 @@ def _possible(thing: Thing, read: Pose, carrier: Pose) -> Pose:
 
 
 def _is_read(thing: Thing) -> bool:
-    """Check whether a thing is gone from the world if sensors do not report it: one that moves freely, not
+    """Check whether a thing counts as gone when no sensor reading reports it: only one that moves freely, not
     on a joint."""
     return thing.movable and thing.joint is None
 

@@ -61,7 +61,8 @@ def rest_of(candidate: Candidate, origin: str, setting: Setting) -> Candidate | 
 
 
 def _with_room(world: World, known: Collection[str]) -> World:
-    """Return a world with boxes around all things but the known ones, larger by ``ROOM`` on each side and as much above their supports."""
+    """Return a world in which every thing but the known ones is replaced by boxes, larger by ``ROOM`` on each
+    side and raised by ``ROOM``."""
     up = Pose((0.0, 0.0, ROOM))
     return replace(world, things=tuple(t if t.name in known else replace(t, pose=up * t.pose, geoms=_boxes(t)) for t in world.things))
 

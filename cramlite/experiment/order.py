@@ -50,7 +50,7 @@ class Trials(Hashable, Protocol):
 
     @property
     def result(self) -> type[Any]:
-        """Type of a trial's result."""
+        """Python class of the result of one trial."""
 
     @property
     def names(self) -> tuple[str, ...]:

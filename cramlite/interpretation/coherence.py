@@ -115,7 +115,8 @@ def _implied(
 
 
 def _facts(rule: Rule, match: Match, phase: PhaseName, denied: bool) -> frozenset[Fact]:
-    """Relations of a phase that its conditions, or alternatives of these, ask for or deny."""
+    """Return the relations that a rule requires in a phase; with ``denied``, those that it forbids. All options
+    of an "or" count."""
     found: set[Fact] = set()
     for clause in rule.clauses:
         for part in _alternatives(clause.condition) if clause.phase == phase else ():
@@ -355,7 +356,8 @@ def _among(fact: Fact, facts: Iterable[Fact]) -> bool:
 
 
 def _presupposed(at: Choice, claim: Claims, begins: Sayers, ends: Sayers) -> Iterator[Demand]:
-    """Yield constraints: the last earlier action that can begin a relation presupposed by a reading must begin it.
+    """Yield a constraint for each relation that a task needs before it: the last earlier action that can
+    begin the relation must begin it.
 
     For a relation that must not hold, it is the last earlier action that can end it. This is condition 1 of coherence.
     """

@@ -41,7 +41,7 @@ class Strokes(Value, eq=False):
 
     @property
     def rounds(self) -> float:
-        """Number of rounds, of two strokes each."""
+        """Number of rounds of the motion to and fro; two strokes, one in each direction, are a round."""
         return (len(self.turns) - 1) / 2
 
 
@@ -91,7 +91,8 @@ def _took(times: Floats, values: Floats) -> float:
 
 
 def _turns(values: Floats, least: float) -> list[int]:
-    """Return the rows at which a signal turns back by a length at least, its ends included."""
+    """Return the rows of a signal's peaks and valleys that stand out by a length at least; the first and last
+    row can be such, too."""
     from scipy.signal import find_peaks
 
     far = float(np.ptp(values)) + 1.0

@@ -74,7 +74,7 @@ class DescriptionLength(Value):
 
 
 class Option(Value):
-    """Way in which a task sequence reads an action: as one of the action's readings, or not at all.
+    """Choice for one action of a demonstration: the task that the action is taken for, or none.
 
     Args:
         match: the task; None to leave the action out.

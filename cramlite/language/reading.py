@@ -314,7 +314,7 @@ class Reading:
         return themes
 
     def _spots(self, clause: Clause, themes: Referents) -> list[_Row]:
-        """Return goals with a place beside or under things."""
+        """Return the goals of a clause that asks for things to be next to or under other things."""
         assert clause.place is not None
         phrase = clause.phrases[0]
         if clause.relation == "under":

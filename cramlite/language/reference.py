@@ -163,7 +163,8 @@ class Resolver:
         return found
 
     def _parts(self, wholes: Iterable[str], about: About) -> list[str]:
-        """Return the parts on joints of some things, such as a stove's knob, that suit the request."""
+        """Return the parts on joints of some things, such as a stove's knob, for which a sentence's request
+        makes sense."""
         inside = set(wholes)
         return [t.name for t in self.scene.world.things if t.joint is not None and t.joint.parent in inside and about(t.name)]
 

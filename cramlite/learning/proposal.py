@@ -107,7 +107,8 @@ class Proposal(Value, eq=False):
 
     @property
     def done(self) -> bool:
-        """Whether it is known how the task is done: by known tasks, by a motion, by a turn, or just by resting."""
+        """Whether the proposal tells how to do the task: by known tasks, a motion, a turn, or only by keeping
+        the hand still."""
         return bool(self.steps or self.moving or self.turning or (self.rest and not self.learned.cast.changes))
 
     @property

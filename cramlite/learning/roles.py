@@ -48,7 +48,7 @@ class Cast(Value, eq=False):
 
     @property
     def told(self) -> int:
-        """Number of changes that a rule should explain.
+        """Number of changes in the examples that a learned rule should explain.
 
         They are all recorded ones, one of each set of measured ones, and one for each moved thing.
         """

@@ -103,7 +103,7 @@ class ErrorModel(Value):
     scale: float = 1.0
 
     def scaled(self, factor: float) -> ErrorModel:
-        """Return the model with every number ``factor`` times as large."""
+        """Return the error model with all its errors multiplied by ``factor``."""
         return replace(self, scale=self.scale * factor)
 
     def of(self, thing: str) -> PoseError:

@@ -56,7 +56,7 @@ class CarriedAlong(Value):
 
 
 class PegFit(Value):
-    """Fit of a hole on a peg.
+    """Measures of a hole that goes over a peg: its play, its way along the peg, and what the peg stands on.
 
     Args:
         play_m: radial play.

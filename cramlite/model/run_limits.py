@@ -35,7 +35,7 @@ class Reached(Value):
 
     @property
     def passed(self) -> bool:
-        """Whether the limit is kept."""
+        """Whether the value that the run reached is within its limit."""
         return self.value <= self.most
 
 

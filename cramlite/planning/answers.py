@@ -188,7 +188,8 @@ class Answers(Struct):
         return new
 
     def _refused_before(self, item: Designator, belief: Belief, context: Context) -> Question | None:
-        """Return an earlier question to the plugins that was refused for every position of the arm, and is otherwise the same.
+        """Return an earlier question that was refused wherever the arm may be, and that differs from the new
+        one only in the arm's position.
 
         None without one.
         """

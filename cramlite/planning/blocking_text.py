@@ -1,5 +1,5 @@
-"""Blockings (refused tasks) in PDDL: facts on the tasks done to each thing so far, and the tasks that these
-block."""
+"""PDDL text that forbids each refused task as long as the things on which its refusal depends are
+unchanged."""
 
 from __future__ import annotations
 

@@ -93,8 +93,7 @@ def history(steps: Iterable[Operator], thing: str) -> tuple[Done, ...]:
 
 
 class Track(Value):
-    """Track of a thing in planning: the tasks that have changed the thing, to be compared with later tasks
-    one by one.
+    """Record of the tasks that have changed a thing, with which planning compares later tasks one by one.
 
     Args:
         thing: its name.

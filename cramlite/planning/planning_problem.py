@@ -148,8 +148,8 @@ class PlanningProblem(Value, eq=False):
         )  # fmt: skip
 
     def _here(self, schema: ActionSchema, scope: Scope) -> Iterator[ActionSchema]:
-        """Generate an action schema for only the things that a plan's scope allows; the goal's constraints
-        become its effects.
+        """Generate an action schema that is restricted to the things of a plan's scope and has the goal's
+        constraints as effects.
 
         With obstacles also a schema without these effects: two things that change places need a third place.
         """

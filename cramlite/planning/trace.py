@@ -120,7 +120,7 @@ class Trace(Struct):
         self.entries[number - 1] = replace(self.entries[number - 1], reason=KNOWN)
 
     def spent(self, budget: str, limit: int, reason: str) -> None:
-        """Append an entry that a budget was used up.
+        """Append an entry to the trace that says which budget was used up.
 
         Args:
             budget: its name in ``Budget``.

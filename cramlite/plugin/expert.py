@@ -65,7 +65,7 @@ class Inputs(Value):
         return found.value if isinstance(found, Judged) else found
 
     def get(self, name: str, default: Any = None) -> Any:
-        """Return a value by name, or ``default``."""
+        """Return an expert's input by its name; ``default`` if there is no input of that name."""
         return self[name] if name in self.values else default
 
     def judged(self, name: str) -> Judged:

@@ -28,7 +28,8 @@ class PluginChoice(Value):
     models: tuple[Path, ...] = ()
 
     def extended(self, blocked: tuple[str, ...], preferred: tuple[str, ...], models: tuple[Path, ...] = ()) -> PluginChoice:
-        """Return this selection extended by further names to block and to prefer, and by further libraries."""
+        """Return this selection of plugins with further plugin names to block and to prefer, and further
+        libraries of object models."""
         more = tuple(dict.fromkeys((*self.models, *models)))
         return PluginChoice(self.files, _joined(self.blocked, blocked), _joined(self.preferred, preferred), more)
 

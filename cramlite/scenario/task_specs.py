@@ -69,7 +69,7 @@ class WhereSpec(Spec):
 
 
 def _within_reason(parameters: dict[str, float]) -> dict[str, float]:
-    """Check that parameters are plausible, and return them.
+    """Check that the values of a task's parameters are finite and plausible; return the parameters.
 
     Raises:
         ValueError: one is no finite number, or more than can be meant.

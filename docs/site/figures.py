@@ -146,7 +146,8 @@ def plot(figure: Figure) -> str:
 
 
 def curve(numbers: Sequence[Number], colour: str, at: object) -> Iterator[str]:
-    """Give the SVG elements of a curve and its intervals."""
+    """Yield the SVG elements of a curve: a line through its points, a dot at each, and a vertical bar from a
+    point's low to its high value."""
     assert callable(at)
     places = [at(n.x, n.height) for n in numbers]
     yield f'<path d="M{"L".join(f"{x:.1f} {y:.1f}" for x, y in places)}" fill="none" stroke="{colour}" stroke-width="2"/>'

@@ -28,7 +28,7 @@ def filled(markdown: str) -> str:
 
 
 def table(kind: str, name: str = "") -> str:
-    """Return the table of a kind and name as Markdown.
+    """Return a table of the documentation as Markdown, given its kind and, where the kind needs one, a name.
 
     Raises:
         KeyError: there is no such kind, or nothing of that name.

@@ -15,7 +15,7 @@ from ..experiment_file import ExperimentFile, read_spec
 
 
 class SuiteSpec(Spec):
-    """Suite of tasks, numbered from 0.
+    """Suite of a benchmark's tasks, which have the numbers 0, 1, 2 ...
 
     ``budget`` is the number of actions that the published protocol allows in an episode; ``of`` is the suite
     of which this one is a variant. In a ``watched`` suite the benchmark sends poses while the robot moves, and

@@ -52,7 +52,8 @@ class Spread(Value):
 
 
 class PublishedRate(Value):
-    """Published rate beside cramlite's own rate over the episodes that were played of the same suites."""
+    """Published success rate of a system, beside cramlite's success rate in the episodes of the same suites
+    that were run."""
 
     system: str
     given: str

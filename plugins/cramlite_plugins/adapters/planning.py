@@ -31,7 +31,8 @@ Planner = Callable[[PddlText], "str | None"]
 
 
 class Planned(Value):
-    """Result of planning and resolving.
+    """What became of a goal: the proven solution or None, the last plan, and the operators that could not be
+    resolved.
 
     Args:
         solution: proven, or None.

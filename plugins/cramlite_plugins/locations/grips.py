@@ -229,7 +229,8 @@ def _thinnest(geom: Geom) -> float:
 
 
 def _checked(shape: rays.Body, centre: Floats, grips: Sequence[Grip], gripper: Gripper, cone: float) -> list[Grip]:
-    """Return the grips that fit between the fingers, hold by friction and leave room for the hand, on the whole shape.
+    """Return the grips that, tested on the whole shape, fit between the fingers, hold by friction and leave
+    room for the hand.
 
     On shapes of many parts, only one of several equal grips is kept.
     """

@@ -186,7 +186,8 @@ def _blocked_goals(scene: Space, goals: Sequence[Sequence[float]]) -> Refused:
 
 
 def _enclosed(scene: Space, origin: Joints, goals: Sequence[Joints]) -> Refused | None:
-    """Why no tree can grow from the start, or from any goal; None where both can."""
+    """Return the refusal of a path search if all short ways from the start, or from every goal, are blocked;
+    else None."""
     if not _leaves(scene, origin):
         at, what = origin, "the start"
     elif not any(_leaves(scene, q) for q in goals):

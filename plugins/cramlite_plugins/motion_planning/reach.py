@@ -179,7 +179,8 @@ def causes(location: Location, context: Context) -> tuple[str, ...]:
 
 
 def taken_at(belief: Belief, context: Context) -> tuple[str, ...]:
-    """Return the names of the payload's grasps, on which its pose in the hand depends."""
+    """Return the names of the designators of the payload's grasps, since the payload's pose in the hand
+    depends on these grasps."""
     held = belief.held.thing if belief.held else ""
     return tuple(n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing == held and v.grip is not None)
 

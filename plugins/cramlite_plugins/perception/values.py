@@ -78,5 +78,5 @@ class Extents(Value):
 
     @property
     def longest(self) -> float:
-        """Return the largest of height, width and depth [m]."""
+        """Return the largest of an object's height, width and depth [m]."""
         return max(self.height, self.width, self.depth)

@@ -1,5 +1,5 @@
-"""Actions of a person with one hand: each looks where the things are, and first grasps the things that it
-moves."""
+"""Actions of a person with one hand, who looks where the things are before each action, and grasps a thing to
+move it."""
 
 from __future__ import annotations
 

@@ -96,7 +96,7 @@ def see_standing(world: World) -> Scene:
 
 
 def _under(product: Thing, bottom: float, owner: Thing, surface: Feature) -> bool:
-    """Whether a surface is right under an object."""
+    """Whether an object stands on a surface: the surface is directly at the object's underside."""
     x, y, z = (owner.pose * surface.pose).inverse().apply((*product.pose.position[:2], bottom))
     within = abs(x) <= surface.size.get("width", 0.0) / 2 and abs(y) <= surface.size.get("depth", 0.0) / 2
     return bool(within and abs(z) < STANDS)

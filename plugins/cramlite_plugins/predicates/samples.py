@@ -73,7 +73,8 @@ class Samples:
         return found if at == end else []
 
     def by_start(self, values: np.ndarray) -> dict[float, float]:
-        """Map the start of each time window of the signal to the window's value among the given values."""
+        """Return the start time of each time window -> the window's value; ``values`` are in the order of the
+        windows."""
         return dict(zip(self._cuts, values.tolist(), strict=False))
 
 

@@ -1,4 +1,5 @@
-"""Views of the robot: pictures with the recognised things, and the belief after them."""
+"""Report section on what the robot saw: pictures from its camera with the recognised things, and the belief
+after them."""
 
 from __future__ import annotations
 

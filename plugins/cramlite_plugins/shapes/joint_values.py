@@ -1,4 +1,4 @@
-"""Values of joints, by where their things are believed to be."""
+"""Value of a joint, computed from the believed poses of the things that it connects."""
 
 from __future__ import annotations
 

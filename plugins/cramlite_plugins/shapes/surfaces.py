@@ -221,7 +221,8 @@ def _up(pose: Pose) -> Vector3:
 
 @lru_cache(maxsize=512)
 def _leaning(up: Vector3) -> Pose:
-    """The shortest turn that makes a direction vertical, or half a turn about x where that points down."""
+    """Return the shortest turn that makes a direction point straight up; half a turn about x if it points
+    straight down."""
     x, y, z = up
     sine = math.hypot(x, y)
     if sine == 0.0:

@@ -105,7 +105,7 @@ class _Run:
         return int(registers.fields.get(LINE, 0))
 
     def say(self, text: str) -> None:
-        """Drop a message of the controller's own log."""
+        """Ignore a message that the controller writes to its own log."""
 
     def begin(self, program: Path, host: str) -> None:
         """Start the client's program, when the ports are open."""

@@ -100,8 +100,8 @@ class Sockets:
     def socket_read_ascii_float(
         self, number: Any, socket_name: Any = "socket_0", timeout: Any = 2
     ) -> Generator[None, None, list[float]]:
-        """Read floats "(1.0, 2.0)": return ``number`` and the floats; all zeros if another number of floats
-        arrived."""
+        """Read ``number`` floats sent as "(1.0, 2.0)"; return how many they are, then the floats; all zeros
+        if more or fewer arrived."""
         said = yield from self.socket_read_string(socket_name, timeout=timeout)
         if type(number) is not int or not 0 < number <= 30:
             raise ScriptError(f"socket_read_ascii_float needs a count of 1 to 30, not {show(number)}")

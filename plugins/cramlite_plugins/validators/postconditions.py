@@ -191,8 +191,8 @@ def _fillers(action: Action) -> dict[str, str | None]:
 
 
 def _in_order(candidate: Candidate) -> Iterator[tuple[Action, Span | None, float]]:
-    """Actions and their parts, each with the span in which its code ran (None if it did not), and the time at
-    which earlier code ended [s]."""
+    """Actions and their parts, each with the span in which its code ran (None if it did not), and the end of
+    the code before it [s]."""
     assert candidate.rollout is not None
     now = float(candidate.rollout.times[0])
     for action in candidate.actions:
@@ -218,7 +218,7 @@ Way = Mapping["PhaseName", "Phase"]
 
 
 def _ways(timeline: Timeline, start: float, end: float) -> Iterator[Way]:
-    """Time spans of the run in which a task's rule may be satisfied, one after the other.
+    """Yield the stretches of a run in which a task's rule is tested, in the order of the tests.
 
     As it ran; without its first moments, in which the arm still follows what the code before it commanded (up to 5 mm of servo
     lag after a fast motion, gone within 0.2 s: measured); with the moments after it, in which its effects may still appear (the

@@ -192,7 +192,8 @@ def _returned(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[
 
 
 def _carried(rollout: Rollout, found: Iterable[ExplainedGrip], rows: range) -> set[str]:
-    """Names of the loose things that the hand lets go of at a sample in ``rows``, as tasks of the plan explain."""
+    """Names of the loose things that the hand releases at a sample in ``rows``, after grips that tasks of the
+    plan explain."""
     let_go = {grip.thing for grip, wrong, *_ in found if not wrong and grip.last in rows}
     return {name for name in let_go if rollout.world.thing(name).joint is None}
 

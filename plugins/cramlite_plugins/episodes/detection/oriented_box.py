@@ -31,12 +31,12 @@ class OrientedBox(Value):
 
     @property
     def low(self) -> float:
-        """Height of the box's lowest corner [m]."""
+        """Height of the box's lowest corner in the world frame [m]."""
         return float(self.corners[:, 2].min())
 
     @property
     def high(self) -> float:
-        """Height of the box's highest corner [m]."""
+        """Height of the box's highest corner in the world frame [m]."""
         return float(self.corners[:, 2].max())
 
     @property

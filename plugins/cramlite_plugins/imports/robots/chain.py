@@ -113,7 +113,8 @@ def _ranges(
 
 
 def _hinged(source: Source) -> tuple[int, ...]:
-    """Bodies of the row of hinges, up to where it branches into a hand."""
+    """Return the bodies of an arm in a file: those on hinges in a row, up to where the row branches into a
+    hand."""
     model = source.model
 
     def rows(body: int, row: tuple[int, ...]) -> list[tuple[int, ...]]:
@@ -154,7 +155,8 @@ def _moves(model: Any, body: int) -> bool:
 
 
 def _flange(source: Source, data: Any, last: int, named: str) -> tuple[Pose, str, tuple[str, str]]:
-    """Flange pose in the world, where it was taken from (in words), and the kind and name of that element."""
+    """Return the flange's pose in the world, and the site or body that has it: in words, and as kind and
+    name."""
     model = source.model
     sites = {model.site(s).name: int(s) for s in range(model.nsite) if _behind(model, int(model.site_bodyid[s]), last)}
     bodies = {model.body(b).name: b for b in range(1, model.nbody) if _behind(model, b, last)}

@@ -24,7 +24,7 @@ KINDS = mujoco.mjtGeom
 
 
 class Pads(Value):
-    """The faces that grip, in the frame of the hand's root.
+    """Gripping faces of the two fingers, in the frame of the hand's root body.
 
     Args:
         left, right: geoms of the fingers on the +y and -y side.

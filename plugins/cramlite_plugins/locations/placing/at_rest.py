@@ -107,8 +107,8 @@ def _attitudes(query: Query, now: Pose, at: Pose) -> list[Pose]:
 
 
 def must_lean(query: Query, now: Pose) -> str:
-    """Return why the origin of a thing on the floor of its region, turned as at a pose in the base frame, is
-    below the region; "" if it is not.
+    """Return why a payload's origin would be below the target region if the payload stood on the region's floor
+    in the orientation of a pose; "" if it would not.
 
     What counts is where its origin is, and that may be below its foot.
     """

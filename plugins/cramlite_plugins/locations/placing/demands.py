@@ -103,7 +103,8 @@ def _blocked(placement: Placement, query: Query) -> Refused | None:
 
 
 def _remedy(no: Refused, query: Query) -> Remedy | None:
-    """Return the advice if the hand would meet the support or the container."""
+    """Return advice if the hand, on its retreat, would collide with the support or the container; None for
+    other collisions."""
     if no.collision is None or thing_of(query.entity) not in {thing_of(name) for name in no.collision.pair}:
         return None
     into, more = query.belief.thing(query.entity), max(1.0, 1000 * no.collision.depth)

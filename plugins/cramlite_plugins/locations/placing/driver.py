@@ -89,8 +89,8 @@ def _merged(stuck: list[Unresolvable], location: Location, tasks: tuple[str, ...
 
 
 def _by(way: WayOut, cost: float, asked: list[Query]) -> Answers:
-    """Placements by one way to bring the payload there; those that leave little room for closing a thing
-    later come last.
+    """Generate placements for one way to bring the payload to its place; those that leave little room for
+    closing a thing later come last.
 
     What shapes refuse is told when the first candidate gets past them. If none does, no other grasp would
     help: it depends on the two things alone, and on where tasks have put what stands there.

@@ -159,7 +159,8 @@ def _whole_or_split(scene: Scene, mask: Mask) -> Part:
 
 
 def _ways(scene: Scene, mask: Mask, among: Sequence[Mask]) -> Iterator[list[Reading]]:
-    """Yield explanations of a cluster as several things: of its pieces, then of two and of three parts of it."""
+    """Yield explanations of a cluster as several things: of its separate pieces, then of the cluster cut into
+    two, then three."""
     if len(among) > 1:
         yield [r for p in among[: int(scene.limits["pieces"])] for r in read(scene, p, ranked(scene, p)).readings]
     yield from (list(_partial(scene, mask, number)) for number in (2, 3))

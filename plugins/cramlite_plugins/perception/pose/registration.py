@@ -41,7 +41,8 @@ def hypotheses(inputs: Inputs) -> Mapping[str, Any]:
 
 
 def registered(inputs: Inputs, method: Method) -> Mapping[str, Any]:
-    """Register the models that colour and size allow; upright first, and in any orientation if that fits badly.
+    """Fit the models that an object's colour and size allow to its points: upright; also in any orientation
+    if all upright fits are bad.
 
     That nothing looks like it, or fits, is an answer (no hypotheses): nobody else need be asked.
     """

@@ -42,8 +42,8 @@ class WristSensor:
         self.started = self.tared = False
 
     def disturb(self, off: Disturbance) -> None:
-        """Add errors: noise, a drifting offset of the zero, and a force that turns with the wrist, as weight
-        does."""
+        """Add errors to the sensor's readings: noise, a drifting offset of the zero, and a force that turns
+        with the wrist, as weight does."""
         self.noise = math.hypot(self.noise, off.force_noise)
         self.drift, self.wandered = np.array([*off.force_drift, 0.0, 0.0, 0.0]), np.array([*off.force_bias, 0.0, 0.0, 0.0])
         self.turning = np.array(off.force_turning) if any(off.force_turning) else None

@@ -262,10 +262,11 @@ def _carry(spec: Any, thing: Thing, carried: Carried) -> Any:
 
 
 def _solid(index: int, geom: Geom, planning: bool) -> list[tuple[str, Geom]]:
-    """Geoms of a MuJoCo model, each with a key, that stand for one geom of a world: usually that geom alone.
+    """Return the geoms, each with a key, by which a MuJoCo model represents one geom of a world; usually that
+    geom alone.
 
-    In a planning model it has no contact parameters of its own, and a capsule becomes a cylinder with two
-    spheres.
+    In a planning model the geom has no contact parameters of its own, and a capsule becomes a cylinder with
+    two spheres.
     """
     geom = replace(geom, contact=None) if planning else geom
     if geom.shape != "capsule" or not planning:

@@ -210,7 +210,8 @@ def _stated(world: World) -> frozenset[str]:
 
 
 def _rests(hand: bool | Pose | tuple[Pose, ...]) -> tuple[Pose, ...]:
-    """Rest orientations of the free-floating hands, as the argument ``hand`` of a compilation asks for them."""
+    """Return the rest orientation of each free-floating hand of a model; none for a model without such
+    hands."""
     if isinstance(hand, Pose):
         return (hand,)
     return hand if isinstance(hand, tuple) else (REST,) if hand else ()

@@ -28,7 +28,8 @@ class Owner(Value):
 
     @property
     def touch(self) -> str:
-        """Return the name in ``cramlite.model.Touch``: "thing", "thing/part", "effector/left" or "mount/link" of an arm."""
+        """Return the owner's name as contacts state it: "thing", "thing/part", "effector/left", or "mount/link"
+        for an arm."""
         return str(EntityName("effector" if self.kind == "effector" else self.name, self.part))
 
 

@@ -88,7 +88,8 @@ def _regrasped(world: World, poses: Mapping[str, Pose]) -> World:
 
 
 def _in_tool(holds: InHand, world: World, poses: Mapping[str, Pose]) -> Pose:
-    """Pose of a held payload in the tool frame, from its new pose in the world if it gets one."""
+    """Return the pose of a held payload in the tool frame, also after ``poses`` has given the payload a new
+    pose in the world."""
     before = world.thing(holds.thing).pose
     return holds.tcp_to_thing * before.inverse() * poses[holds.thing] if holds.thing in poses else holds.tcp_to_thing
 

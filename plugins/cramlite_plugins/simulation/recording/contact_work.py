@@ -1,4 +1,5 @@
-"""Count of the contacts that a simulation computes, by thing: its work grows faster than their number."""
+"""Number of contacts that a simulation computes for each thing; the simulation's work grows faster than that
+number."""
 
 from __future__ import annotations
 
