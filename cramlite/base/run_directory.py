@@ -62,7 +62,7 @@ class RunDirectory:
         self._save(complete=False)
 
     def finish(self) -> None:
-        """Record that the run is complete."""
+        """Record in the manifest that the work of this run directory is complete."""
         self.complete = True
         self._save(complete=True)
 

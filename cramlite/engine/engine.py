@@ -276,7 +276,7 @@ class Engine:
         progress: Progress = lambda _: None,
         stop: Stop = lambda: False,
     ) -> Iterator[CandidateSequence]:
-        """Generate the task sequences that may achieve a goal, best first, as many as the budget has.
+        """Generate the task sequences that may achieve a goal, best first, as many as the budget allows.
 
         Then, in wider rounds, those again of which alternatives were left out, with twice as many each time, until their budget is
         spent (iterative broadening: Ginsberg and Harvey 1992). Each is tried when its ``attempts`` are asked for, or passed over if
@@ -424,7 +424,7 @@ def make_engine(scenario: Scenario, plugins: PluginChoice = INSTALLED) -> Engine
 
 
 def _asked(goal: object) -> str:
-    """Describe a goal that is not a scenario, in words."""
+    """Describe in words a goal that is given directly, without a scenario file."""
     from ..planning.task_goals import Goal
     from ..scenario.asked_text import SHOWN, tasks_text
     from ..scenario.task_specs import RuleSpec, TaskSpec

@@ -91,8 +91,8 @@ def _took(times: Floats, values: Floats) -> float:
 
 
 def _turns(values: Floats, least: float) -> list[int]:
-    """Return the rows of a signal's peaks and valleys that stand out by a length at least; the first and last
-    row can be such, too."""
+    """Return the rows of a signal's peaks and valleys that stand out by at least a length [m]; an end of
+    the signal can be one of them."""
     from scipy.signal import find_peaks
 
     far = float(np.ptp(values)) + 1.0

@@ -112,7 +112,8 @@ class Reading:
         return [row for k, row in enumerate(found) if not (row.clause.told and k < asked and self._so(row))]
 
     def _without_left(self, found: Sequence[_Row]) -> list[_Row]:
-        """Return the goals without those that a thing shall leave a place, if another goal takes it elsewhere."""
+        """Leave out each goal that a thing shall leave a place, if another goal takes the thing elsewhere;
+        return the rest."""
         meant = [(row, self._meaning(row)) for row in found]
         gone = {row.themes for row, one in meant if one is not None and one.needs and row.clause.place is not None}
         leaves = [row for row, one in meant if one is not None and one.without and not (one.needs or one.shown)]

@@ -143,7 +143,7 @@ def plain(value: Any) -> Any:
 
 
 def perceived_json(found: Perceived) -> dict[str, Any]:
-    """Return the result as JSON values, without images."""
+    """Return the answers to a perception query as JSON values, without images."""
     return {
         "query": str(found.query),
         "answers": [_percept_json(p) for p in found.answers],

@@ -189,7 +189,7 @@ class Answers(Struct):
 
     def _refused_before(self, item: Designator, belief: Belief, context: Context) -> Question | None:
         """Return an earlier question that was refused wherever the arm may be, and that differs from the new
-        one only in the arm's position.
+        one at most in the arm's position.
 
         None without one.
         """

@@ -68,7 +68,7 @@ def budget_of(scenario: Scenario) -> Budget:
 
 
 def budget_from(asked: Mapping[str, int], where: Callable[[str], str]) -> Budget:
-    """Return the budget that a file asks for.
+    """Return the search budget that a scenario or experiment file states.
 
     Args:
         where: "file:line" of a key.

@@ -71,7 +71,7 @@ def done(step: Operator) -> Done:
 
 
 def task_text(task: Done) -> str:
-    """Format a task that was done for people: "Placing(tin, shelf)"."""
+    """Return a completed task as text for people: "Placing(tin, shelf)"."""
     return f"{task[0].split(':')[-1]}({', '.join(e for _, e in task[1] if e != EFFECTOR)})"
 
 

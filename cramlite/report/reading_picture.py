@@ -105,7 +105,7 @@ class Told(Value):
 
     @property
     def differs(self) -> bool:
-        """Whether the readings of the demonstration disagree about what these actions are."""
+        """Whether the readings of the demonstration disagree about which tasks these actions are."""
         return len(set(zip(self.says, self.tasks, strict=True))) > 1
 
     def joined(self, other: Told) -> Told:

@@ -49,7 +49,8 @@ def experts() -> Iterable[Expert]:
 
 
 def by_paper(inputs: Inputs) -> Mapping[str, Any]:
-    """Estimate, by the paper's recipe, the poses of the models that an object's colour and size allow."""
+    """Estimate the poses of the models that an object's colour and size allow, by 12 ICPs from aligned
+    principal axes."""
     return registered(inputs, paper)
 
 

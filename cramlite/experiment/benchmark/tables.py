@@ -52,8 +52,8 @@ class Spread(Value):
 
 
 class PublishedRate(Value):
-    """Published success rate of a system, beside cramlite's success rate in the episodes of the same suites
-    that were run."""
+    """Published success rate of a system, beside cramlite's success rate in its own episodes of the
+    same suites."""
 
     system: str
     given: str

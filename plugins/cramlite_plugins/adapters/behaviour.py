@@ -113,7 +113,7 @@ class Resolve(py_trees.behaviour.Behaviour):  # type: ignore[misc]  # an extra, 
 
 
 class _Job:
-    """One search and one run of a behaviour, in a thread of its own.
+    """Thread in which a behaviour of a behaviour tree searches for a program once, and runs it.
 
     After an interruption the thread goes on with its own job only, which nobody reads any more.
     """

@@ -22,8 +22,8 @@ class HandAround:
         self.arm, self.thing = Arm(belief, context), thing
 
     def around(self, at: Pose, width: float, room: float = 0.0) -> Place | Refused:
-        """Find the widest opening at which the hand touches nothing, at a TCP pose around the bar and at the
-        stand-off before it.
+        """Find the widest opening at which the hand touches nothing, with the TCP at a pose around the bar of a
+        handle, and at the stand-off before it.
 
         Args:
             at: of the TCP, in the base frame.

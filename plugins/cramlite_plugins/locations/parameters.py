@@ -106,7 +106,7 @@ class JointWay(Value):
 
 
 class Turned(Value):
-    """Parameters of a turn of a thing about its joint, from where it is.
+    """Parameters of a turn of a thing about its joint, counted from the thing's present position.
 
     Args:
         turn: rotation vector in the thing's frame; what it has along the joint's axis counts [rad].

@@ -67,7 +67,7 @@ def draw_pace_and_tremor(person: Performer) -> None:
 
 
 def pause(person: Performer, own: Habits) -> None:
-    """Wait for a moment, if that was drawn as a habit of the person."""
+    """Wait for a moment, with the probability that the habits of the simulated person state."""
     if person.rng.random() < own.pause:
         person.wait(person.between(0.25, 0.8))
 

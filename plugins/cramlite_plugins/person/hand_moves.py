@@ -37,7 +37,7 @@ def extent(scene: Scene, grasp: Pose) -> float:
 
 
 def close(person: Performer, width: float) -> None:
-    """Close the fingers with a force between half and nearly all of their strength."""
+    """Close the fingers with a force drawn at random, of 50 to 90 % of their greatest force."""
     force = person.between(0.5, 0.9) * PINCH
     person.grip(max(width - 2 * force / SQUEEZE, 0.0), person.between(0.4, 0.8))
     person.wait(person.between(0.15, 0.4))

@@ -73,8 +73,8 @@ class Samples:
         return found if at == end else []
 
     def by_start(self, values: np.ndarray) -> dict[float, float]:
-        """Return the start time of each time window -> the window's value; ``values`` are in the order of the
-        windows."""
+        """Return a dictionary from the start time of each time window to its value; ``values`` has one for each
+        window, in order."""
         return dict(zip(self._cuts, values.tolist(), strict=False))
 
 

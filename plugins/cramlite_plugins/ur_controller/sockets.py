@@ -64,7 +64,7 @@ class Sockets:
         return 0 if value is None else value
 
     def socket_send_string(self, str: Any, socket_name: Any = "socket_0") -> bool:
-        """Send a text, line by line."""
+        """Send the lines of a text, one by one, to the server at the other end of a socket."""
         for line in show(str).splitlines():
             self._send(line, socket_name)
         return True

@@ -183,8 +183,8 @@ def readings(arm: StreamedArm, line: int, mount: RobotMount) -> Readings:
 
 
 class _Watched(Struct):
-    """Watcher of a run on a robot process: it checks the readings of each period, placed in the world, for
-    deviations."""
+    """Watcher of a run on a robot process: each period it converts the readings to the world frame and checks
+    them for deviations."""
 
     watch: Watch
     mount: RobotMount

@@ -151,7 +151,8 @@ class PlatformIndex(Value):
         return Pose(tuple(data.xpos[self.body]), tuple(data.xquat[self.body]))
 
     def put(self, data: Data, start: Pose, stand: Pose) -> None:
-        """Set the platform to a pose ``stand`` without any physics; ``start`` is where its mount is."""
+        """Set the platform to the pose ``stand`` in the model's data, without any physics; at ``start`` its
+        joints are at zero."""
         data.qpos[list(self.joints)] = flat(start.inverse() * stand)
 
 

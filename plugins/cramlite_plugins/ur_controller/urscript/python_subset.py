@@ -25,7 +25,8 @@ _CONSTANTS = (bool, float, int, str, type(None))
 
 
 class OtherPython(Exception):
-    """Error of generated code that is outside the subset: always a defect of the generator, not of the program."""
+    """Error: generated Python uses more than translated programs may use; always a defect of the generator,
+    not of the program."""
 
 
 def compiled(source: str, helpers: Iterable[str]) -> CodeType:
