@@ -69,7 +69,7 @@ class Frames:
 
     @property
     def states(self) -> Mapping[str, str]:
-        """Adjective -> form of the goal phrase about one thing that the adjective states, such as "open"."""
+        """Goal phrases about one thing by the adjective that states them: "open" -> "THING open"."""
         return {s[0]: f.phrase.form for f in self.unary for s in f.stated if len(s) == 1}
 
     @property

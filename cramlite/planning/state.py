@@ -111,8 +111,8 @@ def state_after_choice(state: State, item: Designator, answer: Grounding, choice
 
 
 def _state_believed(state: State, belief: Belief, by: str, **changes: Any) -> State:
-    """Return the search state with another belief, and with the things that pass into or out of the hand
-    between the two."""
+    """Return a search state with its belief replaced, and with a handover added for each thing that only one
+    of the two beliefs has in the hand."""
     new = handovers(state.belief, belief, by, optional=state.folding)
     return replace(state, belief=belief, handovers=(*state.handovers, *new), **changes)
 

@@ -72,7 +72,7 @@ class Episodes(Value):
         connect(self.experiment.beside(self.experiment.spec.benchmark), self.environment).close()
 
     def run(self, name: str, store: Store, processes: int) -> EpisodeResult:
-        """Play an episode; its twins run in as many processes as the engine starts."""
+        """Plan, prove and execute one episode of a benchmark; the engine decides how many processes run its twins."""
         del processes
         return play(Trial(
             self.experiment, Episode.named(name), store.folder(name).resolve(), self.environment, self.twins, self.attempt_refused,

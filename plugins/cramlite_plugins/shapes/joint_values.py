@@ -1,4 +1,4 @@
-"""Values of joints, by where their things are believed to be."""
+"""Joint values, computed from the believed poses of the things that the joints move."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Demands of later tasks on a placement: room to close a door or a drawer, room for the hand to leave, and a
-way to push in a toppled thing."""
+"""Demands of later tasks on a placement: that a door or drawer can still be closed, that the hand can leave,
+and that a payload that topples at its release can be pushed farther in."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Pushing a toppled thing back in: the fingers come down behind it and push its near end to the believed
-position of this end.
+"""Pushing of a thing that toppled into a shelf or cabinet and sticks out: fingers come down in front of it and
+push its outer end to where the belief has that end.
 
 What was let go of to tip over comes out with the hand, by more or less: wherever it is on their way, the fingers bring it to where it
 should be.
