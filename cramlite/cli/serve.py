@@ -114,7 +114,9 @@ class Service:
         try:
             request = _request(line)
             if request["method"] == "cancel":
-                self._say({"id": request["id"], "result": self._cancel(request["params"], request["id"])})
+                cancelled = self._to_cancel(request["params"], request["id"])
+                self._say({"id": request["id"], "result": {"cancelled": cancelled}})
+                self._cancelled.add(cancelled)  # after its answer, which comes before that of the request
             elif request["id"] in self._open:
                 said = f"a request with the id {request['id']!r} is not answered yet; give another one"
                 raise Refused(NO_REQUEST, said, request["id"])
@@ -128,16 +130,15 @@ class Service:
                 line = self._lines.readline(LONGEST_LINE + 1)
             self._say({"id": refused.id, "error": {"code": refused.code, "message": str(refused)}})
 
-    def _cancel(self, params: dict[str, Any], asked: Id) -> Any:
-        """End the search of a request that is not answered yet, or of a ``resolve`` that could still give
-        further programs."""
-        id_ = params.get("id")
+    def _to_cancel(self, params: dict[str, Any], asked: Id) -> Id:
+        """Return the id of the request to cancel: one that is not answered yet, or a ``resolve`` that could
+        still give further programs."""
+        id_: Id = params.get("id")
         if not _is_id(id_) or id_ is None or id_ not in self._open | set(self._found):
             waiting = ", ".join(repr(i) for i in [*self._open, *self._found]) or "none"
             said = f"'id' must be that of a request whose search goes on, not {id_!r}; there are: {waiting}"
             raise Refused(WRONG_PARAMS, said, asked)
-        self._cancelled.add(id_)
-        return {"cancelled": id_}
+        return id_
 
     def _answer(self, request: dict[str, Any]) -> dict[str, Any]:
         id_ = request["id"]

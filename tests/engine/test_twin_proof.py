@@ -230,5 +230,5 @@ def test_a_program_that_a_doubt_breaks_is_refused_with_the_reason(tmp_path: Path
     trace = Trace()
     assert next(ENGINE.resolve(read_scenario(path), trace=trace), None) is None
     proof = next(e for e in trace.entries if e.kind == "proof")
-    assert proof.outcome == "failed" and "twins: " in proof.reason and "poses alone" in proof.reason
+    assert proof.outcome == "failed" and "twins: " in proof.reason and "breaks it alone: poses" in proof.reason
     assert [e.outcome for e in trace.entries if e.kind == "twin"].count("failed") >= 1

@@ -199,7 +199,7 @@ def test_the_package_keeps_the_contract_and_its_text_is_the_same_again(motion: s
     spec.loader.exec_module(plugin)
     check_plugin(plugin)
     tasks = read_scenario(folder / "tests" / f"try_{motion}.yaml").spec.tasks or ()
-    first = ["cram:Screwing"] if motion == "screwing" else ["soma:Grasping", "soma:PickingUp"]
+    first = ["Screwing"] if motion == "screwing" else ["soma:Grasping", "soma:PickingUp"]
     assert [str(t.task) for t in tasks][:2] == first, "it takes the tool from where it stands"  # type: ignore[union-attr]
     said = {"weighing": "At the end the hand rests for", "screwing": "Rotation vector of Patient in its own frame"}
     assert said.get(motion, "Path of the bottom centre of Patient") in page_text(learned(motion))

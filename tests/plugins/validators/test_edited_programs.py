@@ -94,7 +94,7 @@ def test_a_carried_block_that_knocks_a_bystander_over_is_an_objection() -> None:
     said = objections(with_bystander_hit())
     assert "'bystander' hit 'shelf'" in said["collision"]  # it falls onto it, harder than it was hit
     assert "limit 2 N by default" in said["collision"] and "3.Placing/PuttingDown" in said["collision"]
-    assert "'bystander', which no task moved then, got" in said["bystanders"]
+    assert "'bystander', which no task moved then, was" in said["bystanders"]
     assert "limit 5 mm by default" in said["bystanders"]
 
 
@@ -129,7 +129,7 @@ LOWER, MOVE = "0.03, 0.01, 3.0, 9.0", "movej(placing_3_putting_down_transfer_joi
     [
         ("execution", LOWER, "0.025, 0.01, 3.0, 9.0", "0.01, 0.01, 3.0, 9.0", "3.Placing/PuttingDown/lower: no contact within 0.01 m"),
         ("force_peak", LOWER, "0.03, 0.01, 6.0, 9.0", "0.03, 0.01, 20.0, 9.0", "PuttingDown/lower, which ends at 3 N"),
-        ("tool_speed", MOVE, MOVE.replace("1.4, v=1.05", "8.0, v=2.4"), MOVE.replace("1.4, v=1.05", "8.0, v=2.8"), "of 1.5 m/s"),
+        ("tool_speed", MOVE, MOVE.replace("1.4, v=1.05", "8.0, v=2.4"), MOVE.replace("1.4, v=1.05", "8.0, v=2.8"), "limit 1.5 m/s"),
         ("payload", LOADED, "set_target_payload(1.18,", "set_target_payload(4.0,", "instead of 1.12 kg"),
     ],
 )
