@@ -149,6 +149,12 @@ FORGETTING, ADVERSE = _set("forgetting"), _set("adverse")
 """Words that a denial turns into a request, and words that turn one into its contrary."""
 LIMITING, ADVERBS, ABSTRACT, TIMED = _set("limiting"), _set("adverbs"), _set("abstract"), _set("timed")
 """Words in "-ly" that say how far, further adverbs, nouns of time and manner, and prepositions before these."""
+NARRATED, CLAUSAL, DEPENDENT = _set("narrated"), _set("clausal"), _set("dependent")
+"""Verbs of stories, words that join clauses, and those before a clause that depends on another one."""
+ENDED, PREPOSED, DATED = _set("ended"), _set("preposed"), _set("dated")
+"""Words with which no clause ends, prepositions before the subject of a clause, and times before it."""
+SPEAKING, OBLIGATION = _set("speaking"), _set("obligation")
+"""Verbs by which somebody may report a request, and words of duties and of the future."""
 ORIENTED = _set("oriented")
 """Words by which a purpose says how something shall stand."""
 TOGETHER, ADDRESS = _patterns("together"), _set("address")
