@@ -104,6 +104,8 @@ class Asides:
         subject, rest = span[: verbs[0]], span[verbs[0] :]
         if {*span} & english.WISHED and (self._about(span[1:]) or self._placed(span) or self._stated(span)):
             return False
+        if self._background.binds(span):
+            return False
         if persons:
             return not (span[0] == "you" and self._commands(tuple(w for w in span[1:] if w not in english.AUXILIARY)))
         known = any(map(self._known, subject)) or subject[0] in ("it", "they", "those", "these")
