@@ -68,7 +68,8 @@ class Background:
         start = 0
         for k in range(1, len(span)):
             relative = span[k] in english.RELATIVE and self._finite(span[start:k]) < 0  # "a stack that is out of true comes down"
-            if span[k] in english.CLAUSAL and not relative and self._own(span[k + 1 :]):
+            own = self._own(span[k + 1 :]) or (span[k] in english.RELATIVE and k + 1 < len(span) and self._verb(span, k + 1))
+            if span[k] in english.CLAUSAL and not relative and own:
                 yield span[start:k]
                 start = k + 1
         if start < len(span):
@@ -91,7 +92,7 @@ class Background:
             return True
         if article or self._known(word):
             return False
-        if word in english.AUXILIARY | english.STATIVE | english.PAST | english.NARRATED:
+        if word in english.AUXILIARY | english.STATIVE | english.PAST | english.NARRATED | english.NARRATING:
             return True
         ends = word.endswith("ed") or (word.endswith("s") and not word.endswith("ss") and not self._noun(word))
         return k > 0 and len(word) > 3 and ends and (word.endswith("ed") or piece[k - 1] not in english.PREPOSED)
@@ -126,6 +127,7 @@ class Background:
         subject = piece[:at]
         if subject == ("there",):
             subject = piece[at + 1 : at + 6]
+        subject = subject[:-1] if len(subject) > 1 and subject[-1] in english.RELATIVE else subject
         bare = len(subject) < 4 and not {*subject} & (english.THE | english.ONE)
         begun = subject[0] in english.DEICTIC | english.PERSONS | english.POSSESSIVE | english.PREPOSED | english.DATED
         if not (bare or begun) or (len(subject) == 1 and subject[0] in {*english.PRONOUNS, "one", "ones"}) or {*piece} & {"you", "please"}:

@@ -149,8 +149,8 @@ FORGETTING, ADVERSE = _set("forgetting"), _set("adverse")
 """Words that a denial turns into a request, and words that turn one into its contrary."""
 LIMITING, ADVERBS, ABSTRACT, TIMED = _set("limiting"), _set("adverbs"), _set("abstract"), _set("timed")
 """Words in "-ly" that say how far, further adverbs, nouns of time and manner, and prepositions before these."""
-NARRATED, CLAUSAL, DEPENDENT = _set("narrated"), _set("clausal"), _set("dependent")
-"""Verbs of stories, words that join clauses, and those before a clause that depends on another one."""
+NARRATED, NARRATING, CLAUSAL, DEPENDENT = _set("narrated"), _set("narrating"), _set("clausal"), _set("dependent")
+"""Verbs of stories in the past and in the present, words that join clauses, and those before a clause that depends on another one."""
 ENDED, PREPOSED, DATED = _set("ended"), _set("preposed"), _set("dated")
 """Words with which no clause ends, prepositions before the subject of a clause, and times before it."""
 PLEASED, EXCLAIMED = _set("pleased"), _patterns("exclaimed")

@@ -175,6 +175,7 @@ def _sided(words: Words) -> Words:
     "two"."""
     said = " ".join(words)
     said = re.sub(r"\b(?:to|on|at|by|onto) (?:its|their|his|her) (left|right)(?: hand)?(?: side)?\b", r"to the \1 of it", said)
+    said = re.sub(r"\b((?:a single|any) \w+) left(?= (?:in|on|over)\b)", r"\1", said)
     said = re.sub(r"\ba (?:couple|pair)(?: of)?\b", "two", said)
     said = re.sub(r"\bthere (should|must|shall) not be any\b", r"there \1 be no", said)
     said = re.sub(r"\b(?:can|could|may) (?:i|we) (?:have|get)\b", "give me", said)

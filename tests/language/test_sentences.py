@@ -334,7 +334,7 @@ def test_constructions_that_say_too_little_or_what_is_not_so_are_asked_back(name
             ["door open"],
         ),
         (
-            "tasks/closing", "There's a draught in here that takes me back, when all the pipes froze; would you push that door to for me?",
+            "tasks/closing", "There's a draught in here that takes me right back to the winter, when all the pipes froze; would you push that door to for me?",
             ["door closed"],
         ),
         (
