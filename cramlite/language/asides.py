@@ -50,6 +50,7 @@ class Asides:
             span = self.words[k:end]
             asked = self._open_ended(span) or self._requests(span)
             told = not self._open_ended(span) and not self._measured(span) and self._background.tells(span, self.words[end:])
+            asked = asked or self._background.cut(span, self.words[end:])
             if self._is_indifferent(span) or told or (not asked and self._is_aside(span, k, end)):
                 yield end
         yield from self._matrices(k)

@@ -40,8 +40,7 @@ class Background:
         pieces = list(self._pieces(span))
         if {*span[:2]} & english.PROVIDING:
             return False
-        cut = behind[:1] and behind[0] in ("and", "or", "than") and not self._own(behind[1:])
-        if cut or not pieces or any(w in english.ENDED for w in span[-1:]):
+        if self.cut(span, behind) or not pieces or any(w in english.ENDED for w in span[-1:]):
             return False
         first, *others = pieces
         stop = next((k for k, w in enumerate(behind) if w in english.STOPS), 0)
@@ -51,6 +50,12 @@ class Background:
             strange = first[1] in english.PERSONS or not self._about(first)
             return strange and not {*first} & {"have", "has"} and self._past(first[1:]) and all(map(self._harmless, (first[1:], *others)))
         return self._story(first) and all(map(self._harmless, others))
+
+    def cut(self, span: Words, behind: Words) -> bool:
+        """Check whether a story may go on behind its words: "somebody moved the can and (the mug | put the mug on the tray)"."""
+        goes_on = behind[:1] in (("and",), ("or",), ("than",)) and len(behind) > 1
+        again = goes_on and any(self._frames.participles(behind, 1)) and any(self._frames.verbs(behind, 1)) and self._past(span)
+        return again or (goes_on and self._finite(span) > 0 and not self._own(behind[1:]))
 
     def _needs(self, piece: Words) -> bool:
         """Check whether a clause before "so" wants something that no scene has: "I want some air in that cabinet"."""
@@ -88,7 +93,7 @@ class Background:
     def _verb(self, piece: Words, k: int) -> bool:
         word = piece[k]
         article = k > 0 and piece[k - 1] in english.THE | english.ONE
-        if word in english.AUXILIARY and k and piece[k - 1] not in english.THE:
+        if word in english.AUXILIARY and k and piece[k - 1] not in english.THE - english.PRONOUNS.keys():
             return True
         if article or self._known(word):
             return False
@@ -128,6 +133,10 @@ class Background:
         if subject == ("there",):
             subject = piece[at + 1 : at + 6]
         subject = subject[:-1] if len(subject) > 1 and subject[-1] in english.RELATIVE else subject
+        people = {*subject} & (english.PERSONS | english.POSSESSIVE)
+        rest = tuple(w for w in piece[at + 1 :] if w not in english.ADVERBS and not w.endswith("ly"))
+        if piece[at].endswith("ed") and not people and (not rest or rest[0] in english.PREPOSED):
+            return False  # "the napkin folded" may be asked for
         bare = len(subject) < 4 and not {*subject} & (english.THE | english.ONE)
         begun = subject[0] in english.DEICTIC | english.PERSONS | english.POSSESSIVE | english.PREPOSED | english.DATED
         if not (bare or begun) or (len(subject) == 1 and subject[0] in {*english.PRONOUNS, "one", "ones"}) or {*piece} & {"you", "please"}:
