@@ -127,7 +127,7 @@ class Background:
         at = self._finite(piece)
         if at < 1 or piece[0] in english.AUXILIARY or self._commands(piece) or not self._harmless(piece):
             return False
-        if {*piece[:at]} <= english.ADVERBS | english.CLAUSAL:
+        if {*piece[:at]} <= english.ADVERBS | english.CLAUSAL or (piece[0].startswith(("wh", "how")) and piece[0] != "who"):
             return False
         subject = piece[:at]
         if subject == ("there",):

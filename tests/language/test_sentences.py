@@ -384,6 +384,7 @@ def test_stories_around_a_request_ask_for_nothing(name: str, sentence: str, expe
         (KITCHEN, "Somebody wanted the can in the basket; put the mug on the tray."),
         (KITCHEN, "The can was meant for the basket; put the mug on the tray."),
         (KITCHEN, "The lid closed; put the mug on the tray."),
+        (KITCHEN, "Put the mug down beside the bowl, wherever that is."),
         (KITCHEN, "Someone moved the can and the mug on the tray."),
         (KITCHEN, "My neighbour took the tin out of the drawer and put the mug on the tray."),
         ("kitchen/table_for_four", "I don't want to see a single can left in the drawer."),
