@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from . import english
+from .background import Background
 from .english import Words, starts
 from .frames import Frames
 
@@ -33,6 +34,7 @@ class Asides:
     def __init__(self, words: Words, frames: Frames, known: Callable[[str], bool], noun: Callable[[str], bool]) -> None:
         self.words, self._frames, self._known, self._noun = words, frames, known, noun
         self._states = frames.states.keys() - english.AUXILIARY
+        self._background = Background(frames, known, noun, self._placed, self._commands, self._requests)
 
     def ends(self, at: int) -> Iterator[int]:
         """Generate the word indices at which an aside (a remark) that begins at a given word may end, the
@@ -47,7 +49,9 @@ class Asides:
         for end in reversed(bounds):
             span = self.words[k:end]
             asked = self._open_ended(span) or self._requests(span)
-            if self._is_indifferent(span) or (not asked and self._is_aside(span, k, end)):
+            told = not self._open_ended(span) and not self._measured(span) and self._background.tells(span, self.words[end:])
+            asked = asked or self._background.cut(span, self.words[end:])
+            if self._is_indifferent(span) or told or (not asked and self._is_aside(span, k, end)):
                 yield end
         yield from self._matrices(k)
 
@@ -100,6 +104,8 @@ class Asides:
             return False
         subject, rest = span[: verbs[0]], span[verbs[0] :]
         if {*span} & english.WISHED and (self._about(span[1:]) or self._placed(span) or self._stated(span)):
+            return False
+        if self._background.binds(span):
             return False
         if persons:
             return not (span[0] == "you" and self._commands(tuple(w for w in span[1:] if w not in english.AUXILIARY)))

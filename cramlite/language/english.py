@@ -149,6 +149,18 @@ FORGETTING, ADVERSE = _set("forgetting"), _set("adverse")
 """Words that a denial turns into a request, and words that turn one into its contrary."""
 LIMITING, ADVERBS, ABSTRACT, TIMED = _set("limiting"), _set("adverbs"), _set("abstract"), _set("timed")
 """Words in "-ly" that say how far, further adverbs, nouns of time and manner, and prepositions before these."""
+NARRATED, NARRATING, CLAUSAL, DEPENDENT = _set("narrated"), _set("narrating"), _set("clausal"), _set("dependent")
+"""Verbs of stories in the past and in the present, words that join clauses, and those before a clause that depends on another one."""
+ENDED, PREPOSED, DATED = _set("ended"), _set("preposed"), _set("dated")
+"""Words with which no clause ends, prepositions before the subject of a clause, and times before it."""
+PLEASED, EXCLAIMED = _set("pleased"), _patterns("exclaimed")
+"""Adjectives before what is wished, and exclamations and comments between commas."""
+PROVIDING, TITLES, INTENDED = _set("providing"), _set("titles"), _set("intended")
+"""Words of conditions, at the beginning of a clause, nouns before the numbers of a list, and verbs in the past that still ask."""
+MODAL, RELATIVE = _set("modal verbs"), _set("relative pronouns")
+"""Verbs that oblige or permit, and pronouns that begin a clause about what was just named."""
+SPEAKING, OBLIGATION = _set("speaking"), _set("obligation")
+"""Verbs by which somebody may report a request, and words of duties and of the future."""
 ORIENTED = _set("oriented")
 """Words by which a purpose says how something shall stand."""
 TOGETHER, ADDRESS = _patterns("together"), _set("address")

@@ -270,7 +270,8 @@ class NounParser:
             yield from self._sides(start, deep)
             yield from self._relations(start, deep)
         yield from ((Link("here", self.words[begin:end]), end) for end in starts(self.words, begin, english.POINTED))
-        if begin != at and begin < len(self.words) and self.words[begin] in self.states:
+        placed = self.words[begin : begin + 1] and self.words[begin] in english.PLACED and starts(self.words, begin + 1, self.prepositions)
+        if begin != at and begin < len(self.words) and self.words[begin] in self.states and not placed:
             yield Link("state", (self.words[begin],)), begin + 1
         end = begin
         while end < len(self.words) and (self._is_colour(end) or (end > begin and self.words[end] == "and")):

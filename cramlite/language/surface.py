@@ -32,7 +32,7 @@ class Surface:
         return tuple(dict.fromkeys(self._plain(v) for v in self._repaired(words)))
 
     def _plain(self, words: Words) -> Words:
-        return _stopped(self._numbered(_sided(self._without_fillers(_without_prelude(words)))))
+        return _stopped(self._numbered(_sided(self._without_fillers(_without_prelude(_without_exclamations(_without_titles(words)))))))
 
     def _without_fillers(self, words: Words) -> Words:
         left, k = list[str](), 0
@@ -175,6 +175,7 @@ def _sided(words: Words) -> Words:
     "two"."""
     said = " ".join(words)
     said = re.sub(r"\b(?:to|on|at|by|onto) (?:its|their|his|her) (left|right)(?: hand)?(?: side)?\b", r"to the \1 of it", said)
+    said = re.sub(r"\b((?:a single|any) \w+) left(?= (?:in|on|over)\b)", r"\1", said)
     said = re.sub(r"\ba (?:couple|pair)(?: of)?\b", "two", said)
     said = re.sub(r"\bthere (should|must|shall) not be any\b", r"there \1 be no", said)
     said = re.sub(r"\b(?:can|could|may) (?:i|we) (?:have|get)\b", "give me", said)
@@ -205,3 +206,35 @@ def _stopped(words: Words) -> Words:
             continue
         found.append(word)
     return tuple(found)
+
+
+def _without_exclamations(words: Words) -> Words:
+    """Return the words without exclamations and comments between commas: "my late husband, God rest him, never left"."""
+    left, k = list[str](), 0
+    while k < len(words):
+        apart = not left or left[-1] in STOPS
+        end = next((e for e in starts(words, k, english.EXCLAIMED) if words[e : e + 1] == () or words[e] in STOPS), k) if apart else k
+        follows = words[end + 1 : end + 2]
+        finite = bool(follows) and follows[0] in english.AUXILIARY | english.PAST | english.NARRATED | {"never", "always"}
+        if end > k and finite and words[end] == "," and left[-1:] == [","]:
+            left.pop()
+            k = end + 1
+        elif end > k:
+            k = end
+        else:
+            left.append(words[k])
+            k += 1
+    return tuple(left)
+
+
+def _without_titles(words: Words) -> Words:
+    """Return the words without the numbers of a list: "one, open the drawer; two, ...", "job one: ..."."""
+    titles = list[tuple[int, int]]()
+    for k in range(len(words)):
+        at = k + (words[k] in english.TITLES)
+        number = _digits(words[at]) if at < len(words) else ""
+        begins = k == 0 or words[k - 1] in STOPS - {","}
+        if begins and number == str(len(titles) + 1) and words[at + 1 : at + 2] in ((",",), (":",)):
+            titles.append((k, at + 2))
+    left = (w for k, w in enumerate(words) if not any(start <= k < end for start, end in titles))
+    return tuple(left) if len(titles) > 1 else words

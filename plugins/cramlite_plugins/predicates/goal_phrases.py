@@ -204,7 +204,7 @@ TAKE = (
 HOLD = (
     "pick_up|pick|grab|grasp|take|lift|lift_up|hold|get|fetch|grip|seize|get_hold_of|take_hold_of|collect|raise|hold_on_to|take_up|"
     "bring_me|hand_me|give_me|pass_me|hand_over|catch_hold_of|lay_hold_of|grab_hold_of|clutch|clasp|snatch|hang_on_to|keep_hold_of|retrieve|"
-    "take_out|get_out|bring_out|lift_out|fish_out|pull_out|take_down|get_down|bring_down|lift_down|lift_off|unhook|bring_us|get_me|fetch_me|hoist|hoist_up|pick_me_up|scoop_up|gather|gather_up|round_up|snatch_up|carry|hold_up|grab_onto|hold_onto|hold_fast|clench|pinch|pluck|recover"
+    "take_out|get_out|bring_out|lift_out|fish_out|pull_out|draw_out|take_down|get_down|bring_down|lift_down|lift_off|unhook|bring_us|get_me|fetch_me|hoist|hoist_up|pick_me_up|scoop_up|gather|gather_up|round_up|snatch_up|carry|hold_up|grab_onto|hold_onto|hold_fast|clench|pinch|pluck|recover"
 )
 """Verbs of holding (15.1), and of giving to people."""
 UPON = "on|onto|on_top_of|upon|over|on_to|across|up_on|down_on|back_on"
@@ -268,7 +268,7 @@ OPENED = (
     ),
     GoalPhrase(
         "THING open by AMOUNT", _opened_by, ("is", "stands"),
-        ("open|open_up|pull_open|slide_open|pull_out|extend|crack|crack_open|pull|bring|slide|draw THING by AMOUNT",), _jointed,
+        ("open|open_up|pull_open|slide_open|pull_out|draw_out|extend|crack|crack_open|pull|bring|slide|draw THING by AMOUNT",), _jointed,
     ),
     GoalPhrase(
         "THING turned on", partial(_turned, on=True), asked=(START, f"{TURN} THING on|to_on|to_the_on_position"), about=_jointed
