@@ -9,7 +9,7 @@ import pytest
 from msgspec.structs import replace
 
 from cramlite import Engine, UserError, read_scenario
-from cramlite.model import InHand, Pose, World
+from cramlite.model import InHand, Joint, Pose, World
 from cramlite.scenario.worlds import corrected
 
 ENGINE = Engine()
@@ -96,3 +96,13 @@ def test_a_payload_that_was_read_inside_its_support_touches_it_in_belief(tmp_pat
         assert mount.holds is not None
         there = (tool * mount.holds.tcp_to_thing).position
         assert there == pytest.approx(mended.thing("box").pose.position), "the hand stays, and the thing is elsewhere in it"
+
+
+def test_a_drawer_whose_handle_is_in_the_hand_stays_while_others_settle(tmp_path: Path) -> None:
+    world = read(tmp_path, "", 0.44 + 0.16)
+    sunk = world.moved({"can": Pose((0.45, 0.1, 0.03))})  # 10 mm inside the box
+    rail = Joint("slide", Pose(), 0.0, 0.2)
+    drawer = replace(world.thing("wall"), name="drawer", pose=Pose((0.3, 0.4, 0.03)), mass=0.5, joint=rail)
+    mount = replace(world.robots[0], holds=InHand("drawer", Pose(), 10.0))
+    mended = corrected(replace(sunk, things=(*sunk.things, drawer), robots=(mount,)), ENGINE.knowledge, 0.03)
+    assert mended.thing("drawer").pose == drawer.pose and mended.thing("can").pose != sunk.thing("can").pose

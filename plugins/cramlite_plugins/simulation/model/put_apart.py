@@ -147,7 +147,7 @@ def _at_rest(start: World, read: World, pair: tuple[str, str], deep: float) -> d
     Empty if the pair overlaps again.
     """
     held = {m.holds.thing for m in start.robots if m.holds}
-    things = tuple(replace(t, mass=None) if t.name in held else t for t in start.things)
+    things = tuple(replace(t, mass=None, joint=None) if t.name in held else t for t in start.things)
     compiled = compile_world(replace(start, robots=(), things=things), {})
     data = compiled.data()
     while data.time < SETTLE:
