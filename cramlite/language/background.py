@@ -48,7 +48,8 @@ class Background:
             return True
         if first[0] in english.DEPENDENT and len(first) > 2:  # ", when all the pipes froze"
             strange = first[1] in english.PERSONS or not self._about(first)
-            return strange and not {*first} & {"have", "has"} and self._past(first[1:]) and all(map(self._harmless, (first[1:], *others)))
+            lasts = {*first} & english.PERFECT - {"had"}
+            return strange and not lasts and self._past(first[1:]) and all(map(self._harmless, (first[1:], *others)))
         return self._story(first) and all(map(self._harmless, others))
 
     def cut(self, span: Words, behind: Words) -> bool:
@@ -107,7 +108,7 @@ class Background:
         if at < 0:
             return False
         word = piece[at]
-        perfect = word in ("have", "has", "had") and any(self._done(w) for w in piece[at + 1 : at + 4])
+        perfect = word in english.PERFECT and any(self._done(w) for w in piece[at + 1 : at + 4])
         if perfect:
             return True
         told = word in english.PAST | english.NARRATED or word in ("was", "were", "had", "did") or word.endswith("ed")

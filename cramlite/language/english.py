@@ -145,6 +145,8 @@ WHILE = _set("while")
 """Words before a clause of time or a condition, with its subject."""
 JOINTS, OPENS, MATRIX = _set("joints"), _set("opens"), _set("matrix")
 """Words that join clauses, that end what introduces a request, and that begin it."""
+PERFECT = _set("perfect")
+"""Auxiliary verbs of the perfect."""
 FORGETTING, ADVERSE = _set("forgetting"), _set("adverse")
 """Words that a denial turns into a request, and words that turn one into its contrary."""
 LIMITING, ADVERBS, ABSTRACT, TIMED = _set("limiting"), _set("adverbs"), _set("abstract"), _set("timed")
