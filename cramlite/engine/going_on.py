@@ -35,7 +35,7 @@ from .proof import prove
 from .read_belief import real_after, world_as_read
 from .replanning import SLOW, Attempt, Round, Say, way_back
 from .rest_of_plan import rests_of_plan
-from .rest_of_program import rest_of
+from .rest_of_program import may_be_finished, rest_of
 from .search_in_setting import search_in
 from .setting import with_load
 
@@ -295,7 +295,7 @@ class GoingOn:
         if self.goal is not None and holds is None and self._holds(watch):
             return None, REACHED
         hand = f", with '{holds.thing}' in the hand" if holds else ""
-        rest = self._same_program(done, world) if watch.nothing_moved and notice.kind is not Deviation.GOAL_CHANGED else None
+        rest = self._same_program(done, world) if may_be_finished(notice, watch) else None
         if rest is not None:
             return rest, f"goes on with the rest of the same program{hand}: all things are where its proof had them"
         whole, stopped = budget_of(self.scenario), done.step != BACK

@@ -14,6 +14,7 @@ from msgspec.structs import replace
 from ..model.designator_name import enclosing_names
 from ..model.geometry import Pose
 from ..model.handover import Handover
+from ..model.readings import Deviation
 from ..model.steps import MoveJoints, MoveLinear, MoveUntilContact, SetGripper, SetPayload, Wait, ZeroSensor, walk
 from ..model.world import Geom
 from .proof import load_on_the_flange
@@ -22,15 +23,26 @@ if TYPE_CHECKING:
     from collections.abc import Collection
 
     from ..model.program import Program
+    from ..model.readings import Notice
     from ..model.steps import AnyStep, Joints
     from ..model.world import Thing, World
     from ..plugin.protocols import Candidate
+    from .expectation import RunWatch
     from .setting import Setting
 
+UNEXPLAINED = frozenset(
+    {Deviation.CONTACT, Deviation.STUCK, Deviation.REFUSED, Deviation.GOAL_CHANGED, Deviation.GOAL_MISSED}
+)
+"""Deviations that the same program would meet again: what the arm met or held it is not in the belief, or it does not lead to the goal."""
 ROOM = 0.01
 """Distance that the rest keeps from things that came meanwhile [m]: 5 mm as planned paths do, and 5 mm for the noise of readings."""
 ON_WAY = 0.05
 """Largest distance of a stopped arm from the line between two via points that it was on, in joint space [rad]: corners are rounded."""
+
+
+def may_be_finished(notice: Notice, watch: RunWatch) -> bool:
+    """Check that a stopped program may be finished: nothing has moved, and the cause of the stop is known and over."""
+    return watch.nothing_moved and notice.kind not in UNEXPLAINED
 
 
 def rest_of(candidate: Candidate, origin: str, setting: Setting) -> Candidate | None:
@@ -61,14 +73,14 @@ def rest_of(candidate: Candidate, origin: str, setting: Setting) -> Candidate | 
 
 
 def _with_room(world: World, known: Collection[str]) -> World:
-    """Return a world with boxes around all things but the known ones, larger by ``ROOM`` on each side and as much above their supports."""
-    up = Pose((0.0, 0.0, ROOM))
-    return replace(world, things=tuple(t if t.name in known else replace(t, pose=up * t.pose, geoms=_boxes(t)) for t in world.things))
+    """Return a world in which all things but the known ones have boxes around their shapes, with room on each side."""
+    return replace(world, things=tuple(t if t.name in known else replace(t, geoms=_boxes(t)) for t in world.things))
 
 
 def _boxes(thing: Thing) -> tuple[Geom, ...]:
-    """Return the boxes around the shapes of a thing, larger by ``ROOM`` on each side."""
-    return tuple(Geom("box", tuple(half + ROOM for half in g.half_extents), g.pose) for g in thing.geoms)
+    """Return boxes around the shapes of a thing, larger by ``ROOM`` on each side, and as much higher, to stay above their support."""
+    up = thing.pose.inverse() * Pose((0.0, 0.0, ROOM)) * thing.pose
+    return tuple(Geom("box", tuple(half + ROOM for half in g.half_extents), up * g.pose) for g in thing.geoms)
 
 
 def _finished(step: AnyStep, joints: Joints) -> tuple[AnyStep, ...]:

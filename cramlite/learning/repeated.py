@@ -104,7 +104,6 @@ def _alike(points: Floats, lag: int) -> tuple[int, int, int, float] | None:
     return first, last + lag, lag, round(float(apart[first:last].mean()), 5)
 
 
-
 def _extents(points: Floats, lag: int) -> Floats:
     """Return for each position the longest side [m] of the box around the path's next ``lag`` positions."""
     from scipy.ndimage import maximum_filter1d, minimum_filter1d

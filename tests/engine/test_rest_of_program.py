@@ -6,14 +6,16 @@ from typing import Any
 
 import pytest
 from helpers.short_runs import good
+from helpers.watched_runs import proof, readings
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from cramlite import Engine
-from cramlite.engine.rest_of_program import ROOM, _boxes, _passed, rest_of
+from cramlite.engine.expectation import RunWatch
+from cramlite.engine.rest_of_program import ROOM, _boxes, _passed, may_be_finished, rest_of
 from cramlite.engine.setting import Setting
-from cramlite.model import Action, Geom, MoveJoints, Pose, Thing
+from cramlite.model import Action, Deviation, Geom, MoveJoints, Notice, Pose, Thing
 from cramlite.model.handover import Handover
 from cramlite.model.program import Section
 from cramlite.model.steps import ForceInsert, MoveLinear, MoveUntilContact, SetGripper, ZeroSensor
@@ -36,7 +38,25 @@ def test_before_the_first_line_no_via_point_is_passed() -> None:
 
 def test_what_came_is_larger_on_each_side() -> None:
     thing = Thing("can", "soma:DesignedArtifact", Pose(), (Geom("cylinder", (0.03, 0.05)),))
-    assert _boxes(thing)[0].half_extents == pytest.approx((0.03 + ROOM, 0.03 + ROOM, 0.05 + ROOM))
+    (box,) = _boxes(thing)
+    assert box.half_extents == pytest.approx((0.03 + ROOM, 0.03 + ROOM, 0.05 + ROOM))
+    lying = replace(thing, pose=Pose.from_rotvec((0.5, 0.0, 0.03), (1.5708, 0.0, 0.0)))
+    (box,) = _boxes(lying)
+    assert (lying.pose * box.pose).position == pytest.approx((0.5, 0.0, 0.03 + ROOM), abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("deviation", "block", "may"),
+    [
+        (Deviation.STOPPED, 0.5, True), (Deviation.ADDED, 0.5, True), (Deviation.ADDED, 0.53, False),
+        (Deviation.CONTACT, 0.5, False), (Deviation.STUCK, 0.5, False), (Deviation.GOAL_CHANGED, 0.5, False),
+    ],
+)  # fmt: skip
+def test_a_program_is_finished_only_where_nothing_moved_and_its_stop_is_explained(deviation: Deviation, block: float, may: bool) -> None:
+    watch = RunWatch(proof())
+    watch.see(readings(0.0))
+    watch.rest(readings(0.04, block=Pose((block, 0.0, 0.05))))
+    assert may_be_finished(Notice(deviation, 0.04, "", ""), watch) is may
 
 
 @pytest.fixture
