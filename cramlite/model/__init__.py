@@ -64,7 +64,7 @@ if TYPE_CHECKING:
     from .handover import Handover as Handover
     from .imported_robot import ImportedRobot as ImportedRobot
     from .imported_scene import ImportedScene as ImportedScene, StatedJoint as StatedJoint
-    from .joint import Joint as Joint
+    from .joint import Joint as Joint, opened as opened
     from .known_kind import BuiltLibrary as BuiltLibrary, KnownKind as KnownKind
     from .judging_limits import JudgingLimits as JudgingLimits
     from .linkage import Linkage as Linkage
@@ -95,7 +95,7 @@ if TYPE_CHECKING:
     from .proof_doubts import ProofDoubts as ProofDoubts
     from .remedy import Remedy as Remedy
     from .readings import Deviation as Deviation, Notice as Notice, Readings as Readings, Watch as Watch
-    from .robot import Gripper as Gripper, Platform as Platform, Robot as Robot
+    from .robot import WRIST_TURN as WRIST_TURN, Gripper as Gripper, Platform as Platform, Robot as Robot
     from .robot_file import HandFile as HandFile, RobotFile as RobotFile, Stated as Stated
     from .rollout import Message as Message, Rollout as Rollout, Scene as Scene, Solid as Solid, Touch as Touch
     from .run_limits import OVERSHOOT as OVERSHOOT, Reached as Reached, reached as reached

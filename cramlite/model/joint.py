@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import Literal, TypeVar
 
 from ..base.value import Value
-from .geometry import Pose
+from .geometry import Floats, Pose
+
+V = TypeVar("V", float, Floats)
 
 
 class Joint(Value):
@@ -15,7 +17,7 @@ class Joint(Value):
     Args:
         kind: along, or about, the z axis of ``pose``.
         pose: of the joint, in the thing's frame.
-        lower, upper: its range [m, rad]; at the lower end the thing is closed.
+        lower, upper: its range [m, rad]; at the lower end the thing is closed, unless a spring draws it to a ``rest`` between both ends.
         value: at the start, where the thing's own pose says that it is [m, rad].
         parent: the thing that it is mounted in, which stands still, or moves on a joint itself, as a door with its lever; "" for none.
         damping: [N s/m, Nm s/rad].
@@ -45,6 +47,15 @@ class Joint(Value):
         step = Pose((0.0, 0.0, by)) if self.kind == "slide" else Pose.from_rotvec((0.0, 0.0, along), (0, 0, by))
         return thing * self.pose * step * self.pose.inverse()
 
+    @property
+    def closed(self) -> float:
+        """Value at which the thing is closed: the lower end, or the rest of its spring, if that is between the ends [m, rad]."""
+        return min(self.rest, self.upper) if self.spring and self.rest > self.lower else self.lower
+
+    def opening(self, value: float) -> float:
+        """Return how far the thing is open at a value of its joint, as a share from 0 (closed) to 1."""
+        return opened(value, self.lower, self.upper, self.closed)
+
     def between(self, thing: Pose, other: Pose) -> float:
         """Return the displacement of the joint from one pose of its thing to another [m, rad]."""
         step = (thing * self.pose).inverse() * (other * self.pose)
@@ -52,3 +63,15 @@ class Joint(Value):
             return step.position[2]
         turn = float(step.rotvec[2])
         return turn + math.tau * round(step.position[2] / self.pitch - turn / math.tau) if self.pitch else turn
+
+
+def opened(values: V, lower: float, upper: float, closed: float) -> V:
+    """Return how far a thing is open at values of its joint, as shares from 0 (closed) to 1; below its lower end, less than 0.
+
+    Args:
+        lower, upper: the range.
+        closed: value at which it is closed; if it is between both ends, the thing opens either way.
+    """
+    if closed <= lower:
+        return (values - lower) / ((upper - lower) or 1.0)
+    return abs(values - closed) / max(upper - closed, closed - lower)

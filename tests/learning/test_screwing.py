@@ -67,6 +67,7 @@ def test_a_turn_is_told_about_the_things_own_axis() -> None:
     proposal = taught(person(1), person(2), person(3))
     assert proposal.turning is not None and proposal.steps == () and proposal.done
     turn, role = proposal.turning
+    assert proposal.above == "dul:Task", "nothing begins or ends in it, so that it is no Reaching"
     assert role == "Patient" and turn.axis == (0.0, 0.0, -1.0) and turn.strokes == 5
     assert turn.angle == pytest.approx(2 * math.tau, rel=0.05) and turn.least > math.tau and turn.most < 3 * math.tau
     assert proposal.rule["run"] == ["turns_screwing(Patient)"]
