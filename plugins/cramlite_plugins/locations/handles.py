@@ -99,7 +99,8 @@ def check_way(location: Location, thing: Thing, belief: Belief, context: Context
             return
         there = {name for entry in met.blocking or () for name in ((entry,) if isinstance(entry, str) else entry)}
         put = (n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing in there and v.leaves_thing)
-        ways = led_by(location, context) if drives else ()  # else moving what is in the way is all that helps
+        levers = belief.world.mounted_on(thing.name)  # one of them may free the way
+        ways = led_by(location, context) if drives or levers else ()  # else moving what is in the way is all that helps
         raise Unresolvable(met.reason, (location.of or "", *put, *ways), blocking=met.blocking, collision=met.collision, remedy=met.remedy)
 
 
