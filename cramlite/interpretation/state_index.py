@@ -74,7 +74,7 @@ class StateIndex:
 
 
 def _kinds(events: Iterable[Event]) -> dict[int, int]:
-    """Number events so that events of one class with the same roles get the same number."""
+    """Assign a number to each event; events of one class with the same roles get the same number."""
     numbers: dict[object, int] = {}
     return {
         id(e): numbers.setdefault((e.type, e.inferred, tuple(sorted(e.roles.items()))), len(numbers)) for e in events

@@ -16,7 +16,7 @@ from .timeline import Phase
 
 
 class Truth(Value):
-    """Binding under which a condition is true or unknown.
+    """Assignment of entities to the variables of a condition, under which the condition is true or unknown.
 
     Args:
         binding: variable -> entity.

@@ -225,7 +225,7 @@ class MoveLinear(Step):
 
 
 class SetGripper(Step):
-    """Gripper motion to an opening, awaited.
+    """Gripper motion to an opening; the next step begins when the motion has ended.
 
     Args:
         opening: distance between the pads to go to [m].
@@ -356,7 +356,7 @@ def branches(step: Control) -> tuple[tuple[AnyStep, ...], ...]:
 
 
 def uses_arm(steps: Iterable[AnyStep]) -> bool:
-    """Check whether some steps need the arm; all do except gripper motions and dwells.
+    """Check whether any of some program steps needs the arm; all kinds do except gripper motions and dwells.
 
     A driving platform moves the arm, too.
     """

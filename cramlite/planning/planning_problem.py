@@ -181,8 +181,8 @@ class PlanningProblem(Value, eq=False):
         return frozenset(n for n in (self._in_the_way | on_loose) & things.keys() if things[n].movable)
 
     def _allowed(self, schema: ActionSchema, table: Table, scope: Scope) -> Table:
-        """Return a table of things for roles, without movable things where something is put on them, unless
-        the goal asks for that.
+        """Return a table of things for a role, without movable supports if the scope allows only fixed ones, except
+        where the goal asks to put something on them.
 
         A thing that the task merely acts on, such as the drawer that it opens, is no place.
         """
