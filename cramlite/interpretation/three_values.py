@@ -58,7 +58,8 @@ def _or_unknown(atom: Atom, phase: Phase, binding: Binding, found: list[Truth]) 
 
 
 def _by_binding(found: list[Truth]) -> list[Truth]:
-    """Merge the truth values of a condition that have equal bindings into one, with all their unknown conditions."""
+    """Merge the truth values of a condition that have equal variable bindings into one, which lists the unknown
+    conditions of all."""
     groups: dict[str, list[Truth]] = {}
     for one in found:
         groups.setdefault(str(sorted(one.binding.items())), []).append(one)

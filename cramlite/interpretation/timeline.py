@@ -78,7 +78,8 @@ class Predicate(Value):
 
 
 class Segment(Value):
-    """Action on the timeline: a recorded one, or the time between two boundaries that no recorded action covers.
+    """Action on the timeline: a recorded one, or a gap without one between two neighbouring times at which states
+    or actions begin or end.
 
     ``event`` is None for the latter.
 
@@ -268,10 +269,10 @@ class Timeline:
         return tuple(sorted(found))
 
     def segments(self) -> tuple[Segment, ...]:
-        """Return the actions: the recorded ones, and each gap between two boundaries that no recorded action
-        covers.
+        """Return the actions: the recorded ones, and each gap without one between two neighbouring times at which
+        states or actions begin or end.
 
-        So some action is always going on. Boundaries are those of states and of recorded actions.
+        So some action is always going on.
         """
         start = self._span[0]
         found = [Segment(e.start, e.end, e) for e in self.labelled]

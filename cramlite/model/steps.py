@@ -137,7 +137,8 @@ class ForceInsert(Step):
 
 
 class ForceExtract(Step):
-    """Force-controlled extraction: pull along an axis, compliant sideways, until it is out.
+    """Force-controlled extraction: pull along an axis, compliant sideways, until the tool has moved a given
+    distance.
 
     Nothing is commanded but forces: what guides the tool is what it is pulled along, so that the pull can never be
     harder than ``force``, however the thing jams. Aborts when the force limit is exceeded or the way is not done in time.

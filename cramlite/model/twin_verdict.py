@@ -119,5 +119,5 @@ class TwinVerdict(Value):
 
 
 def share_text(share: float) -> str:
-    """Return a share in two digits, ".57"; "1.00" for all."""
+    """Format a share (0 to 1) with two decimals and without a leading zero, as ".57"; "1.00" for all."""
     return f"{share:.2f}".removeprefix("0")

@@ -271,7 +271,8 @@ class Physics(Value):
 
 
 class Disturbance(Value):
-    """Errors of a real robot that the planned one lacks; drawn by cramlite/scenario/twin.py, applied by the simulator.
+    """Errors of a real robot that the robot model used in planning lacks; drawn by cramlite/scenario/twin.py,
+    applied by the simulator.
 
     Args:
         force_noise: standard deviation of each raw reading of the wrist sensor [N]; torques get a twentieth [Nm].

@@ -93,7 +93,7 @@ class Taxonomy(Value, dict=True):
 
     @cached_property
     def _locals(self) -> dict[str, str]:
-        """Last part of a class name -> class, for parts that only one class has."""
+        """Map the last part of a class's name to the class, for each such part that only one class has."""
         found: dict[str, str] = {}
         for name in sorted(self.classes):
             local = local_name(name)

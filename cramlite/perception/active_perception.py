@@ -322,7 +322,8 @@ def pictures(
 
 
 def places_of(query: ObjectQuery, furniture: World, knowledge: Knowledge) -> tuple[str, ...]:
-    """Return the furniture that a query names; else all on which things can hang or into which they can be put."""
+    """Return the furniture that a query names; if it names none, all furniture on which things can hang or into
+    which they can be put."""
     classes = knowledge.taxonomy
     wanted = [str(c.value) for c in query.conditions if c.key in RELATIONS]
     known = [classes.resolve(w) for w in wanted]

@@ -207,7 +207,7 @@ class _Tabulation:
 
 
 def _matters(rows: set[TableRow], column: int, choices: int) -> bool:
-    """Check whether the rows of a table depend on the entity in one column.
+    """Check whether the rows of a table of entities depend on the entity in one column.
 
     They do not if every entity occurs there with the same other columns.
     """

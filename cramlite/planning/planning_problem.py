@@ -119,7 +119,7 @@ class PlanningProblem(Value, eq=False):
         return replace(self, blocked=tuple(b.left_shut() for b in blocked) if scope.left_shut else blocked)
 
     def _asked_about(self, facts: frozenset[Fact]) -> frozenset[Fact]:
-        """Return the facts of predicates that the conditions of rules name."""
+        """Return those of some facts whose predicates occur in the conditions of rules."""
         asked = {a.predicate.name for r in self.knowledge.goal_rules for _, c in conditions_of(r) for a in atoms(c)}
         return frozenset(f for f in facts if f[0] in asked)
 
