@@ -158,7 +158,7 @@ class Trace(Struct):
 
     @property
     def refutation(self) -> Refutation | None:
-        """Refutation (why all failed) of the present or last task sequence; None if it was not tried to its end."""
+        """Reason why all groundings of the present or last task sequence failed; None if some were not tried."""
         own = (e.refutation for e in reversed(self.entries) if e.candidate == self.candidate)
         return next((r for r in own if r is not None), None)
 

@@ -1,4 +1,4 @@
-"""The arm of a robot that another process drives, as programs command it."""
+"""Arm of a robot that another process drives, with the commands that programs give to an arm."""
 
 from __future__ import annotations
 

@@ -365,8 +365,7 @@ def _size(episode: Episode, name: str) -> float:
 
 
 def _acting(episode: Episode, grips: Sequence[InferredGrasp], grid: Grid) -> str | None:
-    """Hand that carries things farthest in total (to 0.1 m), a right hand if two are equal; the effector without
-    grasps."""
+    """Hand that carries things farthest (to 0.1 m), a right one if several do; without any grasps the effector."""
     ways: dict[str, float] = defaultdict(float)
     for g in grips:
         ways[g.hand] += float(np.sum(np.linalg.norm(np.diff(grid.poses[g.thing][slice(*g.span), :3], axis=0), axis=1)))

@@ -86,7 +86,8 @@ def _wholes(event: Event, episode: Episode) -> set[str]:
 def _losses(
     mine: list[Event], thing: str, episode: Episode, longest: float
 ) -> Iterator[tuple[float, float, str | None]]:
-    """Yield (start, end, hand) of each pause, up to ``longest``, of a hand's grasp or contact of a thing.
+    """Yield start, end and hand of each pause, up to ``longest`` [s], between grasps of a thing by one hand, or between
+    their contacts.
 
     With hand None, all states of the thing pause.
     """
