@@ -14,7 +14,7 @@ MANIFEST = "manifest.json"
 
 
 class RunDirectory:
-    """Folder of one run.
+    """Folder with the files of one ``cramlite resolve`` or one experiment.
 
     Args:
         path: created if it does not exist.

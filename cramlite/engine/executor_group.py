@@ -86,7 +86,7 @@ class ExecutorGroup:
                 one.start()
 
     def runs(self, text: str, places: Iterator[tuple[World, int]]) -> Generator[Rollout | str]:
-        """Run a text in several worlds, each with its seed, lazily; when the caller stops iterating, the runs
+        """Run a program text in several worlds, each with its seed, lazily; when the caller stops iterating, the runs
         under way are ended.
 
         Yields:
@@ -149,7 +149,7 @@ class ExecutorGroup:
 
 
 def group_of(knowledge: Knowledge) -> ExecutorGroup:
-    """Make processes with the plugins of an engine, one for each core."""
+    """Make a group of executing processes, one for each core, with the plugins of an engine."""
     registry = knowledge.registry
     plugins = PluginChoice(tuple(registry.files), tuple(registry.blocked), tuple(registry.preferred), registry.models)
     return ExecutorGroup(plugins, processes_here())
@@ -163,7 +163,7 @@ class _List:
 
     @contextmanager
     def running(self, executor: Executor) -> Iterator[None]:
-        """Register a process, for the duration of this block, as one whose run ``leave`` interrupts."""
+        """Register an executing process during a ``with`` block, so that ``leave`` interrupts its run."""
         with self._lock:
             self._running.append(executor)
         try:

@@ -119,7 +119,7 @@ def _common(log: RtdeLog, rollout: Rollout, offset: float) -> Floats:
 
 
 def _at(times: Floats, rows: Floats, moments: Floats) -> Floats:
-    """Interpolate rows (N, J) at other times; before the first and after the last time the end rows hold."""
+    """Interpolate joint positions (N, J) at other times; outside the given times the first or last position holds."""
     return np.column_stack([np.interp(moments, times, rows[:, k]) for k in range(rows.shape[1])])
 
 
