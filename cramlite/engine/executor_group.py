@@ -1,4 +1,4 @@
-"""Group of processes that execute the programs of a shared list; the results come in the order of the list."""
+"""Group of processes that run program texts in parallel; the results of a list of runs come in the list's order."""
 
 from __future__ import annotations
 
@@ -156,7 +156,7 @@ def group_of(knowledge: Knowledge) -> ExecutorGroup:
 
 
 class _List:
-    """Processes that execute runs of the same list at present."""
+    """Executing processes that are at work on one list of runs, so that all these runs can be interrupted together."""
 
     def __init__(self) -> None:
         self._lock, self._running, self.left = threading.Lock(), list[Executor](), False

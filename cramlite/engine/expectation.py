@@ -1,5 +1,5 @@
-"""Expected sensor readings of a run, line by line, from the run that proved its program; and how far they
-may differ."""
+"""Expected sensor readings of a run at each program line, from the run that proved the program; and how far they may
+differ."""
 
 from __future__ import annotations
 

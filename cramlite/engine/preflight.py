@@ -79,8 +79,8 @@ class Flight(Value):
 
 
 class Check(Value):
-    """Comparison of one quantity, such as a joint's speed, with its limit: the largest values that a program's runs
-    reached.
+    """Comparison of the largest value that a program reaches of one quantity, such as a joint's speed, with the
+    quantity's limit.
 
     Args:
         name: of the limit.

@@ -111,7 +111,8 @@ class Store:
         write_whole(self.path / whole, files[whole])
 
     def adopt(self, folder: Path, name: str) -> Path:
-        """Move a complete folder to its place in the run, and return its path."""
+        """Move a folder that is complete into the run directory, over an older one of the same name; return its new
+        path."""
         target = self.path / name
         target.parent.mkdir(parents=True, exist_ok=True)
         shutil.rmtree(target, ignore_errors=True)

@@ -144,7 +144,7 @@ def _reason(made: list[Program], best: Program | None, entries: Iterable[Entry])
 
 
 def _telling(said: list[Entry]) -> list[Entry]:
-    """Return the two trace entries that best tell why a candidate failed: the last two failures if any, else refusals,
+    """Return the last two trace entries that tell why a candidate failed: failures if there are any, else refusals,
     else others."""
     for outcomes in (("impossible", "fault", "capped"), ("refused",)):
         if found := [e for e in said if e.outcome in outcomes]:
