@@ -169,7 +169,7 @@ class Shown(Value):
     fillers: Mapping[str, Any] = {}
 
     def prepared(self, world: World, rng: np.random.Generator) -> Performance:
-        """Return the performance that the script prepares for a world: what the simulated person does there.
+        """Return the performance of the simulated person that the script prepares for a world.
 
         Raises:
             PluginError: the script gives none.

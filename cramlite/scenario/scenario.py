@@ -79,7 +79,7 @@ class PhysicsSpec(Spec):
 
 
 class JointSpec(Spec):
-    """What a scenario states about a joint of a scene file: the end of its range at which it is closed, and the
+    """Properties of a scene file's joint that a scenario states: the end of its range at which it is closed, and the
     range of a sliding or turning joint."""
 
     closed: Literal["lower", "upper"] | None = None
