@@ -74,8 +74,7 @@ def execute_program(
     if out is not None:
         write_run(out, rollout, program.stem, knowledge, episode=episode)
     _print(rollout, judged, json_output=json_output)
-    if rollout.outcome != "finished":
-        raise NoSolution(f"'{program}' did not come to its end ({rollout.outcome}): {rollout.reason}")
+    _refuse_unfinished(program, rollout)
     if judged is not None:
         refuse(program, judged)
     return 0
@@ -114,8 +113,7 @@ def drive_robot(
     if out is not None:
         write_run(out, rollout, program.stem, knowledge, episode=False)
     _print(rollout, None, json_output=json_output)
-    if rollout.outcome != "finished":
-        raise NoSolution(f"'{program}' did not come to its end ({rollout.outcome}): {rollout.reason}")
+    _refuse_unfinished(program, rollout)
     return 0
 
 
@@ -162,6 +160,12 @@ def _print(rollout: Rollout, judged: JudgedRun | None, *, json_output: bool) -> 
     print(rollout_text(rollout))
     if judged is not None:
         print(findings_text(judged.verdict, judged.remarks))
+
+
+def _refuse_unfinished(program: Path, rollout: Rollout) -> None:
+    """Raise NoSolution if a program did not come to its end."""
+    if rollout.outcome != "finished":
+        raise NoSolution(f"'{program}' did not come to its end ({rollout.outcome}): {rollout.reason}")
 
 
 def serve_controller(
@@ -248,7 +252,11 @@ def _controller(arguments: argparse.Namespace) -> int:
 
 def add_commands(add: Add) -> None:
     """Add the commands ``execute`` and ``controller``, with their arguments, to the command line."""
-    execute = add("execute", _execute)
+    _add_execute(add("execute", _execute))
+    _add_controller(add("controller", _controller))
+
+
+def _add_execute(execute: argparse.ArgumentParser) -> None:
     execute.add_argument("program", type=Path, help="the text, such as program.script of a run directory")
     execute.add_argument(
         "--world", default="",
@@ -288,7 +296,9 @@ def add_commands(add: Add) -> None:
         help="print as JSON: outcome, reason, seconds, peak_force [N], messages, poses; where it was judged, "
             "verdict",
     )
-    controller = add("controller", _controller)
+
+
+def _add_controller(controller: argparse.ArgumentParser) -> None:
     controller.add_argument(
         "--world", default="grasp_one_thing",
         help="a run directory, its world.json, or a scenario; default grasp_one_thing",

@@ -24,7 +24,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = {
     "explain": ("inspect", "print what the search behind a run decided, and why"),
     "schema": ("inspect", "print the JSON Schema of scenario or rule files"),
     "ontology": ("inspect", "check ontologies"),
-    "new": ("inspect", "write a package for a new plugin: complete, installable and tested"),
+    "new": ("new", "write a package for a new plugin: complete, installable and tested"),
     "execute": ("execute", "run a program's text in a world"),
     "judge": ("judge", "run any program's text and print the findings of the validators"),
     "preflight": ("preflight", "print one page about a program before a real arm runs it; dry run at a share of its speed"),
