@@ -255,3 +255,15 @@ def _candidate(plan: Plan, state: State, setting: Setting, knowledge: Knowledge)
     for step in candidate.program.steps:
         knowledge.registry.notify("on_step", candidate.program.name, step=step, candidate=candidate)
     return candidate
+
+
+def to_try(
+    plans: Iterable[tuple[Plan, TaskSequence | None]], most: int, trace: Trace
+) -> Iterator[tuple[int, Plan, TaskSequence | None]]:
+    """Yield plans, numbered from 1, until the budget of task sequences is spent, which the trace then records."""
+    for number, (plan, sequence) in enumerate(plans, 1):
+        if number > most:
+            trace.spent("sequences", most, f"{most} task sequences were tried, the rest left out")
+            return
+        trace.candidate = number
+        yield number, plan, sequence

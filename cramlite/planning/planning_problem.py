@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from ..base.value import Value
 from ..interpretation.conditions import atoms
-from ..interpretation.fluents import EFFECTOR, Fact, Fluents, SymbolicWorld, matching, pattern_text
+from ..interpretation.fluents import EFFECTOR, Fact, SymbolicWorld, matching, pattern_text
 from ..model.entity_name import thing_of
 from ..model.thing_boxes import turns_in_place
 from .action_schema import ActionSchema, Table, action_schemas
@@ -28,10 +28,11 @@ from .goal_planner import (
     surplus,
     taken_places,
 )
-from .handling import Done, handled, task_text
+from .handling import Done, task_text
 from .operators import Grounder, Operator, conditions_of, held_in
 from .pddl import PddlText, PlanStep, write_pddl
 from .refutation import WHOLE, Refutation
+from .schema_effects import may_make, may_push, pushed_terms, relevant_schemas
 
 if TYPE_CHECKING:
     from ..plugin.catalogue import Knowledge
@@ -141,7 +142,7 @@ class PlanningProblem(Value, eq=False):
         schemas = [s for s in schemas if scope.added or s.task not in self.knowledge.added_tasks]
         facts = [f for f in self.facts if here.issuperset(map(thing_of, f[1:]))]
         entities = [*grounder.scene.entities, *grounder.contents]
-        relevant = _relevant(self.wanted, schemas, grounder.fluents, bool(self.blocked))
+        relevant = relevant_schemas(self.wanted, schemas, grounder.fluents, bool(self.blocked))
         return write_pddl(
             " and ".join(self.says), relevant, grounder.fluents, entities, facts,
             self.wanted.needs, self.wanted.without, earlier=earlier, refused=refused, blocked=self.blocked,
@@ -155,7 +156,7 @@ class PlanningProblem(Value, eq=False):
         """
         change, task = schema.change, self.knowledge.tasks[schema.task]
         asked = constraint_facts(self.wanted, schema, task)
-        cost = ASIDE * schema.cost if not asked and _may_push(schema, self._in_the_way, self.grounder.fluents) else schema.cost
+        cost = ASIDE * schema.cost if not asked and may_push(schema, self._in_the_way, self.grounder.fluents) else schema.cost
         taken = taken_places(self.wanted, schema, self.grounder.things, self._put_aside) if scope.on_fixed else ()
         tables = (*(self._allowed(schema, t, scope) for t in schema.tables), *taken)
         yield replace(schema, change=replace(change, adds=change.adds | asked), cost=cost, tables=tables)
@@ -188,7 +189,7 @@ class PlanningProblem(Value, eq=False):
         """
         new = [f for f in schema.change.adds - schema.change.needs if len(f) > 2]
         made = [(f[0], k) for f in new for k, t in enumerate(f) if (t,) == table.terms]
-        if not scope.on_fixed or not made or table.terms[0] in schema.in_hand | _moved_unheld(schema, self.grounder.fluents):
+        if not scope.on_fixed or not made or table.terms[0] in schema.in_hand | pushed_terms(schema, self.grounder.fluents):
             return table
         wanted = {(f[0], k, e) for f in self.wanted.needs for k, e in enumerate(f)}
         fixed = {n for n, t in self.grounder.things.items() if not t.movable}
@@ -364,70 +365,10 @@ def why_unreachable(problem: PlanningProblem) -> str:
     goal."""
     schemas = action_schemas(problem.grounder, problem.knowledge.goal_rules, problem.knowledge.tasks)
     made = [(s, f) for s in schemas for f in s.change.adds]
-    missing = [f for f in sorted(problem.wanted.needs - problem.facts) if not any(_may_make(s, a, f) for s, a in made)]
+    missing = [f for f in sorted(problem.wanted.needs - problem.facts) if not any(may_make(s, a, f) for s, a in made)]
     missing = [f for f in missing if f not in problem.wanted.constraints]
     if missing:
         return f"no task's rule makes {pattern_text(missing[0])} true with the things of this world"
     return "no sequence of tasks leads from the initial state to the goal, with whatever things"
 
 
-def _may_make(schema: ActionSchema, added: Fact, fact: Fact) -> bool:
-    """Check whether an effect of an action schema is a given fact, for some choice of things for its
-    parameters."""
-    tables = {t.terms: t.rows for t in schema.tables if len(t.terms) == 1 and not t.denied}
-    return added[0] == fact[0] and all(
-        t == e or (t.startswith("?") and (e,) in tables.get((t,), {(e,)})) for t, e in zip(added[1:], fact[1:], strict=True)
-    )
-
-
-def _relevant(goal: GoalFacts, schemas: Sequence[ActionSchema], fluents: Fluents, blocked: bool) -> list[ActionSchema]:
-    """Return the action schemas that change facts which the goal or another relevant schema asks for.
-
-    If tasks are blocked, also those that move things on joints, such as a drawer with its content.
-    """
-    asked = {p[0] for p in (*goal.needs, *goal.without)}
-    changing = [s for s in schemas if _changes(s, fluents)]
-    moving = [s for s in changing if blocked and _moves_joint(s, fluents)]
-    while True:
-        found = [s for s in changing if asked & _changed(s) or any(s is m for m in moving)]
-        more = asked | {n for s in found for n in _asked(s)}
-        if more == asked:
-            return found
-        asked = more
-
-
-def _changes(schema: ActionSchema, fluents: Fluents) -> bool:
-    """Check whether an action schema changes any fact: its effects may already follow from its preconditions."""
-    change = schema.change
-    ends = [p for p in change.removes if p not in change.without]
-    return bool(ends or schema.after or change.adds - fluents.implied(change.needs, schema.in_hand))
-
-
-def _moves_joint(schema: ActionSchema, fluents: Fluents) -> bool:
-    change = schema.change
-    return any(h.displaces and not h.holds for h in handled(change.needs, change.adds, change.removes, fluents).values())
-
-
-def _moved_unheld(schema: ActionSchema, fluents: Fluents) -> frozenset[str]:
-    """Return the terms of things that an action schema pushes: moved, but neither held nor on a joint."""
-    change = schema.change
-    told = handled(change.needs, change.adds, change.removes, fluents)
-    return frozenset(t for t in change.moves if t not in told or not told[t].displaces)
-
-
-def _may_push(schema: ActionSchema, things: frozenset[str], fluents: Fluents) -> bool:
-    """Check whether an action schema pushes one of the given things, for some choice of things for its
-    parameters."""
-    pushed = _moved_unheld(schema, fluents)
-    tables = [t.rows for t in schema.tables if not t.denied and len(t.terms) == 1 and t.terms[0] in pushed]
-    return bool(pushed) and any(all((thing,) in rows for rows in tables) for thing in things)
-
-
-def _changed(schema: ActionSchema) -> set[str]:
-    change = schema.change
-    return {str(p[0]) for p in (*change.adds, *change.removes, *(u.given for u in schema.after))}
-
-
-def _asked(schema: ActionSchema) -> set[str]:
-    change, pairs = schema.change, [f for pair in schema.change.never for f in pair]
-    return {str(p[0]) for p in (*change.needs, *change.without, *pairs, *(u.given for u in schema.before))}

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from cramlite.model import Mask
 
     from .appearance import Appearance
-    from .interpret import Part, Reading
+    from .reading import Part, Reading
 
 
 class Explanation(Value, eq=False):
@@ -40,8 +40,9 @@ def explained(inputs: Inputs) -> Mapping[str, Any]:
     """
     from ..values import Segment
     from .agreement import Picture
-    from .interpret import Scene, interpreted
+    from .interpret import interpreted
     from .joined import joined
+    from .reading import Scene
 
     known: Sequence[Appearance] = inputs["appearances"]
     if not any(a.printed for a in known):
@@ -73,7 +74,7 @@ def _explanation(segment: Any, part: Part, limits: Mapping[str, float]) -> Expla
     """Probabilities by Bayes' rule over the models' best scores and "none", with equal priors."""
     import numpy as np
 
-    from .interpret import rarity
+    from .reading import rarity
 
     best: dict[str, Reading] = {}
     for reading in part.readings:
