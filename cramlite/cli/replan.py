@@ -150,7 +150,7 @@ def _stretches(going_on: GoingOn, first: Attempt, rounds: int, moments: list[Mom
 
 
 def _who_replans(name: str, rounds: int, plugins: PluginChoice) -> tuple[Scenario, Engine]:
-    """Return the scenario of a name, and an engine with its plugins."""
+    """Read a scenario by path or name; return it, and an engine with its plugins."""
     from ..engine.engine import make_engine
 
     scenario = read_scenario(find_scenario(name))
