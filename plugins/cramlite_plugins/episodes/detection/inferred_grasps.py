@@ -94,8 +94,8 @@ def _carries(episode: Episode, grid: Grid, hand: str, span: tuple[int, int, str]
 
 
 def _grip(grid: Grid, hand: str, thing: str, span: Span, near: Span | None = None) -> InferredGrasp:
-    """Grasp of a thing during a span; ``near`` is the span in which the hand is at the thing, needed if the
-    hand has no poses."""
+    """Grasp of a thing by a hand during a span; ``near``, needed for a hand without poses, is the span in which the
+    hand is near the thing."""
     start, end = span
     near = near or at_its_place(grid, thing, hand, span, AT_HAND)
     height = grid.poses[thing][start:end, 2]
