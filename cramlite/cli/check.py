@@ -106,8 +106,8 @@ def _shown(scenario: Scenario, setting: Setting, engine: Engine) -> Plan:
     Things that a camera is still to find count as there.
     """
     from ..engine.search_in_setting import are_there
-    from ..planning.budget import budget_of
     from ..planning.diagnosis import nearest_miss
+    from ..planning.search.budget import budget_of
     from ..planning.trace import Trace
 
     place, trace = scenario.where("demonstration"), Trace()

@@ -16,9 +16,9 @@ from ..base.resources import find_scenario
 from ..base.run_directory import RunDirectory
 from ..engine.engine import make_engine
 from ..engine.scenario_doubts import changes_of_things, doubts, doubts_of_files
-from ..planning.budget import is_late
 from ..planning.failure import brief_failure_text, failure_text
 from ..planning.heartbeat import interrupted_text
+from ..planning.search.budget import is_late
 from ..planning.trace import Trace, read_trace
 from ..plugin.selection import INSTALLED, PluginChoice
 from .arguments import Add, plugin_choice

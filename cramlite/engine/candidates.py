@@ -12,11 +12,11 @@ from msgspec.structs import replace
 from ..base.pulse import Stop, working
 from ..base.value import Value
 from ..model.designator_name import task_of
-from ..planning.answers import Answers
-from ..planning.budget import Budget
 from ..planning.heartbeat import Heartbeat
 from ..planning.refutation import refutation
-from ..planning.search import Effort, Search
+from ..planning.search.answers import Answers
+from ..planning.search.budget import Budget
+from ..planning.search.search import Effort, Search
 from .executor_group import group_of
 from .late_poses import parametric
 from .program_time import about
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from ..interpretation.ranking import TaskSequence
     from ..model.plan import Plan
     from ..model.verdict import Verdict
-    from ..planning.state import State
+    from ..planning.search.state import State
     from ..planning.trace import Trace
     from ..plugin.catalogue import Knowledge
     from ..plugin.protocols import Candidate

@@ -15,8 +15,8 @@ from ..base.memory import give_back
 from ..base.pulse import Stop, working
 from ..base.seeds import whole_seed
 from ..interpretation.no_events import hint_without_events
-from ..planning.budget import Budget, budget_of, until_late
 from ..planning.heartbeat import Heartbeat
+from ..planning.search.budget import Budget, budget_of, until_late
 from ..planning.trace import Trace
 from ..plugin.catalogue import Knowledge
 from ..plugin.selection import INSTALLED, PluginChoice
@@ -293,7 +293,7 @@ class Engine:
         self, reading: Reading, setting: Setting | None, seed: int, budget: Budget, trace: Trace, progress: Progress,
         stop: Stop,
     ) -> Iterator[CandidateSequence]:  # fmt: skip
-        from ..planning.answers import Answers
+        from ..planning.search.answers import Answers
         from .candidates import CandidateSequence, doubted_last, to_try
 
         engine = self._for(reading.goal)

@@ -22,9 +22,9 @@ from ..model.fault import FaultKind
 from ..model.readings import Deviation, Notice
 from ..model.rollout import world_after_run
 from ..model.steps import MoveJoints
-from ..planning.budget import Budget, budget_of
 from ..planning.failure import brief_failure_text, failure_text
-from ..planning.planning_problem import planning_problem
+from ..planning.search.budget import Budget, budget_of
+from ..planning.symbolic.planning_problem import planning_problem
 from ..planning.task_goals import Goal
 from ..planning.trace import Trace
 from ..scenario.faults import foreseen

@@ -23,10 +23,10 @@ from ..model.robot import Gripper
 from ..model.rollout import Rollout
 from ..model.verdict import COSTS, Finding, Verdict
 from ..model.world import World
-from ..planning.choice_point import Conflict
 from ..planning.goal_literals import literals_of_plan
 from ..planning.refutation import InTask, Later, as_they_are
-from ..planning.state import State
+from ..planning.search.choice_point import Conflict
+from ..planning.search.state import State
 from ..plugin.allowance import Allowance
 from ..plugin.catalogue import Knowledge
 from ..plugin.protocols import Adviser, Backend, Candidate, Remarking, StandIn, Validator

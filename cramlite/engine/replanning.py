@@ -126,7 +126,7 @@ def _next(done: Round, scenario: Scenario, engine: Engine, seed: int, number: in
     seen = ", ".join(f"{n} {e.source}" for n, e in setting.look.estimates.items()) or "nothing that it knows"
     say(f"round {number}: the camera sees {seen}; left to do: {plan}")
     trace = Trace()
-    from ..planning.budget import budget_of
+    from ..planning.search.budget import budget_of
     from .candidates import attempts
     from .search_in_setting import search_in
 

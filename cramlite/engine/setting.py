@@ -15,7 +15,7 @@ from ..model.handover import Handover
 from ..model.judging_limits import JudgingLimits
 from ..model.proof_doubts import ProofDoubts
 from ..planning.operators import Grounder
-from ..planning.state import State
+from ..planning.search.state import State
 
 if TYPE_CHECKING:
     from ..model.belief import Belief, Relation
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from ..model.world import InHand, World
     from ..ontology.taxonomy import Taxonomy
     from ..perception.active_perception import Look
-    from ..planning.state import Item
+    from ..planning.search.state import Item
     from ..plugin.catalogue import Knowledge
     from ..plugin.protocols import Backend
     from .late_poses import Tolerance

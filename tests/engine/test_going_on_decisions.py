@@ -25,7 +25,7 @@ from cramlite.model.fault import Fault, FaultKind
 from cramlite.model.rollout import Message
 from cramlite.model.world import InHand, RobotMount
 from cramlite.perception.active_perception import Look, Picture
-from cramlite.planning.state import State
+from cramlite.planning.search.state import State
 from cramlite_plugins.robots.ur5e import UR5E
 
 LINES = {1: "1.Grasping/close", 3: "2.PickingUp/lift", 5: "3.Placing/lower"}

@@ -16,7 +16,7 @@ from cramlite import Budget, Engine, Entry, Finished, Trace, failure_text, find_
 from cramlite.base.json_text import as_json, plain_json
 from cramlite.cli.main import main
 from cramlite.cli.serve import Service
-from cramlite.planning.budget import budget_of
+from cramlite.planning.search.budget import budget_of
 from cramlite.plugin import UserError
 
 BLOCKS = """\

@@ -24,7 +24,7 @@ from ...model.rollout import save_rollout
 from ...model.verdict import ADVICE
 from ...planning.diagnosis import nearest_miss
 from ...planning.failure import failure_text
-from ...planning.planning_problem import planning_problem
+from ...planning.symbolic.planning_problem import planning_problem
 from ...planning.task_goals import Goal
 from ...planning.trace import Trace
 from ...plugin.selection import INSTALLED, PluginChoice

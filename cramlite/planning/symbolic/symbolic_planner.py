@@ -11,10 +11,10 @@ from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
 
-from ..base.errors import NoSolution, PluginError, UserError
-from ..base.process_group import end_group
-from ..base.pulse import ASKED, checkpoint, working
-from ..base.value import Value
+from ...base.errors import NoSolution, PluginError, UserError
+from ...base.process_group import end_group
+from ...base.pulse import ASKED, checkpoint, working
+from ...base.value import Value
 from .pddl import PddlText
 from .translator_room import is_full
 

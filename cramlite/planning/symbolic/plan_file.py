@@ -6,9 +6,9 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
-from ..base.errors import UserError, nearest
+from ...base.errors import UserError, nearest
+from ..operators import Operator
 from .goal_planner import TaskPlan
-from .operators import Operator
 from .pddl import PddlText, PlanStep
 from .planning_problem import PlanningProblem
 

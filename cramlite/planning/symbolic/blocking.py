@@ -12,12 +12,12 @@ from collections.abc import Sequence
 
 from msgspec.structs import replace
 
-from ..base.value import Value
-from ..interpretation.fluents import Fact
-from ..model.entity_name import thing_of
+from ...base.value import Value
+from ...interpretation.fluents import Fact
+from ...model.entity_name import thing_of
+from ..operators import Operator
+from ..refutation import Refutation
 from .handling import Done, Track, done, history, task_text
-from .operators import Operator
-from .refutation import Refutation
 
 AnyOf = tuple[tuple[Track, ...], ...]
 """Things of which any one is in the way: each with the tasks done to it, and to its carriers."""

@@ -6,16 +6,16 @@ from collections.abc import Callable, Iterator
 
 from msgspec.structs import replace
 
-from ..base.pulse import checkpoint
-from ..model.entity_name import thing_of
+from ...base.pulse import checkpoint
+from ...model.entity_name import thing_of
+from ..operators import Operator
+from ..trace import Trace
 from .goal_planner import NEEDLESS, TaskPlan
 from .handling import task_text
-from .operators import Operator
 from .pddl import PddlText, PlanStep
 from .plan_file import steps_of
 from .planning_problem import PlanningProblem, Scope
 from .symbolic_planner import fast_downward
-from .trace import Trace
 
 MOST = 6
 """Largest number of sequences for one choice of things."""

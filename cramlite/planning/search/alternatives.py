@@ -11,24 +11,24 @@ from typing import Any, get_args
 
 from msgspec.structs import replace
 
-from ..base.errors import Unresolvable, nearest
-from ..base.seeds import derive_seed
-from ..base.value import Value
-from ..model.belief import Belief
-from ..model.collision import Collision
-from ..model.control_flow import Compound, Mark, ways
-from ..model.designator_name import is_part_of
-from ..model.designators import Action, Designator, Late, Location, Motion, Object, Place, Stand
-from ..model.remedy import Remedy
-from ..model.steps import AnyStep
-from ..plugin.grounding import Context, Grounding, Refused
-from ..plugin.location_kind import LocationKind
-from ..plugin.registry import Registry
-from ..plugin.task_type import Decomposition, TaskType
-from ..plugin.validation import WrongAnswer
+from ...base.errors import Unresolvable, nearest
+from ...base.seeds import derive_seed
+from ...base.value import Value
+from ...model.belief import Belief
+from ...model.collision import Collision
+from ...model.control_flow import Compound, Mark, ways
+from ...model.designator_name import is_part_of
+from ...model.designators import Action, Designator, Late, Location, Motion, Object, Place, Stand
+from ...model.remedy import Remedy
+from ...model.steps import AnyStep
+from ...plugin.grounding import Context, Grounding, Refused
+from ...plugin.location_kind import LocationKind
+from ...plugin.registry import Registry
+from ...plugin.task_type import Decomposition, TaskType
+from ...plugin.validation import WrongAnswer
+from ..refutation import as_they_are
 from .answers import Answers
 from .choice_point import ChoicePoint
-from .refutation import as_they_are
 from .state import Effect, State, ground_roles
 
 HOOKS: dict[type, str] = {

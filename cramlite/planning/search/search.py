@@ -12,21 +12,21 @@ from collections.abc import Callable, Generator, Mapping
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from ..base.errors import DEFECTS, Unresolvable
-from ..base.pulse import checkpoint
-from ..model.control_flow import Compound, Mark
-from ..model.designators import Action, Designator, Motion
-from ..plugin.grounding import Context
-from ..plugin.registry import Registry
-from ..plugin.task_type import TaskType
+from ...base.errors import DEFECTS, Unresolvable
+from ...base.pulse import checkpoint
+from ...model.control_flow import Compound, Mark
+from ...model.designators import Action, Designator, Motion
+from ...plugin.grounding import Context
+from ...plugin.registry import Registry
+from ...plugin.task_type import TaskType
+from ..refutation import WHOLE, Capped, InTask, Later, Part, as_they_are
+from ..trace import Trace
 from .alternatives import Alternatives
 from .answers import Answers
 from .budget import Budget, BudgetSpent
 from .choice_point import ChoicePoint, Conflict, Nogoods, key_of
 from .control_steps import state_after_mark
-from .refutation import WHOLE, Capped, InTask, Later, Part, as_they_are
 from .state import Effect, State, ground_roles, renewed, state_after_action, state_after_choice
-from .trace import Trace
 
 Below = Generator[State, Conflict | None, Conflict]
 """Generator of grounded states below a choice; it is sent the conflict set of each, and returns that of all of them."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..interpretation.fluents import Fact, Fluents
+from ...interpretation.fluents import Fact, Fluents
 from .action_schema import ActionSchema
 from .goal_planner import GoalFacts
 from .handling import handled

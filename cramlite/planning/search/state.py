@@ -12,19 +12,19 @@ from typing import TYPE_CHECKING, Any
 from msgspec import field
 from msgspec.structs import replace
 
-from ..base.value import Value
-from ..model.control_flow import Compound, Mark
-from ..model.designator_name import task_of
-from ..model.designators import Action, Designator, Location, Motion, Place, Stand
-from ..model.handover import Handover, handovers
-from ..model.program import Section
-from ..model.steps import MoveJoints, MoveLinear, SetGripper, walk
+from ...base.value import Value
+from ...model.control_flow import Compound, Mark
+from ...model.designator_name import task_of
+from ...model.designators import Action, Designator, Location, Motion, Place, Stand
+from ...model.handover import Handover, handovers
+from ...model.program import Section
+from ...model.steps import MoveJoints, MoveLinear, SetGripper, walk
 
 if TYPE_CHECKING:
-    from ..model.belief import Belief
-    from ..model.steps import AnyStep
-    from ..plugin.grounding import Grounding
-    from ..plugin.task_type import TaskType
+    from ...model.belief import Belief
+    from ...model.steps import AnyStep
+    from ...plugin.grounding import Grounding
+    from ...plugin.task_type import TaskType
 
 
 class Effect(Value):

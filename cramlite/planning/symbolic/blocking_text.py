@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 
-from ..interpretation.fluents import EFFECTOR, Fluents
-from ..model.entity_name import BETWEEN
+from ...interpretation.fluents import EFFECTOR, Fluents
+from ...model.entity_name import BETWEEN
 from .action_schema import ActionSchema
 from .blocking import AnyOf, Blocking
 from .handling import Done, Handling, Stage, Track, handled

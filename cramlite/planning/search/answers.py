@@ -12,10 +12,10 @@ from typing import Any, overload
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from ..base.errors import Unresolvable
-from ..model.belief import Belief, Estimate
-from ..model.designators import Designator, Location, Place
-from ..plugin.grounding import Context, Refused
+from ...base.errors import Unresolvable
+from ...model.belief import Belief, Estimate
+from ...model.designators import Designator, Location, Place
+from ...plugin.grounding import Context, Refused
 
 NOTHING = object()
 """Stands for the value of a name that is not bound."""

@@ -11,9 +11,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Literal
 
-from ..base.value import Value
-from ..interpretation.fluents import EFFECTOR, Fact, Fluents, Pattern
-from .operators import Operator
+from ...base.value import Value
+from ...interpretation.fluents import EFFECTOR, Fact, Fluents, Pattern
+from ..operators import Operator
 
 Done = tuple[str, tuple[tuple[str, str], ...]]
 """A task that was done: its class, and the entity of each role."""

@@ -10,14 +10,14 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from ..base.value import Value
-from ..interpretation.fluents import EFFECTOR, Fact, Fluents, Pattern
-from ..model.entity_name import BETWEEN, thing_of
+from ...base.value import Value
+from ...interpretation.fluents import EFFECTOR, Fact, Fluents, Pattern
+from ...model.entity_name import BETWEEN, thing_of
+from ..operators import OTHER
 from .action_schema import WHOLE, ActionSchema, Table, Universal
 from .blocking import Blocking
 from .blocking_text import ENTITY, BlockingText
 from .endings import PART_OF, Ending, endings, is_free, kinds_of, kinds_of_free
-from .operators import OTHER
 
 HAND, THING, PART = "hand", "body", "component"
 

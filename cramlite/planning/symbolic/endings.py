@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 
-from ..base.value import Value
-from ..interpretation.fluents import EFFECTOR, Fact, Fluents
-from ..model.entity_name import BETWEEN, thing_of
+from ...base.value import Value
+from ...interpretation.fluents import EFFECTOR, Fact, Fluents
+from ...model.entity_name import BETWEEN, thing_of
 from .action_schema import ActionSchema, Table, kind_of
 
 PART_OF = "part_of"

@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from ..base.value import Value
-from ..interpretation.conditions import atoms
-from ..interpretation.fluents import EFFECTOR, Fact, SymbolicWorld, matching, pattern_text
-from ..model.entity_name import thing_of
-from ..model.thing_boxes import turns_in_place
+from ...base.value import Value
+from ...interpretation.conditions import atoms
+from ...interpretation.fluents import EFFECTOR, Fact, SymbolicWorld, matching, pattern_text
+from ...model.entity_name import thing_of
+from ...model.thing_boxes import turns_in_place
+from ..operators import Grounder, Operator, conditions_of, held_in
+from ..refutation import WHOLE, Refutation
 from .action_schema import ActionSchema, Table, action_schemas
 from .blocking import Blocking, blocking_of
 from .goal_planner import (
@@ -29,15 +31,13 @@ from .goal_planner import (
     taken_places,
 )
 from .handling import Done, task_text
-from .operators import Grounder, Operator, conditions_of, held_in
 from .pddl import PddlText, PlanStep, write_pddl
-from .refutation import WHOLE, Refutation
 from .schema_effects import may_make, may_push, pushed_terms, relevant_schemas
 
 if TYPE_CHECKING:
-    from ..plugin.catalogue import Knowledge
-    from ..scenario.task_specs import TaskSpec
-    from .task_goals import Goal
+    from ...plugin.catalogue import Knowledge
+    from ...scenario.task_specs import TaskSpec
+    from ..task_goals import Goal
 
 
 ASIDE = 5

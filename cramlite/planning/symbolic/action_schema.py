@@ -11,13 +11,13 @@ from itertools import product
 
 from msgspec.structs import replace
 
-from ..base.value import Value
-from ..interpretation.conditions import OPERATORS, Atom, Compare, Condition, Not
-from ..interpretation.fluents import EFFECTOR, SymbolicWorld
-from ..interpretation.rules import Rule
-from ..model.entity_name import BETWEEN
-from ..plugin.task_type import TaskType
-from .operators import Change, Grounder, conditions_of, decided, doing, held_in, is_static, universal, variables
+from ...base.value import Value
+from ...interpretation.conditions import OPERATORS, Atom, Compare, Condition, Not
+from ...interpretation.fluents import EFFECTOR, SymbolicWorld
+from ...interpretation.rules import Rule
+from ...model.entity_name import BETWEEN
+from ...plugin.task_type import TaskType
+from ..operators import Change, Grounder, conditions_of, decided, doing, held_in, is_static, universal, variables
 
 WHOLE = "_whole"
 """Ends the name of the thing that a parameter is a part of: "?Relatum_whole/?Relatum"."""

@@ -8,18 +8,18 @@ from itertools import product
 from msgspec import field
 from msgspec.structs import replace
 
-from ..base.value import Value
-from ..interpretation.fluents import EFFECTOR, Fact, Pattern, matches
-from ..model.entity_name import thing_of
-from ..model.world import Thing
-from ..plugin.task_type import TaskType
-from ..scenario.scenario import ObjectSpec
-from ..scenario.task_specs import TaskSpec, WhereSpec
+from ...base.value import Value
+from ...interpretation.fluents import EFFECTOR, Fact, Pattern, matches
+from ...model.entity_name import thing_of
+from ...model.world import Thing
+from ...plugin.task_type import TaskType
+from ...scenario.scenario import ObjectSpec
+from ...scenario.task_specs import TaskSpec, WhereSpec
+from ..goal_parser import parse_goal
+from ..goal_quantifiers import without_quantifiers
+from ..operators import Grounder, Operator
+from ..task_goals import Goal
 from .action_schema import ActionSchema, Table
-from .goal_parser import parse_goal
-from .goal_quantifiers import without_quantifiers
-from .operators import Grounder, Operator
-from .task_goals import Goal
 
 PLACED = "placed"
 """Fact of a goal with a side: (PLACED, place, thing), made by the task that chooses the spot. Of a goal with a manner the fact is

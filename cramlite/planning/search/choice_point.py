@@ -13,17 +13,17 @@ from typing import Any
 
 from msgspec import Struct, field
 
-from ..model.belief import Belief
-from ..model.collision import Collision
-from ..model.control_flow import Compound
-from ..model.designator_name import is_part_of
-from ..model.designators import Action, Designator, Late, Location, Motion, Object, Place
-from ..model.entity_name import thing_of
-from ..model.remedy import Remedy
-from ..plugin.grounding import Grounding, Refused
-from .refutation import ANY, AsItIs, Capped, InTask, Later, Unfit
+from ...model.belief import Belief
+from ...model.collision import Collision
+from ...model.control_flow import Compound
+from ...model.designator_name import is_part_of
+from ...model.designators import Action, Designator, Late, Location, Motion, Object, Place
+from ...model.entity_name import thing_of
+from ...model.remedy import Remedy
+from ...plugin.grounding import Grounding, Refused
+from ..refutation import ANY, AsItIs, Capped, InTask, Later, Unfit
+from ..trace import Kind, Outcome, Trace
 from .state import Effect, State, ground_roles
-from .trace import Kind, Outcome, Trace
 
 Conflict = frozenset[str | InTask | AsItIs | Capped | Later | Unfit]
 """Conflict set, all that a failure depends on: names of choices, to which the search goes back, at once or later; tasks, and

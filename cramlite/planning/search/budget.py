@@ -7,13 +7,13 @@ import time
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
-from ..base.errors import UserError, nearest
-from ..base.pulse import Stop
-from ..base.value import Value
+from ...base.errors import UserError, nearest
+from ...base.pulse import Stop
+from ...base.value import Value
 
 if TYPE_CHECKING:
-    from ..scenario.scenario import Scenario
-    from .trace import Trace
+    from ...scenario.scenario import Scenario
+    from ..trace import Trace
 
 
 RENAMED = {"asks": "expansions"}
