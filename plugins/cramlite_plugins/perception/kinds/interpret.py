@@ -30,7 +30,8 @@ ANY = Prior()
 
 
 def interpreted(scene: Scene) -> list[Part]:
-    """Interpret what stands out from the background, cluster by cluster; what a model explains is taken out first."""
+    """Interpret the foreground of a picture, cluster by cluster; the rest of a cluster beside an explained part is
+    interpreted again."""
     parts: list[Part] = []
     open_ = [(mask, 0) for mask in clusters(scene, scene.front)]
     while open_:

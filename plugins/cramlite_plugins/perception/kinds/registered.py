@@ -89,8 +89,8 @@ def coarse_reading(scene: Scene, mask: Mask, appearance: Appearance, prior: Prio
 
 
 def full_readings(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> list[Reading]:
-    """Explanations of a part of the picture by a model, fully registered, each at the pose at which its
-    texture agrees best."""
+    """Explanations of a part of the picture by a model that is fully registered with it, each in the pose at which the
+    model's texture agrees best."""
     starts, seen, model, view = coarse_poses(scene, mask, appearance, prior), seen_part(scene, mask), appearance.surface, scene.picture.view
     if starts is None or seen is None:
         return []
@@ -104,7 +104,8 @@ def full_readings(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior
 
 
 def _by_print(scene: Scene, mask: Mask, appearance: Appearance, seen: tuple[Floats32, Outline], found: PoseHypothesis) -> Reading:
-    """Explanation of a part of the picture by a model at a registered pose, turned so that its texture agrees best.
+    """Explanation of a part of the picture by a model at a registered pose, turned by a symmetry or about the vertical
+    to where shape and texture agree best.
 
     The turned pose is registered once more.
     """
@@ -132,9 +133,10 @@ def distinct(model: PoseModel, found: Sequence[PoseHypothesis]) -> list[PoseHypo
 
 
 def _turned(scene: Scene, seen: tuple[Floats32, Outline], model: PoseModel, pose: Pose) -> tuple[list[Pose], Floats]:
-    """A pose and those turns of it that fit nearly as well, with their scores.
+    """A pose of a model, and the turned poses (by a symmetry or about the vertical) that fit the picture nearly as
+    well, with their scores.
 
-    It is turned by the model's symmetries and about the vertical; of nearly round things many turns fit.
+    Of nearly round things many turns fit.
     """
     centre = pose.apply(model.centre)
     there, back = Pose(tuple(centre)), Pose(tuple(-centre))
