@@ -40,8 +40,8 @@ COMMANDS: Mapping[str, tuple[str, str]] = {
     "export": ("export", "write a run as a GIF, MP4, MCAP recording, CSV tables or a behaviour tree, for other software"),
     "query": ("sparql", "run SPARQL over the ontologies and episodes"),
     "doctor": ("doctor", "say what this machine has and lacks"),
-    "mcp": ("mcp", "answer clients of the Model Context Protocol: tools and resources for language models"),
-    "serve": ("serve", "answer requests of other software, in any language: JSON lines on standard input and output"),
+    "mcp": ("serving.mcp", "answer clients of the Model Context Protocol: tools and resources for language models"),
+    "serve": ("serving.serve", "answer requests of other software, in any language: JSON lines on standard input and output"),
 }
 """Each command with the module here that declares its arguments and runs it (``add_commands``), and what it does in one clause.
 

@@ -25,7 +25,7 @@ from mcp import Client, StdioServerParameters
 
 from cramlite import UserError
 from cramlite.cli.main import main
-from cramlite.cli.mcp import serve_mcp
+from cramlite.cli.serving.mcp import serve_mcp
 
 COMMAND = [sys.executable, "-m", "cramlite", "mcp"]
 

@@ -10,8 +10,8 @@ import anyio
 from mcp import Client, MCPError
 
 from cramlite import Engine
-from cramlite.cli.client_files import ClientFiles
-from cramlite.cli.mcp_server import Server, make_server
+from cramlite.cli.serving.client_files import ClientFiles
+from cramlite.cli.serving.mcp_server import Server, make_server
 
 SCENARIO = Path(__file__).parents[2] / "scenarios" / "grasp_one_thing.yaml"
 TABLE = """

@@ -19,17 +19,17 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
-from ..base.errors import DEFECTS, CramliteError, NoSolution, nearest
-from ..base.pulse import Stopped, pulse
-from ..base.value import Value, replace
-from ..engine.engine import Engine
-from ..engine.solution import Solution
-from ..planning.trace import Trace
+from ...base.errors import DEFECTS, CramliteError, NoSolution, nearest
+from ...base.pulse import Stopped, pulse
+from ...base.value import Value, replace
+from ...engine.engine import Engine
+from ...engine.solution import Solution
+from ...planning.trace import Trace
+from ..arguments import Add, plugin_choice
 from .answers import check_answer, interpret_answer, solution_answer, tasks_answer
-from .arguments import Add, plugin_choice
 
 if TYPE_CHECKING:
-    from ..scenario.scenario import Scenario
+    from ...scenario.scenario import Scenario
 
 CANCELLED = "cancelled"
 LONGEST_LINE = 1_000_000
@@ -156,7 +156,7 @@ class Service:
             return {"error": {"code": INTERNAL, "message": _defect(error)}}
 
     def _say(self, answer: dict[str, Any]) -> None:
-        from ..base.json_text import plain_json
+        from ...base.json_text import plain_json
 
         with self._writing:
             try:
@@ -210,8 +210,8 @@ class Service:
         """
         from msgspec import to_builtins
 
-        from ..engine.going_on import GoingOn
-        from ..engine.time_line import time_line
+        from ...engine.going_on import GoingOn
+        from ...engine.time_line import time_line
 
         found, done, why = self._found[self._of(params)], list[Any](), ""
         assert found.last is not None  # a search that can go on has found one
@@ -230,10 +230,10 @@ class Service:
         return self._ended or id_ in self._cancelled
 
     def _one(self, id_: Id) -> Any:
-        from ..planning.diagnosis import how_it_ended
-        from ..planning.failure import failure_text
-        from ..planning.goal_parts import goal_answers
-        from ..planning.what_to_try import what_to_try
+        from ...planning.diagnosis import how_it_ended
+        from ...planning.failure import failure_text
+        from ...planning.goal_parts import goal_answers
+        from ...planning.what_to_try import what_to_try
 
         found = self._found.pop(id_)  # put back if it can go on
         solution = next(found.solutions, None)
@@ -289,8 +289,8 @@ def _is_id(id_: object) -> bool:
 
 
 def _scenario(params: dict[str, Any]) -> Any:
-    from ..base.resources import find_scenario
-    from ..scenario.scenario import read_scenario, started_by
+    from ...base.resources import find_scenario
+    from ...scenario.scenario import read_scenario, started_by
 
     if "say" in params and "goal" in params:
         raise Refused(WRONG_PARAMS, "'say' is a sentence in the place of a 'goal'; leave one of them out")

@@ -10,9 +10,9 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..base.errors import UserError
-from ..plugin.selection import INSTALLED, PluginChoice
-from .arguments import Add, plugin_choice
+from ...base.errors import UserError
+from ...plugin.selection import INSTALLED, PluginChoice
+from ..arguments import Add, plugin_choice
 
 if TYPE_CHECKING:
     from .mcp_server import Server
@@ -44,7 +44,7 @@ def serve_mcp(*, folder: Path, runs: Path | None = None, port: int | None = None
     listening = None if port is None else _listen(port)
     import anyio
 
-    from ..engine.engine import Engine
+    from ...engine.engine import Engine
     from .client_files import ClientFiles
     from .mcp_server import make_server
 

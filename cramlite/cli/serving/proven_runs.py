@@ -12,24 +12,24 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import json
 
-from ..base.errors import NoSolution, UserError
-from ..base.pulse import Stop
-from ..base.run_directory import RunDirectory, content_key
-from ..base.seeds import derive_seed
-from ..base.value import Value
-from ..engine.solution import Solution
-from ..planning.failure import failure_text
-from ..planning.trace import Trace
+from ...base.errors import NoSolution, UserError
+from ...base.pulse import Stop
+from ...base.run_directory import RunDirectory, content_key
+from ...base.seeds import derive_seed
+from ...base.value import Value
+from ...engine.solution import Solution
+from ...planning.failure import failure_text
+from ...planning.trace import Trace
+from ..run_files import run_key, write_execution, write_solution, write_trace
 from .client_files import ClientFiles, quoted
-from .run_files import run_key, write_execution, write_solution, write_trace
 
 if TYPE_CHECKING:
-    from ..engine.engine import Engine
-    from ..engine.executor import Executor
-    from ..engine.reading import Reading
-    from ..engine.setting import Setting
-    from ..engine.time_line import Moment
-    from ..scenario.scenario import Scenario
+    from ...engine.engine import Engine
+    from ...engine.executor import Executor
+    from ...engine.reading import Reading
+    from ...engine.setting import Setting
+    from ...engine.time_line import Moment
+    from ...scenario.scenario import Scenario
 
 KEPT = 16
 """Proven runs that are kept, the last ones: each holds what was recorded of one run, some megabytes."""
@@ -179,8 +179,8 @@ class ProvenRuns:
         Raises:
             UserError: as ``execute``.
         """
-        from ..engine.going_on import GoingOn, Stretch
-        from ..engine.time_line import time_line, write_time_line
+        from ...engine.going_on import GoingOn, Stretch
+        from ...engine.time_line import time_line, write_time_line
 
         proven, why = self.recall(name), ""
         say("comparing text and world with what was proven")
@@ -223,7 +223,7 @@ def _first(engine: Engine, reading: Reading, setting: Setting, run: RunDirectory
 
 def _write(run: RunDirectory, solution: Solution, engine: Engine, seed: int, say: Say) -> str:
     """Write the files of a run; return the hash of the files on which executing its program depends."""
-    from ..report import write_report
+    from ...report import write_report
 
     write_solution(run, solution, engine, seed)
     written = _hash(run, solution)

@@ -23,25 +23,25 @@ from mcp.server.mcpserver.tools import Tool
 from mcp.types import Resource, ToolAnnotations
 from pydantic import ValidationError
 
-from ..base.errors import DEFECTS, CramliteError, NoSolution, UserError, nearest
-from ..base.json_text import plain_json
-from ..base.pulse import Stop, Stopped, pulse
-from ..base.resources import shipped_scenarios
-from ..engine.executor import Executor, ExecutorDied
-from ..planning.task_goals import Goal
-from ..plugin.selection import PluginChoice
-from ..version import VERSION
+from ...base.errors import DEFECTS, CramliteError, NoSolution, UserError, nearest
+from ...base.json_text import plain_json
+from ...base.pulse import Stop, Stopped, pulse
+from ...base.resources import shipped_scenarios
+from ...engine.executor import Executor, ExecutorDied
+from ...planning.task_goals import Goal
+from ...plugin.selection import PluginChoice
+from ...version import VERSION
+from ..run_files import twins_json
+from ..texts import rollout_json
 from .answers import check_answer, goals_answer, interpret_answer, solution_answer, tasks_answer, things_answer
 from .client_files import ClientFiles, quoted
 from .proven_runs import ProvenRuns, Say
-from .run_files import twins_json
-from .texts import rollout_json
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from ..engine.engine import Engine
-    from ..scenario.scenario import Scenario
+    from ...engine.engine import Engine
+    from ...scenario.scenario import Scenario
 
 INSTRUCTIONS = (
     "cramlite turns robot tasks, goals and demonstrations into programs that were proven in simulation. Name a scenario (list_scenarios) "
@@ -180,8 +180,8 @@ class Tools:
 
     async def explain(self, run: str, designator: str = "") -> Answer:
         """Explain how the program of a run was decided on: every designator, or only a given one, e.g. object_1."""
-        from ..planning.trace import read_trace
-        from .trace_text import trace_text
+        from ...planning.trace import read_trace
+        from ..trace_text import trace_text
 
         try:
             trace = read_trace(self._files.run(run) / "trace.json")

@@ -6,14 +6,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from ..engine.engine import Engine
-    from ..engine.solution import Solution
-    from ..scenario.scenario import Scenario
+    from ...engine.engine import Engine
+    from ...engine.solution import Solution
+    from ...scenario.scenario import Scenario
 
 
 def tasks_answer(engine: Engine) -> list[dict[str, Any]]:
     """Return every task type with its roles and parameters."""
-    from .texts import tasks_json
+    from ..texts import tasks_json
 
     return tasks_json(engine.knowledge.tasks.values())
 
@@ -24,7 +24,7 @@ def check_answer(engine: Engine, scenario: Scenario, seed: int) -> dict[str, Any
     Raises:
         UserError: it cannot, or its goal cannot be planned for.
     """
-    from ..planning.task_sequences import examine_goal
+    from ...planning.task_sequences import examine_goal
 
     setting = engine.setting(scenario, seed=seed)
     if scenario.spec.goal is not None:
@@ -60,8 +60,8 @@ def goals_answer(engine: Engine, scenario: Scenario, seed: int) -> dict[str, Any
     Raises:
         UserError: the scenario cannot be used, or no tasks achieve its goal.
     """
-    from ..planning.operators import Grounder
-    from ..planning.trace import Trace
+    from ...planning.operators import Grounder
+    from ...planning.trace import Trace
 
     engine = engine.suited(scenario)
     setting, knowledge = engine.setting(scenario, seed=seed), engine.knowledge
@@ -86,7 +86,7 @@ def interpret_answer(engine: Engine, episode: Path) -> dict[str, Any]:
 def solution_answer(solution: Solution) -> dict[str, Any]:
     """Return a proven program as an answer: plan, text, chosen things, findings, and the tasks that
     achieve each goal."""
-    from ..planning.goal_parts import goal_answers
+    from ...planning.goal_parts import goal_answers
 
     bound = solution.candidate.bindings
     return {

@@ -8,11 +8,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ..base.errors import UserError
-from ..base.resources import shipped_scenario
-from ..base.value import Value
-from ..base.yaml_file import parse_yaml
-from ..scenario.scenario import INLINE, Scenario, read_scenario, scenario_from, started_by
+from ...base.errors import UserError
+from ...base.resources import shipped_scenario
+from ...base.value import Value
+from ...base.yaml_file import parse_yaml
+from ...scenario.scenario import INLINE, Scenario, read_scenario, scenario_from, started_by
 
 LONGEST_NAME = 300
 """Characters: a path within one folder is shorter."""
@@ -105,7 +105,7 @@ class ClientFiles(Value):
     @property
     def run_names(self) -> list[str]:
         """Names of the runs, in alphabetical order."""
-        from ..base.run_directory import MANIFEST
+        from ...base.run_directory import MANIFEST
 
         return sorted(p.parent.name for p in self.runs.glob(f"*/{MANIFEST}") if not p.parent.is_symlink())
 
