@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from .interpretation.interpretation import Interpretation as Interpretation
     from .language.sentence import NotUnderstood as NotUnderstood
     from .model.plan import Plan as Plan
-    from .model.verdict import Verdict as Verdict
+    from .model.run.verdict import Verdict as Verdict
     from .perception.active_perception import Picture as Picture
     from .perception.pictures import depth_image as depth_image, overlay as overlay
     from .perception.result import Percept as Percept

@@ -24,7 +24,7 @@ from .texts import findings_text, rollout_json, rollout_text
 if TYPE_CHECKING:
     from ..engine.judging import JudgedRun
     from ..model.robot_file import RobotFile
-    from ..model.rollout import Rollout
+    from ..model.run.rollout import Rollout
     from ..plugin.catalogue import Knowledge
 
 
@@ -97,7 +97,7 @@ def drive_robot(
         NoSolution: it did not.
         UserError: a text that cannot be driven; a process that does not answer as it must.
     """
-    from ..model.program_json import is_program_text, read_program
+    from ..model.program.program_json import is_program_text, read_program
     from ..plugin.catalogue import Knowledge
 
     knowledge = Knowledge(plugins.registry())

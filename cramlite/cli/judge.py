@@ -21,7 +21,7 @@ from .texts import findings_text, warn_of
 
 if TYPE_CHECKING:
     from ..engine.judging import JudgedRun, Purpose
-    from ..model.world import World
+    from ..model.world.world import World
     from ..plugin.catalogue import Knowledge
     from ..scenario.scenario import Scenario
 

@@ -173,7 +173,7 @@ def _first_attempt(program: Path, scenario: Scenario, engine: Engine, world: str
     from ..engine import replanning
     from ..engine.intent import FILE, read_intent
     from ..engine.judging import Purpose, candidate_of_text
-    from ..model.program_json import read_program
+    from ..model.program.program_json import read_program
 
     beside = {name: read_text(program.parent / name) for name in ("program.json", "plan.json")}
     typed = read_program(beside["program.json"]).program

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from ..interpretation.matching import Match
     from ..interpretation.ranking import TaskSequence
     from ..model.plan import Plan
-    from ..model.verdict import Verdict
+    from ..model.run.verdict import Verdict
     from ..planning.search.state import State
     from ..planning.trace import Trace
     from ..plugin.catalogue import Knowledge

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from ..interpretation.ranking import TaskSequence
     from ..model.episode import Episode
     from ..model.plan import Plan
-    from ..model.world import World
+    from ..model.world.world import World
     from ..scenario.scenario import Scenario
     from .candidates import CandidateSequence, Progress
     from .executor import Executor

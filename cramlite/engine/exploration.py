@@ -17,7 +17,7 @@ from ..base.errors import UserError
 from ..base.value import Value
 from ..model.designators import Action, Location, Object
 from ..model.plan import Plan
-from ..model.rollout import world_after_run
+from ..model.run.rollout import world_after_run
 from ..ontology.prefixes import local_name
 from ..perception.view_queries import INSIDE, bears
 from ..planning.diagnosis import nearest_miss
@@ -30,7 +30,7 @@ from .setting import Setting
 
 if TYPE_CHECKING:
     from ..model.view import Points
-    from ..model.world import Thing
+    from ..model.world.world import Thing
     from ..planning.search.state import State
     from ..plugin.catalogue import Knowledge
     from ..plugin.protocols import Candidate

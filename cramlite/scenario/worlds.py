@@ -14,7 +14,7 @@ from ..base.errors import PluginError, UserError, nearest
 from ..base.resources import find_scenario
 from ..base.seeds import whole_seed
 from ..model.geometry import Pose
-from ..model.world import Camera, Physics, RobotMount, Thing, World
+from ..model.world.world import Camera, Physics, RobotMount, Thing, World
 from ..plugin.protocols import Correcting
 from .faults import faulty
 from .imported_world import imported_world
@@ -23,7 +23,7 @@ from .scenario import read_scenario
 
 if TYPE_CHECKING:
     from ..model.belief import Relation
-    from ..model.imported_scene import ImportedScene
+    from ..model.world.imported_scene import ImportedScene
     from ..plugin.catalogue import Knowledge
     from ..plugin.protocols import ModelMaker
     from .scenario import Scenario
@@ -48,7 +48,7 @@ def read_world(name: str, knowledge: Knowledge, seed: int) -> World:
         return real_world(scenario, world, relations, seed)
     from msgspec import DecodeError, json
 
-    from ..model.world import World
+    from ..model.world.world import World
 
     try:
         return json.decode(path.read_bytes(), type=World)

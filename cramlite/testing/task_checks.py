@@ -16,7 +16,7 @@ from ..base.value import Value
 from ..model.belief import Belief, Estimate, Held
 from ..model.designators import Action, Late, Location, Motion, Object
 from ..model.geometry import Pose
-from ..model.world import Feature, Filling, Geom, RobotMount, Thing, World
+from ..model.world.world import Feature, Filling, Geom, RobotMount, Thing, World
 from ..ontology.foundation import OBJECT
 from ..planning.search.alternatives import HOOKS
 from ..plugin.catalogue import Knowledge

@@ -19,8 +19,8 @@ from ...model.collision import Collision
 from ...model.control_flow import Compound, Mark, ways
 from ...model.designator_name import is_part_of
 from ...model.designators import Action, Designator, Late, Location, Motion, Object, Place, Stand
+from ...model.program.steps import AnyStep
 from ...model.remedy import Remedy
-from ...model.steps import AnyStep
 from ...plugin.grounding import Context, Grounding, Refused
 from ...plugin.location_kind import LocationKind
 from ...plugin.registry import Registry

@@ -16,13 +16,13 @@ from msgspec.structs import replace
 from ...base.errors import Unresolvable
 from ...model.control_flow import Mark, touched
 from ...model.designators import Motion
-from ...model.steps import Fallback, Monitor, Parallel, Repeat, branch_conflict
+from ...model.program.steps import Fallback, Monitor, Parallel, Repeat, branch_conflict
 from .state import Frame, Item, State
 
 if TYPE_CHECKING:
     from ...model.belief import Belief
     from ...model.control_flow import Compound
-    from ...model.steps import AnyStep, Control
+    from ...model.program.steps import AnyStep, Control
 
 SAME = 0.02  # joint positions that are the same for what comes after [rad]: a motion begins from either
 MOVED = 0.005  # things that are at the same place [m]: the accuracy with which let go things are known

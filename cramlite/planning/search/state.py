@@ -17,12 +17,12 @@ from ...model.control_flow import Compound, Mark
 from ...model.designator_name import task_of
 from ...model.designators import Action, Designator, Location, Motion, Place, Stand
 from ...model.handover import Handover, handovers
-from ...model.program import Section
-from ...model.steps import MoveJoints, MoveLinear, SetGripper, walk
+from ...model.program.program import Section
+from ...model.program.steps import MoveJoints, MoveLinear, SetGripper, walk
 
 if TYPE_CHECKING:
     from ...model.belief import Belief
-    from ...model.steps import AnyStep
+    from ...model.program.steps import AnyStep
     from ...plugin.grounding import Grounding
     from ...plugin.task_type import TaskType
 

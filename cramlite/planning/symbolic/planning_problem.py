@@ -13,7 +13,7 @@ from ...base.value import Value
 from ...interpretation.conditions import atoms
 from ...interpretation.fluents import EFFECTOR, Fact, SymbolicWorld, matching, pattern_text
 from ...model.entity_name import thing_of
-from ...model.thing_boxes import turns_in_place
+from ...model.world.thing_boxes import turns_in_place
 from ..operators import Grounder, Operator, conditions_of, held_in
 from ..refutation import WHOLE, Refutation
 from .action_schema import ActionSchema, Table, action_schemas

@@ -13,13 +13,13 @@ from typing import Literal
 from msgspec import field
 from msgspec.structs import replace
 
-from ..base.value import Value
-from .entity_name import EntityName
-from .fault import Fault
-from .geometry import Pose, Vector3
+from ...base.value import Value
+from ..entity_name import EntityName
+from ..fault import Fault
+from ..geometry import Pose, Vector3
+from ..robot_file import RobotFile
+from ..view import D435, Intrinsics
 from .joint import Joint
-from .robot_file import RobotFile
-from .view import D435, Intrinsics
 
 
 class Contact(Value):

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Literal
 
-from ..base.value import Value
-from .designator_name import task_of
-from .geometry import Pose, Vector3
-from .robot import FORCE_LIMIT
+from ...base.value import Value
+from ..designator_name import task_of
+from ..geometry import Pose, Vector3
+from ..robot import FORCE_LIMIT
 from .steps import (
     AnyStep,
     Joints,

@@ -6,8 +6,8 @@ from typing import Literal
 
 from msgspec import field
 
-from ..base.value import Value
-from .geometry import Pose
+from ...base.value import Value
+from ..geometry import Pose
 from .world import Thing
 
 

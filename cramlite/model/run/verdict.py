@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from typing import Literal
 
-from ..base.value import Value, replace
-from .remedy import Remedy
+from ...base.value import Value, replace
+from ..remedy import Remedy
 from .twin_verdict import TwinVerdict
 
 Cost = Literal["facts", "ik", "path", "rollout"]

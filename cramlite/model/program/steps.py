@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import Literal
 
-from ..base.value import Value
-from .geometry import Pose, Vector3
+from ...base.value import Value
+from ..geometry import Pose, Vector3
 from .swing import Swing
 
 Joints = tuple[float, ...]

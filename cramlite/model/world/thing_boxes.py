@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .geometry import Pose, Vector3
+from ..geometry import Pose, Vector3
 from .world import Geom, Thing
 
 CENTRED = 0.5

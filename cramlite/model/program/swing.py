@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ..base.value import Value
-from .geometry import Pose, Vector3, quaternion_product, rotvec_quaternion
+from ...base.value import Value
+from ..geometry import Pose, Vector3, quaternion_product, rotvec_quaternion
 
 
 class Swing(Value):

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from ..base.errors import UserError
-from ..base.value import Value
+from ...base.errors import UserError
+from ...base.value import Value
 from .error_model import ErrorModel
 
 MOST_TWINS = 1000

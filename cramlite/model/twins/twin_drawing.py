@@ -6,9 +6,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ..base.seeds import derive_seed
-from ..base.value import Value
-from .geometry import Vector3
+from ...base.seeds import derive_seed
+from ...base.value import Value
+from ..geometry import Vector3
 
 LEAST = 0.05
 """A share of friction, mass, size or force is drawn no lower, however large the error model's numbers are."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ..base.value import Value
-from .program_safety import TOOL_SPEED
-from .robot import Robot
+from ...base.value import Value
+from ..program.program_safety import TOOL_SPEED
+from ..robot import Robot
 from .run_peaks import RunPeaks
 
 OVERSHOOT = 1.05

@@ -6,10 +6,10 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
-from ..base.value import Value
-from .designator_name import task_of
-from .episode import Event
-from .program import Code, Program
+from ...base.value import Value
+from ..designator_name import task_of
+from ..episode import Event
+from ..program.program import Code, Program
 from .rollout import Rollout, Scene
 
 

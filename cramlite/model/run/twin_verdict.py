@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections import Counter
 
-from ..base.value import Value
-from ..base.wilson import wilson_interval
-from .proof_doubts import ProofDoubts
-from .remedy import Remedy
+from ...base.value import Value
+from ...base.wilson import wilson_interval
+from ..remedy import Remedy
+from ..twins.proof_doubts import ProofDoubts
+from ..twins.twin_drawing import Draw
 from .run_peaks import RunPeaks
-from .twin_drawing import Draw
 
 
 class TwinRun(Value):

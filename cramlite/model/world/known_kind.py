@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ..base.value import Value
-from .geometry import Vector3
+from ...base.value import Value
+from ..geometry import Vector3
 
 
 class KnownKind(Value):

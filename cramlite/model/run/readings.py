@@ -7,9 +7,9 @@ from typing import Protocol
 
 from msgspec import field
 
-from ..base.value import Value
-from ..base.word import Word
-from .geometry import Pose, Vector3
+from ...base.value import Value
+from ...base.word import Word
+from ..geometry import Pose, Vector3
 
 
 class Readings(Value):

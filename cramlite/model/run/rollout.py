@@ -11,12 +11,12 @@ from typing import Any
 from msgspec import field, to_builtins
 from msgspec.structs import replace
 
-from ..base.errors import UserError
-from ..base.guarded_files import read_arrays
-from ..base.value import Value
-from .entity_name import EntityName
-from .geometry import Floats, Pose, Vector3
-from .world import World
+from ...base.errors import UserError
+from ...base.guarded_files import read_arrays
+from ...base.value import Value
+from ..entity_name import EntityName
+from ..geometry import Floats, Pose, Vector3
+from ..world.world import World
 
 MOST_BYTES = 2**32
 """Bytes of a recorded run, unpacked: an hour of fifty bodies at 500 Hz has 5 GB, and runs last minutes."""

@@ -12,9 +12,9 @@ import itertools
 import math
 from collections.abc import Callable, Iterator
 
-from ..base.value import Value
+from ...base.value import Value
+from ..robot import HIGHEST_FORCE_LIMIT, Robot
 from .program import Program
-from .robot import HIGHEST_FORCE_LIMIT, Robot
 from .steps import (
     AnyStep,
     CompliantSlide,

@@ -18,8 +18,8 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 from msgspec import Struct
 from msgspec.structs import asdict, fields
 
-from ..base.errors import UserError, nearest
-from ..base.value import Value
+from ...base.errors import UserError, nearest
+from ...base.value import Value
 from .program import Code, Program
 from .steps import Step, walk
 

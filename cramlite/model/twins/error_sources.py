@@ -13,13 +13,13 @@ from typing import Any, Literal
 from msgspec import field
 from msgspec.structs import replace
 
-from ..base.value import Value
-from .geometry import Vector3
-from .robot import Robot
-from .sensor_errors import SensorErrors
-from .thing_boxes import extents
+from ...base.value import Value
+from ..geometry import Vector3
+from ..robot import Robot
+from ..sensor_errors import SensorErrors
+from ..world.thing_boxes import extents
+from ..world.world import Inertia, Thing, World
 from .twin_drawing import DEG, MM, Drawing
-from .world import Inertia, Thing, World
 
 FURTHEST, WIDEST, LATEST = 0.5, 3.2, 1.0
 """Largest errors of lengths [m], angles [rad] and times [s]: beyond them nothing would be where it is believed to be."""

@@ -10,7 +10,8 @@ from typing import Annotated, Any, TypeVar, get_type_hints
 from msgspec import field
 from msgspec.structs import fields, replace
 
-from ..base.value import Value
+from ...base.value import Value
+from ..sensor_errors import SensorErrors
 from .error_sources import (
     FURTHEST,
     LATEST,
@@ -29,7 +30,6 @@ from .error_sources import (
     with_sensor,
     with_zeros,
 )
-from .sensor_errors import SensorErrors
 
 M = TypeVar("M", bound="ErrorModel")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ..base.value import Value
+from ...base.value import Value
 
 
 class JudgingLimits(Value):

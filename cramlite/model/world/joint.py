@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Literal
 
-from ..base.value import Value
-from .geometry import Pose
+from ...base.value import Value
+from ..geometry import Pose
 
 
 class Joint(Value):

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ..base.value import Value
-from .geometry import Floats
+from ...base.value import Value
+from ..geometry import Floats
 from .rollout import Rollout
 
 
