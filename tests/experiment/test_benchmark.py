@@ -424,7 +424,7 @@ def test_a_damaged_result_is_named(tmp_path: Path, small: BenchmarkExperiment) -
     path = tmp_path / "episodes" / "table-0-0" / "result.json"
     path.parent.mkdir(parents=True)
     path.write_text("{}")
-    with pytest.raises(UserError, match=r"result.json' is damaged .* only that piece is done anew"):
+    with pytest.raises(UserError, match=r"result.json' is damaged .* only that part of the trial is done anew"):
         results_in(tmp_path)
 
 

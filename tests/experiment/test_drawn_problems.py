@@ -214,7 +214,7 @@ def test_files_of_a_problem_that_were_changed_are_refused(tmp_path: Path) -> Non
     for package in ("libero", "libero.libero"):
         sys.modules.setdefault(package, ModuleType(package))
     try:
-        with pytest.raises(ValueError, match="not those that were drawn"):
+        with pytest.raises(ValueError, match="altered since the problem was drawn"):
             suite.get_task(3)
         with pytest.raises(ValueError, match="no problem 2"):
             suite.get_task(2)

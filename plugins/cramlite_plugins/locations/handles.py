@@ -152,7 +152,7 @@ def turn_on(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     if joint.kind != "hinge" or not 0.0 <= share <= 1.0:
         left = math.degrees((1.0 - there if by > 0 else there) * (joint.upper - joint.lower))
         said = f"{math.degrees(abs(by)):.0f} deg are asked for, {left:.0f} deg are left" if joint.kind == "hinge" else "it slides"
-        raise Unresolvable(f"'{thing.name}' cannot be turned so: {said}", causes(location, context), blocking=())
+        raise Unresolvable(f"'{thing.name}' cannot be turned as asked: {said}", causes(location, context), blocking=())
     yield _led(thing, joint, belief, context, now, share, 0.0, 0.0)
 
 

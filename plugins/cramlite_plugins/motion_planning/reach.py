@@ -42,7 +42,7 @@ def held_pose(belief: Belief, context: Context) -> Pose:
         Unresolvable: nothing is held.
     """
     if belief.held is None:
-        raise Unresolvable("nothing is held that could be brought there")
+        raise Unresolvable("the hand holds no payload")
     return tcp(belief, context) * belief.held.tcp_to_thing
 
 

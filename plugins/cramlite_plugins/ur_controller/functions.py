@@ -368,7 +368,7 @@ class Functions:
     def _solved(self, pose: Pose, near: Floats, where: str) -> Floats:
         found = nearest_solution(self.arm.arm, pose, tuple(near))
         if found is None:
-            raise ScriptError(f"{where}: no joint position near here reaches {show(from_pose(pose))}")
+            raise ScriptError(f"{where}: no joint position near the start reaches {show(from_pose(pose))}")
         return np.array(found)
 
 
