@@ -94,8 +94,10 @@ def execute(
 
 
 def _come_to_rest(run: _Run) -> None:
-    """Let the world settle while the arm holds still, without MuJoCo's no-slip iterations, which take four
-    fifths of a step with sixteen vessels. Things may creep by 0.03 mm/s meanwhile."""
+    """Let the world settle while the arm holds still, without MuJoCo's no-slip iterations, to save time.
+
+    They take four fifths of a step with sixteen vessels. Things may creep by 0.03 mm/s meanwhile.
+    """
     options = run.controller.model.opt
     firm, options.noslip_iterations = options.noslip_iterations, 0
     for _ in range(round(BEFORE / run.controller.period)):
@@ -127,7 +129,7 @@ def _loaded(text: str) -> Loaded:
 
 
 class _Script(Machine):
-    """URScript machine that completes each cycle by ``finish``, called once all threads have run."""
+    """URScript interpreter of one run, with the functions of its controller."""
 
     def __init__(self, text: str, functions: Functions, limits: Limits | None) -> None:
         super().__init__(_loaded(text), functions.library(), limits, functions.finish)
