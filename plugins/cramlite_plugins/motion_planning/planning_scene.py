@@ -18,7 +18,6 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from operator import le
 from types import MappingProxyType
 from typing import Any
 
@@ -270,8 +269,10 @@ class PlanningScene(Value):
         return np.array(self.data.site_xpos[self.index.tcp])
 
     def _inside(self, q: Position) -> bool:
-        low, high = zip(*self.index.robot.limits, strict=True)
-        return all(map(le, low, q)) and all(map(le, q, high))
+        for value, (low, high) in zip(q, self.limits, strict=True):  # noqa: SIM110  a generator takes twice as long
+            if not low <= value <= high:
+                return False
+        return True
 
     def _keeps(self, q: Position) -> bool:
         """Whether at a joint position every pair of bodies keeps its required distance."""
