@@ -21,7 +21,7 @@ from .texts import findings_text, warn_of
 
 if TYPE_CHECKING:
     from ..engine.judging import JudgedRun, Purpose
-    from ..model.world import World
+    from ..model.world.world import World
     from ..plugin.catalogue import Knowledge
     from ..scenario.scenario import Scenario
 
@@ -143,9 +143,9 @@ def _meant(scenario: Scenario, knowledge: Knowledge, place: World) -> tuple[str,
         UserError: a described object may be several of them, or none.
     """
     from ..interpretation.fluents import symbolic_world
-    from ..planning.goal_planner import ground_goal
     from ..planning.operators import Grounder
     from ..planning.spoken_goals import spoken
+    from ..planning.symbolic.goal_planner import ground_goal
     from ..planning.task_goals import Goal
 
     scene = symbolic_world(place, knowledge.taxonomy)

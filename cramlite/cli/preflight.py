@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 from ..base.errors import NoSolution, UserError, nearest
 from ..base.json_text import as_json
-from ..model.error_model import SOURCES
+from ..model.twins.error_model import SOURCES
 from ..plugin.selection import INSTALLED, PluginChoice
 from .arguments import Add, plugin_choice
 from .judge import naming, read_text, robots_world
 
 if TYPE_CHECKING:
     from ..engine.preflight import Check, Flight
-    from ..model.program import LatePose
+    from ..model.program.program import LatePose
     from ..plugin.catalogue import Knowledge
 
 WIDTH = 110

@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..base.errors import UserError
-from ..model.rollout import load_rollout
+from ..model.run.rollout import load_rollout
 from ..plugin.selection import INSTALLED, PluginChoice
 from .arguments import Add, duration, plugin_choice
 
 if TYPE_CHECKING:
-    from ..model.rollout import Rollout
+    from ..model.run.rollout import Rollout
     from ..plugin.catalogue import Knowledge
     from .viewer import Viewer
 

@@ -23,8 +23,8 @@ from ..base.pulse import Stopped, pulse
 from ..plugin.selection import INSTALLED, PluginChoice
 
 if TYPE_CHECKING:
-    from ..model.rollout import Rollout
-    from ..model.world import World
+    from ..model.run.rollout import Rollout
+    from ..model.world.world import World
     from ..plugin.catalogue import Knowledge
 
 
@@ -168,7 +168,7 @@ def _serve(asked: BinaryIO, answers: BinaryIO) -> None:
 
 def _loaded(plugins: PluginChoice) -> Knowledge | Exception:
     """Load the plugins and the simulator's libraries; return what the plugins declare, or the error."""
-    from ..model.world import World
+    from ..model.world.world import World
     from ..plugin.catalogue import Knowledge
 
     try:

@@ -14,10 +14,10 @@ from msgspec.structs import replace
 from ..base.value import Value
 from ..model.entity_name import thing_of
 from ..model.geometry import Floats, Pose
-from ..model.readings import Deviation, Notice, Readings
+from ..model.run.readings import Deviation, Notice, Readings
 
 if TYPE_CHECKING:
-    from ..model.rollout import Rollout
+    from ..model.run.rollout import Rollout
 
 PLACE = 0.015
 """Largest distance of a thing from its place in the proof [m]: validators let nothing slip by more than 12 mm, or slide by
@@ -168,7 +168,7 @@ def _held(proof: Rollout, sample: int) -> str:
 class RunWatch:
     """Watcher that reports where the sensor readings of a run deviate from those of the run that proved its program.
 
-    See ``cramlite.model.readings.Watch``.
+    See ``cramlite.model.run.readings.Watch``.
 
     Args:
         expected: of the program.

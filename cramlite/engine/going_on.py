@@ -19,12 +19,12 @@ from ..base.errors import NoSolution, UserError
 from ..base.value import Value
 from ..model.designator_name import task_of
 from ..model.fault import FaultKind
-from ..model.readings import Deviation, Notice
-from ..model.rollout import world_after_run
-from ..model.steps import MoveJoints
-from ..planning.budget import Budget, budget_of
+from ..model.program.steps import MoveJoints
+from ..model.run.readings import Deviation, Notice
+from ..model.run.rollout import world_after_run
 from ..planning.failure import brief_failure_text, failure_text
-from ..planning.planning_problem import planning_problem
+from ..planning.search.budget import Budget, budget_of
+from ..planning.symbolic.planning_problem import planning_problem
 from ..planning.task_goals import Goal
 from ..planning.trace import Trace
 from ..scenario.faults import foreseen
@@ -40,8 +40,8 @@ from .search_in_setting import search_in
 from .setting import with_load
 
 if TYPE_CHECKING:
-    from ..model.rollout import Rollout
-    from ..model.world import World
+    from ..model.run.rollout import Rollout
+    from ..model.world.world import World
     from ..plugin.protocols import Candidate
     from ..scenario.scenario import Scenario
     from .engine import Engine

@@ -14,14 +14,14 @@ from ..interpretation.fluents import symbolic_world
 from ..model.belief import Belief, initial_belief
 from ..model.designators import Action
 from ..model.episode import Episode
-from ..model.judging_limits import JudgingLimits
 from ..model.plan import Plan
-from ..model.program import Code, Program
-from ..model.program_json import is_program_text, laid_out, read_program
-from ..model.rollout import Rollout
-from ..model.steps import walk
-from ..model.verdict import Finding, Verdict
-from ..model.world import World
+from ..model.program.program import Code, Program
+from ..model.program.program_json import is_program_text, laid_out, read_program
+from ..model.program.steps import walk
+from ..model.run.judging_limits import JudgingLimits
+from ..model.run.rollout import Rollout
+from ..model.run.verdict import Finding, Verdict
+from ..model.world.world import World
 from ..planning.goal_literals import literals_of_goals, literals_of_plan
 from ..plugin.catalogue import Knowledge, pick
 from ..plugin.protocols import Candidate, GoalValidator

@@ -11,17 +11,17 @@ from msgspec.structs import replace
 
 from ..base.errors import UserError
 from ..base.value import Value
-from ..model.program import Code, Program
-from ..model.program_json import is_program_text, read_program, typed_code
+from ..model.program.program import Code, Program
+from ..model.program.program_json import is_program_text, read_program, typed_code
+from ..model.program.slowed import slowed
+from ..model.program.steps import SetGripper, SetPayload, walk
 from ..model.robot import Robot
-from ..model.rollout import Rollout, load_rollout
-from ..model.run_limits import Reached, reached
-from ..model.run_peaks import RunPeaks, peaks_of
-from ..model.slowed import slowed
-from ..model.steps import SetGripper, SetPayload, walk
-from ..model.twin_drawing import Draw
-from ..model.verdict import Verdict
-from ..model.world import World
+from ..model.run.rollout import Rollout, load_rollout
+from ..model.run.run_limits import Reached, reached
+from ..model.run.run_peaks import RunPeaks, peaks_of
+from ..model.run.verdict import Verdict
+from ..model.twins.twin_drawing import Draw
+from ..model.world.world import World
 from ..plugin.catalogue import Knowledge, pick
 from .intent import Intent, read_intent
 from .judging import JudgedRun, Purpose, judge_text

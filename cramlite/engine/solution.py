@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from ..interpretation.interpretation import Interpretation
     from ..model.episode import Episode
     from ..model.plan import Plan
-    from ..model.rollout import Rollout
-    from ..model.verdict import Finding, Verdict
-    from ..model.world import World
+    from ..model.run.rollout import Rollout
+    from ..model.run.verdict import Finding, Verdict
+    from ..model.world.world import World
     from ..plugin.catalogue import Knowledge
     from ..plugin.protocols import Candidate
     from .execution import Execution

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from ..base.errors import UserError
-from ..model.colour_words import COLOURS
 from ..model.entity_name import thing_of
+from ..model.world.colour_words import COLOURS
 from ..ontology.foundation import BEARS
 from ..ontology.prefixes import local_name
 from ..ontology.taxonomy import words_of

@@ -12,7 +12,7 @@ from .linkage import Linkage
 from .sensor_errors import SensorErrors
 
 if TYPE_CHECKING:
-    from .world import RobotMount
+    from .world.world import RobotMount
 
 FORCE_LIMIT, HIGHEST_FORCE_LIMIT, FASTEST = 60.0, 150.0, 5.0
 """Protective limit on the TCP force where nobody declares another, and the highest that may be declared [N]. The first is

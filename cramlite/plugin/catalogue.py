@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ..model.imported_robot import ImportedRobot
     from ..model.robot import Robot
     from ..model.robot_file import RobotFile
-    from ..model.world import Thing, World
+    from ..model.world.world import Thing, World
     from ..ontology.taxonomy import Taxonomy
     from .demonstration import RecordScript
     from .episode_hooks import EpisodeHooks

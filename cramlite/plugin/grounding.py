@@ -14,14 +14,14 @@ from ..model.belief import Belief
 from ..model.collision import Collision
 from ..model.designators import Action, Designator
 from ..model.entity_name import thing_of
-from ..model.judging_limits import JudgingLimits
 from ..model.motion_words import Stage
 from ..model.remedy import Remedy
 from ..model.robot import Robot
-from ..model.world import RobotMount
+from ..model.run.judging_limits import JudgingLimits
+from ..model.world.world import RobotMount
 
 if TYPE_CHECKING:
-    from ..model.world import Camera
+    from ..model.world.world import Camera
     from ..ontology.taxonomy import Taxonomy
 
 

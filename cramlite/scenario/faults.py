@@ -14,7 +14,7 @@ from ..base.quantities import Force, Length, Mass, Time
 from ..base.spec import Spec
 from ..model.fault import Fault, FaultKind, Trigger
 from ..model.geometry import Pose
-from ..model.world import World
+from ..model.world.world import World
 
 Vector = tuple[Length, Length, Length]
 

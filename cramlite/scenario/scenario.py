@@ -15,9 +15,9 @@ from ..base.quantities import Angle, Force, Length
 from ..base.spec import Name, Spec
 from ..base.value import Value
 from ..base.yaml_file import explain_validation, line_of, load_yaml
-from ..model.imported_scene import StatedJoint
-from ..model.judging_limits import JudgingLimits
 from ..model.robot import HIGHEST_FORCE_LIMIT
+from ..model.run.judging_limits import JudgingLimits
+from ..model.world.imported_scene import StatedJoint
 from ..plugin.entry_points import plugin_names
 from ..plugin.selection import PluginChoice
 from .camera_spec import CameraSpec, IntrinsicsSpec

@@ -16,9 +16,9 @@ from ..base.value import Value
 from ..model.belief import Belief, Estimate, Held
 from ..model.designators import Action, Late, Location, Motion, Object
 from ..model.geometry import Pose
-from ..model.world import Feature, Filling, Geom, RobotMount, Thing, World
+from ..model.world.world import Feature, Filling, Geom, RobotMount, Thing, World
 from ..ontology.foundation import OBJECT
-from ..planning.alternatives import HOOKS
+from ..planning.search.alternatives import HOOKS
 from ..plugin.catalogue import Knowledge
 from ..plugin.location_kind import LocationKind
 from ..plugin.registry import Registry

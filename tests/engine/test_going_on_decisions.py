@@ -22,10 +22,10 @@ from cramlite.engine.rest_of_plan import rests_of_plan
 from cramlite.model import Action, Code, Deviation, MoveJoints, Notice, Object, Plan, Pose, Program
 from cramlite.model.belief import initial_belief
 from cramlite.model.fault import Fault, FaultKind
-from cramlite.model.rollout import Message
-from cramlite.model.world import InHand, RobotMount
+from cramlite.model.run.rollout import Message
+from cramlite.model.world.world import InHand, RobotMount
 from cramlite.perception.active_perception import Look, Picture
-from cramlite.planning.state import State
+from cramlite.planning.search.state import State
 from cramlite_plugins.robots.ur5e import UR5E
 
 LINES = {1: "1.Grasping/close", 3: "2.PickingUp/lift", 5: "3.Placing/lower"}

@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
 
 from cramlite import Engine, Goal, PddlText, PlanningProblem, PlanStep, find_scenario, planning_problem, read_scenario
-from cramlite.planning.symbolic_planner import fast_downward
+from cramlite.planning.symbolic.symbolic_planner import fast_downward
 
 ENGINE = Engine()
 HANG = "hang_up_a_product"

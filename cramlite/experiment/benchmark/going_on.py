@@ -15,7 +15,7 @@ from ...base.run_directory import write_whole
 from ...base.value import Value
 from ...engine.expectation import Limits, RunWatch, expectation
 from ...engine.read_belief import world_as_read
-from ...model.readings import Deviation, Notice
+from ...model.run.readings import Deviation, Notice
 from ...planning.trace import Trace
 from ...scenario.scenario import read_scenario
 
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from ...engine.engine import Engine
     from ...engine.setting import Setting
     from ...engine.solution import Solution
-    from ...model.rollout import Rollout
-    from ...model.world import World
+    from ...model.run.rollout import Rollout
+    from ...model.world.world import World
     from .protocol import Benchmark
 
 ROUNDS = 6

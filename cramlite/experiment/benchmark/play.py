@@ -19,12 +19,12 @@ from ...base.value import Value
 from ...engine.engine import Engine
 from ...engine.setting import Setting
 from ...engine.solution import Solution
-from ...model.readings import Notice
-from ...model.rollout import save_rollout
-from ...model.verdict import ADVICE
+from ...model.run.readings import Notice
+from ...model.run.rollout import save_rollout
+from ...model.run.verdict import ADVICE
 from ...planning.diagnosis import nearest_miss
 from ...planning.failure import failure_text
-from ...planning.planning_problem import planning_problem
+from ...planning.symbolic.planning_problem import planning_problem
 from ...planning.task_goals import Goal
 from ...planning.trace import Trace
 from ...plugin.selection import INSTALLED, PluginChoice

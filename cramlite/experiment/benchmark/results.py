@@ -5,7 +5,7 @@ from __future__ import annotations
 from msgspec import field
 
 from ...base.value import Value
-from ...model.readings import Notice
+from ...model.run.readings import Notice
 
 BENCHMARK_DIED = "benchmark died"
 """Outcome of an attempt during which the benchmark's process died or hung, and the class of such episodes."""

@@ -85,11 +85,7 @@ def execute(
     _come_to_rest(run)
     run.start()
     outcome, reason = run.play(machine, time_limit, watch)
-    for _ in range(round((settle if watch is None else STOPPED) / run.controller.period)):
-        run.hold()
-    if watch is not None:
-        run.await_readings()
-        watch.rest(run.read(0))
+    _stand_still(run, settle, watch)
     return replace(run.recorder.rollout(outcome, reason), faults=tuple(run.faults.happened), **run.peaks.arrays())
 
 
@@ -105,6 +101,15 @@ def _come_to_rest(run: _Run) -> None:
     options.noslip_iterations = firm
     if reason := unstable(run.data):
         raise UserError(f"the world does not come to rest before the program starts: {reason}")
+
+
+def _stand_still(run: _Run, settle: float, watch: Watch | None) -> None:
+    """Go on after the program's end; a watched arm brakes, and its watcher gets the readings at rest."""
+    for _ in range(round((settle if watch is None else STOPPED) / run.controller.period)):
+        run.hold()
+    if watch is not None:
+        run.await_readings()
+        watch.rest(run.read(0))
 
 
 class _Runner(Protocol):

@@ -12,8 +12,8 @@ from typing import Any
 from cramlite.base.value import Value
 from cramlite.cli.main import main
 from cramlite.model import Rollout
-from cramlite.model.rollout import load_rollout, save_rollout
-from cramlite.model.world import World
+from cramlite.model.run.rollout import load_rollout, save_rollout
+from cramlite.model.world.world import World
 from cramlite.plugin.catalogue import Knowledge
 from cramlite.scenario.worlds import read_world
 
