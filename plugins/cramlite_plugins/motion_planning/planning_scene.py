@@ -267,13 +267,19 @@ class PlanningScene(Value):
         return np.array(self.data.site_xpos[self.index.tcp])
 
     def _inside(self, q: Position) -> bool:
-        return all(low <= value <= high for value, (low, high) in zip(q, self.limits, strict=True))
+        for value, (low, high) in zip(q, self.limits, strict=True):  # noqa: SIM110  a generator takes twice as long
+            if not low <= value <= high:
+                return False
+        return True
 
     def _keeps(self, q: Position) -> bool:
         """Whether at a joint position every pair of bodies keeps its required distance."""
         self._place(q)
-        near = self.levels[0].near(self.data)
-        return not near or all(d >= self.need.item(g, h) or d >= self._needed(q, g, h) for g, h, d in self._measured(near))
+        if near := self.levels[0].near(self.data):
+            for g, h, d in self._measured(near):
+                if d < self.need.item(g, h) and d < self._needed(q, g, h):
+                    return False
+        return True
 
     def _look(self, q: Position, level: Inflated) -> Iterator[tuple[int, int, float]]:
         """Pairs (one, other, distance) that may not touch and whose shapes meet at a joint position when
@@ -339,7 +345,9 @@ class PlanningScene(Value):
                 need = self._needed(q, g, h)
                 if d < need:
                     return None
-            clear = min(clear, (d - min(need, KEPT * need)) / max(between.item(g, h), TINY))
+            nearer, kept = between.item(g, h), KEPT * need if need > 0.0 else need
+            clear_here = (d - kept) / (nearer if nearer > TINY else TINY)
+            clear = clear_here if clear_here < clear else clear
         if clear >= half or (high - low) * line.size < SMALLEST:
             return []
         count = max(1, math.ceil((half - clear) / (2 * reach)))
