@@ -70,7 +70,7 @@ def driven_along(thing: Thing, value: float, goal: float, belief: Belief, contex
     """Return the distance by which a level drawer pushes each loose thing ahead of it between two joint
     values [m]; {} if it pushes none.
 
-    A refusal if one would be pushed into another thing, or tip over.
+    A refusal if one would be pushed into another thing or out of its container, or tip over.
     """
     assert thing.joint is not None
     found, after, line = dict[str, float](), belief, _direction(thing, goal - value, belief)
@@ -79,6 +79,8 @@ def driven_along(thing: Thing, value: float, goal: float, belief: Belief, contex
         names = {name for entry in first.blocking or () for name in ((entry,) if isinstance(entry, str) else entry)}
         if thing.joint.kind != "slide" or abs(line[2]) > LEVEL or not names or names & found.keys():
             return first
+        if inside := next((name for name in sorted(names) if belief.relates("in", name)), ""):
+            return replace(first, reason=f"{first.reason}; '{inside}' is in '{belief.relates('in', inside)}', and not pushed out of it")
         if tips := next((name for name in sorted(names) if _tips(name, thing, line, after)), ""):
             return replace(first, reason=f"{first.reason}; pushed along, '{tips}' would tip over")
         found |= dict.fromkeys(names, abs(goal - value) - gone + AHEAD)
