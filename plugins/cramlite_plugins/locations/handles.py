@@ -97,11 +97,10 @@ def check_way(location: Location, thing: Thing, belief: Belief, context: Context
         drives = context.limits.may_push and not isinstance(driven_along(thing, value, goal, belief, context), Refused)
         if drives and asked(location, Handle).drives:
             return
-        there = {name for entry in met.blocking or () for name in ((entry,) if isinstance(entry, str) else entry)}
-        put = (n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing in there and v.leaves_thing)
+        put = (n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing in met.in_the_way and v.leaves_thing)
         levers = belief.world.mounted_on(thing.name)  # one of them may free the way
         ways = led_by(location, context) if drives or levers else ()  # else moving what is in the way is all that helps
-        raise Unresolvable(met.reason, (location.of or "", *put, *ways), blocking=met.blocking, collision=met.collision, remedy=met.remedy)
+        raise met.impossible(met.reason, (location.of or "", *put, *ways))
 
 
 def _held(name: str, place: Place, cost: float) -> Grounding:

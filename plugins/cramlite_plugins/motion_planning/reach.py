@@ -166,7 +166,7 @@ def traverse(
         there = collision_free_ik(place, context, pose, seed)
         if isinstance(there, Refused):
             said = f"corner {k} of {len(path)} of '{name}': {there.reason}"
-            raise Unresolvable(said, causes(location, context), blocking=there.blocking, collision=there.collision, remedy=there.remedy)
+            raise there.impossible(said, causes(location, context))
         seed = there
     return Grounding(Place(path[0], path[0], path=path, thing=bound(context, location.of)), name, cost, key=name)
 
