@@ -27,7 +27,7 @@ def _table(name: str) -> tuple[Words, ...]:
 
 
 def _patterns(name: str) -> Phrases:
-    return Phrases((_TABLES[name],), {**_TABLES["classes"], "next": _TABLES["next"]})
+    return Phrases(_TABLES[name], {**_TABLES["classes"], "next": _TABLES["next"]})
 
 
 def _set(name: str) -> frozenset[str]:
@@ -46,6 +46,8 @@ ORDINALS: Mapping[str, int] = _by_word("ordinals")
 """Ordinals; -1 is the last."""
 PRONOUNS: Mapping[str, bool] = {"it": False, "them": True, "they": True, "those": True, "these": True, "this": False, "that": False}
 """Words that stand for what was named before -> whether for several."""
+STANDING = frozenset({"it", "them", "they", "its", "their"})
+"""Words that stand for things in a clause that only tells."""
 SIDES: Mapping[str, str] = _by_word("sides")
 """Words for a position among others -> the position."""
 SIZES: Mapping[str, int] = _by_word("sizes")
@@ -75,7 +77,7 @@ WISH, UNWISH = _patterns("wish"), _patterns("unwish")
 """Words before what should, or should not, hold in the end."""
 BE, NOT_BE = _patterns("be"), _patterns("not be")
 """Words between what is meant and what should, or should not, hold of it in the end."""
-FINITE = Phrases((_TABLES["classes"]["finite"], _TABLES["classes"]["modal"]))
+FINITE = Phrases("$finite | $modal", _TABLES["classes"])
 """Verbs that end a description, and words before them."""
 FILLERS, REPAIRS, EMPHASIS = _patterns("fillers"), _patterns("repairs"), _set("emphasis")
 """Words that say nothing anywhere, that take back what was said before them, and that say nothing before a preposition."""
@@ -187,7 +189,7 @@ APPOSED, BASED = _patterns("apposed"), _patterns("based")
 """Words before a further description of what was just named, and words behind the lowest thing of a stack."""
 AMOUNTING = _set("amounting")
 """Words before an amount."""
-NOT_YET = Phrases(("not | no longer | never | anywhere (but|except|other than)",))
+NOT_YET = Phrases("not | no longer | never | anywhere (but|except|other than)")
 """Denials within a request in free order."""
 SOURCES = (("off",), ("out",), ("from",))
 """First words of prepositions of where something is taken from."""
@@ -204,6 +206,8 @@ SMALL = STOPS | AUXILIARY | LIGHT | THE | ONE | EVERY | NEGATIVE | PERSONS | JOI
 """Words that are no verb."""
 HUES = frozenset(COLOURS) | frozenset(SHADES)
 """Words for colours."""
+BINDING, ALONE = (tuple(map(frozenset, _table(name))) for name in ("binding", "alone"))
+"""Signs that together may change a goal, in any clause and in one that stands alone."""
 _FORMS: Mapping[str, str] = _TABLES["irregular"]
 _PLURALS: Mapping[str, str] = _TABLES["plurals"]
 TOP_WORD: Words = ("on_top_of",)

@@ -8,13 +8,14 @@ from msgspec.structs import replace
 
 from ..base.value import Value
 from . import english
-from .asides import Asides, adverb
+from .asides import Asides
 from .clauses import ClauseParser
 from .english import Words, starts
 from .frames import Frame, Frames
 from .labels import Labels
 from .nouns import spoken
 from .requests import Found
+from .signs import adverb
 from .tree import Clause, Link, Noun
 
 ASIDE, AHEAD = "aside", "ahead"
