@@ -79,6 +79,8 @@ BE, NOT_BE = _patterns("be"), _patterns("not be")
 """Words between what is meant and what should, or should not, hold of it in the end."""
 FINITE = Phrases("$finite | $modal", _TABLES["classes"])
 """Verbs that end a description, and words before them."""
+DISMISSED = _patterns("dismissed")
+"""Words before what is no longer meant, in a self-correction."""
 FILLERS, REPAIRS, EMPHASIS = _patterns("fillers"), _patterns("repairs"), _set("emphasis")
 """Words that say nothing anywhere, that take back what was said before them, and that say nothing before a preposition."""
 NONE, EXCEPT, CONTRAST = _patterns("none"), _patterns("except"), _patterns("contrast")
@@ -211,6 +213,8 @@ BINDING, ALONE = (tuple(map(frozenset, _table(name))) for name in ("binding", "a
 _FORMS: Mapping[str, str] = _TABLES["irregular"]
 _PLURALS: Mapping[str, str] = _TABLES["plurals"]
 TOP_WORD: Words = ("on_top_of",)
+AXIS = {"+": "plus", "plus": "plus", "-": "minus", "minus": "minus"}
+"""Sign of a direction along an axis of the world -> its name in words such as "minus_x"."""
 
 
 def tokens(text: str) -> Words:
@@ -221,6 +225,7 @@ def tokens(text: str) -> Words:
     """
     said = re.sub(r"(?<=[\w\s])[&+](?=[\w\s])", " and ", text.lower())
     said = re.sub(r"-+>|=+>|\u2192", " to ", said.replace("\u2019", "'"))
+    said = re.sub(r"(?<![\w-])(?:([+-])|(plus|minus) )([xy])(?= |-)", lambda found: f"{AXIS[found[1] or found[2]]}_{found[3]}", said)
     said = re.sub(r"[()\u2013\u2014]|\s-\s|\.\.+|\u2026", " , ", said).replace("-", " ").replace("#", " number ")
     for short, whole in _TABLES["contracted"].items():
         said = re.sub(rf"\b{short}(?!')\b", whole, said)

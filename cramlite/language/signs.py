@@ -38,7 +38,7 @@ class Signs:
         tests = {
             "command": self.commands(piece), "request": self.requests(piece), "amount": self.measured(piece), "place": self.placed(piece),
             "state": self.stated(piece), "thing": self.about(piece), "wish": self._wishes(piece),
-            "reported": self._reports(piece),
+            "reported": self._reports(piece), "condition": bool({*piece[:2]} & english.PROVIDING),
             "known": any(map(self.known, subject)), "pronoun": self.about(subject),
             "noun": any(self.noun(w) and not self.known(w) for w in subject),
             "named": any(map(self.known, piece)), "stands": self._stands(piece),
@@ -50,8 +50,9 @@ class Signs:
     # Verbs
 
     def finite(self, piece: Words) -> int:
-        """Return the index of the first finite verb; -1 if there is none."""
-        return next((k for k in range(len(piece)) if self.verb(piece, k)), -1)
+        """Return the index of the first finite verb; -1 if there is none. Behind a pronoun for a person any word may be one."""
+        found = next((k for k in range(len(piece)) if self.verb(piece, k)), -1)
+        return 1 if found < 0 and len(piece) > 1 and piece[0] in english.PERSONS else found
 
     def verb(self, piece: Words, k: int) -> bool:
         """Check whether the word at an index may be a finite verb, and names nothing of the scene."""
@@ -61,8 +62,6 @@ class Signs:
         if self.known(word) or (k and piece[k - 1] in english.THE | english.ONE):
             return False
         if word in english.AUXILIARY | english.STATIVE | english.PAST | english.NARRATED | english.NARRATING:
-            return True
-        if k and word in english.WISHED and piece[0] in english.PERSONS:
             return True
         third = word.endswith("s") and not word.endswith("ss") and not self.noun(word) and piece[k - 1] not in english.PREPOSED
         return k > 0 and len(word) > 3 and (word.endswith("ed") or third)
@@ -185,7 +184,8 @@ class Signs:
 
 _NAMED = {
     "denial": english.NEGATIVE, "duty": english.OBLIGATION | english.OBLIGING, "speech": english.SPEAKING, "may": english.MODAL,
-    "please": frozenset({"please"}), "you": frozenset({"you"}), "meant": english.INTENDED, "lasts": english.PERFECT - {"had"}, "glad": english.PLEASED,
+    "please": frozenset({"please"}), "you": frozenset({"you"}), "meant": english.INTENDED, "glad": english.PLEASED,
+    "lasts": english.PERFECT - {"had"},
 }  # fmt: skip
 """Signs that are single words."""
 
