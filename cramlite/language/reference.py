@@ -17,6 +17,7 @@ from .english import ANYTHING, INWARD, ORDINALS, PACKAGES, REGIONS, ROBOT, VIEWE
 from .labels import Labels, normal
 from .mentions import Mentions, Referents
 from .refusal import FALSE, OPEN, UNKNOWN, Refusal, listed
+from .space import AXES
 from .tree import Link, Noun
 
 if TYPE_CHECKING:
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 About = Callable[[str], bool]
 FILTERS = (
     *("phrase", "of", "with", "under", "state", "colour", "left of", "right of", "in front of", "behind", "between", "at", "except"),
-    "here",
+    *AXES, "here",
 )
 
 
