@@ -186,6 +186,18 @@ def test_a_protective_stop_ends_an_episode_that_is_watched(
 
 
 @pytest.mark.heavy
+def test_where_a_thing_comes_and_nothing_has_moved_the_same_program_is_finished(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, small: BenchmarkExperiment
+) -> None:
+    monkeypatch.setenv("SMALL_BENCHMARK", "come 60")
+    found = play(Trial(small, Episode("watched", 0, 0), tmp_path, pictures=False))
+    assert found.attempt is not None and [n.kind for n in found.attempt.notices] == ["ObjectAppeared"]
+    assert found.rest() and not found.attempt.reason
+    first, rest = (json.loads((tmp_path / name).read_text())["steps"] for name in ("program.json", "round_2/program.json"))
+    assert 1 < len(rest) < len(first) and rest[1:] == first[1 - len(rest) :]  # the step under way may begin in its middle
+
+
+@pytest.mark.heavy
 def test_a_worker_that_dies_after_the_robot_moved_has_failed_at_once(tmp_path: Path, small: BenchmarkExperiment) -> None:
     folder, told = tmp_path / "deadly", list[str]()
     folder.mkdir()

@@ -24,14 +24,12 @@ from ...model.rollout import save_rollout
 from ...model.verdict import ADVICE
 from ...planning.diagnosis import nearest_miss
 from ...planning.failure import failure_text
-from ...planning.planning_problem import planning_problem
-from ...planning.task_goals import Goal
 from ...planning.trace import Trace
 from ...plugin.selection import INSTALLED, PluginChoice
 from ...scenario.scenario import read_scenario
 from ..page import jpeg, last_picture
 from ..store import MOVED
-from .going_on import play_on
+from .going_on import holds_here, play_on
 from .protocol import Benchmark, connect
 from .results import BENCHMARK_DIED, Attempt, EpisodeResult, plain_reason
 from .spec import BenchmarkExperiment, Episode
@@ -183,7 +181,7 @@ def _attempt(trial: Trial, benchmark: Benchmark, engine: Engine, solution: Solut
     except UserError as error:
         _end(benchmark)
         return Attempt(outcome=BENCHMARK_DIED if isinstance(error, ProcessGone) else BROKEN_OFF, reason=str(error))
-    ours = None if rested.success else _holds_here(benchmark, engine, trial)
+    ours = None if rested.success else holds_here(benchmark, engine, trial.folder / "end")
     proof = solution.candidate.rollout if trial.pictures else None
     seen, believed = benchmark.picture() if trial.pictures else b"", last_picture(proof, engine.knowledge, PICTURE) if proof else b""
     return Attempt(
@@ -192,18 +190,6 @@ def _attempt(trial: Trial, benchmark: Benchmark, engine: Engine, solution: Solut
         changed=ended.changed, avoided=rested.avoided, notices=notices, thought=thought, corrections=corrections,
         waited=waited,
     )  # fmt: skip
-
-
-def _holds_here(benchmark: Benchmark, engine: Engine, trial: Trial) -> bool | None:
-    """Whether the goal, as cramlite understands it, holds in the benchmark's present world; None if that cannot
-    be told."""
-    try:
-        path, setting = benchmark.setting(engine, trial.folder / "end", 0)
-        goal = Goal(tuple(map(str, read_scenario(path).spec.goal or ())))
-        problem = planning_problem(goal, setting.symbolic(engine.knowledge.taxonomy), engine.knowledge)
-        return problem.wanted.met(problem.facts)
-    except UserError:
-        return None
 
 
 def _kept(path: Path, picture: bytes) -> str:
