@@ -30,7 +30,7 @@ from ..scenario.faults import foreseen
 from ..scenario.worlds import corrected
 from .candidates import attempts
 from .expectation import EXACT, SIGMAS, Noise, RunWatch, expectation
-from .next_program import BACK, STILL, Stopped, apart, attempt_of, next_program
+from .next_program import BACK, STILL, Stopped, apart, at_once, attempt_of, next_program
 from .read_belief import real_after, world_as_read
 from .replanning import Attempt, Round, Say
 from .rest_of_plan import rests_of_plan
@@ -283,7 +283,8 @@ class GoingOn:
             return None, REACHED
         stopped = Stopped(done, notice, watch, self.setting, real_after(done.rollout, done.attempt.world, holds))
         whole, knowledge = budget_of(self.scenario), self.engine.knowledge
-        found, why = next_program(stopped, lambda budget: self._candidates(done, budget), whole, knowledge, self.seed, self.trace)
+        budgets = at_once(whole), whole
+        found, why = next_program(stopped, lambda budget: self._candidates(done, budget), budgets, knowledge, self.seed, self.trace)
         return found, why if found else f"{why} {self._failure(self.trace, self.engine.registry.faults)}"
 
     def _believe(self, done: Round, watch: RunWatch) -> None:

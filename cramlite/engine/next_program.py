@@ -63,23 +63,24 @@ class Stopped(Value, eq=False):
 
 
 def next_program(
-    stopped: Stopped, search: Search, whole: Budget, knowledge: Knowledge, seed: int, trace: Trace
+    stopped: Stopped, search: Search, budgets: tuple[Budget, Budget], knowledge: Knowledge, seed: int, trace: Trace
 ) -> tuple[Attempt | None, str]:
     """Return the proven program that follows a stopped one, and why it was chosen; None if there is none.
 
     Args:
-        whole: budget of a search once the arm went back, or could not; a shorter one comes first.
+        budgets: of the search where the arm was stopped, and of the one once it went back or could not.
         trace: is told how the rest of the same program fared.
     """
+    first, whole = budgets
     hand, stands = stopped.hand, stopped.done.step != BACK
     rest = _same_program(stopped, knowledge, seed, trace) if may_be_finished(stopped.notice, stopped.watch) else None
     if rest is not None:
         return rest, f"goes on with the rest of the same program{hand}: all things are where its proof had them"
-    candidate = next(search(_at_once(whole) if stands else whole), None)
+    candidate = next(search(first if stands else whole), None)
     back = _back(stopped, knowledge, seed) if candidate is None and stands else None
     if back is not None:
         return back, f"the arm goes back the way it came{hand}: no program was proven from here"
-    if candidate is None and stands:
+    if candidate is None and stands and first != whole:
         candidate = next(search(whole), None)
     if candidate is not None:
         return attempt_of(candidate, stopped.world), f"goes on from here{hand}: {candidate.plan}"
@@ -124,7 +125,7 @@ def _back(stopped: Stopped, knowledge: Knowledge, seed: int) -> Attempt | None:
     return Attempt(done.attempt.plan, program, code, stopped.world) if proof.outcome == "finished" and still else None
 
 
-def _at_once(whole: Budget) -> Budget:
+def at_once(whole: Budget) -> Budget:
     """Return the small budget of the first search after a stop: the arm should rather go back the way it came
     than wait for a longer search."""
     return replace(whole, **{name: min(most, getattr(whole, name)) for name, most in AT_ONCE.items()})

@@ -170,7 +170,8 @@ def _following(
             return (s.candidate for s in engine.resolve(scenario, setting=now, budget=budget, trace=trace))
 
         stopped = Stopped(done, notice, watch, setting, setting.world)
-        found, why = next_program(stopped, search, budget_of(scenario), engine.knowledge, setting.seed, trace)
+        budgets = (budget_of(scenario),) * 2  # an episode's actions are few: the arm goes back where no search helps
+        found, why = next_program(stopped, search, budgets, engine.knowledge, setting.seed, trace)
     except UserError as error:
         return None, setting, str(error)
     return found, setting, "" if found else f"{why} {failure_text(trace, engine.registry.faults)}"
