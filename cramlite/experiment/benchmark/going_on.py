@@ -17,6 +17,7 @@ from ...engine.expectation import Expectation, Limits, RunWatch, expectation
 from ...engine.next_program import BACK, Stopped, attempt_of, next_program
 from ...engine.read_belief import world_as_read
 from ...engine.replanning import Attempt, Round
+from ...model.geometry import Pose
 from ...model.readings import Deviation, Notice
 from ...planning.budget import budget_of
 from ...planning.planning_problem import planning_problem
@@ -73,7 +74,7 @@ def play_on(benchmark: Benchmark, engine: Engine, solution: Solution, folder: Pa
         twins: in how many their programs are tried, but for the rest of one that was stopped.
     """
     notices, thought, corrections, asked = list[Notice](), list[float](), list[str](), None
-    setting, known = solution.setting, frozenset(solution.setting.world.notes)
+    setting, known, offsets = solution.setting, frozenset(solution.setting.world.notes), dict[str, Pose]()
     attempt = attempt_of(solution.candidate, setting.world)
 
     def played(reason: str = "") -> Played:
@@ -82,7 +83,7 @@ def play_on(benchmark: Benchmark, engine: Engine, solution: Solution, folder: Pa
     for number in range(1, ROUNDS + 1):
         if number > 1:
             write_whole(folder / f"round_{number}" / f"program{attempt.code.suffix}", attempt.code.text)
-        watch = RunWatch(_expected(attempt, engine, setting), limits=ANOTHER, asked=asked)
+        watch = RunWatch(_expected(attempt, engine, setting), limits=ANOTHER, asked=asked, offsets=offsets)
         done = Round(attempt, benchmark.play(attempt.code.text, setting, watch))
         notice = _noticed(done, watch) or _missed(benchmark, engine, done, folder / "end")
         if notice is None:
@@ -99,7 +100,7 @@ def play_on(benchmark: Benchmark, engine: Engine, solution: Solution, folder: Pa
         corrections += [n for n in setting.world.notes if n not in known]
         if following is None:
             return played(f"{notice}; {why}")
-        attempt = following
+        attempt, offsets = following, _offsets(watch, setting.world)
     raise AssertionError("the last round returns")
 
 
@@ -175,6 +176,12 @@ def _following(
     except UserError as error:
         return None, setting, str(error)
     return found, setting, "" if found else f"{why} {failure_text(trace, engine.registry.faults)}"
+
+
+def _offsets(watch: RunWatch, believed: World) -> dict[str, Pose]:
+    """Return the believed pose of each thing that was read, in the frame of its pose as read last."""
+    read = (watch.last.poses if watch.last else None) or {}
+    return {t.name: read[t.name].inverse() * t.pose for t in believed.things if t.name in read}
 
 
 def _read(before: Setting, watch: RunWatch) -> World:
