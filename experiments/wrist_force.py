@@ -12,7 +12,7 @@ import numpy as np
 
 
 class WristForce:
-    """Mean force of an action's physics steps.
+    """Recorder of the force at a robot's wrist in each physics step of an action, for its mean.
 
     robosuite's own value is that of the last physics step. An impact on something hard lasts for one of them: a drawer that met its stop at
     15 mm/s was felt with 63 N for 2 ms, which one sample in 25 sees: a program stopped for it that had pressed with 2 N. The sensors of

@@ -88,7 +88,8 @@ class Unresolvable(Exception):
     def because_of_earlier_tasks(
         cls, reason: str, also: tuple[str, ...] = (), *, blocking: InTheWay = None, collision: object = None, remedy: object = None
     ) -> Unresolvable:
-        """Make the error of a designator that is infeasible, and might not be after other choices for earlier tasks.
+        """Make the error for a designator that is infeasible, but might be feasible after other choices for earlier
+        tasks.
 
         Such choices are the objects, places and motions of these tasks.
 

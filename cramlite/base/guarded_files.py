@@ -1,4 +1,4 @@
-"""Safe reading of files from unknown sources: size, nesting and entities are limited before a parser sees a file.
+"""Safe reading of files from unknown sources: size, nesting and XML entities are limited before a parser sees a file.
 
 Parsers behind these guards (MuJoCo's, rdflib's, NumPy's) trust what a file says of its own size. ``defusedxml`` guards Python's own XML
 parsers alone, and refuses the harmless entities that event logs declare.

@@ -1,4 +1,4 @@
-"""Return of memory to the operating system: memory that the C library keeps though it is free."""
+"""Release of unused memory, which the C library would otherwise keep, to the operating system."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ ASKED = 0.05
 
 
 class Stopped(BaseException):
-    """Exception that ends work whose result the caller no longer wants.
+    """Exception that is raised inside long work to end it, because the caller no longer wants its result.
 
     It is no ``Exception``, so that no code takes it for a plugin's defect.
     """
@@ -52,7 +52,7 @@ class Work(Struct):
 
 
 class Pulse:
-    """Pulse of the work in one thread: asks whether to go on, and reports what is being done.
+    """Checkpoints of one thread's work: at each, the work asks whether it must stop, and reports its progress.
 
     Args:
         stop: asked at checkpoints; True ends the work.

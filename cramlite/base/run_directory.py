@@ -1,4 +1,4 @@
-"""Run directory: the files of one ``cramlite resolve``, and the manifest of its inputs."""
+"""Run directory: the files of one ``cramlite resolve`` or experiment, and the manifest of its inputs."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MANIFEST = "manifest.json"
 
 
 class RunDirectory:
-    """Folder of one run.
+    """Folder with the files of one ``cramlite resolve`` or one experiment.
 
     Args:
         path: created if it does not exist.

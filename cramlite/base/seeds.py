@@ -1,4 +1,5 @@
-"""Seeds of random numbers: each query draws from a seed of its own, so its numbers do not depend on earlier queries."""
+"""Seeds of random numbers: each designator or twin has a seed of its own, so that its draws do not depend on earlier
+ones."""
 
 from __future__ import annotations
 
@@ -11,8 +12,8 @@ from .errors import UserError
 
 
 def derive_seed(seed: int, choices: Iterable[tuple[str, str]], name: str) -> int:
-    """Derive the seed of one query from the run's seed and the choices that led to the query (blake2b: the
-    same on every platform)."""
+    """Derive the seed of one random draw from the search's seed, the choices made before, and the draw's name (blake2b:
+    the same on every platform)."""
     text = repr((seed, tuple(choices), name)).encode()
     return int.from_bytes(hashlib.blake2b(text, digest_size=4).digest(), "big") & 0x7FFFFFFF
 

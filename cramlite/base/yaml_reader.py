@@ -32,7 +32,7 @@ MOST = 1_000_000
 
 
 class Mapping(dict[Any, Any]):
-    """Mapping with its line number and those of its keys, from 1."""
+    """Mapping from a YAML text, with the line number of the mapping and of each key, from 1."""
 
     line = 1
     lines: dict[Any, int]

@@ -48,7 +48,7 @@ class Parser(argparse.ArgumentParser):
         return found, left
 
     def _new_name(self, word: str) -> str:
-        """Return a word of the command line, an option with its new name; warn of its old one."""
+        """Return a word of the command line; replace a deprecated option's name by its new name, with a warning."""
         old, equals, value = word.partition("=")
         new = DEPRECATED.get(old)
         if new is None or new not in self._option_string_actions:

@@ -101,7 +101,7 @@ def _planned(scenario: Scenario, setting: Setting, knowledge: Knowledge) -> Plan
 
 
 def _shown(scenario: Scenario, setting: Setting, engine: Engine) -> Plan:
-    """Return the plan of the likeliest reading of the demonstration that the scenario has all things for.
+    """Return the plan of the likeliest reading of the demonstration for which the scenario has all things.
 
     Things that a camera is still to find count as there.
     """

@@ -22,7 +22,7 @@ def compare_log(
     run: Path, log: Path, *, within: float | None = None, html: Path | None = None, json_output: bool = False,
     plugins: PluginChoice = INSTALLED,
 ) -> int:  # fmt: skip
-    """Print where a log and a run diverge, and by how much they differ.
+    """Print where a real arm's log and a simulated run diverge, and by how much they differ.
 
     Args:
         run: a folder that ``cramlite resolve`` or ``cramlite execute --out`` wrote.
@@ -57,7 +57,7 @@ def compare_log(
 
 
 def comparison_lines(found: RunComparison, text: Sequence[str]) -> list[str]:
-    """Return the comparison of a log with a run as lines of text.
+    """Return the comparison of a real arm's log with a simulated run as lines of text.
 
     Args:
         text: lines of the program; none where it is not known.

@@ -140,7 +140,8 @@ def _robots_file(program: Path, kind: str, knowledge: Knowledge) -> RobotFile | 
 
 
 def _with_file(rollout: Rollout, file: RobotFile | None) -> Rollout:
-    """Return a run whose world names the file of its robot, from which readers of the run take the robot's shape."""
+    """Return a run whose world names the robot's description file, so that the robot can be drawn from the saved
+    run."""
     mounts = tuple(replace(m, file=file) for m in rollout.world.robots)
     return replace(rollout, world=replace(rollout.world, robots=mounts))
 

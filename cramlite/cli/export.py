@@ -54,7 +54,7 @@ def export_run(
 
 
 def exporter_named(name: str, knowledge: Knowledge) -> Exporter:
-    """Return the export format of that name.
+    """Return the export format with a given name.
 
     Raises:
         UserError: there is none, or it needs what is not installed.

@@ -80,7 +80,7 @@ def _learn(arguments: argparse.Namespace) -> int:
 
 
 def _how(proposal: Proposal) -> str:
-    """Format how a learned task is carried out, in order: known tasks, a learned motion, and a rest at the end."""
+    """Format how a learned task is carried out, in order: known tasks, a learned motion, and a pause at the end."""
     learned = (("a motion that was learned", proposal.moving), ("rest", proposal.rest))
     parts = [*(s.task for s in proposal.steps), *(name for name, found in learned if found)]
     return " -> ".join(parts) if proposal.done else "not learned; write 'decompose'"

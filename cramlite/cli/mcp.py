@@ -23,7 +23,7 @@ LONGEST_BODY = 1_000_000
 
 
 def serve_mcp(*, folder: Path, runs: Path | None = None, port: int | None = None, plugins: PluginChoice = INSTALLED) -> int:
-    """Serve until the client hangs up, or, over HTTP, until the person interrupts.
+    """Run the MCP server until the client disconnects or, over HTTP, until the person interrupts it.
 
     Args:
         folder: whose scenarios and episodes clients may name.
@@ -58,7 +58,7 @@ def serve_mcp(*, folder: Path, runs: Path | None = None, port: int | None = None
 
 
 def _listen(port: int) -> socket.socket:
-    """Loopback socket that listens at the port, so that a port in use is told before plugins are loaded."""
+    """Open a loopback socket that listens at the port, so that a port in use is reported before plugins are loaded."""
     try:
         return socket.create_server((LOOPBACK, port))
     except (OSError, OverflowError) as error:

@@ -136,7 +136,7 @@ class ProvenRuns:
         return proven
 
     def recall(self, name: str) -> ProvenRun:
-        """Return the run of that name, whose program this process has proven.
+        """Return the run with a given name, whose program this server process has proven.
 
         Raises:
             UserError: nothing was, by this process.

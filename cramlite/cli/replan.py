@@ -122,7 +122,7 @@ def _say(said: list[str], text: str, *, aloud: bool) -> None:
 
 
 def _who_replans(name: str, rounds: int, plugins: PluginChoice) -> tuple[Scenario, Engine]:
-    """Return the scenario of a name, and an engine with its plugins."""
+    """Read a scenario by path or name; return it, and an engine with its plugins."""
     from ..engine.engine import make_engine
 
     scenario = read_scenario(find_scenario(name))

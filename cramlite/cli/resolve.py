@@ -241,8 +241,8 @@ def _say_understood(scenario: Scenario, setting: Setting, engine: Engine) -> Non
 
 
 def _say_notes(scenario: Scenario, setting: Setting, engine: Engine) -> None:
-    """Print doubts about the scenario, changes to its things, and how many stages listed under 'then' in its
-    file stay unresolved.
+    """Print warnings about the scenario, changes to its things, and how many stages listed under 'then' in its file
+    stay unresolved.
 
     Doubts about files of robot and scene are only counted; 'cramlite check' prints them.
     """

@@ -1,4 +1,4 @@
-"""Files of a run directory: key of its inputs, results."""
+"""Files of a run directory: its results, and the key by which unchanged inputs are recognised."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ class Said(Value):
 
 
 def add_say(command: argparse.ArgumentParser) -> None:
-    """Declare ``--say`` and ``--view``."""
+    """Declare the command-line options ``--say`` and ``--view``."""
     command.add_argument("--say", metavar="SENTENCE", help="what shall be done, in English, in the place of the scenario's start")
     command.add_argument(
         "--view", default="", metavar="VIEW",

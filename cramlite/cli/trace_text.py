@@ -69,8 +69,8 @@ class _Tree(Value):
         return self.depth(entry) + (entry.outcome != "asked" and entry.parent > 0)
 
     def depth(self, entry: Entry) -> int:
-        """Return the depth of a trace entry in the printed tree: 2 more under each entry that was given up
-        and had rivals.
+        """Return the indentation depth of a trace entry in the printed tree: 2 more below each choice that was given up
+        for an alternative.
 
         Without recursion, since a search may be a thousand questions long.
         """
@@ -97,7 +97,8 @@ class _Tree(Value):
             yield f"   {why}"
 
     def _why_given_up(self, entry: Entry) -> str:
-        """Return why a choice was given up: the refusal after it at which the search had come furthest; "" for an only alternative."""
+        """Return why a choice was given up: of the refusals that followed it, the nearest miss; "" if the choice had no
+        alternative."""
         miss = nearest_miss(self.entries[entry.number : self.ends[entry.number] - 1]) if self.rivals[entry.number] > 1 else None
         return f"given up: {miss.designator}: {rounded(miss.reason)}" if miss else ""
 

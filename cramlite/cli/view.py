@@ -100,7 +100,7 @@ def recorded(run: Path, world: str | None, knowledge: Knowledge, seed: int = 0) 
 
 
 def viewer_of(rollout: Rollout, knowledge: Knowledge, program: Sequence[str], host: str, port: int) -> Viewer:
-    """Start a viewer of a run, which serves from now on.
+    """Start the web server of a 3D viewer that shows a run, and return the viewer.
 
     Args:
         program: the text's lines; none if it is not known.

@@ -23,7 +23,7 @@ LONGEST = 90
 
 
 class Viewer:
-    """3D viewer that serves a run; the slider, or ``show``, moves everything.
+    """3D viewer of a run in the browser; its time slider, or ``show``, moves all bodies to their poses at a time.
 
     Args:
         scene: shapes, and where they are at ``samples``.
@@ -53,7 +53,7 @@ class Viewer:
         return f"http://{self.server.get_host()}:{self.server.get_port()}"
 
     def show(self, position: int) -> None:
-        """Move everything to its pose at a position of the slider."""
+        """Move all bodies of the scene to their poses at a position of the time slider."""
         with self.server.atomic():
             for body, frame in self.bodies.items():
                 track = self._scene.poses[body]

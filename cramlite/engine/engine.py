@@ -151,8 +151,8 @@ class Engine:
         return interpret(episode, self.knowledge.rules, self.knowledge.taxonomy)
 
     def read(self, goal: AnyGoal | Reading) -> Reading:
-        """Return the goal with its demonstration, to be given to the engine's methods in the goal's place, so
-        that the demonstration is interpreted only once.
+        """Pair a goal with its demonstration; given to the engine's methods in place of the goal, the pair lets them
+        interpret the demonstration only once.
 
         A demonstration is then read and interpreted once for all of them, when the first needs it. The reading of a
         reading is that reading.
@@ -382,7 +382,7 @@ def _too_wide(episode: Episode) -> str:
 
 
 def _refuse(unknown: Mapping[str, object]) -> None:
-    """Raise TypeError for an argument that the method does not have.
+    """Raise TypeError if a method of the engine was given an argument that it does not have.
 
     For 'world' the message names 'setting' as the argument to give.
     """

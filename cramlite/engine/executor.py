@@ -33,7 +33,7 @@ ENDS_RUN: int | None = getattr(signal, "SIGUSR1", None)
 
 
 class ExecutorDied(Exception):
-    """The executing process died during an execution: killed, out of memory, or a crash."""
+    """Error: the process that executes program texts died during an execution (killed, out of memory, or a crash)."""
 
 
 class Executor(Struct):
@@ -53,7 +53,7 @@ class Executor(Struct):
         return None if self._process is None else self._process.pid
 
     def start(self) -> None:
-        """Start the process, unless it runs; it loads its plugins meanwhile."""
+        """Start the executing process if it does not run yet, without waiting until it has loaded its plugins."""
         if self._process is None:
             path = os.pathsep.join(p for p in sys.path if p)
             self._process = subprocess.Popen(
@@ -91,18 +91,20 @@ class Executor(Struct):
             self._process.send_signal(ENDS_RUN)
 
     def close(self) -> None:
-        """End the process after its present request; the next run starts another one."""
+        """End the executing process after its present request; the next run starts a new process."""
         if self._process is not None:
             self._process.communicate()
         self._process, self._spent = None, 0.0
 
     def kill(self) -> None:
-        """End the process at once; a run that is under way raises ExecutorDied in its thread."""
+        """Kill the executing process at once; a run that is under way raises ExecutorDied in the thread that waits for
+        it."""
         if self._process is not None:
             self._process.kill()
 
     def end(self) -> None:
-        """End the process at once, and wait until it has; from any thread, also while another one waits for its answer."""
+        """Kill the executing process and wait for its end; any thread may call this, also while another thread waits
+        for an answer."""
         process, self._process, self._spent = self._process, None, 0.0
         if process is not None:
             with suppress(OSError), process:
@@ -178,7 +180,7 @@ def _loaded(plugins: PluginChoice) -> Knowledge | Exception:
 
 
 def _execute(knowledge: Knowledge | Exception, text: str, world: World, seed: int) -> object:
-    """Run a text; return the rollout and the CPU time of the process so far [s], or the error."""
+    """Run a program text; return the rollout and the CPU time of this process so far [s], or the error."""
     try:
         if isinstance(knowledge, Exception):
             raise knowledge

@@ -1,4 +1,4 @@
-"""Group of processes that execute the programs of a shared list; the results come in the order of the list."""
+"""Group of processes that run program texts in parallel; the results of a list of runs come in the list's order."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ class ExecutorGroup:
                 one.start()
 
     def runs(self, text: str, places: Iterator[tuple[World, int]]) -> Generator[Rollout | str]:
-        """Run a text in several worlds, each with its seed, lazily; when the caller stops iterating, the runs
+        """Run a program text in several worlds, each with its seed, lazily; when the caller stops iterating, the runs
         under way are ended.
 
         Yields:
@@ -149,21 +149,21 @@ class ExecutorGroup:
 
 
 def group_of(knowledge: Knowledge) -> ExecutorGroup:
-    """Make processes with the plugins of an engine, one for each core."""
+    """Make a group of executing processes, one for each core, with the plugins of an engine."""
     registry = knowledge.registry
     plugins = PluginChoice(tuple(registry.files), tuple(registry.blocked), tuple(registry.preferred), registry.models)
     return ExecutorGroup(plugins, processes_here())
 
 
 class _List:
-    """Processes that execute runs of the same list at present."""
+    """Executing processes that are at work on one list of runs, so that all these runs can be interrupted together."""
 
     def __init__(self) -> None:
         self._lock, self._running, self.left = threading.Lock(), list[Executor](), False
 
     @contextmanager
     def running(self, executor: Executor) -> Iterator[None]:
-        """Register a process, for the duration of this block, as one whose run ``leave`` interrupts."""
+        """Register an executing process during a ``with`` block, so that ``leave`` interrupts its run."""
         with self._lock:
             self._running.append(executor)
         try:

@@ -1,5 +1,5 @@
-"""Expected sensor readings of a run, line by line, from the run that proved its program; and how far they
-may differ."""
+"""Expected sensor readings of a run at each program line, from the run that proved the program; and how far they may
+differ."""
 
 from __future__ import annotations
 
@@ -115,13 +115,13 @@ class Expectation(Value, eq=False):
     steps: Mapping[int, str] = field(default_factory=dict)
 
     def step(self, line: int) -> str:
-        """Return the designator of the step that a line belongs to; "" before the first."""
+        """Return the designator of the step that a program line belongs to; "" for lines before the first step."""
         before = [k for k in self.steps if k <= line]
         return self.steps[max(before)] if before else ""
 
     def rows(self, line: int) -> list[int]:
-        """Return the samples from ``SLACK`` seconds before a line ran to ``SLACK`` seconds after it; all
-        samples for a line that never ran."""
+        """Return the indices of the proof's samples from ``SLACK`` seconds before a program line ran to ``SLACK``
+        seconds after it; all for a line that never ran."""
         own = np.flatnonzero(self.lines == line)
         if not len(own):
             return list(range(len(self.lines)))
@@ -129,7 +129,7 @@ class Expectation(Value, eq=False):
         return [int(k) for k in np.flatnonzero((self.times >= begin) & (self.times <= end))]
 
     def own(self, line: int) -> list[int]:
-        """Return the samples at which a program line was being executed."""
+        """Return the indices of the proof's samples at which a program line was being executed."""
         return [int(k) for k in np.flatnonzero(self.lines == line)]
 
 
@@ -214,8 +214,8 @@ class RunWatch:
 
     @property
     def nothing_moved(self) -> bool:
-        """Whether the last sensor readings show every thing and the fingers where the proof had them in that
-        line of the program."""
+        """Whether the last sensor readings show every thing and the fingers where they were in the proof at the same
+        program line."""
         now = self.last
         if now is None or now.poses is None:
             return False
@@ -282,8 +282,8 @@ class RunWatch:
         yield self._said(kind, now, said, thing if kind is not Deviation.GRIPPER else "", off, self.limits.width, "m")
 
     def _held_then(self, rows: list[int], now: Readings) -> str:
-        """Return the thing that was held in the proof at about the same time after the line's start; "" if
-        none was."""
+        """Return the thing that was held in the proof at about the same time after the program line's start; "" if none
+        was."""
         own, times = self.expected.own(now.line), self.expected.times
         since = now.time - self._since if now.line == self._line else 0.0
         then = times[own[0]] + since if own else now.time

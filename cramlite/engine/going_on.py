@@ -134,7 +134,8 @@ class GoingOn:
         return spoken(Goal(self.scenario.spec.goal), scene, knowledge).says
 
     def execute(self, solution: Solution, most: int = 6) -> Iterator[Stretch]:
-        """Run a proven program in the world as it really is, and go on with the rest of its plan; see ``stretches``.
+        """Run a proven program in the real world and, after each stop, resolve and run the rest of its plan; see
+        ``stretches``.
 
         When the iterator has ended, ``setting`` is what was left.
         """
@@ -255,7 +256,8 @@ class GoingOn:
         return self.setting.robot.gripper.opening[0]
 
     def _decided(self, done: Round, watch: RunWatch, notice: Notice, *, given_up: bool) -> tuple[Attempt | None, str]:
-        """Return the next program and why it was chosen; None, and why the execution ends."""
+        """Decide how to go on after a deviation: return the next program and why it was chosen, or None and why the
+        execution ends."""
         key = notice.kind, notice.thing, notice.step.partition(".")[2]
         self.noticed[key] += 1
         if given_up:
@@ -267,7 +269,7 @@ class GoingOn:
         return self._next(done, watch, notice)
 
     def _next(self, done: Round, watch: RunWatch, notice: Notice) -> tuple[Attempt | None, str]:
-        """Return the next program and why it was chosen, or None and why there is none.
+        """Return a program to go on with after a stop and why it was chosen, or None and why there is none.
 
         It is proven in the world of the last sensor readings.
         """

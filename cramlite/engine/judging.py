@@ -1,5 +1,5 @@
-"""Judging of a program text from anywhere: it runs in a world, and validators compare the run with a plan, or
-with a goal alone."""
+"""Judging of any program text, also one not written by cramlite: it is run in a world, and validators compare the run
+with a plan or a goal."""
 
 from __future__ import annotations
 

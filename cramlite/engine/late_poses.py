@@ -51,7 +51,7 @@ def parametric(candidate: Candidate, late: Mapping[str, Tolerance]) -> Candidate
 
 
 def _following(program: Program, robot: Robot, thing: str, about: set[str]) -> Program:
-    """Make the steps that depend on a thing's pose relative to it; the pose is asked for when the program runs.
+    """Rewrite the steps about a thing so that they follow the thing's pose, which the program asks for when it runs.
 
     These are the steps from the first task about the thing to the first free motion that carries it.
     """

@@ -79,7 +79,8 @@ class Flight(Value):
 
 
 class Check(Value):
-    """Value that a program reaches of a quantity that a controller limits.
+    """Comparison of the largest value that a program reaches of one quantity, such as a joint's speed, with the
+    quantity's limit.
 
     Args:
         name: of the limit.
@@ -245,7 +246,8 @@ def _limit(name: str, own: Mapping[str, float], limit: float, source: str) -> tu
 
 
 def heaviest(program: Program) -> tuple[float, str]:
-    """Return the largest payload that a program tells the arm it carries [kg], gripper included, and the step that says so."""
+    """Return the largest payload mass [kg], gripper included, that a program sets on the arm, and the step that sets
+    it."""
     loads = [(program.mass, "the empty gripper"), *((s.mass, s.origin) for s in walk(program.steps) if isinstance(s, SetPayload))]
     return max(loads)
 

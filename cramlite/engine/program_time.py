@@ -101,7 +101,7 @@ def _in_place(step: AnyStep) -> float:
 
 
 def _drive(step: Drive) -> float:
-    """Return the duration of all legs of a drive but the first [s].
+    """Return the duration of a platform's drive without its first leg [s].
 
     That of the first leg is unknown, since no step states where the platform started.
     """

@@ -269,7 +269,7 @@ def conflict_of(verdict: Verdict, state: State) -> Conflict:
 
 
 def _led_past(verdict: Verdict, state: State) -> frozenset[str]:
-    """Return the places to which the arm was led only on its way to others; none unless an objection is about where things are.
+    """Return the places that the arm only passed on its way to another place; none unless an objection names things.
 
     Places of tasks are left out in which an objection names things that stand in the way.
     """

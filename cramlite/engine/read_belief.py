@@ -80,8 +80,8 @@ def real_after(rollout: Rollout, world: World, holds: InHand | None) -> World:
 
 
 def _possible(thing: Thing, read: Pose, carrier: Pose) -> Pose:
-    """Return the possible pose of a thing nearest to its read pose: a thing on a joint moves along the joint
-    only, within its range, from where its displaced ``carrier`` takes it."""
+    """Return the pose nearest to a thing's measured pose that its joint allows; ``carrier`` is the displacement of the
+    body that the joint is mounted on."""
     if thing.joint is None:
         return read
     joint, start = thing.joint, carrier * thing.pose

@@ -56,7 +56,8 @@ def _rests(plan: Plan, at: int, step: str, setting: Setting, knowledge: Knowledg
 
 
 def _parts(action: Action, setting: Setting, knowledge: Knowledge) -> tuple[Action, ...]:
-    """Return the tasks into which a task is decomposed first when the hand is empty."""
+    """Return the tasks of the first decomposition that a task's plugin offers for an empty hand; () if there is
+    none."""
     mount, *others = setting.world.robots
     empty = replace(setting, world=replace(setting.world, robots=(replace(mount, holds=None), *others)))
     task = knowledge.tasks.get(action.task)

@@ -73,12 +73,14 @@ def rest_of(candidate: Candidate, origin: str, setting: Setting) -> Candidate | 
 
 
 def _with_room(world: World, known: Collection[str]) -> World:
-    """Return a world in which all things but the known ones have boxes around their shapes, with room on each side."""
+    """Return a world in which each thing not in ``known`` has boxes around its shapes, with a margin, as its collision
+    geometry."""
     return replace(world, things=tuple(t if t.name in known else replace(t, geoms=_boxes(t)) for t in world.things))
 
 
 def _boxes(thing: Thing) -> tuple[Geom, ...]:
-    """Return boxes around the shapes of a thing, larger by ``ROOM`` on each side, and as much higher, to stay above their support."""
+    """Return boxes around the shapes of a thing, larger by ``ROOM`` on each side and raised by ``ROOM``, to stay above
+    the thing's support."""
     up = thing.pose.inverse() * Pose((0.0, 0.0, ROOM)) * thing.pose
     return tuple(Geom("box", tuple(half + ROOM for half in g.half_extents), up * g.pose) for g in thing.geoms)
 
@@ -97,7 +99,8 @@ def _finished(step: AnyStep, joints: Joints) -> tuple[AnyStep, ...]:
 
 
 def _passed(path: tuple[Joints, ...], joints: Joints) -> int:
-    """Return how many via points of a path the arm has passed, by the last line between two of them that it is near."""
+    """Return how many via points of a path the arm has passed: those up to the start of the last path segment near the
+    arm's joint position."""
     here, points = np.array(joints), np.array(path)
     near = [k for k in range(1, len(points)) if _off(here, points[k - 1], points[k]) <= ON_WAY]
     return near[-1] if near else 0

@@ -96,7 +96,7 @@ def moving(times: Floats, joints: Floats) -> tuple[float, float]:
 
 
 def _offset(log: RtdeLog, rollout: Rollout, moves: tuple[float, float], most: float) -> float:
-    """Return the time in the log at which the run starts [s]."""
+    """Return the time in the real arm's log that matches the start of the simulated run [s]."""
     begin, end = moves
     moments = np.arange(begin, end, STEP)
     wanted = _at(rollout.times, rollout.joints, moments)
@@ -113,13 +113,13 @@ def _offset(log: RtdeLog, rollout: Rollout, moves: tuple[float, float], most: fl
 
 
 def _common(log: RtdeLog, rollout: Rollout, offset: float) -> Floats:
-    """Times that run and log have in common."""
+    """Return the times since the simulated run's start that the real arm's log covers, too (N,) [s]."""
     first, last = max(0.0, -offset), min(float(rollout.times[-1]), float(log.times[-1]) - offset)
     return np.arange(first, max(last, first + STEP), STEP)
 
 
 def _at(times: Floats, rows: Floats, moments: Floats) -> Floats:
-    """Interpolate rows (N, J) at other times; before the first and after the last time the end rows hold."""
+    """Interpolate joint positions (N, J) at other times; outside the given times the first or last position holds."""
     return np.column_stack([np.interp(moments, times, rows[:, k]) for k in range(rows.shape[1])])
 
 

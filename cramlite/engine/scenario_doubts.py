@@ -44,8 +44,8 @@ def doubts_of_files(scenario: Scenario, setting: Setting) -> list[str]:
 
 
 def changes_of_things(scenario: Scenario, setting: Setting) -> list[str]:
-    """Return notes on things that were not read from the scene's file, such as repairs of meshes,
-    corrections by pictures."""
+    """Return the notes on a scenario's own things (not those of a scene file), such as on a repaired mesh or a
+    corrected pose."""
     read = _read(scenario, setting)
     return [f"thing '{t.name}': {note}" for t in setting.world.things if t.name not in read for note in t.notes]
 

@@ -22,7 +22,7 @@ Seen = Literal["no", "partly", "yes"]
 
 
 class Number(Spec):
-    """One number: a rate with its 95 % Wilson interval, or a value with its unit.
+    """Measured number of a figure: a rate with its 95 % Wilson interval, or a value with its unit.
 
     Args:
         what: row of the table that it stands in.

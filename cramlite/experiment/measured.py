@@ -112,6 +112,6 @@ def check_figure_file(path: Path | None) -> None:
 
 
 def this_command() -> str:
-    """Return the ``cramlite`` command of this process."""
+    """Return the ``cramlite`` command line that repeats the measurement of this process."""
     return repeated("cramlite", sys.argv[1:])
 

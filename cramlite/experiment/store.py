@@ -46,11 +46,12 @@ class Store:
         return write_whole(self.folder(trial) / name, content)
 
     def save(self, trial: str, value: Any, piece: str = "result") -> None:
-        """Write a piece of a trial's results to the JSON file of that name; the piece "result" ends the trial."""
+        """Write a part of a trial's results to a JSON file with the part's name; the part "result" marks the trial as
+        ended."""
         self.write(trial, f"{piece}.json", as_json(value))
 
     def read(self, trial: str, piece: str, kind: type[T]) -> T | None:
-        """Read a piece of a trial's results from the JSON file of that name; None if there is no such file.
+        """Read a part of a trial's results from the JSON file with the part's name; None if there is no such file.
 
         Raises:
             UserError: it is damaged.
@@ -110,7 +111,8 @@ class Store:
         write_whole(self.path / whole, files[whole])
 
     def adopt(self, folder: Path, name: str) -> Path:
-        """Move a complete folder to its place in the run, and return its path."""
+        """Move a folder that is complete into the run directory, over an older one of the same name; return its new
+        path."""
         target = self.path / name
         target.parent.mkdir(parents=True, exist_ok=True)
         shutil.rmtree(target, ignore_errors=True)

@@ -115,7 +115,8 @@ def _implied(
 
 
 def _facts(rule: Rule, match: Match, phase: PhaseName, denied: bool) -> frozenset[Fact]:
-    """Relations of a phase that its conditions, or alternatives of these, ask for or deny."""
+    """Return the relations that a rule's conditions on a phase (before, during or after the action) ask for or, if
+    ``denied``, deny."""
     found: set[Fact] = set()
     for clause in rule.clauses:
         for part in _alternatives(clause.condition) if clause.phase == phase else ():
@@ -241,8 +242,8 @@ def _untold(
 
 
 def generic(matches: Sequence[Match], said_: Sequence[Claims], rules: Mapping[str, Rule], taxonomy: Taxonomy) -> frozenset[int]:
-    """Return the numbers of those readings by shipped rules that a more specific reading by a user's own rule
-    replaces.
+    """Return the indices of the readings by shipped rules that are replaced by a more specific reading by a user's own
+    rule.
 
     A reading by a rule that does not come with cramlite is more specific than one by a rule that does if it explains all the
     changes that the other explains, and its task is a kind of the other's, or its rule says of what class a thing must be of

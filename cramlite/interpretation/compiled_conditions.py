@@ -142,8 +142,8 @@ def _picker(places: list[int]) -> Callable[[Values], Values]:
 
 
 def _arguments(atom: Atom, slots: Slots, places: Sequence[int]) -> Callable[[Values], tuple[Any, ...]]:
-    """Return a function that gives the arguments of an atom at some indices: constants, bound values, None
-    where unbound."""
+    """Return a function from a binding's values to some of an atom's arguments: constants, bound values, None for
+    unbound variables."""
     terms = [atom.terms[k] for k in places]
     sources = [slots.get(t.name) if isinstance(t, Variable) else None for t in terms]
     fixed = tuple([None if isinstance(t, Variable) else t for t in terms])
@@ -171,7 +171,8 @@ def _asked(atom: Atom, slots: Slots) -> Rows:
 
 
 def _indexed(atom: Atom, slots: Slots) -> Rows:
-    """Return a function that looks up in an index the rows of a predicate that agree with each binding's values.
+    """Return a function that finds, in an index, the argument tuples for which a predicate holds and that agree with
+    each binding.
 
     It pairs each binding with its rows, and drops bindings without any.
     """

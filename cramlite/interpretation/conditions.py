@@ -1,4 +1,5 @@
-"""Conditions of rules: first-order formulas, and the variable bindings that solve them in a phase of an action.
+"""Conditions of rules: first-order formulas, and the variable bindings that solve them before, during or after an
+action.
 
 A binding maps variables to entities. ``solve`` yields every extension of a binding
 under which the condition holds.
@@ -53,7 +54,8 @@ class Atom(Value):
                 yield extended
 
     def bind(self, row: Row, binding: Binding) -> Binding | None:
-        """Return the binding extended by a row's values, or None if a variable would have two values."""
+        """Return the binding extended by the arguments for which the predicate holds, or None if a variable would have
+        two values."""
         extended = binding
         for term, value in zip(self.terms, row, strict=False):
             if isinstance(term, Variable) and term.name != "_":

@@ -100,7 +100,8 @@ class SymbolicWorld(Value):
         return self.taxonomy.is_a(self.types.get(entity, ""), class_)
 
     def has(self, entity: str, class_: str) -> bool:
-        """Check whether an entity, a part of the entity, or of what is mounted on it and moves along, is of a class."""
+        """Check whether an entity is of a class, or has a feature of the class; features of things mounted on the
+        entity count, too."""
         if self.is_a(entity, class_):
             return True
         whole = entity in self.types and entity == thing_of(entity)
@@ -380,7 +381,7 @@ class Fluents(Value):
 
 
 def _as_wholes(facts: frozenset[Fact], wholes: set[Fact]) -> set[Fact]:
-    """Return the facts that become one of ``wholes`` when each part in them is replaced by the whole thing."""
+    """Return the facts that become one of the facts ``wholes`` when each feature in them is replaced by its thing."""
     return {f for p in {w[0] for w in wholes} for f in by_predicate(facts).get(p, ()) if _of_wholes(f) in wholes}
 
 

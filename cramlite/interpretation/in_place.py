@@ -1,4 +1,4 @@
-"""Strokes to and fro in a thing's track: motions about the thing's own place, whatever else is near."""
+"""To-and-fro strokes in a thing's track, recognised by the thing's own motion, whatever other things are near."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ HEADINGS = 12
 
 
 class Strokes(Value, eq=False):
-    """Longest row of like strokes to and fro along a direction.
+    """Longest sequence of similar to-and-fro strokes of a thing along a direction.
 
     Args:
         turns: rows of the track at which the strokes begin and end.
@@ -46,7 +46,8 @@ class Strokes(Value, eq=False):
 
 
 def tracked(episode: Episode, mover: str, span: tuple[float, float]) -> tuple[Floats, Floats] | None:
-    """Return times (N,) [s] and smoothed positions (N, 3) [m] of a thing in a span of an episode; None of a thing without a track."""
+    """Return times (N,) [s] and smoothed positions (N, 3) [m] of a thing in a span of an episode; None if fewer than
+    three poses were recorded."""
     track = episode.tracks.get(mover)
     rows = (track.times >= span[0]) & (track.times <= span[1]) if track is not None else np.zeros(0, dtype=bool)
     if track is None or rows.sum() < 3:
@@ -80,7 +81,7 @@ def strokes_along(times: Floats, values: Floats, size: float | None = None, seco
 
 
 def _took(times: Floats, values: Floats) -> float:
-    """Return how long a stroke takes if all of it is at the mean speed of its middle part [s]."""
+    """Return the duration that a stroke would have if all of it were at the mean speed of its middle part [s]."""
     share = (values - values[0]) / (values[-1] - values[0])
     first = int(np.flatnonzero(share <= EDGE)[-1])
     last = first + int(np.flatnonzero(share[first:] >= 1 - EDGE)[0])
@@ -91,7 +92,8 @@ def _took(times: Floats, values: Floats) -> float:
 
 
 def _turns(values: Floats, least: float) -> list[int]:
-    """Return the rows at which a signal turns back by a length at least, its ends included."""
+    """Return the indices at which a signal (N,) reverses by at least a given length; its start and end count as
+    reversals."""
     from scipy.signal import find_peaks
 
     far = float(np.ptp(values)) + 1.0
@@ -106,13 +108,15 @@ def _rows(alike: list[bool]) -> Iterator[tuple[int, int]]:
 
 
 def direction(points: Floats) -> Floats:
-    """Return the unit vector (3,), upwards, along which a series of points (N, 3) moves most."""
+    """Return the unit vector (3,) along which a series of points (N, 3) moves most; its largest component is
+    positive."""
     axis = np.linalg.svd(np.diff(points, axis=0), full_matrices=False)[2][0]
     return np.asarray(axis if axis[int(np.argmax(abs(axis)))] > 0 else -axis)
 
 
 def done_in_place(path: ShownPath, episode: Episode, mover: str, span: tuple[float, float]) -> float:
-    """Return how many rounds of a shown path a thing goes in a span of an episode, about its own place and in any heading."""
+    """Return how many rounds of a shown to-and-fro path a thing makes in a span of an episode, wherever it is, with the
+    path turned about z as fits best."""
     found = tracked(episode, mover, span)
     if found is None:
         return 0.0

@@ -374,7 +374,8 @@ class _Matcher(Value):
 
 
 def _fillers(rule: Rule, event: Event) -> Iterator[Binding]:
-    """Yield possible fillers of a rule's roles for an action that has a label: those that the label names, then none.
+    """Yield possible fillers of a rule's roles for an action with a label: first the things that the label names, then
+    no fillers.
 
     A label without role names gives its object to the first role.
     """
@@ -388,7 +389,7 @@ def _fillers(rule: Rule, event: Event) -> Iterator[Binding]:
 
 @contextmanager
 def paused_collector() -> Iterator[None]:
-    """Pause the garbage collector inside the context.
+    """Pause Python's garbage collector in a ``with`` block.
 
     Each of its searches for cycles looks at all objects that there are, so that making many takes longer than in
     proportion: a third of the time for 10,000 actions. Mercurial does the same (``util.nogc``).

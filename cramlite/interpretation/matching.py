@@ -148,7 +148,7 @@ def _facts(clause: Clause, phase: Phase, bindings: list[Binding]) -> tuple[str, 
 
 
 def _wide(atom: Atom) -> bool:
-    """Check whether a predicate is too costly for listing all its rows in an explanation."""
+    """Check whether a predicate is so costly that an explanation should not list all facts with it."""
     return atom.predicate.cost > 1
 
 

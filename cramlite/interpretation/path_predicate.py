@@ -18,8 +18,8 @@ STILL = 0.01
 
 
 def path_predicate(name: str, path: ShownPath) -> Predicate:
-    """Return a predicate that holds where the bottom centre of a mover goes along a path relative to a
-    reference thing, or goes round a path about its own place.
+    """Return a predicate that holds while the bottom centre of a thing moves along a path, given relative to
+    another thing or to the moving thing's own place.
 
     Args:
         name: of it, as rules write it.

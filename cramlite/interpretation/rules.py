@@ -37,7 +37,7 @@ _OF_PROGRAMS: dict[str, PhaseName] = {"needs": "pre", "leaves": "post"}
 
 
 class Clause(Value, dict=True):
-    """Condition of a rule, with the phase in which it is checked, its text, and its line in the file.
+    """Condition of a rule, with the phase in which it is checked, its text, and its line in the rule file.
 
     Args:
         phase: in which it is asked: "pre", "run" or "post".
@@ -121,8 +121,8 @@ class Rule(Value, dict=True):
 
 
 def _asserted(clauses: Iterable[Clause], phase: str, denied: bool) -> set[str]:
-    """Return the predicates that a phase's conditions require or, if ``denied``, those that they negate or
-    restrict by ``every``."""
+    """Return the predicates that a rule's conditions of one phase require or, if ``denied``, those that they negate
+    or restrict by ``every``."""
     found: set[str] = set()
     for clause in clauses:
         if clause.phase == phase and isinstance(clause.condition, Not | Every) == denied:

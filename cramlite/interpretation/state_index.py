@@ -1,4 +1,5 @@
-"""Index of states by time: which states hold in every interval between two neighbouring boundaries."""
+"""Index of states by time: which states hold in every interval between two neighbouring times at which a state
+begins or ends."""
 
 from __future__ import annotations
 
@@ -51,8 +52,8 @@ class StateIndex:
         return tuple(seen.values())
 
     def holding(self, start: float, end: float) -> tuple[tuple[int, ...], tuple[int, ...]]:
-        """Return the numbers of the states that hold throughout [start, end), and of those that hold at some
-        time of it; both sorted.
+        """Return the states that hold throughout [start, end), and those that hold at some time of it, as sorted
+        tuples of state numbers.
 
         States of one class with the same roles have the same number.
 
@@ -74,7 +75,7 @@ class StateIndex:
 
 
 def _kinds(events: Iterable[Event]) -> dict[int, int]:
-    """Number events so that events of one class with the same roles get the same number."""
+    """Assign a number to each event; events of one class with the same roles get the same number."""
     numbers: dict[object, int] = {}
     return {
         id(e): numbers.setdefault((e.type, e.inferred, tuple(sorted(e.roles.items()))), len(numbers)) for e in events

@@ -16,7 +16,7 @@ from .timeline import Phase
 
 
 class Truth(Value):
-    """Binding under which a condition is true or unknown.
+    """Assignment of entities to the variables of a condition, under which the condition is true or unknown.
 
     Args:
         binding: variable -> entity.
@@ -58,7 +58,8 @@ def _or_unknown(atom: Atom, phase: Phase, binding: Binding, found: list[Truth]) 
 
 
 def _by_binding(found: list[Truth]) -> list[Truth]:
-    """Merge the truth values of a condition that have equal bindings into one, with all their unknown conditions."""
+    """Merge the truth values of a condition that have equal variable bindings into one, which lists the unknown
+    conditions of all."""
     groups: dict[str, list[Truth]] = {}
     for one in found:
         groups.setdefault(str(sorted(one.binding.items())), []).append(one)

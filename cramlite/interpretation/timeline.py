@@ -78,7 +78,8 @@ class Predicate(Value):
 
 
 class Segment(Value):
-    """Action on the timeline: a recorded one, or the time between two boundaries that no recorded action covers.
+    """Action on the timeline: a recorded one, or a gap without one between two neighbouring times at which states
+    or actions begin or end.
 
     ``event`` is None for the latter.
 
@@ -126,8 +127,8 @@ class Phase:
         return self.timeline.active_between(type_, self.start, self.end)
 
     def rows(self, predicate: Predicate, arguments: tuple[str | float | None, ...]) -> tuple[Row, ...]:
-        """Return the rows of a predicate whose values equal the given arguments; an argument None matches any
-        value."""
+        """Return the facts of a predicate, as rows of values, that match the given arguments in this phase; None
+        matches any value."""
         if predicate.complete:
             places = tuple([k for k, a in enumerate(arguments) if a is not None])
             return self.index(predicate, places).get(tuple([a for a in arguments if a is not None]), ())
@@ -140,8 +141,8 @@ class Phase:
         return found
 
     def index(self, predicate: Predicate, places: tuple[int, ...]) -> Index:
-        """Return all rows of a predicate that can list them (``complete``), indexed by their values at some
-        argument positions."""
+        """Return all facts of a predicate that can list them (``complete``), as rows of values, indexed by their
+        values at some argument positions."""
         known = self.situation if predicate.steady else self.timeline.rows if predicate.timeless else self.memo
         key = (predicate.name, places, "index")
         found: Index | None = known.get(key)
@@ -201,11 +202,12 @@ class Timeline:
         return sorted(self.located.values())
 
     def holding(self, start: float, end: float) -> Hashable:
-        """Return a cache key, equal for spans [s] with equal states and with equally many poses of things known by the end."""
+        """Return a cache key for a span [s], equal for spans with the same states and with equally many things
+        whose poses are known by the end."""
         return self._states.holding(start, end), bisect_right(self._located, end)
 
     def situation(self, holds: Hashable) -> dict[Hashable, Any]:
-        """Return the cache that all phases with the same states share."""
+        """Return the cache of predicate values that all phases with the same states share."""
         return self._situations.setdefault(holds, {})
 
     def instant(self, time: float) -> Phase:
@@ -267,10 +269,10 @@ class Timeline:
         return tuple(sorted(found))
 
     def segments(self) -> tuple[Segment, ...]:
-        """Return the actions: the recorded ones, and each gap between two boundaries that no recorded action
-        covers.
+        """Return the actions: the recorded ones, and each gap without one between two neighbouring times at which
+        states or actions begin or end.
 
-        So some action is always going on. Boundaries are those of states and of recorded actions.
+        So some action is always going on.
         """
         start = self._span[0]
         found = [Segment(e.start, e.end, e) for e in self.labelled]
@@ -309,7 +311,8 @@ class Timeline:
 
 
 def _agreeing(rows: tuple[Row, ...], arguments: tuple[str | float | None, ...]) -> tuple[Row, ...]:
-    """Return the rows whose values equal the given arguments; an argument None matches any value."""
+    """Return those facts of a predicate, as rows of values, that match the given arguments; an argument None
+    matches any value."""
     asked = [(k, a) for k, a in enumerate(arguments) if a is not None]
     return tuple([row for row in rows if all([row[k] == a for k, a in asked])])  # noqa: C419 - lists are faster here
 

@@ -37,7 +37,8 @@ def turn_predicate(name: str, axis: Vector3, least: float, most: float) -> Predi
 
 
 def turn_in_hand(episode: Episode, thing: str, span: tuple[float, float]) -> Floats:
-    """Return by how much a thing turned in a span while the hand had it, in its own frame (3,) [rad].
+    """Return the rotation vector (3,) [rad], in a thing's own frame, by which a thing turned in a span while the
+    hand touched it.
 
     A turn there and back adds up to 0.
 
@@ -54,7 +55,8 @@ def turn_in_hand(episode: Episode, thing: str, span: tuple[float, float]) -> Flo
 
 
 def _steps(quaternions: Floats) -> Floats:
-    """Rotation vectors (N-1, 3) from one attitude to the next, in the frame of the first, of quaternions (N, 4), w first."""
+    """Return the rotation vectors (N-1, 3) [rad] between successive quaternions (N, 4), w first, each in the frame
+    of the earlier orientation."""
     (w, x), (v, u) = (quaternions[:-1, 0], quaternions[1:, 0]), (quaternions[:-1, 1:], quaternions[1:, 1:])
     real = w * x + (v * u).sum(axis=1)
     imaginary = w[:, None] * u - x[:, None] * v - np.cross(v, u)

@@ -297,7 +297,7 @@ def _classes(taxonomy: Taxonomy, shown: Tables, cast: Cast) -> Iterator[Literal]
 
 
 def _bounds(tables: Tables, cast: Cast, others: Sequence[Span]) -> Iterator[Literal]:
-    """Yield bounds on measured values, half way between the examples and the nearest counterexample."""
+    """Yield conditions that bound a measured value, half way between the examples and the nearest counterexample."""
     for predicate in tables.language.predicates.values():
         if not predicate.value or predicate.arity > cast.roles:
             continue
@@ -338,7 +338,8 @@ def _nothing(examples: Sequence[Example], tables: Tables) -> str:
 
 
 def _begun(changes: Sequence[Literal]) -> str:
-    """Return text on which predicates begin and end in an example, such as ": there begins on and there ends holds"."""
+    """Name the predicates that begin or end in an example, as text such as ": there begins supports and there ends
+    holds"."""
     names = {kind: sorted({c.predicate for c in changes if c.kind == kind}) for kind in ("begins", "ends")}
     said = [f"{kind} {', '.join(found)}" for kind, found in names.items() if found]
     return f": {' and '.join(f'there {words}' for words in said)}" if said else ""

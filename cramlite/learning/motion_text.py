@@ -181,7 +181,8 @@ def _turn_said(turn: ShownTurn, role: str) -> str:
 
 
 def _strokes(role: str) -> list[str]:
-    """Return the lines of a decomposition: the handle is taken, turned and let go of, once for each stroke."""
+    """Return Python lines that decompose a turning task into motions: grasp the handle, turn it and let go, once
+    for each stroke."""
     return [
         f'turned, touch = action.roles["{role}"], (action.roles["{role}"].name,)',
         "part, steps = tuple(v / STROKES for v in TURN), list[Location | Motion]()",

@@ -1,4 +1,5 @@
-"""Package of a learned task, ready to install: class, rule, decomposition if known, tests, and a page with the evidence."""
+"""Package of a learned task, ready to install: class, rule, known decomposition into steps, tests, and a page with
+the evidence."""
 
 from __future__ import annotations
 

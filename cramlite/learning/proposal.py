@@ -141,7 +141,8 @@ def propose(
 
 
 def _called(learned: Learned, names: Sequence[tuple[str, str]]) -> dict[str, str]:
-    """Return role -> class in the order of the rule's variables; the first of ``names`` is given to the role whose thing moves farthest.
+    """Return the role names with their classes, in the order of a learned rule's variables; the first of ``names``
+    goes to the role whose thing moves farthest.
 
     Of roles that move equally far, those in the condition on the learned motion come first.
     """

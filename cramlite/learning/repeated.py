@@ -71,8 +71,8 @@ def rounds(points: Floats) -> Rounds | None:
 
 
 def strokes(points: Floats, touched: np.ndarray, least: float) -> list[tuple[int, int]]:
-    """Return the first and last index of each stretch of a path that is in contact; shorter lifts than
-    ``least`` do not divide a stretch.
+    """Return the first and last index of each stretch of a path on which a tool touches a surface; gaps and
+    stretches shorter than ``least`` are ignored.
 
     Args:
         points: (M, 3) at even distances ``STEP``.

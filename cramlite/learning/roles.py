@@ -99,8 +99,8 @@ def _moving(language: Language, literal: Literal) -> bool:
 
 
 def _weight(language: Language, literal: Literal) -> float:
-    """Return the weight of a common condition as evidence for the roles; changes weigh more than lasting
-    states."""
+    """Return the weight, in choosing the roles of a learned task, of a condition that holds in all examples;
+    changes weigh more than lasting states."""
     if not literal.roles:
         return 0.0
     if literal.kind in ("begins", "ends"):

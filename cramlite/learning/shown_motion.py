@@ -59,7 +59,8 @@ class ShownMotion(Value, eq=False):
     bent: bool
 
     def apart_from(self, refused: Sequence[Span]) -> ShownMotion:
-        """Return the motion with its least number of repetitions raised above that of time spans without the task.
+        """Return the motion with its required number of repetitions raised above the number in time spans without
+        the task.
 
         The required number is half way between that of these spans and that of the examples. The motion is
         unchanged if the examples do not repeat it more often.

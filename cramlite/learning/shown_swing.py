@@ -23,8 +23,8 @@ LEANS = 0.35
 
 
 class _Swing(Value, eq=False):
-    """Motion of a thing to and fro in one example: its mean round trip, from the lowest place, with
-    spread, count, speed and lean."""
+    """To-and-fro motion of a thing in one example: its mean round trip, deviation from it, number of round trips,
+    speed, and angle between its direction and the vertical."""
 
     places: Floats
     spread: float
@@ -70,8 +70,8 @@ def _of_movers(spans: Sequence[Span], movers: tuple[str, ...]) -> ShownMotion | 
 
 
 def _swing(span: Span, mover: str) -> _Swing | None:
-    """Return the mean round trip of a thing in an example, its horizontal way turned to x; None if it does
-    not go to and fro."""
+    """Return the mean round trip of a thing that moves to and fro in an example, rotated about the vertical to lie
+    along the x axis; None if the thing does not move so."""
     found = tracked(span.timeline.episode, mover, (span.start, span.end))
     if found is None:
         return None

@@ -55,8 +55,8 @@ class Span:
         return self._holds[key]
 
     def of_class(self, predicate: Predicate, class_: str) -> Truths:
-        """Return a mask of the things for which a predicate of thing and class holds; the effector has the
-        last index."""
+        """Return a mask of the things for which a predicate, whose arguments are a thing and a class, holds; the
+        effector has the last index."""
         key = (predicate.name, class_)
         if key not in self._holds:
             phase, place = self.phases["pre"], predicate.classes[0]

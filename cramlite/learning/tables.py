@@ -15,7 +15,7 @@ from .span import Span, Truths
 
 
 class Tables:
-    """Which facts hold in some spans, as arrays; each array is computed when it is first used.
+    """Arrays that say which facts hold in each of several spans; each array is computed when it is first used.
 
     Args:
         language: whose predicates are asked.

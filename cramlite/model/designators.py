@@ -51,7 +51,7 @@ class Object(Value):
 
     @property
     def wanted(self) -> str:
-        """Description of the object that is asked for, in words: "block", or "tools:Cup with handle"."""
+        """Description, in words, of the object that this designator asks for: "block", or "tools:Cup with handle"."""
         what = " or ".join(self.types or self.like) or "anything"
         having = f" with {', '.join(self.features)}" if self.features else ""
         return f"{self.entity or what}{having}"
@@ -63,8 +63,8 @@ class Object(Value):
         return thing_of(self.entity or "")
 
     def merged(self, other: Object) -> Object:
-        """Return this description with the features and affordances of another added, and with the types
-        of the other if it states none."""
+        """Return this object description merged with another: features and affordances of both, and this one's
+        types or, if it states none, the other's."""
         features = tuple(dict.fromkeys((*self.features, *other.features)))
         affords = tuple(dict.fromkeys((*self.affords, *other.affords)))
         filled = self.filled or other.filled

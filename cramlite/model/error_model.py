@@ -1,4 +1,4 @@
-"""The error model: how far the cell that a program will run in may be from the one that is believed."""
+"""Error model: how far the real cell, in which a program will run, may differ from the believed one."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class PoseError(Value):
 
 
 class ErrorModel(Value):
-    """Declared errors of a cell; worlds that are drawn from it are twins.
+    """Errors that are declared for a robot cell; the errors of its twins are drawn from them.
 
     A field declares its source (``ErrorSource``): how files write it, how it is drawn and applied. Where things are, and how large, is
     drawn for all of them at once (``cramlite.scenario.twin_places``).
@@ -103,7 +103,7 @@ class ErrorModel(Value):
     scale: float = 1.0
 
     def scaled(self, factor: float) -> ErrorModel:
-        """Return the model with every number ``factor`` times as large."""
+        """Return the error model with every error ``factor`` times as large."""
         return replace(self, scale=self.scale * factor)
 
     def of(self, thing: str) -> PoseError:

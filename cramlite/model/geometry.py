@@ -59,7 +59,7 @@ class Pose(Value, dict=True):
 
     @classmethod
     def from_rotvec(cls, position: Sequence[float], rotvec: Sequence[float]) -> Pose:
-        """Return the pose with a rotation vector [rad], the form of URScript's p[...]."""
+        """Return the pose with a position [m] and a rotation vector [rad], as in URScript's p[...]."""
         return cls(tuple(position), rotvec_quaternion(rotvec))  # type: ignore[arg-type]
 
     @classmethod

@@ -6,7 +6,8 @@ from ..base.value import Value
 
 
 class Linkage(Value):
-    """Positions of a gripper's joints and orders to its actuators along its stroke, widest first; K samples, J joints, A actuators.
+    """Positions of a gripper's joints and commands to its actuators at K openings along its stroke, widest first; J
+    joints, A actuators.
 
     Args:
         openings: distance between the pads (K), falling [m].

@@ -6,7 +6,8 @@ from ..base.word import Word
 
 
 class Stage(Word):
-    """Values of the parameter "stage" of a linear motion: which pose of the place it ends at."""
+    """Values of the parameter "stage" of a linear motion: at which pose of a place, such as its stand-off, the
+    motion ends."""
 
     BEFORE = "before", "the stand-off of the place"
     VIA = "via", "the last pose on the way from the stand-off; the tool stays where there is none"
@@ -24,7 +25,8 @@ class Fingers(Word):
 
 
 class Tilt(Word):
-    """Values of the parameter "to" of a tilting motion: which end of the place's path it leads to."""
+    """Values of the parameter "to" of a tilting motion: whether it leads to the tilted end of a place's path, or
+    back to its upright beginning."""
 
     TILTED = "tilted", "the end of the place's path"
     UPRIGHT = "upright", "the beginning of the place's path"

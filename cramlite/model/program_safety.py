@@ -75,7 +75,7 @@ def _first_load(program: Program, robot: Robot) -> Iterator[str]:
 
 
 def _joint_speeds(program: Program, robot: Robot) -> Iterator[str]:
-    """Yield joint motions in which a joint exceeds its speed limit.
+    """Yield a message for each joint motion in which a joint exceeds its speed limit.
 
     The joint with the longest way moves at the commanded speed, the others in proportion to their ways.
     """
@@ -123,8 +123,8 @@ def _speed(step: AnyStep, program: Program, robot: Robot) -> Iterator[str]:
 
 
 def _workspace(step: AnyStep, program: Program, robot: Robot) -> Iterator[str]:
-    """Yield targets farther from the base than arm and tool are long; a nearer target may still be out of
-    reach."""
+    """Yield a message for each target that is farther from the robot's base than arm and tool are long; a nearer
+    target may still be out of reach."""
     high = math.hypot(*robot.root.position) + abs(robot.dh[0][1]) if robot.dh else 0.4
     longest = robot.reach + math.hypot(*program.tcp.position) + high
     targets = [step.target] if isinstance(step, MoveLinear) else getattr(step, "waypoints", ())
@@ -176,7 +176,8 @@ def _gripper(step: AnyStep, program: Program, robot: Robot) -> Iterator[str]:
 
 
 def _ends(step: AnyStep, program: Program, robot: Robot) -> Iterator[str]:
-    """Yield control steps with an empty branch, or with parallel branches that move the same part."""
+    """Yield what is wrong with a control step's branches: one has no steps, or parallel ones both need the arm or
+    both the gripper."""
     if isinstance(step, Control):
         if not all(branches(step)) or not branches(step):
             yield "a branch has no steps"

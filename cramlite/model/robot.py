@@ -153,8 +153,8 @@ class Robot(Value):
             raise ValueError(f"robot '{self.type}': conditioning {self.conditioning:g} is not in 0 .. 1")
 
     def start(self, mount: RobotMount) -> tuple[tuple[float, ...], float]:
-        """Return the joint position [rad] and the gripper's opening [m] at the start: those that the mount
-        states, else home and open."""
+        """Return the joint position [rad] and the gripper's opening [m] at the start of a run: as ``mount`` states,
+        else the home position and the open gripper."""
         return mount.joints or self.home, self.gripper.opening[1] if mount.opening is None else mount.opening
 
     def arm_at(self, stand: Pose) -> Pose:

@@ -55,7 +55,7 @@ class Scene(Value):
 
 
 class Touch(Value):
-    """Contact between two bodies at one sample.
+    """Contact between two bodies at one sample of a recorded run.
 
     Args:
         a, b: "thing" or "thing/part" for things; "effector/left" and "effector/right" for the two

@@ -35,7 +35,7 @@ class Reached(Value):
 
     @property
     def passed(self) -> bool:
-        """Whether the limit is kept."""
+        """Whether the highest value of the run is within the limit."""
         return self.value <= self.most
 
 

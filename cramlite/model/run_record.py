@@ -62,7 +62,7 @@ class RunRecord(Value, dict=True):
         return self.code.origin_of(line) if self.code is not None and line else ""
 
     def _spans(self, names: list[str]) -> tuple[TimeSpan, ...]:
-        """Return a time span for each series of samples with the same name.
+        """Return a time span for each series of consecutive samples that have the same name of a step or task.
 
         It ends where the next one begins; samples without a name ("") have none.
         """

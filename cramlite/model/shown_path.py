@@ -38,8 +38,8 @@ class Anchor(Value):
     own: bool = False
 
     def frame(self, parts: Iterable[Part]) -> tuple[Pose, float] | None:
-        """Return the pose of the path's reference frame in the thing's frame, and the length of a unit of x
-        and y [m].
+        """Return the pose of the path's reference frame in the thing's frame, and the length [m] that one unit of
+        the path's x and y stands for.
 
         None if the thing lacks the part that the frame is on.
 
@@ -85,8 +85,8 @@ class ShownPath(Value):
 
     @property
     def corners(self) -> Floats:
-        """Corner points (N, 3) of the path in the frame of its anchor; of a closed path the first one again
-        at the end."""
+        """Corner points (N, 3) of the path in its reference frame; those of a closed path end with the first one
+        again."""
         points = np.array(self.points, dtype=float)
         return np.concatenate([points, points[:1]]) if self.closed else points
 

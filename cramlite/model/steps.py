@@ -137,7 +137,8 @@ class ForceInsert(Step):
 
 
 class ForceExtract(Step):
-    """Force-controlled extraction: pull along an axis, compliant sideways, until it is out.
+    """Force-controlled extraction: pull along an axis, compliant sideways, until the tool has moved a given
+    distance.
 
     Nothing is commanded but forces: what guides the tool is what it is pulled along, so that the pull can never be
     harder than ``force``, however the thing jams. Aborts when the force limit is exceeded or the way is not done in time.
@@ -225,7 +226,7 @@ class MoveLinear(Step):
 
 
 class SetGripper(Step):
-    """Gripper motion to an opening, awaited.
+    """Gripper motion to an opening; the next step begins when the motion has ended.
 
     Args:
         opening: distance between the pads to go to [m].
@@ -356,7 +357,7 @@ def branches(step: Control) -> tuple[tuple[AnyStep, ...], ...]:
 
 
 def uses_arm(steps: Iterable[AnyStep]) -> bool:
-    """Check whether some steps need the arm; all do except gripper motions and dwells.
+    """Check whether any of some program steps needs the arm; all kinds do except gripper motions and dwells.
 
     A driving platform moves the arm, too.
     """

@@ -40,7 +40,7 @@ class TwinRun(Value):
     remedy: Remedy | None = None
 
     def largest(self, count: int = 3) -> str:
-        """List the twin's largest random errors, each compared as a share of its limit.
+        """List the largest random errors of the twin, compared by their shares of the largest possible errors.
 
         If the causes of a failure are known, only errors of these sources are listed.
         """
@@ -88,7 +88,7 @@ class TwinVerdict(Value):
 
     @property
     def passed(self) -> bool:
-        """Whether enough runs succeeded."""
+        """Whether as many runs succeeded as the proof requires."""
         return self.succeeded >= self.doubts.needed
 
     @property
@@ -111,13 +111,13 @@ class TwinVerdict(Value):
 
     @property
     def reason(self) -> str:
-        """Outcome as the text of a finding: the share of runs that succeeded, the demanded share, and why
-        runs failed."""
+        """Outcome of a proof's runs, as the text of a validator's finding: how many succeeded, the required share,
+        and why runs failed."""
         asked = f"{share_text(self.doubts.at_least)} of {self.doubts.runs} required"
         why = "; ".join(f"twin {t.number}: {t.text}" for t in self.failed)
         return f"{self.text}; {asked}" + (f"; {why}" if why else "")
 
 
 def share_text(share: float) -> str:
-    """Return a share in two digits, ".57"; "1.00" for all."""
+    """Format a share (0 to 1) with two decimals and without a leading zero, as ".57"; "1.00" for all."""
     return f"{share:.2f}".removeprefix("0")

@@ -87,7 +87,7 @@ class Verdict(Value):
 
     @property
     def reason(self) -> str:
-        """Reasons of the objections, in one line."""
+        """Reasons of all validators' objections to the program, in one line."""
         return "; ".join(f"{f.validator}: {f.reason}" for f in self.objections) or "passed"
 
     @property
@@ -107,5 +107,6 @@ class Verdict(Value):
 
     @property
     def not_judged(self) -> str:
-        """Words that name the validators that were left out; "" if none was."""
+        """Words that name the validators that were not asked, because their plugins are blocked; "" if there are
+        none."""
         return f"not judged, since blocked: {', '.join(self.left_out)}" if self.left_out else ""

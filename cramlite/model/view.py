@@ -66,14 +66,16 @@ class Intrinsics(Value, dict=True):
         return rays
 
     def project(self, points: Points) -> Points:
-        """Project points (..., 3) [m] of the optical frame to image coordinates (..., 2) [pixel]; NaN for those not in front of it."""
+        """Project points (..., 3) [m] of the optical frame to image coordinates (..., 2) [pixel]; NaN for points
+        not in front of the camera."""
         z = np.where(points[..., 2] > 0, points[..., 2], np.nan)
         return np.stack([self.cx + self.fx * points[..., 0] / z, self.cy + self.fy * points[..., 1] / z], axis=-1)
 
 
     @property
     def min_half_field_of_view(self) -> float:
-        """Half the smallest field of view [rad]: a point nearer to the optical axis is in the image for certain."""
+        """Half the smallest field of view [rad]: a point is certainly in the image if its ray is at a smaller angle
+        to the optical axis."""
         beside, below = min(self.cx, self.width - self.cx), min(self.cy, self.height - self.cy)
         return min(math.atan2(beside, self.fx), math.atan2(below, self.fy))
 

@@ -192,7 +192,8 @@ class Thing(Value):
 
     @property
     def furniture(self) -> bool:
-        """Whether the thing is furniture, which a map has: it is fixed, or mounted on a joint, as a drawer is."""
+        """Whether the thing is furniture, which the map for perception contains: it is fixed, or mounted on a
+        joint, as a drawer is."""
         return not self.movable or self.joint is not None
 
     def moved_to(self, pose: Pose, carrier: Pose | None = None) -> Thing:
@@ -270,7 +271,8 @@ class Physics(Value):
 
 
 class Disturbance(Value):
-    """Errors of a real robot that the planned one lacks; drawn by cramlite/scenario/twin.py, applied by the simulator.
+    """Errors of a real robot that the robot model used in planning lacks; drawn by cramlite/scenario/twin.py,
+    applied by the simulator.
 
     Args:
         force_noise: standard deviation of each raw reading of the wrist sensor [N]; torques get a twentieth [Nm].
@@ -365,11 +367,13 @@ class World(Value):
         return tuple(t for t in self.things if t.joint is not None and t.joint.parent == name)
 
     def features_of(self, name: str) -> tuple[Feature, ...]:
-        """Return the features of a thing, and then those of what is mounted on it and moves along."""
+        """Return the features of a thing, then those of the things that are mounted on it by joints and move along
+        with it."""
         return tuple(f for t in (self.thing(name), *self.mounted_on(name)) for f in t.features)
 
     def carrier_shift(self, name: str, poses: Mapping[str, Pose]) -> Pose:
-        """Return the displacement, in the world frame, of what a thing is mounted in; none if that stands still.
+        """Return the displacement, in the world frame, of the body in which a thing on a joint is mounted; the
+        identity if no such body has moved.
 
         Args:
             poses: of things now, in the world frame.

@@ -96,8 +96,8 @@ def report_lines(report: OntologyReport) -> list[str]:
 def _compare(
     files: list[Path], ours: Taxonomy, originals: list[Path], cache: Path | None
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return names that the original ontologies do not have, and subclass claims about their names that do
-    not follow from them."""
+    """Return the names of SOMA and DUL that the original ontologies lack, and the subclass claims about such names
+    that do not follow from the originals."""
     theirs, folder = load_taxonomy(originals, cache), cache or cache_folder()
     known = set(_cached("names-1", originals, folder, _names)["names"]) | theirs.classes
     missing = tuple(n for n in _cached("names-1", files, folder, _names)["names"] if n not in known)

@@ -1,4 +1,5 @@
-"""Reader of OWL 2 functional syntax, in which SOMA and many others are published: py-horned-owl converts it to RDF/XML.
+"""Reader of OWL 2 functional syntax, in which SOMA and many other ontologies are published: py-horned-owl converts
+it to RDF/XML.
 
 Its readers of OWL/XML and Manchester syntax are not used: a file that was cut off took them 22 GB (py-horned-owl 2.0.0).
 """

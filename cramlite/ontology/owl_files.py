@@ -1,4 +1,5 @@
-"""Parsing of ontology files with rdflib, and extraction of the taxonomy's data; imported only if the cache has no data."""
+"""Parsing of ontology files with rdflib, and extraction of the data of ``Taxonomy``; this module is imported only
+if the cache lacks these data."""
 
 from __future__ import annotations
 
@@ -173,8 +174,8 @@ def _superclasses(graph: rdflib.Graph, prefixes: dict[str, str]) -> Iterator[tup
 
 
 def _members(graph: rdflib.Graph, node: Node, seen: set[Node]) -> Iterator[Node]:
-    """Yield a node and the members of its intersections, since a subclass of an intersection is a subclass of
-    each member."""
+    """Yield a class expression (an RDF node) and, if it is an intersection, its members: a subclass of an
+    intersection is a subclass of each member."""
     if node in seen:
         return
     seen.add(node)

@@ -93,7 +93,7 @@ class Taxonomy(Value, dict=True):
 
     @cached_property
     def _locals(self) -> dict[str, str]:
-        """Last part of a class name -> class, for parts that only one class has."""
+        """Map the last part of a class's name to the class, for each such part that only one class has."""
         found: dict[str, str] = {}
         for name in sorted(self.classes):
             local = local_name(name)
@@ -116,7 +116,8 @@ class Taxonomy(Value, dict=True):
         return self.prefixes[prefix] + rest if prefix in self.prefixes else name
 
     def resolve(self, name: str) -> str | None:
-        """Resolve a CURIE, an IRI, an alias or a bare or foreign name to its class; None if unknown.
+        """Resolve a name to its class: a CURIE, an IRI, an alias, or a name without or with an unknown namespace;
+        None if no class fits.
 
         Names of foreign namespaces are matched by their last part, because the namespaces of
         recorded logs changed from one generation to the next.
@@ -142,7 +143,7 @@ class Taxonomy(Value, dict=True):
         return None
 
     def known(self, name: str, where: str) -> str:
-        """Resolve the name of a class that a person wrote; like ``resolve``, but the class must exist.
+        """Resolve a class name written by a person, like ``resolve``, but raise an error if no such class exists.
 
         Raises:
             UserError: the class is unknown; the message names ``where`` and the nearest class.

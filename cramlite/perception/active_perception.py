@@ -149,7 +149,8 @@ def look(
 def _best(
     scenario: Scenario, query: ObjectQuery, seen: Look, robot: Robot, knowledge: Knowledge, seed: int
 ) -> Picture:
-    """Return the first picture with sufficiently confident poses, else that with the most confident ones."""
+    """Return the first picture in which all poses are sufficiently confident, else the picture whose least
+    confident pose is the most confident."""
     earlier = {t.name: (t.type, t.pose.position) for t in seen.known.things if not t.furniture}
     best: tuple[float, Picture | None] = (-1.0, None)
     for taken in islice(pictures(scenario, query, seen, robot, knowledge, seed), VIEWS):
@@ -321,7 +322,8 @@ def pictures(
 
 
 def places_of(query: ObjectQuery, furniture: World, knowledge: Knowledge) -> tuple[str, ...]:
-    """Return the furniture that a query names; else all on which things can hang or into which they can be put."""
+    """Return the furniture that a query names; if it names none, all furniture on which things can hang or into
+    which they can be put."""
     classes = knowledge.taxonomy
     wanted = [str(c.value) for c in query.conditions if c.key in RELATIONS]
     known = [classes.resolve(w) for w in wanted]

@@ -15,7 +15,7 @@ COLOURS = ((42, 110, 187), (214, 106, 20), (40, 140, 80), (150, 70, 170), (190, 
 
 
 def colour(number: int) -> tuple[int, int, int]:
-    """Return the colour in which the percept with a number from 1 is drawn [RGB, 0 to 255]."""
+    """Return the colour for drawing the percept with a given number, from 1 [RGB, 0 to 255]."""
     return COLOURS[(number - 1) % len(COLOURS)]
 
 

@@ -48,7 +48,7 @@ class Percept(Value):
     missing: Mapping[str, str] = field(default_factory=dict)
 
     def value(self, name: str, default: Any = None) -> Any:
-        """Return a value by name; ``default`` if no expert gave it."""
+        """Return the value of the object's annotation with a given name; ``default`` if no expert gave it."""
         return self.values[name].value if name in self.values else default
 
     @property
@@ -121,7 +121,7 @@ def _value_lines(answer: Percept, found: Perceived) -> Iterator[str]:
 
 
 def in_words(value: Any) -> str:
-    """Format a plain value as text."""
+    """Format a perceived value, given as JSON values, as text for people."""
     if isinstance(value, dict) and "position" in value:
         x, y, z = value["position"]
         w, *v = value["quaternion"]

@@ -227,7 +227,7 @@ def _as_judged(value: Any) -> Judged:
 
 
 def _replacing(said: Annotation, before: Annotation | None) -> Annotation:
-    """Return a later annotation of a value; the annotation that it replaces is kept as a less likely
+    """Return a new annotation of an object, with the value of the annotation that it replaces as a less likely
     hypothesis."""
     if before is None or before.value == said.value:
         return said

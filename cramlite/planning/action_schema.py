@@ -207,7 +207,7 @@ class _Tabulation:
 
 
 def _matters(rows: set[TableRow], column: int, choices: int) -> bool:
-    """Check whether the rows of a table depend on the entity in one column.
+    """Check whether the rows of a table of entities depend on the entity in one column.
 
     They do not if every entity occurs there with the same other columns.
     """
@@ -216,7 +216,8 @@ def _matters(rows: set[TableRow], column: int, choices: int) -> bool:
 
 
 def _name(condition: Condition) -> str:
-    """A name for a static condition: "isa_vrps:Peg" for isa(Relatum, vrps:Peg), "constrained_dof_lt_2" for a comparison."""
+    """Return a name for a static condition, such as "isa_vrps:Peg" for isa(Relatum, vrps:Peg),
+    "constrained_dof_lt_2" for a comparison."""
     match condition:
         case Atom(predicate, terms):
             return "_".join([predicate.name, *(str(t) for t in terms if isinstance(t, str | float))])

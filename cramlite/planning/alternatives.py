@@ -200,7 +200,7 @@ def _short(value: object) -> str:
 
 
 def _check_way(way: Any) -> None:
-    """Check that a decomposition consists of designators.
+    """Check that the decomposition of an action, as a plugin gives it, consists of designators.
 
     Raises:
         TypeError: it is not; the task type's plugin is to blame.

@@ -95,7 +95,8 @@ class BlockingText:
                     yield from (e for stage in (*track.stages(), None) for e in self._step(schema, term, how, track, stage))
 
     def _step(self, schema: ActionSchema, term: str, how: Handling, track: Track, stage: Stage | None) -> Iterator[str]:
-        """Generate the PDDL effects of an action on a thing at a stage of this task history (None: at no stage of it).
+        """Generate the PDDL effects of an action on how far a thing has come along a task history, from one stage
+        of it (None: from outside the history).
 
         The thing goes on to the next stage, or leaves the track.
 

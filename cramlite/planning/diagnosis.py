@@ -70,7 +70,7 @@ def _depth(entries: Mapping[int, Entry], entry: Entry) -> int:
 
 
 def task_of(entry: Entry | None, known: Mapping[int, Entry]) -> int:
-    """Return the number, from 1, of the plan's task in which a question was asked; 0 before all tasks."""
+    """Return the number, from 1, of the plan's task that an entry of the trace belongs to; 0 if it belongs to none."""
     while entry is not None and "task" not in entry.numbers:
         entry = known.get(entry.parent)
     return int(entry.numbers["task"]) if entry is not None else 0

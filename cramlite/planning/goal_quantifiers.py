@@ -87,7 +87,7 @@ def _any_match(patterns: Iterable[tuple[str | None, ...]], facts: frozenset[Fact
 
 
 def _of_class(name: str, goal: str, grounder: Grounder) -> list[str]:
-    """Names of the things of a class; its name may be given with its prefix or without."""
+    """Return the names of the things of a class; the class name may be given with its prefix or without."""
     scene = grounder.scene
     class_ = scene.taxonomy.resolve(name)
     if class_ is None:

@@ -93,8 +93,8 @@ def history(steps: Iterable[Operator], thing: str) -> tuple[Done, ...]:
 
 
 class Track(Value):
-    """Track of a thing in planning: the tasks that have changed the thing, to be compared with later tasks
-    one by one.
+    """Task history of a thing: the tasks of a plan that have changed the thing, to be compared one by one with the
+    tasks of other plans.
 
     Args:
         thing: its name.
@@ -108,10 +108,8 @@ class Track(Value):
         return f"'{self.thing}' " + (f"after {', '.join(map(task_text, self.past))}" if self.past else "as it was")
 
     def stages(self) -> list[Stage]:
-        """List all stages of a thing's task history: how many of its tasks are done, and whether the thing
-        was grasped since.
-
-        That is the history's next task, another one, or none.
+        """List all stages of a thing's task history: how many of its tasks are done, and whether the history's next
+        task, another task or none has grasped the thing since.
         """
         return [(k, how) for k in range(len(self.past) + 1) for how in ("", "taken", "other")]
 

@@ -52,8 +52,8 @@ class Heartbeat:
         return pulse(self._stop, self._tell)
 
     def over(self, items: Iterable[T]) -> Iterator[T]:
-        """Yield items, with progress lines while each is computed; when the caller stops the search they end,
-        and the trace records that.
+        """Yield the items of an iterable, with progress lines while each is computed; when the caller stops the
+        search, the items end and the trace records it.
 
         Raises:
             Stopped: the work around this is to end.

@@ -156,7 +156,7 @@ class Grounder:
         return self.fluents.initial(self.scene)
 
     def among(self, names: Collection[str]) -> Grounder:
-        """Return a grounder for the world with only some of its things."""
+        """Return a grounder of task rules over only some of the world's things."""
         world = replace(self.scene.world, things=tuple(t for t in self.scene.world.things if t.name in names))
         types = {e: c for e, c in self.scene.types.items() if thing_of(e) in names}
         return Grounder(replace(self.scene, world=world, types=types), self.predicates)

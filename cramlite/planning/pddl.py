@@ -111,7 +111,8 @@ class _Writer:
         self, facts: Sequence[Fact], needs: Iterable[Fact], without: Iterable[Pattern],
         earlier: Sequence[Sequence[PlanStep]], refused: Sequence[PlanStep],
     ) -> PddlText:  # fmt: skip
-        """Return domain and problem; the problem is made first, since the domain declares the names in both."""
+        """Return the PDDL domain and problem; the problem is made first, since the domain declares the names in
+        both."""
         self.done = frozenset(e for steps in earlier for s in steps for e in s.key[1:])
         marks = {s.key[0] for steps in earlier for s in steps}, {s.key[0] for s in refused}
         attainable = _attainable(self.schemas, facts)

@@ -126,7 +126,8 @@ Ahead = tuple[Location, Action | None]
 
 
 def _with_goals(actions: Sequence[Any], types: Mapping[str, TaskType], ahead: Ahead) -> tuple[tuple[Any, ...], Ahead]:
-    """Set where each free motion of a task sequence leads; return the sequence, and the place at which its first task begins.
+    """Set where each free motion (a task that only moves the arm) of a sequence leads; return the sequence, and the
+    place where its first task begins.
 
     A free motion leads to where the next task starts; the last one leads to ``ahead``.
     """

@@ -119,7 +119,7 @@ class PlanningProblem(Value, eq=False):
         return replace(self, blocked=tuple(b.left_shut() for b in blocked) if scope.left_shut else blocked)
 
     def _asked_about(self, facts: frozenset[Fact]) -> frozenset[Fact]:
-        """Return the facts of predicates that the conditions of rules name."""
+        """Return those of some facts whose predicates occur in the conditions of rules."""
         asked = {a.predicate.name for r in self.knowledge.goal_rules for _, c in conditions_of(r) for a in atoms(c)}
         return frozenset(f for f in facts if f[0] in asked)
 
@@ -181,8 +181,8 @@ class PlanningProblem(Value, eq=False):
         return frozenset(n for n in (self._in_the_way | on_loose) & things.keys() if things[n].movable)
 
     def _allowed(self, schema: ActionSchema, table: Table, scope: Scope) -> Table:
-        """Return a table of things for roles, without movable things where something is put on them, unless
-        the goal asks for that.
+        """Return a table of things for a role, without movable supports if the scope allows only fixed ones, except
+        where the goal asks to put something on them.
 
         A thing that the task merely acts on, such as the drawer that it opens, is no place.
         """

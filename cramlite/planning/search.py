@@ -227,10 +227,11 @@ class Search(Struct, dict=True):
         self._open |= point.conflict if number == self._farthest and failed else frozenset()
 
     def _within(self, item: Designator, state: State) -> dict[str, int]:
-        """Return the number of the plan's task that an item belongs to, and how many unfinished actions the
-        item is part of.
+        """Return the number of the plan's task that an agenda item belongs to, and how many unfinished actions
+        contain the item.
 
-        Control structures are not counted as actions.
+        Control structures are not counted as actions. For an object that is chosen before all tasks, return the
+        numbers of the first and the last task that need it.
         """
         behind = [k for k, i in enumerate(state.agenda, 1) if isinstance(i, Effect)]
         if not behind and not isinstance(item, Action):

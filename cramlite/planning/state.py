@@ -154,7 +154,8 @@ def _state_led_on(state: State, motion: Motion, after: State, anew: bool) -> Sta
 
 
 def _state_used_at(state: State, motion: Motion, after: State) -> State:
-    """Return the search state after a motion; the place at which the motion ends is marked there as used.
+    """Return the search state after a motion; it records the place at which the motion ends as used, if more was
+    done there than moving the arm.
 
     It is not marked if the motion only moved the arm there.
     """
@@ -164,7 +165,7 @@ def _state_used_at(state: State, motion: Motion, after: State) -> State:
 
 
 def _at_rest(state: State, after: State) -> bool:
-    """Check whether two states differ in nothing but the arm's position and the opening."""
+    """Check whether two search states differ in nothing but the arm's position and the gripper's opening."""
     one, other = state.belief, after.belief
     return one.poses == other.poses and one.held == other.held and one.at == other.at
 

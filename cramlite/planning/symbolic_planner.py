@@ -143,8 +143,11 @@ def _too_large() -> str:
 
 
 def _room() -> tuple[str, ...]:
-    """Return the options that limit the planner's memory; none on macOS and Windows, which cannot limit it
-    (notes in the driver's ``limits.py``) and where ``LONGEST`` ends a search."""
+    """Return the command-line options that limit Fast Downward's memory; none on macOS and Windows, where it has no
+    such limit.
+
+    There, ``LONGEST`` ends a search (notes in the driver's ``limits.py``).
+    """
     return () if sys.platform in ("darwin", "win32") else ("--translate-memory-limit", TRANSLATOR_ROOM, "--search-memory-limit", ROOM)
 
 

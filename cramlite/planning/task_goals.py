@@ -45,7 +45,8 @@ class Goal(Value):
 
     @classmethod
     def from_json(cls, data: Sequence[Any]) -> Goal:
-        """Return a goal that is given as data, e.g. [{"goal": "on", "things": ["tin", "tray"]}]; sentences may be among it.
+        """Return a goal that is given as JSON data, a list such as [{"goal": "on", "things": ["tin", "tray"]}]; its
+        items may also be sentences.
 
         Raises:
             UserError: it is no list of goals.

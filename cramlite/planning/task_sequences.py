@@ -92,8 +92,8 @@ def _meant(found: Interpretation, reading: int | str | None) -> Iterator[TaskSeq
 
 
 def _shown(task: TaskType, match: Match, rule: Rule | None, action: Interpreted, timeline: Timeline) -> dict[str, float]:
-    """Return the parameters of a task whose names occur in the comparisons of its rule, with the values
-    that were measured in the demonstration."""
+    """Return those parameters of a task that the comparisons of its rule name, with the values that were measured in
+    the demonstration."""
     from ..interpretation.matching import measured
     from ..interpretation.timeline import Segment
 
@@ -112,7 +112,7 @@ def plans_for_goal(
     trace: Trace,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Iterator[Plan]:
-    """Generate task sequences whose rules achieve a goal, as a planner finds them; why each task is there goes to the trace.
+    """Generate task sequences with which a planner achieves a goal; the trace records why each task is needed.
 
     Args:
         name: of the plans.
@@ -155,7 +155,8 @@ def examine_goal(goal: Goal | Scenario, scene: SymbolicWorld, knowledge: Knowled
 def _problems(
     asked: _Asked, scene: SymbolicWorld, knowledge: Knowledge, trace: Trace | None = None
 ) -> Iterator[tuple[Goal, PlanningProblem]]:
-    """Generate a planning problem for each choice of things that a goal allows.
+    """Generate a planning problem for each choice of things for the objects that a goal only describes, such as "any
+    cup".
 
     It raises the same errors as ``examine_goal``.
     """

@@ -104,7 +104,8 @@ class Trace(Struct):
         cost: float | None = None, passed: int = 0, *, kind: Kind, numbers: Mapping[str, float] | None = None,
         collision: Collision | None = None, remedy: Remedy | None = None,
     ) -> int:  # fmt: skip
-        """Append an entry and return its number; numbers that are not finite are left out, as JSON has none."""
+        """Append an entry to the trace, and return its number; infinite figures and NaN are left out, as JSON has
+        none."""
         number = len(self.entries) + 1
         finite = {k: v for k, v in (numbers or {}).items() if math.isfinite(v)}
         self.entries.append(
@@ -120,7 +121,7 @@ class Trace(Struct):
         self.entries[number - 1] = replace(self.entries[number - 1], reason=KNOWN)
 
     def spent(self, budget: str, limit: int, reason: str) -> None:
-        """Append an entry that a budget was used up.
+        """Record in the trace that a budget was used up.
 
         Args:
             budget: its name in ``Budget``.
@@ -140,7 +141,7 @@ class Trace(Struct):
         self.add(0, "sequence", plan, "asked", "engine", said, kind="sequence", numbers={"breadth": breadth})
 
     def stopped(self, work: str = "") -> None:
-        """Append an entry that the caller stopped the search, with the work that it interrupted, such as
+        """Record in the trace that the caller stopped the search, and the work that this interrupted, such as
         "program 2 runs"."""
         self.add(0, "budget", work, "capped", "engine", STOPPED, kind="stop")
 
@@ -157,7 +158,7 @@ class Trace(Struct):
 
     @property
     def refutation(self) -> Refutation | None:
-        """Refutation (why all failed) of the present or last task sequence; None if it was not tried to its end."""
+        """Reason why all groundings of the present or last task sequence failed; None if some were not tried."""
         own = (e.refutation for e in reversed(self.entries) if e.candidate == self.candidate)
         return next((r for r in own if r is not None), None)
 
@@ -180,7 +181,7 @@ class Trace(Struct):
 
 
 def understood_entries(entries: list[Entry]) -> tuple[Entry, ...]:
-    """Return the entries that say how a sentence was understood, each once."""
+    """Return the trace entries that say how a sentence of the user was understood, without repetitions."""
     return tuple({e.text: e for e in entries if e.designator == SENTENCE}.values())
 
 

@@ -20,7 +20,7 @@ ROUNDED = 0.0005  # depth of a collision that is told in whole millimetres [m]
 
 
 def what_to_try(entries: Sequence[Entry], most: int = MOST) -> tuple[str, ...]:
-    """Return remedies for a failed search, one for each cause; those against objections to programs come first.
+    """Return remedies for a failed search, one for each cause; those for validators' objections to programs come first.
 
     A remedy states the least amount that is missing; the most frequent cause comes first.
 
@@ -43,7 +43,7 @@ def _parted(refusals: Iterable[Entry]) -> tuple[list[Entry], list[Entry]]:
 
 
 def _against(ran: Sequence[Entry]) -> Iterator[str]:
-    """Generate remedies against the objections to programs, each with the number of such programs; the most
+    """Generate remedies for validators' objections to programs, each with the number of affected programs; the most
     frequent cause first."""
     told = [(e, e.remedy or Remedy(without_numbers(_first_objection(e)), _first_objection(e))) for e in ran]
     often = Counter(_about(e, remedy) for e, remedy in told)
@@ -52,7 +52,7 @@ def _against(ran: Sequence[Entry]) -> Iterator[str]:
 
 
 def _first_objection(proof: Entry) -> str:
-    """Return the advice to remove the first objection to a program.
+    """Return the advice to remove the first objection that validators made to a program.
 
     Others may follow from it. If the program failed in twins, it is the objection of the first failed twin.
     """
@@ -86,8 +86,8 @@ def _distinct(entries: Iterable[Entry]) -> Iterator[Entry]:
 
 
 def _told(found: Sequence[tuple[Entry, Remedy]]) -> Iterator[str]:
-    """Generate one remedy for each cause, the one with the smallest missing amount; the most frequent cause
-    first."""
+    """Generate one remedy for each cause of refusals, the one with the smallest missing amount (such as of a
+    distance); the most frequent cause first."""
     least: dict[str, tuple[float, str]] = {}
     causes = [(_about(e, remedy), remedy.missing, f"{'' if remedy.about else f'{e.designator}: '}{remedy}") for e, remedy in found]
     for about, missing, says in causes:

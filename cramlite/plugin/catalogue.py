@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 class Knowledge:
-    """Declarations of all plugins of one registry; each kind is collected at its first use.
+    """Declarations of all plugins of one registry, such as robots; those of each sort are collected at their first use.
 
     Args:
         registry: whose plugins are asked.
@@ -145,7 +145,8 @@ class Knowledge:
 
     @cached_property
     def products(self) -> tuple[Thing, ...]:
-        """Products that perception can recognise, each at the origin and named after its model."""
+        """Products (things with a look of their own) that perception can recognise: one of each such object model,
+        at the origin."""
         return tuple(m.make(name=n, pose=Pose()) for n, m in self.models.items() if m.product)
 
     @cached_property

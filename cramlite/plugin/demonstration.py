@@ -53,7 +53,7 @@ class Performer(Protocol):
 
     @property
     def other(self) -> Hand | None:
-        """The other hand; None where the person has one."""
+        """Hand that is not the active one; None if the simulated person has only one hand."""
         ...
 
     @property
@@ -92,15 +92,15 @@ class Performer(Protocol):
         ...
 
     def move(self, path: Sequence[Pose], speed: float, *, curved: bool = False) -> None:
-        """Move the active hand from its target along poses with a mean speed [m/s].
+        """Move the active hand from its present target pose along further poses with a mean speed [m/s].
 
         If ``curved``, the poses before the last are control points of a Bézier curve.
         """
         ...
 
     def follow(self, path: Sequence[Pose], seconds: float) -> None:
-        """Move the active hand from its target through poses within a time [s], position and orientation
-        together at constant speed."""
+        """Move the active hand from its present target pose through further poses within a time [s], position and
+        orientation together at constant speed."""
         ...
 
     def grip(self, opening: float, seconds: float) -> None:
@@ -125,7 +125,7 @@ class Performer(Protocol):
 
 
 class Performance(Value):
-    """Playing of a script by the simulated person, in one world and with one random generator.
+    """Performance of a script by the simulated person, prepared for one world with one random generator.
 
     Args:
         act: moves the hands.
@@ -169,7 +169,7 @@ class Shown(Value):
     fillers: Mapping[str, Any] = {}
 
     def prepared(self, world: World, rng: np.random.Generator) -> Performance:
-        """Let the script prepare what the simulated person does in a world.
+        """Return the performance of the simulated person that the script prepares for a world.
 
         Raises:
             PluginError: the script gives none.

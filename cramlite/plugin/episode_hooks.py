@@ -105,9 +105,9 @@ class EpisodeHooks:
             return episode
 
     def _answer(self, hook: str, nobody: str, **arguments: Any) -> Any:
-        """Return the answer of the first plugin that has one.
+        """Call a hook of all plugins in turn, and return the first answer that is not None.
 
-        If none has one, the error names the plugins that failed.
+        If every answer is None, the error names the plugins that failed.
         """
         answer = self._registry.first(hook, **arguments)
         if answer is not None:

@@ -29,7 +29,7 @@ Domain = tuple[str, ...] | Callable[[Mapping[str, Any]], tuple[str, ...]]
 
 
 class Judged(Value):
-    """Value with its confidence, its reason and the alternative hypotheses.
+    """Value that a perception expert computed, with its confidence, its reason and the alternative hypotheses.
 
     Args:
         value: any; words and CURIEs are compared with queries, numbers are in SI units.
@@ -65,11 +65,11 @@ class Inputs(Value):
         return found.value if isinstance(found, Judged) else found
 
     def get(self, name: str, default: Any = None) -> Any:
-        """Return a value by name, or ``default``."""
+        """Return an expert's input by its name; ``default`` if it is missing."""
         return self[name] if name in self.values else default
 
     def judged(self, name: str) -> Judged:
-        """Return a value with its confidence and the alternative hypotheses."""
+        """Return an expert's input by its name, with the confidence of the value and the alternative hypotheses."""
         found = self.values[name]
         return found if isinstance(found, Judged) else Judged(found)
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def require_installed(exporter: Exporter) -> None:
-    """Check that the packages that a format needs are installed.
+    """Check that the packages that an export format needs are installed.
 
     Raises:
         UserError: one is not.

@@ -95,7 +95,7 @@ Answers = Iterable[Answer] | None
 
 
 class LaterTask(Value):
-    """Task that is still to be done.
+    """Task of the plan that comes after the one that is being grounded.
 
     Args:
         action: as it is planned.

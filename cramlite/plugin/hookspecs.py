@@ -118,7 +118,7 @@ def ontologies() -> Iterable[Path]:  # type: ignore[empty-body]
 
 @hookspec
 def report_sections() -> Iterable[ReportSection]:  # type: ignore[empty-body]
-    """Declare sections of the report page. Called once at load; shown in order of their ``order``."""
+    """Declare sections of the report page. Called once at load; the sections are shown in ascending ``order``."""
 
 
 @hookspec
@@ -140,7 +140,8 @@ def read_episode(path: Path) -> Episode | None:
 
 @hookspec(firstresult=True)
 def detect_events(rollout: Rollout, name: str) -> Episode | None:
-    """Detect the events of a rollout as an episode ``name``: entities, states and tracks; None leaves it to others. First answer wins.
+    """Detect the events of a rollout as an episode called ``name``: entities, states and tracks; None leaves the
+    detection to other plugins. First answer wins.
 
     Asked for demonstrations and for runs of programs alike, so that a run is judged by what demonstrations are read by.
     """

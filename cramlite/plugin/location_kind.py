@@ -60,7 +60,7 @@ class LocationKind(Value):
 
     @property
     def explained(self) -> Mapping[str, str]:
-        """Parameter -> explanation in the docstring of ``parameters``."""
+        """Parameter of this kind of location -> its explanation, from the docstring of ``parameters``."""
         doc = inspect.getdoc(self.parameters) or ""
         found = re.findall(r"^    (\w[\w, ]*): ((?:.|\n(?:     |$))*)", doc.partition("Args:\n")[2], re.MULTILINE)
         return {name: " ".join(text.split()) for names, text in found for name in re.split(r", ", names)}

@@ -129,7 +129,7 @@ class Backend(Protocol):
         ...
     @property
     def executable(self) -> bool:
-        """Whether a simulator here runs the backend's text."""
+        """Whether a simulator can run the text that the backend writes."""
         ...
     def emit(self, program: Program, robot: Robot) -> Code:
         """Generate the text of a program for a robot."""
@@ -146,7 +146,7 @@ class Remarking(Protocol):
 
 @runtime_checkable
 class StandIn(Protocol):
-    """Backend whose text no simulator here runs; the typed program may run on the controller model instead."""
+    """Backend whose text no simulator runs; the typed program may run on the controller model instead."""
 
     typed_stands_in: bool
     """Whether the typed program runs in place of the text."""
@@ -203,7 +203,7 @@ class VirtualController(Protocol):
         seed: int,
         say: Callable[[str], None],
     ) -> str:
-        """Open the robot controller's ports on loopback until a time limit; return why it ended.
+        """Open the ports of the robot controller on a loopback address until a time limit; return why they were closed.
 
         Args:
             mount: name of the robot whose controller it is.

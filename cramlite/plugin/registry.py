@@ -165,7 +165,7 @@ class Registry(Struct, dict=True):
         self._load(module.__name__, lambda: module, "module", "", module.__name__)
 
     def _same_name(self, name: str, distribution: str, place: str) -> str:
-        """Return a message if a loaded plugin has the same name, so that this one is not loaded; else ""."""
+        """Return a message if a plugin of this name is loaded already, so that the new one is rejected; else ""."""
         first = next((i for i in self.infos if i.name == name and not i.fault), None)
         if first is None:
             return ""
@@ -302,7 +302,8 @@ class Registry(Struct, dict=True):
     def ask(
         self, plugin: str, hook: str, name: str, question: Callable[[], Iterable[Any] | None]
     ) -> Iterator[tuple[str, Iterable[Any] | Unresolvable]]:
-        """Yield one plugin with its answers, which are computed when needed; nothing if it returns None.
+        """Yield a plugin with its answers about a designator, which are computed when needed; nothing if the plugin
+        returns None.
 
         Args:
             name: of the designator that it is asked about.

@@ -64,7 +64,7 @@ def write_failure_page(
 
 
 def _picture(rollout: Rollout, sample: int, miss: Miss, knowledge: Knowledge) -> tuple[str, str]:
-    """Return a picture of a sample as a data URI, with its caption."""
+    """Return a picture of the run at a sample as a data URI, with the time as caption."""
     things = {t.name for t in rollout.world.things}
     about = [name for name in miss.about if name in things]
     pixels: Any = knowledge.simulator.picture(rollout, sample, knowledge.robots_of(rollout.world), SIZE, about)

@@ -57,7 +57,7 @@ class Miss(Value):
 
 
 def name_is(recorded: str, asked: str) -> bool:
-    """Check whether a recorded name is that of the asked part or thing, or of a part of the asked thing."""
+    """Check whether a recorded name means the thing or part that an assertion names, or a part of that thing."""
     name = EntityName.parse(asked)
     wanted = EntityName(EFFECTOR if name.thing == HAND else name.thing, name.part)
     return recorded == str(wanted) or (not wanted.part and thing_of(recorded) == wanted.thing)

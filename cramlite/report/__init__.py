@@ -52,7 +52,7 @@ class Knowing(Protocol):
 
 
 class Alone(Value):
-    """What the plugins declare, in place of an engine, for the page about a single solution."""
+    """Stand-in for an engine, with the declarations of all plugins only, for the page about a single solution."""
 
     knowledge: Knowledge
 

@@ -37,8 +37,8 @@ def write_page(folder: Path, found: Calibration, recording: Recording, told: Seq
 
 
 def _lines(found: Calibration, recording: Recording) -> Iterator[tuple[str, float, float, float, float]]:
-    """Yield colour and ends of each residual: from the corner that was found to where it should be, enlarged
-    [pixel]."""
+    """Yield colour and ends [pixel] of each residual: from the detected corner of the board towards its computed
+    position, enlarged."""
     for k, station in enumerate(recording.stations):
         for (u, v), (du, dv) in zip(station.sighting.pixels, found.pixels[station.name], strict=True):
             yield _colour(k), u, v, u + ENLARGED * du, v + ENLARGED * dv

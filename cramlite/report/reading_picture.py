@@ -99,13 +99,13 @@ class Told(Value):
 
     @property
     def number(self) -> str:
-        """Numbers of these actions: "3" for a single one, "3–5" for several."""
+        """Numbers of the actions of this entry: "3" for a single one, "3–5" for several."""
         first, last = self.numbers
         return str(first) if first == last else f"{first}–{last}"
 
     @property
     def differs(self) -> bool:
-        """Whether the readings of the demonstration disagree about what these actions are."""
+        """Whether the readings of the demonstration disagree about what the actions of this entry are."""
         return len(set(zip(self.says, self.tasks, strict=True))) > 1
 
     def joined(self, other: Told) -> Told:

@@ -24,7 +24,7 @@ SIZE = (400, 300)
 
 
 class TimeLinePage:
-    """Page about an execution, written again after each run of a program in it.
+    """Page about an execution with resumptions, rewritten after the run of each of its programs.
 
     Args:
         knowledge: whose simulator draws.

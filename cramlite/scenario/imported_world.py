@@ -58,8 +58,8 @@ def read_scene_file(
 
 
 def imported_world(scenario: Scenario, knowledge: Knowledge) -> ImportedScene | None:
-    """Read the scene file of a scenario's ``world``: with classes, without the excluded things; None without
-    such a file.
+    """Read the scene file of a scenario's ``world``, give its things their classes, and leave out the excluded ones;
+    None without such a file.
 
     Raises:
         UserError: the file, a class or a pattern cannot be used; with file and line.
@@ -77,7 +77,7 @@ def imported_world(scenario: Scenario, knowledge: Knowledge) -> ImportedScene | 
 
 
 def _check_patterns(scenario: Scenario, spec: WorldFileSpec, file: str, scene: ImportedScene) -> None:
-    """Check that each pattern of names matches a thing of the scene file."""
+    """Check that each pattern for names of things in a scenario's ``world`` matches a thing of the scene file."""
     names, jointed = [t.name for t in scene.things], [t.name for t in scene.things if t.joint is not None]
     patterns: list[tuple[str, str | int, str]] = [("leave_out", k, p) for k, p in enumerate(spec.leave_out)]
     patterns += [*(("types", p, p) for p in spec.types), *(("joints", p, p) for p in spec.joints)]

@@ -79,8 +79,8 @@ class PhysicsSpec(Spec):
 
 
 class JointSpec(Spec):
-    """Joint of a scene file, in the file's coordinates: the end at which it is closed, and its range if it
-    slides or turns."""
+    """Properties of a scene file's joint that a scenario states: the end of its range at which it is closed, and the
+    range of a sliding or turning joint."""
 
     closed: Literal["lower", "upper"] | None = None
     slides: tuple[Length, Length] | None = None
@@ -140,8 +140,8 @@ class LimitsSpec(Spec):
 
 
 class ThenSpec(Spec):
-    """Tasks that are resolved only after the earlier tasks were executed, in the world as it is measured
-    then: a stage of an open program.
+    """Stage of an open program: tasks that are resolved only after the earlier tasks were executed, in the world as it
+    is measured then.
 
     ``else``: tasks in their place, where no program for them can be proven; without it the execution ends there, with the reason.
     """
@@ -226,7 +226,8 @@ class Scenario(Value):
         return f"{self.path}:{line_of(self.data, location)}"
 
     def where_thing(self, name: str) -> str:
-        """Return "file:line" of a thing's entry in the scenario; without one, that of the world's or the recording's things."""
+        """Return "file:line" of a thing's entry under ``things``; for a thing without an entry, that of ``world``,
+        else of the recording's things."""
         names = [t.get("name") for t in self.data.get("things", ())]
         if name in names:
             return self.where("things", names.index(name))
@@ -286,8 +287,8 @@ class Scenario(Value):
         return replace(self, spec=self.spec.model_copy(update=update))
 
     def stage(self, number: int, key: Literal["do", "else"]) -> Scenario | None:
-        """Return this scenario with the tasks of a stage of ``then`` as its own; None if the stage's
-        ``key`` lists no tasks."""
+        """Return this scenario with the tasks of one stage of its ``then`` in place of its own tasks; None if the
+        stage has no tasks under ``key``."""
         stage = self.spec.then[number]
         tasks = stage.do if key == "do" else stage.otherwise
         update = {**dict.fromkeys((*STARTS, "reading", "plan")), "tasks": tasks, "then": ()}
@@ -348,7 +349,7 @@ def scenario_from(path: Path, data: Any) -> Scenario:
 
 
 def _valid_keys(error: ValidationError) -> list[str]:
-    """Return the valid keys at the place of the first unknown key."""
+    """Return the valid keys of that part of a scenario file in which a validation error found the first unknown key."""
     models: dict[str, type[BaseModel]] = {
         "at": PoseSpec,
         "hangs_on": HangSpec,

@@ -69,7 +69,7 @@ class WhereSpec(Spec):
 
 
 def _within_reason(parameters: dict[str, float]) -> dict[str, float]:
-    """Check that parameters are plausible, and return them.
+    """Check that the values of a task's parameters are plausible, and return them.
 
     Raises:
         ValueError: one is no finite number, or more than can be meant.
@@ -108,7 +108,7 @@ class TaskSpec(Spec):
 
 
 class RuleSpec(Spec):
-    """Tasks inside a control structure, which may be nested; ``task_entry`` makes them from ``{RULE: ...}``.
+    """Control structure with the tasks inside it, which may be nested; ``task_entry`` makes it from ``{RULE: ...}``.
 
     Args:
         rule: "sequence", "choose", "fallback", "try_all", "parallel", "repeat", "retry" or "monitor".
@@ -203,8 +203,8 @@ RuleSpec.model_rebuild()
 
 
 def task_entry(value: Any) -> TaskSpec | RuleSpec:
-    """Return the task or rule that is given as Python data in the form of YAML, e.g. ``{"repeat": {"times":
-    3, "do": ["ParkArms"]}}``.
+    """Return the task or control structure that Python data describe as YAML would, e.g. ``{"repeat": {"times": 3,
+    "do": ["ParkArms"]}}``.
 
     Raises:
         pydantic.ValidationError: it is none.

@@ -161,8 +161,8 @@ def _offset(thing: Thing, errors: ErrorModel, draw: Drawing) -> Pose:
 
 
 def _hand_eye(errors: ErrorModel, draw: Drawing, sight: Sight) -> Callable[[Pose], Pose]:
-    """Draw the camera's mounting error; return a function from a pose to its error there: a shift, and a
-    rotation about the vertical."""
+    """Draw an error of the camera's mounting; return a function from a thing's pose to the error of that pose: a
+    shift, and a rotation about the vertical."""
     error = errors.hand_eye
     shift = draw.ball("hand-eye", "camera:", error.position, "mm", MM)
     turn = draw.ball("hand-eye", "camera: turned about", error.angle, "deg", DEG)

@@ -299,5 +299,6 @@ def _shifted(pose: Pose, change: VarySpec, rng: Any) -> Pose:
 
 
 def _frozen(value: Any) -> Any:
-    """Return a model's parameter as it was written, with lists as tuples; the model itself converts units."""
+    """Return a parameter of an object model as the scenario states it, with lists as tuples; the model itself
+    converts units."""
     return tuple(_frozen(v) for v in value) if isinstance(value, list | tuple) else value

@@ -88,8 +88,8 @@ def page(found: Mapping[str, Mapping[str, Any]]) -> str:
     """Return the gallery page as Markdown."""
     parts = [
         "# Gallery", "",
-        "Every shipped scenario, as `cramlite resolve NAME --twins 0` leaves it at seed 0, three times as fast as it ran. What must",
-        "fail is shown beside what it differs from by one thing. Made by `python docs/site/gallery.py`.",
+        "Every shipped scenario, as `cramlite resolve NAME --twins 0` leaves it at seed 0, three times as fast as it ran. A",
+        "scenario that must fail stands beside one that succeeds, with one difference. Made by `python docs/site/gallery.py`.",
     ]  # fmt: skip
     for folder, title in TITLES.items():
         inside = {name: entry for name, entry in found.items() if name.rpartition("/")[0] == folder}

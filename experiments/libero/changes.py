@@ -28,14 +28,15 @@ STATE = {"core_dev.json": 1, "intent_dev.json": 0}
 
 
 def kept(case_id: str, row: int, intent: bool) -> bool:
-    """Return whether a case belongs to the suites that are reserved for the final evaluation."""
+    """Return whether a case of LIBERO-MAX belongs to the suites that are reserved for the final evaluation."""
     if intent:
         return row % 2 == 1
     return int.from_bytes(hashlib.blake2b(case_id.encode(), digest_size=4).digest(), "big") % 3 == 0
 
 
 def cases(suite: str) -> list[dict[str, Any]]:
-    """Return the cases of a suite, such as "libero_max_object", "libero_max_intent_goal_end", in the manifest's order."""
+    """Return the cases of a suite of LIBERO-MAX, such as "libero_max_object", "libero_max_intent_goal_end", in
+    the manifest's order."""
     name = suite.removeprefix(PREFIX)
     end, name = name.endswith("_end"), name.removesuffix("_end")
     intent, name = name.startswith("intent_"), name.removeprefix("intent_")
@@ -123,7 +124,7 @@ class Change:
             self.insert(env, one["object"], origin(env, one["relative_to"]) + np.array(one["offset_m"]))
 
     def insert(self, env: Any, name: str, place: Any) -> None:
-        """Bring an absent thing in at a place, at its initial height."""
+        """Bring an absent thing into the scene at a horizontal position, at its initial height."""
         solid(env, name, True)
         put(env, name, [place[0], place[1], self.heights[name]])
         self.away.discard(name)

@@ -1,4 +1,5 @@
-"""Picture of the benchmark's fixed camera with depth: what a calibrated cell's sensors tell, and no more.
+"""Picture with depth of the benchmark's fixed camera, with its calibration: all data that a robot cell's
+sensors would give.
 
 Nothing of cramlite is imported here.
 """
@@ -22,7 +23,7 @@ FLIPPED = np.diag((1.0, -1.0, -1.0))
 
 
 def taken(model: Any, data: Any, base: str) -> dict[str, Any]:
-    """Take a picture.
+    """Take a picture with depth by the benchmark's fixed camera.
 
     Returns:
         ``rgb`` and ``depth`` (16 bits, tenths of a millimetre, 0 where nothing is) as PNG in base64, ``intrinsics`` (fx, fy, cx, cy) in

@@ -63,7 +63,8 @@ def _cosines(depth: Any, intrinsics: Intrinsics) -> Any:
 
 
 def levelled(view: View) -> tuple[View, float]:
-    """Turn a view about its eye until the table is level; return it with the table's height [m].
+    """Rotate a view about the camera's position until the table in it is level; return the view and the table's
+    height [m].
 
     Raises:
         UserError: there is no table in the picture.

@@ -38,7 +38,7 @@ class Fit(Value, eq=False):
 
 @hookimpl
 def experts() -> Iterable[Expert]:
-    """Declare the expert that estimates poses by the paper's recipe.
+    """Declare the expert that estimates poses by the paper's recipe: ICP from principal axes.
 
     Its stated cost was measured with one model at 640 x 480 pixels (tests/benchmarks/perception_pose.py).
     """
@@ -49,7 +49,7 @@ def experts() -> Iterable[Expert]:
 
 
 def by_paper(inputs: Inputs) -> Mapping[str, Any]:
-    """Estimate, by the paper's recipe, the poses of the models that an object's colour and size allow."""
+    """Estimate, by ICP from principal axes, the poses of the models that an object's colour and size allow."""
     return registered(inputs, paper)
 
 
@@ -96,8 +96,8 @@ def _scene(view: View, mask: Mask) -> Floats | None:
 
 
 def _principal_starts(points: Floats, model: PoseModel) -> Iterator[Pose]:
-    """12 of the 24 ways to align two systems of principal axes, first those that keep the third axis in
-    either direction."""
+    """Start poses for ICP: 12 of the 24 ways to align the principal axes of two point clouds, first those that
+    keep the third axis, up to its sign."""
     of_scene, of_model = _axes(points), _axes(np.asarray(model.points, dtype=float))
     for way in sorted(cube_rotations(), key=lambda p: -abs(float(p.rotation[2, 2])))[:12]:
         turn = of_model @ way.rotation @ of_scene.T
@@ -127,7 +127,8 @@ def _icp(points: Floats, model: PoseModel, start: Pose, planes: bool) -> Fit:
 
 
 def _step(moved: Floats, nearest: Floats, normals: Floats | None) -> Pose:
-    """The transform that brings points nearest to their partners (Kabsch), or to their tangent planes."""
+    """The transform that brings points nearest to their matched points (Kabsch), or to the tangent planes there
+    if normals are given."""
     if normals is None:
         a, b = moved.mean(0), nearest.mean(0)
         u, _, vt = np.linalg.svd((moved - a).T @ (nearest - b))

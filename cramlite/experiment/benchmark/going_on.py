@@ -1,4 +1,4 @@
-"""Attempts in a benchmark's simulator whose world changes during execution.
+"""Runs of programs in a benchmark's simulator that changes its world during execution, with replanning after each stop.
 
 The benchmark sends readings; when the program stops, the rest is planned anew.
 """

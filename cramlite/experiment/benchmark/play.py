@@ -96,7 +96,8 @@ def play(trial: Trial) -> EpisodeResult:
 
 @lru_cache(maxsize=1)
 def _benchmark(file: Path, environment: Path | None) -> Benchmark:
-    """Return the benchmark that this process uses; another one is started only if that no longer replies."""
+    """Return this process's connection to the benchmark; the benchmark is started once, and again only after it stopped
+    replying."""
     return connect(file, environment)
 
 

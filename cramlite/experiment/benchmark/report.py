@@ -20,7 +20,7 @@ MOST_REASONS = 10
 
 
 def markdown(tables: EpisodeTables, experiment: BenchmarkExperiment) -> str:
-    """Return the tables as a page of Markdown."""
+    """Return the tables of an experiment about a benchmark as a page of Markdown."""
     spec = experiment.spec
     return "\n".join([
         f"# {spec.title}", "", f"Given: {spec.given}. {WITHIN}", "",
@@ -49,7 +49,7 @@ def worth(tables: EpisodeTables) -> list[str]:
 
 
 def suite_rows(tables: EpisodeTables, experiment: BenchmarkExperiment) -> list[list[str]]:
-    """Return a table row for each suite, and one for all suites."""
+    """Return the rows of the table of success rates by suite, with a last row for all suites together."""
     rows = [[r.suite, experiment.spec.suites[r.suite].about, str(r.budget), *_counts(r)] for r in tables.suites]
     return [*rows, ["all", "", "", *_counts(tables.whole)]] if len(rows) > 1 else rows
 
@@ -81,12 +81,13 @@ def signed(value: float) -> str:
 
 
 def task_rows(tables: EpisodeTables) -> list[list[str]]:
-    """Return a table row for each task."""
+    """Return the rows of the table of success counts by task of the benchmark."""
     return [[r.suite, str(r.task), r.name, *_counts(r, short=True)] for r in tables.tasks]
 
 
 def failures(tables: EpisodeTables) -> list[str]:
-    """Return the number of failures of each class, and the reasons of refusals."""
+    """Return Markdown lines with the number of failed episodes of each class of failures, and the commonest reasons of
+    refusals."""
     if not tables.failures:
         return ["None."]
     classes = grid(("class", "episodes"), [[kind, str(n)] for kind, n in tables.failures.items()])
@@ -95,17 +96,17 @@ def failures(tables: EpisodeTables) -> list[str]:
 
 
 def times(seconds: dict[str, Spread]) -> list[list[str]]:
-    """Return a table row for each measured duration: median, 95 % quantile, longest, number of episodes."""
+    """Return the rows of the table of measured durations: median, 95 % quantile, longest, number of episodes."""
     return [[n, f"{s.median:.1f}", f"{s.most:.1f}", f"{s.longest:.1f}", str(s.count)] for n, s in seconds.items()]
 
 
 def published_rows(tables: EpisodeTables) -> list[list[str]]:
-    """Return a table row for each published rate."""
+    """Return the rows of the table that compares published success rates of other systems with cramlite's."""
     return [[p.system, p.given, p.rate, p.ours.text, ", ".join(p.suites), p.source] for p in tables.published]
 
 
 def grid(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
-    """Return a table in Markdown."""
+    """Format a table, given its header and rows, as lines of Markdown."""
     lines = [head, ["---"] * len(head), *rows]
     return [f"| {' | '.join(cell.replace('|', '/') for cell in line)} |" for line in lines]
 

@@ -1,4 +1,5 @@
-"""Experiment files about a benchmark: its connection, its suites of episodes, classes of failures, published rates."""
+"""Experiment files about a benchmark: its connection, suites of episodes, classes of failures, published success
+rates."""
 
 from __future__ import annotations
 
@@ -48,7 +49,7 @@ class FailureSpec(Spec):
 
 
 class PublishedSpec(Spec):
-    """Published rate of another system over some suites, and the input that the system was given."""
+    """Published success rate of another system over some suites, and the input that the system was given."""
 
     system: str
     given: str

@@ -52,7 +52,7 @@ class Spread(Value):
 
 
 class PublishedRate(Value):
-    """Published rate beside cramlite's own rate over the episodes that were played of the same suites."""
+    """Published success rate of another system, with cramlite's rate over its own episodes of the same suites."""
 
     system: str
     given: str

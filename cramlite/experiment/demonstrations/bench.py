@@ -57,7 +57,7 @@ class Trial(Value):
     processes: int = 1
 
     def write(self, name: str, content: str | bytes) -> None:
-        """Write a file of the trial."""
+        """Write a file into the result folder of this demonstration's trial."""
         self.store.write(self.demonstration.name, name, content)
 
 
@@ -67,7 +67,8 @@ def bench(
     without: str | None,
     plugins: PluginChoice = INSTALLED,
 ) -> Bench:
-    """Build the test bench of an experiment, once a thread: a worker of a cluster may have several."""
+    """Build the test bench of an experiment, once for each thread, since a worker of a cluster may have several
+    threads."""
     return _bench(threading.get_ident(), path, set_name, without, plugins)
 
 

@@ -80,7 +80,7 @@ def of_filter(c: Confusion) -> str:
 
 
 def area(c: Confusion) -> str:
-    """Format the area under the ROC curve with its interval."""
+    """Format the area under the ROC curve of the proof's confidence, with its 95 % interval."""
     found = c.area_under_curve
     return f"{found[0]:.2f} ({found[1]:.2f} to {found[2]:.2f})" if found else "all ended alike"
 

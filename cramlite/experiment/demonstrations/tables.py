@@ -135,7 +135,7 @@ class ObjectTables(Value):
 
     @property
     def whole(self) -> ObjectRow:
-        """Row with the totals over all objects."""
+        """Row of the table that counts the demonstrations and candidates of all objects together."""
         return self.rows[-1]
 
 
@@ -157,7 +157,7 @@ def tables(results: Sequence[DemonstrationResult], published: PublishedSpec | No
 
 
 def _published(spec: PublishedSpec | None, objects: Sequence[str]) -> Mapping[str, Mapping[str, tuple[int, int]]]:
-    """Published counts: object -> column -> (hits, trials)."""
+    """Return the published success counts by object and table column: (hits, trials)."""
     if spec is None:
         return {}
     found = {}

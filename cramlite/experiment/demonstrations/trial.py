@@ -144,8 +144,8 @@ def _reason(made: list[Program], best: Program | None, entries: Iterable[Entry])
 
 
 def _telling(said: list[Entry]) -> list[Entry]:
-    """Return the last two of a candidate's gravest decisions: failures if any, else refusals, else all
-    others."""
+    """Return the last two trace entries that tell why a candidate failed: failures if there are any, else refusals,
+    else others."""
     for outcomes in (("impossible", "fault", "capped"), ("refused",)):
         if found := [e for e in said if e.outcome in outcomes]:
             return found[-2:]

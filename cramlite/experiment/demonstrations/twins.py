@@ -60,7 +60,7 @@ def execute_in_twin(trial: Trial, judged: Solution, *, scale: float) -> Executio
 
 
 def peak_force(rollout: Rollout) -> float:
-    """Return the largest force at the wrist [N]."""
+    """Return the largest force that the wrist sensor measured in a run [N]."""
     return float((rollout.wrench[:, :3] ** 2).sum(axis=1).max() ** 0.5)
 
 

@@ -175,7 +175,8 @@ def _matrix(k: Intrinsics) -> Floats:
 
 
 def _guess(stations: Sequence[Station], mount: str, intrinsics: Intrinsics) -> tuple[Pose, Pose]:
-    """Return a first guess of the poses of camera and board, in the frames of ``Calibration``."""
+    """Return first guesses of the poses of camera and board: one in the frame of the flange, the other in that of
+    the robot's base."""
     cv2, seen = opencv(), [_seen(s, intrinsics) for s in stations]
     flanges = [s.flange if mount == "flange" else s.flange.inverse() for s in stations]
     turn, shift = cv2.calibrateHandEye(

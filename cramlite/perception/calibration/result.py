@@ -60,8 +60,8 @@ def warnings(found: Calibration, recording: Recording) -> list[str]:
 
 
 def distortion(recording: Recording, found: Calibration) -> float:
-    """Return the largest shift of a corner by radial lens distortion, as estimated from the pictures
-    [pixel]."""
+    """Return the largest shift of a calibration board's corner by radial lens distortion, as estimated from the
+    pictures [pixel]."""
     from .board import opencv
 
     cv2, k = opencv(), found.intrinsics

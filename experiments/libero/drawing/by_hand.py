@@ -104,7 +104,8 @@ class Hand:
         return False
 
     def _poses(self, literal: Literal, rng: Any) -> Iterator[tuple[Any, Any]]:
-        """Poses of a thing at its target: attitudes upright and lying, turned, from the middle outwards, from low to high."""
+        """Poses to try for a thing at its target: upright and lying, at several yaw angles, positions and
+        heights; in random order with rng, else the target's middle first."""
         low, high = self._box(literal)
         turns = [_product(_about(2, yaw), face) for face in self._faces(literal[1]) for yaw in (0, np.pi / 2, np.pi / 4, -np.pi / 4)]
         steps = sorted(product((-0.8, -0.4, 0.0, 0.4, 0.8), repeat=2), key=lambda s: s[0] ** 2 + s[1] ** 2)
@@ -129,7 +130,7 @@ class Hand:
         return (low, high) if literal[0] == "in" else (np.array([*low[:2], high[2]]), high)
 
     def _faces(self, thing: str) -> list[Any]:
-        """Attitudes of a thing: as at the start, and on its other sides."""
+        """Attitudes of a thing (quaternions): the present one, and those on its five other sides."""
         now = self.world.data.body(self.world.root(thing)).xquat.copy()
         turns = [_about(0, 0.0), _about(0, np.pi / 2), _about(0, -np.pi / 2), _about(1, np.pi / 2), _about(1, -np.pi / 2), _about(0, np.pi)]
         return [_product(turn, now) for turn in turns]
@@ -162,8 +163,8 @@ class Hand:
         mujoco.mj_forward(world.model, world.data)
 
     def _hold(self) -> None:
-        """Reset the arm, the things that take no part, and the goal's joints to the positions at which they
-        are held while other bodies settle."""
+        """Reset the arm, the things that the goal does not name, and the goal's joints to the positions at
+        which they are held while other bodies settle."""
         data = self.world.data
         data.qpos[self.held], data.qvel[self.braked] = self.at, 0.0
 

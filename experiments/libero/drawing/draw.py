@@ -77,8 +77,8 @@ def vary(problem: Problem, rng: Any) -> tuple[Problem, dict[str, Any]]:
 
 
 def in_state(made: Problem, rng: Any, told: Counter[str]) -> tuple[tuple[Literal, ...], Any]:
-    """Draw a state, and a goal in it; an empty goal if things do not fit or stay at rest, or if no goal is
-    found after some tries."""
+    """Draw a state of a problem's scene, and a goal in it; an empty goal if things do not fit or stay at rest,
+    or if no goal is found after some tries."""
     parts, seed = int(rng.integers(1, 4)), int(rng.integers(2**31))
     with TemporaryDirectory() as folder:
         path = Path(folder) / TEXT

@@ -17,7 +17,7 @@ WIDTH = 1e-6
 
 
 def kinds(problem: Problem) -> dict[str, str]:
-    """Return things and fixtures -> their kinds, the benchmark's categories."""
+    """Return a dictionary from each thing and fixture of a problem to its kind, the benchmark's category."""
     return {name: kind for part in ("fixtures", "objects") for kind, names in problem[part].items() for name in names}
 
 

@@ -130,7 +130,7 @@ class _Job:
         self.thread.start()
 
     def status_text(self) -> str:
-        """Sentence on the current work, or on its outcome once it has ended."""
+        """Sentence on the progress of the search or run, or on its outcome once it has ended."""
         if self.outcome and not self.thread.is_alive():
             return self.outcome
         if self.running:

@@ -1,4 +1,5 @@
-"""Adapter to unified-planning: goals for any of its engines; a plan resolved stepwise, failures fed back as facts.
+"""Adapter to unified-planning, whose engines solve cramlite's goals; a plan is resolved task by task, and failures are
+fed back as facts.
 
 Needs unified-planning 1.2 or later with an engine that takes quantifiers and conditional effects, e.g. Fast Downward, which
 cramlite installs (``pip install 'cramlite[planning]'``). Goals that cramlite plans by itself do not need it.

@@ -102,8 +102,8 @@ def _repaired(name: str, rows: Rows, inner: bool) -> tuple[Rows, list[Repair]]:
 
 
 def _alone_near_identity(rows: Rows) -> NDArray[np.bool_]:
-    """Whether each pose is spurious, as from a recorder that has just started: nearly the identity, and long
-    before or after others."""
+    """Whether each pose of a track is spurious, as from a recorder that has just started: nearly the identity,
+    and far in time from all others."""
     near = (np.linalg.norm(rows.poses[:, :3], axis=1) < NEARLY) & (np.abs(rows.poses[:, 3]) > 1 - NEARLY)
     gaps = np.abs(np.diff(np.concatenate([[-np.inf], rows.times, [np.inf]])))
     return np.asarray(near & (np.minimum(gaps[:-1], gaps[1:]) > ALONE))
@@ -154,7 +154,8 @@ def _in_world(rows: Rows, tracks: dict[str, Track]) -> Track:
 
 
 def _piece(rows: Rows, start: int, end: int, total: int, tracks: dict[str, Track]) -> Track:
-    """Convert the rows from ``start`` to ``end``, which are poses in one parent frame, to a track in the world."""
+    """Convert a frame's recorded transforms from row ``start`` to row ``end``, all given in one parent frame, to
+    a track in the world."""
     times, poses = rows.times[start:end], rows.poses[start:end]
     parent = tracks.get(rows.names[rows.parents[start]])
     if parent is None or not len(parent.times):
@@ -169,7 +170,8 @@ def _piece(rows: Rows, start: int, end: int, total: int, tracks: dict[str, Track
 
 
 def compose(a: Floats, b: Floats) -> Floats:
-    """Compose poses (N, 7): poses ``b``, which are given in the frames ``a``."""
+    """Convert poses ``b`` (N, 7), each given relative to a pose of ``a`` (N, 7), to the frame in which ``a`` are
+    given."""
     wa, ua, wb, ub = a[:, 3:4], a[:, 4:], b[:, 3:4], b[:, 4:]
     turned = np.cross(ua, b[:, :3])
     position = a[:, :3] + b[:, :3] + 2 * wa * turned + 2 * np.cross(ua, turned)

@@ -30,7 +30,7 @@ def exporters() -> Iterable[Exporter]:
 
 
 def write_gif(run: RunRecord, out: Path) -> None:
-    """Write a run to a new GIF, at the speed at which it ran; it begins anew at its end."""
+    """Write a run to a new GIF that plays at the run's own speed, in an endless loop."""
     from PIL import Image
 
     pictures = (Image.fromarray(p).quantize(COLOURS) for p in _pictures(run, GIF_RATE))
@@ -62,7 +62,7 @@ def write_mp4(run: RunRecord, out: Path) -> None:
 
 
 def _pictures(run: RunRecord, rate: int) -> Iterator[Any]:
-    """Pictures at a constant rate; the last one shows how the run ended."""
+    """Yield pictures of a run at a constant rate; the last one shows the run's end."""
     times = run.rollout.times
     wanted = np.append(np.arange(times[0], times[-1], 1 / rate), times[-1])
     for k in np.searchsorted(times, wanted):

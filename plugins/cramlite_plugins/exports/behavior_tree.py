@@ -120,8 +120,8 @@ def _with_branches(kind: str, step: Fallback | Parallel, more: dict[str, str]) -
 
 
 def _monitored(step: Monitor) -> Xml.Element:
-    """Return the tree node of a monitor step: limits of force and slip are checked at every tick while the
-    steps inside it run, for at most its time."""
+    """Return the tree node of a monitor step: limits of force and slip, which are checked at every tick while the
+    inner steps run, and a time limit."""
     name = safe_name(step.origin)
     inner = _sequence(step.steps, name)
     if step.time is not None:

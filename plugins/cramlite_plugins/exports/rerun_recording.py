@@ -29,7 +29,7 @@ def exporters() -> Iterable[Exporter]:
 
 
 def write_recording(run: RunRecord, out: Path) -> None:
-    """Write a run to a new file."""
+    """Write a run to a new file as a recording for rerun."""
     import rerun
 
     with rerun.RecordingStream(APPLICATION, recording_id=run.name) as stream:

@@ -56,7 +56,7 @@ def write_bag(run: RunRecord, out: Path) -> None:
 
 
 def nanoseconds(time: float) -> int:
-    """Return a time in nanoseconds, as bags have it."""
+    """Convert a time in seconds to nanoseconds, the unit of times in ROS bags."""
     return round(1e9 * time)
 
 
@@ -71,7 +71,7 @@ class Messages:
             self.store.register(get_types_from_msg(text, name))
 
     def of(self, run: RunRecord) -> Iterator[Said]:
-        """Yield the messages of every topic, topic by topic."""
+        """Yield the messages of a run, topic by topic."""
         yield from self._frames(run)
         yield from self._felt(run)
         yield from self._happened(run)
@@ -157,7 +157,7 @@ class Messages:
             yield "/rosout", "rcl_interfaces/msg/Log", said.time, log
 
     def _markers(self, run: RunRecord) -> Any:
-        """Shapes as triangles that move along with their frames."""
+        """ROS message with the shapes of a run's bodies, as triangles that move along with the bodies' frames."""
         found = [self._marker(number, solid) for number, solid in enumerate(run.scene.solids)]
         return self._make("visualization_msgs/msg/MarkerArray", markers=found)
 
@@ -195,7 +195,8 @@ class Messages:
 
 
 def picture_samples(times: Any) -> list[int]:
-    """Return the samples of which there are pictures: ``PICTURES`` a second, the last one always."""
+    """Return the indices of the samples of a run that get a camera picture: ``PICTURES`` a second, and the last
+    sample."""
     wanted = np.arange(times[0], times[-1], 1 / PICTURES)
     return [*map(int, np.searchsorted(times, wanted)), len(times) - 1]
 

@@ -104,7 +104,7 @@ Section = Straight | Corner
 
 
 def zone(tcp: Tcp, corner: Joints, other: Joints, radius: float) -> float | None:
-    """Compute the fraction of the line from a corner at which the tcp is a radius away from the corner.
+    """Compute the fraction of a joint-space line from a corner at which the tcp is ``radius`` [m] away from the corner.
 
     Args:
         tcp: position (3,) [m] of the tcp at a joint position.
@@ -182,7 +182,7 @@ def _speed(a: Floats, b: Floats, length: float) -> float:
 
 
 def _reachable(corners: list[Corner], free: list[float], accelerations: list[float]) -> list[Corner]:
-    """Blends slowed so far that the arm can speed up or brake from the end of each to the next, on the line
+    """Slow down the blends of a path so that the arm can speed up or brake from each to the next on the line
     between them."""
     lengths = [c.length for c in corners]
 

@@ -327,12 +327,14 @@ def _locked(robot: Robot, target: Pose, values: Iterable[float]) -> Iterator[Joi
 
 
 def nearest_branch(robot: Robot, target: Pose, seed: Sequence[float]) -> Joints | None:
-    """Solve inverse kinematics on the branch of ``seed``, by Newton's method from it; joint limits are not checked."""
+    """Solve inverse kinematics on the branch of joint position ``seed``, by Newton's method from it; joint limits
+    are not checked."""
     return refine(robot, target, seed, steps=12)
 
 
 def nearest_solution(robot: Robot, target: Pose, seed: Sequence[float]) -> Joints | None:
-    """Solve inverse kinematics nearest to ``seed``, on whatever branch; singular positions are solutions, too.
+    """Solve inverse kinematics as near to joint position ``seed`` as possible, on any branch; singular positions
+    are solutions, too.
 
     Newton's method finds what is near; from farther away it ends on any branch or on none, and the closed form is asked.
     """

@@ -57,7 +57,8 @@ def profile_position(time: float, way: float, speed: float, acceleration: float)
 
 
 def profile_for_duration(way: float, time: float, acceleration: float) -> tuple[float, float]:
-    """Compute the speed and acceleration with which a way from rest to rest takes a given time.
+    """Compute the speed and acceleration of a velocity profile that covers a distance from rest to rest in a
+    given time.
 
     The acceleration is kept if it suffices: T = D / v + v / a gives v = (a T - sqrt(a^2 T^2 - 4 a D)) / 2. Otherwise it
     is a triangle with a = 4 D / T^2.
@@ -69,7 +70,7 @@ def profile_for_duration(way: float, time: float, acceleration: float) -> tuple[
 
 
 def leading(a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> float:
-    """Return the way of the leading axis, max |b - a| [rad]."""
+    """Return the distance of the axis that moves farthest between two joint positions, max |b - a| [rad]."""
     return float(max(map(abs, map(sub, b, a))))
 
 

@@ -43,7 +43,7 @@ class Hands(Value):
 
     @classmethod
     def at(cls, poses: Sequence[Pose]) -> Hands:
-        """Make a set of hands from their TCP poses."""
+        """Stack TCP poses, each of a possible grasp, into arrays of positions and axes."""
         return cls(np.array([p.position for p in poses]).reshape(-1, 3), np.array([p.rotation for p in poses]).reshape(-1, 3, 3))
 
     @property
@@ -151,15 +151,15 @@ def caught(shape: Body, hands: Hands, widths: Floats, gripper: Gripper) -> NDArr
 
 
 def _meets(geom: Geom, hands: Hands, row: int, segments: tuple[Floats, Floats]) -> bool:
-    """Whether segments in the frame of one of the hands pass through a geom."""
+    """Whether line segments, given in the frame of hand pose number ``row``, pass through a geom."""
     turn, at = hands.turns[row].T, hands.positions[row]
     return crosses(geom, segments[0] @ turn + at, segments[1] @ turn + at)
 
 
 @lru_cache(maxsize=16)
 def _finger(gripper: Gripper) -> tuple[Floats, Floats]:
-    """Line segments (starts, ends) that fill the volume swept by a finger, along each axis, in the frame of
-    its middle: too dense for a wall to fit between them."""
+    """Line segments (starts, ends) along each axis that fill the volume swept by a finger, in the frame of the
+    volume's middle: too dense for a wall to fit between them."""
     half, long = gripper.pad[0] / 2, (gripper.pad[1] / 2 + SAMPLES) / 2
     across, thick = np.linspace(-half, half, 4), (np.array([0.0, 0.3, 0.65, 1.0]) - 0.5) * FINGER
     along = np.arange(long, -long, -STEP)
@@ -171,7 +171,7 @@ def _finger(gripper: Gripper) -> tuple[Floats, Floats]:
 
 @lru_cache(maxsize=16)
 def _palm(gripper: Gripper) -> tuple[Floats, Floats]:
-    """Line segments (starts, ends) that fill the volume swept by the palm, in the frame of its middle."""
+    """Line segments (starts, ends) that fill the volume swept by the palm, in the frame of the volume's middle."""
     long, segments = (SAMPLES - gripper.depth) / 2, []
     turns = [(PALM * math.cos(a), PALM * math.sin(a)) for a in np.linspace(0, math.tau, 12, endpoint=False)]
     for share, (x, y) in itertools.product((0.35, 0.7, 1.0), turns):

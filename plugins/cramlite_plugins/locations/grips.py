@@ -121,7 +121,7 @@ def _ranked(
 
 
 def varied(grips: Iterable[tuple[float, Grip, T]]) -> list[tuple[float, T]]:
-    """Sort values that come with grasps by the grasps' costs; a grasp costs ``AGAIN`` more for each similar
+    """Sort values by the costs of the grasps that they come with; a grasp costs ``AGAIN`` more for each similar
     one before it."""
     seen: dict[tuple[float, ...], int] = {}
     keyed = []

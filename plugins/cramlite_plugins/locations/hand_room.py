@@ -110,7 +110,7 @@ class HandRoom(Value, dict=True):
 
 
 def _around(centre: Floats, reach: float, without: str, belief: Belief) -> list[Geom]:
-    """Geoms in the base frame that are near to a point, but for those of one thing."""
+    """Return the geoms that are near to a point, in the base frame, except those of one thing."""
     base, every = belief.base().inverse(), []
     for other in belief.world.things:
         at = belief.pose(other.name) if other.name in belief.poses else base * other.pose

@@ -143,7 +143,8 @@ def joint_way(location: Location, belief: Belief, context: Context) -> Iterator[
 
 
 def turn_on(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate the path on which the hand turns a thing that it holds about its joint, from where it is."""
+    """Generate the hand's path that turns a held thing about its joint by a given angle, from its present joint
+    value."""
     thing, joint, now, there = _jointed(location, belief, context)
     by = float(np.dot(asked(location, Turned).turn, joint.pose.rotate((0.0, 0.0, 1.0))))
     share = there + by / (joint.upper - joint.lower)

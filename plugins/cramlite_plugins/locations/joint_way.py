@@ -24,8 +24,8 @@ OVER = 0.002  # what a thing stands on it is while it is driven along: resting c
 
 
 def met_on_its_way(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> Refused | None:
-    """Return the refusal of a joint's way from a value to a goal [m, rad]: it states the first obstacle of
-    the thing and its payload, and lists all obstacles as blocking.
+    """Return the refusal of a thing's motion along its joint from a value to a goal [m, rad]: it states the first
+    obstacle of the thing and its payload, and lists all obstacles as blocking.
 
     None if the way is free, or if something touches the thing already, since planned paths then judge better.
     """
@@ -40,7 +40,8 @@ def met_on_its_way(thing: Thing, value: float, goal: float, belief: Belief, cont
 
 
 def _met(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> dict[float, Refused]:
-    """Return what stops a thing on its way along its joint, by the distance at which it does [m, rad].
+    """Return the refusals by obstacles on a thing's way along its joint, keyed by the distance after which it
+    meets them [m, rad].
 
     The result is empty if something touches the thing at the start.
     """

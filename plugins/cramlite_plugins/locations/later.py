@@ -25,7 +25,7 @@ def closes(name: str, put: str, context: Context) -> bool:
 
 
 def goes_on(put: str, context: Context) -> bool:
-    """Check whether a later task is about other things than the payload, and the first such task is not one of Opening.
+    """Check whether a later task is about other things than the payload, and the first such task opens nothing.
 
     Opening would need more room.
     """

@@ -44,7 +44,8 @@ def laid_down(location: Location, belief: Belief, context: Context, spots: Spots
 
 
 def hung(answer: Grounding | Refused, held: Held) -> Grounding | Refused:
-    """Return a placement at which a hanging payload is released as it hangs: it does not turn in the hand before."""
+    """Change a placement such that a hanging payload is released as it hangs, without being turned in the hand
+    before."""
     if isinstance(answer, Refused) or held.swing is None:
         return answer
     place, hangs = answer.value, held.tcp_to_thing
@@ -124,8 +125,8 @@ def rolled(thing: Thing, lies: Pose, swing: Swing, below: tuple[Thing, Pose] | N
 
 
 def _resting(thing: Thing, turned: Pose, before: Pose, floor: float) -> Pose:
-    """Pose of a thing that rolls on the floor: turned, its lowest edge on the floor where that edge was
-    before the turn."""
+    """Pose of a thing that has rolled on the floor to another orientation: its now lowest edge is on the floor,
+    where that edge was before."""
     points: Floats = corners(thing, turned)
     low = points[:, 2].min()
     edge = points[:, 2] < low + EDGE

@@ -62,7 +62,8 @@ def freeing(location: Location, lever: Thing, least: float, now: Pose, belief: B
 
 
 def _met(lever: Thing, value: float, least: float, now: Pose, belief: Belief, context: Context) -> Refused | None:
-    """Refusal of a door's way with its lever turned to a value; None if the way is free."""
+    """Refusal of a door's opening motion with the door's lever turned to a joint value; None if nothing is in the
+    way."""
     assert lever.joint is not None
     door = belief.world.thing(lever.joint.parent)
     assert door.joint is not None

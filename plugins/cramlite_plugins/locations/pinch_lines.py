@@ -56,7 +56,8 @@ def lines(
 
 
 def _cell(point: Floats, way: Floats) -> tuple[float, ...]:
-    """Key that is equal for lines through points of the same cube of side ``CELL`` with like or opposite directions."""
+    """Key that is equal for similar antipodal lines: through points of the same cube of side ``CELL``, with like
+    or opposite directions."""
     sign = -1.0 if tuple(np.round(way, 1)) < (0.0, 0.0, 0.0) else 1.0
     return (*np.round(point / CELL).tolist(), *(sign * np.round(5 * way)).tolist())
 
@@ -80,7 +81,8 @@ def _spread(found: list[PinchLine]) -> list[PinchLine]:
 
 
 def frames(line: PinchLine) -> Iterator[tuple[Pose, str]]:
-    """Yield TCP frames on a line, one for each direction of approach, downwards first."""
+    """Yield TCP frames on an antipodal line, one for each direction in which the hand may approach it, downwards
+    first."""
     up = np.array([0.0, 0.0, 1.0]) if abs(line.way[2]) < 0.9 else np.array([1.0, 0.0, 0.0])
     first = up - (up @ line.way) * line.way
     first /= np.linalg.norm(first)

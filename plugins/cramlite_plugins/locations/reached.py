@@ -52,7 +52,7 @@ class Leg(Value):
     where: Stage | None = None
 
     def refused(self, no: Refused) -> Refused:
-        """Return a refusal whose reason begins with the stage of this motion, such as "at the grasp"."""
+        """Return a refusal with the stage of the motion, such as "at the grasp", put before its reason."""
         return replace(no, reason=f"{self.said}: {no.reason}" if self.said else no.reason, where=self.where or no.where)
 
 

@@ -52,7 +52,8 @@ class RimPinch(Value):
 
 
 class Rim(Value):
-    """A part of a thing that slopes up outwards, at the thing's pose: points and unit vectors (3,).
+    """Rim of a thing, such as a plate: a part that rises away from the thing's middle, with points and unit
+    vectors (3,) at the thing's pose.
 
     Args:
         middle: of the part [m].
@@ -89,7 +90,8 @@ def rim_pinches(thing: Thing, pose: Pose, gripper: Gripper, friction: float) -> 
 
 
 def _rim(geom: Geom, pose: Pose, centre: Floats) -> Rim | None:
-    """A part as a rim; None where it is too thick, too short, or does not slope up outwards."""
+    """Return a part of a thing as a rim; None where it is too thick, too short or too long, or does not rise away
+    from the thing's middle."""
     slab = _slab(geom, pose)
     if slab is None or slab[1] > THICKEST or not SLOPES[0] < (slope := math.acos(min(1.0, float(slab[0][2])))) < SLOPES[1]:
         return None

@@ -61,7 +61,8 @@ def _met(closing: Thing, put: str, after: Belief, context: Context, clearance: f
 
 
 def _on_its_way(joint: Joint, at: Pose, value: float, end: float) -> Iterator[tuple[float, Pose]]:
-    """Yield positions at which to check a closing thing: how far it is open [m, rad], and its pose in the world.
+    """Yield positions at which to check a closing door or drawer: how far it is open [m, rad], and its pose in
+    the world.
 
     The end comes first, since most contacts are there.
     """

@@ -94,7 +94,7 @@ def _floor(opening: Pose, size: Mapping[str, float]) -> Floats:
 
 
 def _eyes(target: Floats, heights: Sequence[float]) -> Iterator[tuple[str, Floats]]:
-    """Points around the target, on the robot's side, with a name for people."""
+    """Yield candidate positions of a camera around its target, on the robot's side, each with a name for people."""
     towards = math.atan2(-target[1], -target[0])
     for distance, height, side in itertools.product(DISTANCES, heights, SIDES):
         a, h = towards + math.radians(side), math.radians(height)

@@ -111,7 +111,7 @@ def ground(
 
 
 def _grow(model: Any, platform: int, by: float) -> None:
-    """Grow all shapes of the robot by a distance [m], its platform sideways only.
+    """Grow all shapes of the robot by a distance [m] for collision checks, its platform horizontally only.
 
     From then on the robot collides with things only, and things do not collide with one another.
     """
@@ -135,7 +135,7 @@ def level(place: Vector3) -> Pose:
 
 
 def unwound(place: Vector3, near: Vector3) -> Vector3:
-    """Unwrap the yaw of a place (x, y, yaw) to be nearest to another's."""
+    """Add whole turns to the yaw of a place (x, y, yaw), so that it is nearest to the yaw of another place."""
     turns = round((near[2] - place[2]) / math.tau)
     return place[0], place[1], place[2] + turns * math.tau
 
@@ -181,7 +181,8 @@ Cell = tuple[int, int, int]
 
 
 class _Search:
-    """A* on the lattice around the start, to where a straight leg leads to the goal.
+    """A* search for a base path on the lattice around the start, up to a place from which a straight leg leads to
+    the goal.
 
     Args:
         floor: what is asked whether places and legs are free.

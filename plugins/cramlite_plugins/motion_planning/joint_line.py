@@ -44,7 +44,8 @@ class JointLine:
         return q
 
     def parts(self) -> list[Part]:
-        """Divide the line into equal parts (start, end, None), with start and end as fractions of the line."""
+        """Divide the line into equal parts (start, end, None), start and end as fractions of the line; None
+        stands for bounds not computed yet."""
         count = math.ceil(float(np.abs(self.way).sum()) / CHUNK + 1e-9)
         return [(k / count, (k + 1) / count, None) for k in range(count)]
 

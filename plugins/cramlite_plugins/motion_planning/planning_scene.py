@@ -320,7 +320,8 @@ class PlanningScene(Value):
         return tuple(float(v) for v in q), near
 
     def _judge(self, line: JointLine, part: Part) -> list[Part] | None:
-        """Check the middle of a part of a line: return the smaller parts that must still be checked, None if it is blocked.
+        """Check the middle of a part of a joint-space line: return the smaller parts that must still be checked,
+        None if the middle is blocked.
 
         The distances at the middle clear a part of the line to both sides, too.
         """

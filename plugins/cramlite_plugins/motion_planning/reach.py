@@ -104,13 +104,13 @@ def _touchable(belief: Belief, entity: str) -> tuple[str, ...]:
 
 
 def touched(names: Iterable[str], context: Context) -> list[str]:
-    """Return the entities that variables are bound to."""
+    """Return the entities that the named variables are bound to; unbound variables are left out."""
     return [str(context.bindings[n]) for n in names if n in context.bindings]
 
 
 def collision_free_ik(place: PlanningScene, context: Context, pose: Pose, seed: Joints) -> Joints | Refused:
-    """Return the collision-free inverse kinematics solution nearest to ``seed``; or the reason for none, and
-    the obstacles.
+    """Return the collision-free inverse kinematics solution nearest to joint position ``seed``; or the reason for
+    none, and the obstacles.
 
     Args:
         pose: of the TCP in the base frame.

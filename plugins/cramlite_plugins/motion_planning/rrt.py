@@ -82,8 +82,8 @@ def _query(
     scene: Space, lines: FreeLines, origin: Joints, goals: Sequence[Joints], box: Sequence[tuple[float, float]],
     seed: int, budget: int, ends: float,
 ) -> Answer:  # fmt: skip
-    """Run one query. All objects of OMPL are local to this function, and none refers back to it, so that all
-    are freed at its end."""
+    """Run one path query of OMPL. All objects of OMPL are local to this function, and none refers back to it, so
+    that all are freed at its end."""
     from ompl import base, geometric, util
 
     util.setLogLevel(util.LogLevel.LOG_NONE)

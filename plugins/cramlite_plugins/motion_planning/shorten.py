@@ -1,4 +1,4 @@
-"""Path shortening: fewer stops and less way, on collision-checked lines only."""
+"""Path shortening: fewer stops and shorter ways, on collision-checked lines only."""
 
 from __future__ import annotations
 

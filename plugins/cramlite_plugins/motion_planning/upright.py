@@ -145,8 +145,8 @@ def _over(
     motion: Motion, place: Place, belief: Belief, context: Context, carry: Load, scene: PlanningScene, ends: tuple[Pose, Pose],
     about: str, pace: tuple[float, float],
 ) -> Iterator[Grounding]:  # fmt: skip
-    """Motions of the first free way up, over and down: one with rounded corners, and one of straight lines
-    of the tcp."""
+    """Yield motions on the first free path that lifts a load, carries it across and lowers it: one with rounded
+    corners, and one of straight lines of the tcp."""
     nearest, blocking = refusal("none"), dict[str | tuple[str, ...], None]()
     for before, lift, around in product(BEFORE, LIFTS, (False, True)):
         corners = waypoints_over(*ends, carry.up, lift, around, before)
@@ -218,7 +218,7 @@ def _chords(space: UprightScene, line: Sequence[Joints]) -> list[Joints] | None:
 
 
 def waypoints_over(here: Pose, there: Pose, up: Sequence[float], lift: float, around: bool, before: float = 0.0) -> list[Pose]:
-    """Return the waypoints of a path up, over and down, the start left out; poses of the tcp in the base frame.
+    """Return the waypoints of a transfer up, across and down: poses of the tcp in the base frame, the start left out.
 
     Args:
         up: the vertical; a way around turns about the base's z axis.

@@ -129,8 +129,8 @@ def _force_path(motion: Motion, belief: Belief, context: Context) -> Groundings:
 
 
 def _against_spring(motion: Motion, place: Place, belief: Belief, context: Context) -> Grounding:
-    """Path on which the hand turns what a spring draws back: leg by leg, so that the hand never gives way along the pull of
-    the spring."""
+    """Path on which the hand moves a thing against the spring of its joint: leg by leg, so that the hand never
+    gives way along the spring's pull."""
     from ..motion_planning.cartesian import line
     from ..motion_planning.reach import tcp
 
@@ -207,8 +207,8 @@ def _slide(motion: Motion, belief: Belief, context: Context) -> Groundings:
 
 
 def _until_contact(motion: Motion, belief: Belief, context: Context) -> Groundings:
-    """Resolve a guarded motion: from here towards the place, or a corner of its path, and a little beyond,
-    until a contact is felt."""
+    """Resolve a guarded motion: from the present TCP pose towards the place, or a corner of its path, and a
+    little beyond, until a contact is felt."""
     from ..motion_planning.cartesian import line
     from ..motion_planning.reach import tcp
     from .free_motion import place_of

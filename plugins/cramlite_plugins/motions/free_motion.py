@@ -168,7 +168,7 @@ def place_of(motion: Motion, context: Context) -> Place:
 
 
 def _offset_across(place: Place, aside: tuple[float, float]) -> Place:
-    """Return a place that is shifted across its direction of approach, to the left and up [m]."""
+    """Return a place that is shifted to the left and up [m], as seen along its direction of approach."""
     from ..motion_planning.reach import shift
 
     up = np.array([0.0, 0.0, 1.0])

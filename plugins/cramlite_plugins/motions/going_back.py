@@ -65,13 +65,13 @@ def _sure(step: AnyStep) -> bool:
 
 
 def _split(after: list[AnyStep]) -> tuple[list[AnyStep], list[AnyStep]]:
-    """Split steps in two: those at the beginning that cannot fail, and all from the first one that can."""
+    """Split program steps in two: those before the first step that can fail, and all from that step on."""
     count = next((k for k, s in enumerate(after) if not _sure(s)), len(after))
     return after[:count], after[count:]
 
 
 def _ends(steps: Iterable[AnyStep]) -> list[Joints]:
-    """Joint positions at which steps end."""
+    """Joint positions at which program steps end."""
     found: list[Joints] = []
     for step in steps:
         found += step.path if isinstance(step, MoveJoints) else [q for q in (getattr(step, "joints", ()),) if q]

@@ -135,7 +135,7 @@ def _opening(motion: Motion, belief: Belief, context: Context) -> float:
 
 
 def _let_go(motion: Motion, belief: Belief, context: Context, opening: float) -> Belief:
-    """Belief after a release: things stay where they are; over a container, or put down, they are on their
+    """Belief after a release: the payload stays where it is let go; over a container, or put down, it is on its
     support."""
     from ..motion_planning.reach import held_pose
 

@@ -12,7 +12,8 @@ from ..shapes.carried_along import carried_along
 
 
 def tangent(belief: Belief, context: Context) -> Floats | None:
-    """Return the unit vector (3,) in the base frame along which a spring pulls what is in the hand; None if no spring does."""
+    """Return the unit vector (3,) in the base frame along which the spring of a held thing's joint pulls the
+    hand; None without a spring."""
     from ..motion_planning.reach import held_pose, tcp
 
     joint = belief.world.thing(belief.held.thing).joint if belief.held else None

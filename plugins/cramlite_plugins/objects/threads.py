@@ -29,8 +29,8 @@ def screw_lid(
     turns: float = 4.5, turned: float = 0.0, mass: Mass = 0.06, damping: float = 0.01, joint_friction: float = 0.1, friction: float = 0.8,
     rgba: Colour = (0.70, 0.35, 0.20, 1.0),
 ) -> Thing:  # fmt: skip
-    """Make a lid on a right-hand thread, with a grip across it. Frame: that of its jar, in whose pose it is shut. Feature "handle": on the
-    grip along x, z up.
+    """Make a lid on a right-hand thread, with a bar across it to turn it by. Frame: its jar's when the lid is shut.
+    Feature "handle": on the bar along x, z up.
 
     Args:
         parent: the jar, with which it does not collide.

@@ -28,7 +28,8 @@ def bottle(
     name: str, pose: Pose, radius: Length = 0.034, height: Length = 0.15, neck: Length = 0.014,
     neck_height: Length = 0.06, mass: Mass = 0.5, friction: float = 0.6, rgba: Colour = (0.30, 0.55, 0.35, 1.0),
 ) -> Thing:  # fmt: skip
-    """Make a cylinder with a thinner one on top. ``height`` is the body's, ``neck`` the neck's radius.
+    """Make a bottle: a cylinder with a thinner one, the neck, on top. ``height`` is the lower cylinder's, ``neck`` the
+    neck's radius.
 
     Args:
         radius, height: of the body.
@@ -44,7 +45,7 @@ def bowl(
     friction: float = 0.6, grains: int = 0, grain_radius: Length = 0.005, grain_mass: Mass = 0.0006,
     rgba: Colour = (0.85, 0.82, 0.72, 1.0),
 ) -> Thing:  # fmt: skip
-    """Make a plate with an upright rim of boxes. ``radius`` is the outer one.
+    """Make a bowl: a plate with an upright rim of boxes. ``radius`` is the rim's outer radius.
 
     Args:
         radius: outer.

@@ -128,8 +128,8 @@ def _clear(
 def _linear(
     points: _Points, whole: Pose, centre: Floats, solids: Sequence[tuple[Geom, Pose]], scale: float
 ) -> tuple[Floats, Floats, Floats]:
-    """Return the distances of points to the solids' surfaces, their derivatives by rotation and shift, and
-    Tukey weights."""
+    """Return the distances of points to the solids' surfaces, the derivatives of these distances by a small rotation
+    and shift of the points, and Tukey weights."""
     import numpy as np
 
     at, rays = whole.apply(points.at), whole.rotate(points.rays)
@@ -144,8 +144,8 @@ def _linear(
 
 
 def _prior(eye: Floats, limits: Mapping[str, float]) -> Floats:
-    """Information matrix of a small motion about the centre, as known beforehand: from the errors of the
-    camera's position and angle."""
+    """Prior information matrix of a small motion of the camera (twist about the points' mean), from the errors of its
+    position and angle."""
     import numpy as np
 
     lever = np.array([[0, -eye[2], eye[1]], [eye[2], 0, -eye[0]], [-eye[1], eye[0], 0]])

@@ -322,7 +322,7 @@ def insert(person: Performer, world: World, thing: Thing, hanger: Thing) -> None
 
 
 def stay(person: Performer, _world: World) -> None:
-    """Keep still."""
+    """Keep the hand still for about a second."""
     person.wait(person.between(0.8, 1.5))
 
 

@@ -97,7 +97,7 @@ def _by_body(thing: Thing, pose: Pose, ahead: Floats) -> Iterator[PersonGrip]:
 
 
 def _preferred(thing: Thing, pose: Pose, hole: Feature | None, ahead: Floats) -> list[Floats]:
-    """Directions of approach (3,), world axes, the handiest first."""
+    """Directions (3,) in which a person's hand may approach a thing, world axes, the handiest first."""
     aside = np.cross(ahead, UP)
     sides = [ahead, aside, -aside, -ahead]
     if hole is not None:

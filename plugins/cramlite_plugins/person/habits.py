@@ -73,7 +73,7 @@ def pause(person: Performer, own: Habits) -> None:
 
 
 def look_twice(person: Performer, grasp: Pose) -> None:
-    """Approach the grasp and back off again."""
+    """Move the hand to the grasp and back off again."""
     near = Pose(tuple(grasp.position + grasp.rotate((0, 0, -person.between(0.09, 0.14)))), grasp.quaternion)
     before = person.aim
     person.move([near], person.between(0.2, 0.35))

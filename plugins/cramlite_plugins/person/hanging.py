@@ -71,7 +71,8 @@ def _hand_for(person: Performer, scene: Scene, hole: Floats) -> Pose:
 
 
 def thread(person: Performer, scene: Scene) -> None:
-    """Thread the hole over the tip and down its bend, along the peg, and let down until the peg carries."""
+    """Thread the payload's hole over the peg's tip and bend and along the peg, and lower the payload until the peg
+    carries it."""
     peg = scene.hanger.pose * scene.peg.pose
     length = scene.peg.size["length"]
     lead(person, scene, [tip_points(scene)[-1]], 0.04)

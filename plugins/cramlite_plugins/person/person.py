@@ -244,7 +244,7 @@ def _fractions(seconds: float) -> Floats:
 
 
 class Waves:
-    """Drift and tremor over time: (6,) position [m] and rotation vector [rad], each a sum of sines."""
+    """Drift and tremor of a hand over time: (6,) position [m] and rotation vector [rad], each entry a sum of sines."""
 
     def __init__(self, rng: np.random.Generator) -> None:
         shape = (3, 6)

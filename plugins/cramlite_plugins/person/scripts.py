@@ -42,7 +42,7 @@ class Script(Value):
     both_hands: bool = False
 
     def prepare(self, world: World, _fillers: Mapping[str, Any], rng: np.random.Generator) -> Performance:
-        """Look at the world, and choose the grasp."""
+        """Find the script's things in the world, choose the grasp, and return the person's performance."""
         scene = self.see(world)
         grasp = _grasp(scene, rng)
         hands = [grasp, *([from_above(scene.product.pose, scene.product)] if self.both_hands else [])]

@@ -25,7 +25,7 @@ def take_off_hanger(person: Performer, scene: Scene, grasp: Pose) -> None:
 
 
 def pull_off(person: Performer, scene: Scene) -> None:
-    """Lift until the peg is in the middle of the hole, then move the hole along the peg and over its tip."""
+    """Lift the object until the peg is centred in its hole, then move the hole along the peg and over the peg's tip."""
     peg = scene.hanger.pose * scene.peg.pose
     hole = person.pose(scene.product.name) * scene.hole.pose
     x, y, depth = peg.inverse().apply(hole.position)

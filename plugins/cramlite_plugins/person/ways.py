@@ -1,4 +1,4 @@
-"""Paths of a person's hand over the things in between, and free points to put things at."""
+"""Paths of a person's hand over the things between start and goal, and free points to put things at."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ UP = (0.0, 0.0, 1.0)
 
 
 def go(person: Performer, world: World, goal: Pose, speed: float, held: str = "") -> None:
-    """Move the hand to a pose by an arc over all things between, steeply up and down at its ends.
+    """Move the hand to a pose by an arc over all things between start and goal, steeply up and down at its ends.
 
     Args:
         held: the thing in the hand, whose underside is to clear them; "" for none.

@@ -111,7 +111,7 @@ def _supporting(scene: SymbolicWorld) -> Iterator[tuple[str, str]]:
 
 
 def _carried(scene: SymbolicWorld) -> Iterator[tuple[Thing, str]]:
-    """Things that hang, stand, or lie in a container on a joint, each with the thing that bears it."""
+    """Carried things, each with its carrier: a hanger, a container on a joint, such as a drawer, or a support."""
     inside, boxes = {t.name: c.name for t, c in _contained(scene) if c.joint is not None}, _tops(scene)
     for thing in scene.world.things:
         below = _hanger(thing, scene) or inside.get(thing.name)

@@ -166,7 +166,7 @@ def swings(phase: Phase, thing: str | None) -> Iterator[Row]:
 
 
 def _smoothed(times: Floats, values: Floats) -> Floats:
-    """Moving average of a signal over ``TREMOR``, against the noise of a tracker.
+    """Moving average of a signal over the time ``TREMOR``, which suppresses a tracker's noise.
 
     It leaves 2 mm of 5 mm of a tracker's noise at 45 Hz.
     """
@@ -189,7 +189,7 @@ def _swings(times: Floats, values: Floats) -> int:
 
 
 def _turns(values: list[float]) -> list[int]:
-    """Indices of the extremes of a signal after which it goes back by ``SWUNG`` or more, and of its last extreme."""
+    """Indices of a signal's extremes after which it reverses by ``SWUNG`` or more, and of its last extreme."""
     found: list[int] = []
     way = low = high = 0
     for k, value in enumerate(values):
@@ -243,7 +243,7 @@ def joint_open(phase: Phase, thing: str | None) -> Iterator[Row]:
 
 
 def joint_wide(phase: Phase, thing: str | None) -> Iterator[Row]:
-    """Evaluate joint_wide(Thing)."""
+    """Evaluate joint_wide(Thing): Thing's joint is open by ``WIDE`` of its range or more, all through the phase."""
     yield from ((n,) for n, values in _joints(phase, thing) if values.min() >= fluents.WIDE)
 
 

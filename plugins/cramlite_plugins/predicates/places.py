@@ -308,7 +308,7 @@ def _upright(corners: Floats, pose: Pose) -> tuple[Floats, Floats]:
 
 
 def in_view(phase: Phase, name: str | None) -> Iterator[Row]:
-    """Evaluate in_view(Thing): the camera sees it.
+    """Evaluate in_view(Thing): a camera sees Thing's origin, or a corner of the box around Thing.
 
     It looks along its z axis (the optical frame of ROS REP 103); the way to the thing's origin, or to one of the
     corners of its box, drawn in by a tenth, is free of other things whose shapes are known.

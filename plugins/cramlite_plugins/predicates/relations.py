@@ -189,7 +189,8 @@ def isa(phase: Phase, thing: str | None, class_: str | None) -> Iterator[Row]:
 
 
 def has(phase: Phase, thing: str | None, class_: str | None) -> Iterator[Row]:
-    """Evaluate has(Thing, Class), e.g. soma:Surface: it is one, has a part that is one, or its class says so (soma:hasFeature)."""
+    """Evaluate has(Thing, Class), e.g. soma:Surface: Thing is of the class, has a part of that class, or its own class
+    says so (soma:hasFeature)."""
     if class_ is None:
         return
     owners = {w for name in phase.timeline.entities_of(class_) for w in phase.timeline.wholes[name]}

@@ -39,8 +39,8 @@ def no_box(phase: Phase, name: str | None, place: str | None) -> str | None:
 
 
 def no_fingers(phase: Phase, *_names: str | None) -> str | None:
-    """Return "no fingers of the hand" as what is unknown for a predicate, if the recording has neither finger
-    tips nor an opening of the hand."""
+    """Return the text "no fingers of the hand" if a recording has neither finger tips nor a hand's opening; else
+    None."""
     return None if len(tips(phase.timeline)) > 1 or "opening" in phase.episode.extras else "no fingers of the hand"
 
 

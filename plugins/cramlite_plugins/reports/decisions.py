@@ -46,7 +46,7 @@ class Decision(Value):
 
     @property
     def task(self) -> bool:
-        """Whether the decision is about an item of the plan: a task, or a control rule around tasks."""
+        """Whether the decision is about an item of the plan: a task, or a control structure around tasks."""
         return of_plan(self.asked)
 
 
@@ -70,7 +70,7 @@ class CandidateDecisions(Value):
 
 
 def of_plan(entry: Entry) -> bool:
-    """Check whether an entry of the trace asks for an item of the plan: a task, or a control rule around tasks."""
+    """Check whether an entry of the trace asks for an item of the plan: a task, or a control structure around tasks."""
     return entry.kind in ("action", "compound") and entry.numbers.get("depth") == 0
 
 

@@ -18,7 +18,8 @@ ROW = 18
 
 
 class Spread(Value):
-    """Row of the plot: an error, and where each twin's draw lies between the lowest (0) and the highest possible (1000).
+    """Row of the plot of the twins: an error of world or robot, and where each twin's draw of it lies between its
+    lowest (0) and its highest possible value (1000).
 
     Args:
         name: of what was drawn.

@@ -1,4 +1,5 @@
-"""Links of the page: from a line or a finding to the decision that it came from, and from decisions to lines."""
+"""Links of the report page: from a program line or a finding to the decision that it came from, and from decisions to
+program lines."""
 
 from __future__ import annotations
 
@@ -41,7 +42,7 @@ def target(designator: str, known: Collection[str]) -> str:
 
 
 def lines_of(steps: Sequence[str]) -> Mapping[str, list[tuple[int, int]]]:
-    """Return designator -> the first and last lines of each stretch of text that it produced.
+    """Return for each designator the first and last lines of each stretch of program text that came from it.
 
     Args:
         steps: of each line, what it came from; "" for nothing.
@@ -58,7 +59,7 @@ def lines_of(steps: Sequence[str]) -> Mapping[str, list[tuple[int, int]]]:
 
 
 def steps_of(code: Code) -> list[str]:
-    """Return the step of each line; a comment or an empty line has that of the next line."""
+    """Return the origin of each line of a program; a comment or an empty line has that of the next line."""
     texts = code.text.splitlines()
     steps, step = [""] * len(texts), ""
     for k in range(len(texts)):

@@ -41,7 +41,7 @@ def moment(done: Finished) -> Moment:
 
 
 def run_in_short(done: Finished, says: str, about: Iterable[str] = ()) -> Moment:
-    """Return a moving picture of the shown run, fitted to some things."""
+    """Return a moving picture of the shown run, its view fitted to the things of given names."""
     moving, still, faster = as_animation(done, SIZE, tuple(about))
     return Moment(moving, f"{says}, {faster:.0f} times as fast" if faster >= 1.5 else says, still)
 

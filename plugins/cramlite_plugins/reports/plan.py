@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 
 
 class LaneRow(Value):
-    """Row of the plan's diagram: the beginning of an object's vertical line, a rule, or a task.
+    """Row of the plan's diagram: the beginning of an object's vertical line, or a task with the control structures
+    around it.
 
     Args:
         action, thing: what it is about; one of them.

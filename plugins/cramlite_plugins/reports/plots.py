@@ -17,7 +17,7 @@ POINTS = 360
 
 
 class Curve(Value):
-    """Named curve: an SVG path in a box of 1000 x 100."""
+    """Named curve of a plot: an SVG path in a box of 1000 x 100."""
 
     name: str
     path: str

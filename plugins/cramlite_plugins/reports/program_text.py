@@ -55,7 +55,7 @@ def render(done: Finished) -> str:
 
 
 def blocks(code: Code, known: Collection[str] = ()) -> Iterator[Block]:
-    """Split the text where the task changes; a comment above a step belongs to it.
+    """Split the program's text where the task changes; a comment above a step belongs to the step's task.
 
     Args:
         known: designators that have a place on the page.

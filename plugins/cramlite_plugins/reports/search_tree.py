@@ -1,4 +1,4 @@
-"""Search tree: every candidate, every choice with its cost, and why the others were not taken."""
+"""Search tree: every candidate, every choice with its cost, and why its alternatives were not taken."""
 
 from __future__ import annotations
 

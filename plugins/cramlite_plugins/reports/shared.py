@@ -63,7 +63,7 @@ def words(curie: str) -> list[str]:
 
 
 def spans(solution: Solution) -> list[Span]:
-    """Return the time spans of the program's tasks, from the line under execution.
+    """Return the time spans of the program's tasks, from the program line that ran at each sample of the run.
 
     Helper functions belong to their caller.
     """

@@ -64,8 +64,8 @@ def render(done: Finished) -> str:
 
 
 def work(rollout: Rollout) -> str:
-    """Say which things the simulation computed contacts for, as shares of all contact points, and which
-    slept; "" if the run does not tell."""
+    """Say which things had contact points in the simulation, as shares of all, and which MuJoCo left asleep throughout;
+    "" if the run does not tell."""
     total = sum(rollout.work.values())
     if not total:
         return ""

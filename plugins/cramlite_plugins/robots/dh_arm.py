@@ -30,7 +30,7 @@ class Cylinder(Value):
 
 
 class Link(Value):
-    """One moving link.
+    """Moving link of an arm: its inertia, its shapes, and the servo of its joint.
 
     Args:
         name: of the body.

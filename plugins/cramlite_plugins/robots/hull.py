@@ -30,7 +30,7 @@ class Circle(Value):
 
 
 class Hull(Value):
-    """Convex hull of circles, for a shape that a cylinder does not follow."""
+    """Convex hull of circles, for a robot link whose shape no cylinder matches."""
 
     circles: tuple[Circle, ...]
     rgba: str = "0.82 0.83 0.85 1"

@@ -1,4 +1,5 @@
-"""How far primitives and things reach in a direction (support function), and their room: boxes, corners, volume.
+"""How far primitives and things reach in a direction (support function), and the space that they take: boxes, corners,
+volume.
 
 The support function of a convex shape says how far it reaches in a direction, max over its points x of x . way
 (Ericson: Real-Time Collision Detection, 2005, section 9.5); boxes around shapes follow from it. Radii and half-lengths

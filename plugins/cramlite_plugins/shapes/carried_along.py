@@ -47,8 +47,8 @@ def pushed_along(belief: Belief, place: Place) -> Belief:
 
 
 def gone_along(belief: Belief, name: str, way: Floats, sigma: float = 0.0, source: str = CAME_ALONG) -> Belief:
-    """Return a belief in which a thing and its contents have gone along a way (3,) in the base frame [m], each
-    with ``sigma`` more uncertainty."""
+    """Return a belief in which a thing and all that moves along with it have moved by a vector (3,) in the base frame
+    [m], each with ``sigma`` more uncertainty."""
     known, with_it = belief.poses[name], carried_along(belief, name)
     x, y, z = (np.asarray(known.pose.position) + np.asarray(belief.base().rotate(way))).tolist()
     there = Pose((x, y, z), known.pose.quaternion)
@@ -58,7 +58,8 @@ def gone_along(belief: Belief, name: str, way: Floats, sigma: float = 0.0, sourc
 
 
 def driven_before(belief: Belief, place: Place, way: Floats) -> Belief:
-    """Return a belief in which the things that another one pushes ahead on the way to its place have moved along.
+    """Return a belief in which the things that a thing pushes ahead of itself on the way to its place have moved along
+    with it.
 
     ``way`` is the unit vector (3,) of this motion in the base frame.
     """

@@ -105,8 +105,8 @@ def _points(geom: Geom) -> Floats:
 
 
 def _largest_pool(top: Floats, step: float) -> tuple[float, float, tuple[int, int, int, int]] | None:
-    """Water level, floor height, and the rows and columns of the largest box, of the pool that holds the
-    most water."""
+    """Hollow of a height map that would hold the most water: its water level, floor height, and largest box as row and
+    column ranges."""
     from scipy.ndimage import label
 
     water = _flooded(top)

@@ -166,8 +166,8 @@ def _cut(piece: Any, centre: Floats) -> list[Any]:
 
 
 def _planes(piece: Any, centre: Floats) -> Iterator[Plane]:
-    """Planes that may cut a piece: across the axes, where hollows are deepest and in between; about the
-    centre; along concave edges."""
+    """Planes that may cut a piece: across the axes, where hollows are deepest and in between; tilted ones through a
+    given centre; and along concave edges."""
     mesh = piece.to_mesh64()
     points, depths = np.asarray(mesh.vert_properties)[:, :3], _depths(piece)
     low, high = points.min(axis=0), points.max(axis=0)

@@ -104,8 +104,8 @@ def _gap(own: Floats, under: Floats, i: int, j: int) -> Floats:
 
 
 def _lowest(own: Floats, under: Floats) -> tuple[int, int]:
-    """Shift of a thing in horizontal grid cells at which it comes to lie lowest on the thing below it,
-    found by descent from no shift."""
+    """Horizontal shift of a thing in grid cells at which it comes to lie lowest on the thing below it, found by descent
+    from zero shift."""
     at = (CELLS, CELLS)
     rise = float(_gap(own, under, *at).max())
     while True:

@@ -106,7 +106,7 @@ def _rings(body: Any, frame: Floats) -> list[Floats]:
 
 
 def _numbered(opening: Opening, found: list[Opening]) -> Opening:
-    """Number features of one kind: hole, hole2, ..."""
+    """Number the name of an opening among those of the same name: hole, hole2, ..."""
     same = [o for o in found if o.feature.name == opening.feature.name]
     k = next(i for i, o in enumerate(same) if o is opening)
     feature = opening.feature

@@ -115,7 +115,7 @@ def skin_of_mesh(mesh: Any) -> Skin | None:
 
 
 def _image(visual: Any) -> Any:
-    """Texture of a mesh's material, as PIL has it; None without one."""
+    """Texture image of a mesh's material; None without one."""
     material = getattr(visual, "material", None)
     for name in ("baseColorTexture", "image"):
         found = getattr(material, name, None)

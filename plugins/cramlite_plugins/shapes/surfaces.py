@@ -126,7 +126,7 @@ def _upper_faces(geoms: tuple[Geom, ...], up: Vector3, part: str) -> tuple[Surfa
 
 
 def _extent(points: Floats, up: Vector3) -> float:
-    """Area of a face [m2], rounded so that faces of alike size tie."""
+    """Area of a face [m2], rounded so that faces of nearly the same size count as equal."""
     return round(float(shapely.MultiPoint(_frame(points, up).inverse().apply(points)[:, :2]).convex_hull.area), 9)
 
 
@@ -135,7 +135,8 @@ def _height(surface: Surface, up: Vector3) -> float:
 
 
 def _frame(points: Floats, up: Vector3) -> Pose:
-    """Frame on a face, z upwards, its x as near to the thing's own x as it can be."""
+    """Frame on a face: z along the face's upward normal, x as near as possible to the thing's x axis, or to its y axis
+    if x is nearly normal."""
     middle = points.mean(axis=0)
     normal = np.linalg.svd(points - middle)[2][2]
     normal = normal if normal @ np.asarray(up) > 0 else -normal
@@ -221,7 +222,7 @@ def _up(pose: Pose) -> Vector3:
 
 @lru_cache(maxsize=512)
 def _leaning(up: Vector3) -> Pose:
-    """The shortest turn that makes a direction vertical, or half a turn about x where that points down."""
+    """Shortest rotation that turns a direction vertically up; half a turn about x if it points straight down."""
     x, y, z = up
     sine = math.hypot(x, y)
     if sine == 0.0:
@@ -311,7 +312,7 @@ def inset(standing: Standing, area: Area) -> tuple[float, float]:
 
 
 def _depth(point: Any, area: Area) -> float:
-    """Depth of a point inside an area [m], negative outside; -inf without one."""
+    """Depth of a point inside an area [m], negative outside; -inf if the area is empty."""
     if area.is_empty:
         return -math.inf
     inside = area.area > 0 and area.covers(point)

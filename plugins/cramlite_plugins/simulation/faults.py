@@ -104,7 +104,7 @@ class FaultsToCome:
 
     @cached_property
     def _tried(self) -> Data:
-        """Scratch state in which it is tried whether the place where a fault puts a thing is free."""
+        """Scratch state of the simulation for tests whether the place to which a fault moves a thing is free."""
         return self.compiled.data()
 
     def _has_room(self, fault: Fault) -> bool:
@@ -134,8 +134,8 @@ class FaultsToCome:
 
 
 def _lines_with(wanted: str, text: str) -> Collection[int]:
-    """Numbers of the lines that contain a text, and of the lines in a block below a comment that contains
-    it."""
+    """Numbers of the program lines that contain a text; if a comment contains it, also of the lines of the
+    block below the comment."""
     found, heading = set[int](), ""
     for number, row in enumerate(text.splitlines(), 1):
         comment = row.strip().startswith("#")
@@ -159,7 +159,7 @@ def _lines_of(trigger: Trigger, text: str) -> Collection[int]:
 
 
 def _depth(row: str) -> int:
-    """Indentation of a line."""
+    """Indentation of a program line [characters]."""
     return len(row) - len(row.lstrip())
 
 

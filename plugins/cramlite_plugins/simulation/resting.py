@@ -71,10 +71,8 @@ def let_down(thing: Thing, start: Pose, below: Thing, at: Pose) -> Pose | None:
 
 
 def rests(thing: Thing, start: Pose, below: Thing, at: Pose, aside: float, there: bool = False) -> Iterator[Pose | None]:
-    """Generate the rest poses of a thing released near a pose at its first contact with another: there and to
-    each side, with little and with full friction; None where it falls off.
-
-    Let go of there and to each side, each with little friction and with the friction of the two; None where it falls off.
+    """Generate the rest poses of a thing that is released at its first contact with another: at a pose and to
+    each side of it, with little and with full friction; None where it falls off.
 
     Args:
         start: as for ``let_down``.
@@ -151,7 +149,7 @@ def _let_down(compiled: Compiled, data: Data, thing: Thing, start: Pose, below: 
 
 
 def _rests(compiled: Compiled, data: Data) -> bool:
-    """Whether the thing is at rest and in contact."""
+    """Whether the released thing is at rest and touches the thing below it."""
     return data.ncon > 0 and float(np.linalg.norm(data.qvel[:3])) < STILL[0] and float(np.linalg.norm(data.qvel[3:])) < STILL[1]
 
 

@@ -93,8 +93,10 @@ def execute(
 
 
 def _come_to_rest(run: _Run) -> None:
-    """Let the world settle while the arm holds still, without MuJoCo's no-slip iterations, which take four
-    fifths of a step with sixteen vessels. Things may creep by 0.03 mm/s meanwhile."""
+    """Let the world settle while the arm holds still, without MuJoCo's no-slip iterations, to save time.
+
+    They take four fifths of a step with sixteen vessels. Things may creep by 0.03 mm/s meanwhile.
+    """
     options = run.controller.model.opt
     firm, options.noslip_iterations = options.noslip_iterations, 0
     for _ in range(round(BEFORE / run.controller.period)):
@@ -120,7 +122,7 @@ class _Runner(Protocol):
 
 
 class _Script(Machine):
-    """URScript machine that completes each cycle by ``finish``, called once all threads have run."""
+    """URScript interpreter of one run, with the functions of its controller."""
 
     def __init__(self, text: str, functions: Functions, limits: Limits | None) -> None:
         library = functions.library()

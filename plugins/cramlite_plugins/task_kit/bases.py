@@ -28,7 +28,7 @@ FORCES = (
 
 
 class ByHandle(TaskType):
-    """Task that holds its patient by the handle and follows its joint; a subclass says which way."""
+    """Task that holds its Patient by the handle and moves it along its joint; a subclass states the path."""
 
     roles = (Role("Patient", features=("cram:Handle",), aliases=("object",)),)
     parameters: ClassVar[tuple[Parameter, ...]] = (SPEED, *FORCES)
@@ -53,7 +53,8 @@ class ByHandle(TaskType):
         yield Decomposition(tuple(steps), f"hold the handle, follow the joint, let go{often}")
 
     def strokes(self, action: Action, belief: Belief) -> tuple[Location, ...]:
-        """Return where all strokes but the last end, if a hinge is to turn farther than a wrist does in one grasp."""
+        """Return the locations at which all strokes but the last end, if a hinge is to turn farther than the
+        wrist can in one grasp; else none."""
         thing, way = belief.thing(action.roles["Patient"].entity or action.roles["Patient"].name), self.way(action)
         if thing.joint is None or thing.joint.kind != "hinge" or thing.name not in belief.poses:
             return ()
@@ -102,7 +103,8 @@ class ByHandle(TaskType):
 
 
 class Sliding(TaskType):
-    """Task that slides along its relatum; a subclass names the sliding thing."""
+    """Task that slides something along the surface of its Relatum; a subclass names what slides: the gripper or
+    the payload."""
 
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("distance_m", 0.08, "a short stroke; scenarios say what they need"),
@@ -112,7 +114,7 @@ class Sliding(TaskType):
     )
 
     def slide(self, action: Action) -> Decomposition:
-        """Return the decomposition: zero the sensor, then a stroke that presses and follows the surface."""
+        """Return the decomposition of sliding: tare the force sensor, then press onto the surface and move along it."""
         surface, far = action.roles["Relatum"], {"distance_m": self.parameter(action, "distance_m")}
         way = Location(action.inside("slide"), "slide", surface.name, far)
         force = {k: self.parameter(action, k) for k in ("speed_m_s", "press_n", "force_limit_n")}

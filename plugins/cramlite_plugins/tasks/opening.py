@@ -77,7 +77,7 @@ class Opening(ByHandle):
 
     @staticmethod
     def _lever(action: Action) -> str:
-        """Name of the place of the hand on a door's lever."""
+        """Name of the location designator for the hand on a door's lever."""
         return action.inside("lever")
 
     def _push_from_inside(self, action: Action) -> Decomposition:

@@ -38,8 +38,8 @@ class Releasing(TaskType):
 
 
 def _rests(action: Action, held: Held, belief: Belief) -> bool:
-    """Whether the payload would stay when released: the hand has not moved since the grasp, the payload is
-    known to rest there, or no support is named."""
+    """Whether the payload would stay when released: the Relatum is known to support it, the hand has not moved
+    since the grasp, or no surface is named."""
     relatum = action.roles.get("Relatum")
     if relatum is None or relatum.entity is None:
         return True

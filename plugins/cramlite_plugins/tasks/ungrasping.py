@@ -49,8 +49,8 @@ class Ungrasping(TaskType):
             yield self._tip_over(action)
 
     def _tip_over(self, action: Action) -> Decomposition:
-        """Decomposition for a place under an overhang: the payload's lower end goes in level, the payload
-        is released leaning outwards, tips over, and is pushed in from behind."""
+        """Decomposition for a container under an overhang: the payload's lower end is put in, the payload is
+        released leaning out of the container, tips over, and is pushed farther in."""
         relatum, what = action.roles["Relatum"], action.roles["Locatum"].name
         place = spot("toppled", action)
         there = Location(_way_in(action.roles["Locatum"]), "pushed_in", what, {"begin": place.name})
@@ -85,7 +85,7 @@ class Ungrasping(TaskType):
 
 
 def _way_in(what: Object) -> str:
-    """Name of the location where the hand pushes a thing that has tipped over farther into its container."""
+    """Name of the location designator for pushing a thing that has tipped over farther into its container."""
     return f"pushed_in({what.name})"
 
 

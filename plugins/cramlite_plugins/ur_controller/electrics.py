@@ -93,21 +93,23 @@ def set_gp_boolean_input_action(port: Any, action: Any) -> None:
 
 
 def set_runstate_standard_digital_outputs(outputs: Any) -> None:
-    """List the outputs that follow whether a program runs, without effect: no output is connected here."""
+    """Accept the list of outputs that show whether a program runs, without effect: no output is connected here."""
 
 
 def set_runstate_standard_digital_output_to_value(outputId: Any, state: Any) -> None:
-    """Set the value of an output when a program starts or ends, without effect: no output is connected here."""
+    """Accept the value of a standard output when a program starts or ends, without effect: no output is
+    connected here."""
     _one_of(outputId, tuple(range(8)), "set_runstate_standard_digital_output_to_value's output")
 
 
 def set_runstate_configurable_digital_output_to_value(outputId: Any, state: Any) -> None:
-    """Set the value of an output when a program starts or ends, without effect: no output is connected here."""
+    """Accept the value of a configurable output when a program starts or ends, without effect: no output is
+    connected here."""
     _one_of(outputId, tuple(range(8)), "set_runstate_configurable_digital_output_to_value's output")
 
 
 def set_runstate_tool_digital_output_to_value(outputId: Any, state: Any) -> None:
-    """Set the value of an output when a program starts or ends, without effect: no output is connected here."""
+    """Accept the value of a tool output when a program starts or ends, without effect: no output is connected here."""
     _one_of(outputId, (0, 1), "set_runstate_tool_digital_output_to_value's output")
 
 
@@ -130,16 +132,16 @@ def modbus_add_signal(
 
 
 def modbus_delete_signal(signal_name: Any) -> None:
-    """Remove a declared signal."""
+    """Do nothing: declared signals of Modbus devices are not kept, so that none has to be removed."""
 
 
 def modbus_set_signal_update_frequency(signal_name: Any, update_frequency: Any) -> None:
-    """Accept the update rate of a signal [Hz], without effect."""
+    """Accept the update rate of a Modbus signal [Hz], without effect."""
     real(update_frequency, "modbus_set_signal_update_frequency")
 
 
 def modbus_set_runstate_dependent_choice(signal_name: Any, runstate_choice: Any) -> None:
-    """Accept the value of a signal when a program starts or ends, without effect."""
+    """Accept the choice of a Modbus signal's value when a program starts or ends, without effect."""
 
 
 def modbus_set_digital_input_action(signal_name: Any, action: Any) -> None:

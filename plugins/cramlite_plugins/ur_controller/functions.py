@@ -79,7 +79,7 @@ class Functions:
         self._told = set[str]()
 
     def library(self) -> Library:
-        """Return every function by name, the pure ones included."""
+        """Return all URScript functions of one run by name, those that need no robot included."""
         parts = ((self, NAMES), (self.sockets, SOCKETS), (self.streaming, STREAMING), (self.settings, SETTINGS))
         bound = {name: getattr(part, name) for part, names in parts for name in names}
         bound |= {**self.registers.library(), **self.signals.library(), **self.clock.library()}

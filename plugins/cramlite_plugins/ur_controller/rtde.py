@@ -67,7 +67,7 @@ def type_of(name: str, *, output: bool) -> str:
 
 
 class Recipe(Value):
-    """An RTDE recipe: fields that travel together.
+    """An RTDE recipe: the fields that are sent together in one data packet.
 
     Args:
         number: of the recipe, on this connection.
@@ -110,13 +110,14 @@ class Recipe(Value):
 
 
 def recipe(number: int, names: str, *, output: bool) -> Recipe:
-    """Parse a recipe that a client sent: names with commas between, a last comma is harmless."""
+    """Parse an RTDE recipe that a client sent: names of fields, separated by commas; a comma at the end is
+    permitted."""
     wanted = tuple(n.strip() for n in names.split(",") if n.strip())
     return Recipe(number, wanted, tuple(type_of(n, output=output) for n in wanted))
 
 
 def packet(kind: str, content: bytes) -> bytes:
-    """Make a packet: the header, then the content."""
+    """Make an RTDE packet: the header, then the content."""
     return HEADER.pack(HEADER.size + len(content), ord(kind)) + content
 
 

@@ -51,26 +51,26 @@ class Sockets:
         self.open.pop(show(socket_name), None)
 
     def socket_set_var(self, name: Any, value: Any, socket_name: Any = "socket_0") -> None:
-        """Send "SET name value"."""
+        """Send "SET name value" to the server on a socket."""
         if type(value) is not int:
             raise ScriptError(f"socket_set_var needs an integer, not {show(value)}")
         self._send(f"SET {show(name)} {value}", socket_name)
 
     def socket_get_var(self, name: Any, socket_name: Any = "socket_0") -> Generator[None, None, int]:
-        """Send "GET name" and return the value; 0 for an unknown name."""
+        """Ask the gripper's server for the value of a variable; return it, or 0 for an unknown name."""
         self._buffer(socket_name)
         yield
         value = self.server.ask(show(name))
         return 0 if value is None else value
 
     def socket_send_string(self, str: Any, socket_name: Any = "socket_0") -> bool:
-        """Send a text, line by line."""
+        """Send a text to the server on a socket, line by line."""
         for line in show(str).splitlines():
             self._send(line, socket_name)
         return True
 
     def socket_send_line(self, str: Any, socket_name: Any = "socket_0") -> bool:
-        """Send a line."""
+        """Send a line to the server on a socket."""
         return self.socket_send_string(str, socket_name)
 
     def socket_read_byte_list(

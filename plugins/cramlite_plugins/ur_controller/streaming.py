@@ -26,7 +26,8 @@ GAIN = 300.0
 
 
 class JointSpeed(Value):
-    """Joint speeds (n,) [rad/s] that change from ``before`` to ``wanted`` within ``ramp`` seconds, and stay."""
+    """A motion at joint speeds (n,) [rad/s] that change from ``before`` to ``wanted`` within ``ramp`` seconds,
+    and then stay constant."""
 
     start: Floats
     before: Floats
@@ -36,17 +37,17 @@ class JointSpeed(Value):
     way: float = math.inf
 
     def gone(self, time: float) -> Floats:
-        """Compute the displacement of each axis since the start [rad or m]."""
+        """Compute the displacement of each axis at a time since the start of the motion [rad or m]."""
         t = min(time, self.ramp)
         bent = t * t / (2 * self.ramp) if self.ramp > 0 else 0.0
         return self.before * t + (self.wanted - self.before) * bent + self.wanted * (time - t)
 
     def at(self, time: float) -> Floats | Pose:
-        """Return the joint position (n,) [rad] at a time since the start [s]."""
+        """Return the joint positions (n,) [rad] at a time since the start of the motion [s]."""
         return self.start + self.gone(time)
 
     def rate(self, time: float) -> float:
-        """Return the speed of the fastest axis at a time since the start [rad/s]."""
+        """Return the speed of the fastest axis at a time since the start of the motion [s]."""
         share = min(1.0, time / self.ramp) if self.ramp > 0 else 1.0
         return float(np.abs(self.before + share * (self.wanted - self.before)).max())
 
@@ -61,7 +62,7 @@ class ToolSpeed(JointSpeed):
     place: Pose = field(default_factory=Pose)
 
     def at(self, time: float) -> Floats | Pose:
-        """Return the TCP pose in the base frame at a time since the start [s]."""
+        """Return the TCP pose in the base frame at a time since the start of the motion [s]."""
         gone = self.gone(time)
         x, y, z = (float(a + b) for a, b in zip(self.place.position, gone[:3], strict=True))
         turned = Pose.from_rotvec((0, 0, 0), gone[3:].tolist()) * Pose((0, 0, 0), self.place.quaternion)
@@ -83,11 +84,11 @@ class Servo(Value):
         return 10 * self.constant  # e^-10: below the encoder's resolution
 
     def at(self, time: float) -> Floats | Pose:
-        """Return the joint position (n,) [rad] at a time since the start [s]."""
+        """Return the joint positions (n,) [rad] at a time since the start of the motion [s]."""
         return self.goal + (self.start - self.goal) * math.exp(-time / self.constant)
 
     def rate(self, time: float) -> float:
-        """Return the largest joint speed at a time since the start [rad/s]."""
+        """Return the largest joint speed [rad/s] at a time since the start of the motion [s]."""
         return float(np.abs(self.goal - self.start).max()) / self.constant * math.exp(-time / self.constant)
 
 

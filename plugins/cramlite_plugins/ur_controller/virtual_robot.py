@@ -27,7 +27,7 @@ LOCKED = 5.0
 
 
 class VirtualRobot:
-    """A controller at 500 Hz that waits for programs.
+    """A virtual robot: a controller at 500 Hz that waits for programs, and a world in MuJoCo.
 
     Args:
         mount: name of the robot in the world.
@@ -132,7 +132,7 @@ class VirtualRobot:
         return True
 
     def restart(self) -> None:
-        """Restart the safety system: no stop is left, and the arm is powered off."""
+        """Restart the safety system: release a protective stop at once, and power the arm off."""
         self.stopped_at = -LOCKED
         self.unlock()
         self.power(POWER_OFF)
@@ -200,7 +200,8 @@ class VirtualRobot:
     # What clients may ask for
 
     def field(self, name: str) -> Any:
-        """Return the value of an RTDE output; 0 for outputs that are not modelled (temperatures, currents)."""
+        """Return the value of an RTDE output; None, which is sent as 0, for outputs that are not modelled, such
+        as temperatures."""
         if name in self.registers.fields:
             return self.registers.fields[name]
         get = _FIELDS.get(name)
@@ -249,7 +250,8 @@ _FIELDS: dict[str, Callable[[VirtualRobot], Any]] = {
 
 
 def _refuse(world: World) -> None:
-    """Refuse injected faults that cannot happen to a client's program: of sensor readings or goals, or at a program line.
+    """Refuse injected faults that cannot happen to a client's program: of sensor readings, of goals, or
+    triggered at a program line.
 
     Raises:
         UserError: the world has one.

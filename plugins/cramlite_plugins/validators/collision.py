@@ -77,7 +77,8 @@ def more_room(worst: Bump) -> Remedy:
 
 
 def bumps(candidate: Candidate) -> Iterator[Bump]:
-    """Yield the contacts, at each sample, that are too hard, or that no task permits and that do more than brush."""
+    """Yield the contacts, at each sample, whose force is above the permitted one, or above ``limits.brush``
+    where no task permits a contact."""
     rollout, brush = candidate.rollout, candidate.limits.brush
     assert rollout is not None
     contacts = _Contacts(candidate, rollout)
@@ -182,7 +183,7 @@ class _Contacts:
         return allowance.carries_on and held in pair and bool(pair & self.stood.get(held, set())) and not self._left(held, k)
 
     def _left(self, held: str, k: int) -> bool:
-        """Whether the payload has been lifted: nothing of its old support has touched it for ``GAP``."""
+        """Whether the payload has been lifted: its old support has not touched it for ``GAP`` seconds."""
         return bool(self.times[k] - self.rested[held] > GAP)
 
     def _among_contents(self, task: str, k: int, pair: Pair) -> bool:

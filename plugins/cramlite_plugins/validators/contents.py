@@ -31,7 +31,8 @@ class Poured(Value):
 
 
 class Spilled(Value):
-    """Check that a vessel's content is in a vessel at the end, this one or another; what lay on a surface may lie there still."""
+    """Check that at most a permitted share of a vessel's grains is outside of all vessels at the end; grains
+    scattered on a surface may stay there."""
 
     name: str = "spilled"
     cost: Cost = "rollout"

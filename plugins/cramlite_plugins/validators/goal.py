@@ -195,7 +195,7 @@ def _badly_rests(literal: GoalLiteral, candidate: Candidate) -> str:
 
 
 def _sprung_back(literal: GoalLiteral, candidate: Candidate) -> str:
-    """Describe a knob that is turned off but not to its stop; empty if there is none."""
+    """Describe a knob that the goal wants off and that is not at the end of its range; empty if there is none."""
     from cramlite.plugin import atoms
 
     assert candidate.rollout is not None

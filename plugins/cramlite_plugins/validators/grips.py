@@ -20,7 +20,7 @@ OPENED = 0.002  # fingers that are wider apart than they held a thing have let i
 
 
 class Grip(NamedTuple):
-    """A thing in the hand: from the first to the last sample."""
+    """Grip of a thing by the hand, from its first to its last sample."""
 
     thing: str
     first: int

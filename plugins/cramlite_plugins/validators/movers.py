@@ -54,8 +54,8 @@ def moved_by(candidate: Candidate) -> Moved:
 
 
 def _stretches(names: Sequence[str], rows: range | None = None) -> Iterator[tuple[str, range]]:
-    """Yield the stretches of consecutive samples that have the same name, each with the name; of all samples,
-    or of a range."""
+    """Yield each stretch of consecutive samples with the same entry in ``names``, with that entry; of the
+    samples ``rows`` only, if given."""
     for name, same in groupby(rows or range(len(names)), key=lambda k: names[k]):
         own = list(same)
         yield name, range(own[0], own[-1] + 1)

@@ -1,4 +1,5 @@
-"""Validator of safeguards: those of the proven text are still there and on."""
+"""Validator of an edited program: the safeguards of the proven program, such as force limits and monitors, are
+still in it and switched on."""
 
 from __future__ import annotations
 
@@ -205,8 +206,8 @@ def _called(code: Code, origins: set[str]) -> dict[str, set[str]]:
 
 
 def _no_longer_watched(program: Program, proven: Program) -> Iterator[str]:
-    """Describe the monitors of the proven program that have no counterpart, in order, in another program:
-    what they watch is watched no more, or less closely."""
+    """Describe the monitors of the proven program for which another program has no monitor as strict, in the
+    same order."""
     left = [s for s in walk(program.steps) if isinstance(s, Monitor)]
     for one in (s for s in walk(proven.steps) if isinstance(s, Monitor)):
         same = next((k for k, other in enumerate(left) if _watches(other, one)), None)

@@ -49,8 +49,8 @@ def slides(rollout: Rollout, grip: Grip, within: range) -> Iterator[Slide]:
 
 
 def _touched(rollout: Rollout, thing: str, rows: list[int]) -> list[set[str]]:
-    """Names of the things that the payload touches, without the hand and the payload's own mounts, for
-    each sample in ``rows``."""
+    """Names of the things that the payload touches at each of the samples ``rows``, except for the hand and
+    what the payload is mounted on."""
     things = {t.name: t for t in rollout.world.things}
     others = things.keys() - {thing, *mounts(things[thing], rollout.world)}
     pairs = ([{thing_of(t.a), thing_of(t.b)} for t in rollout.touches[k]] for k in rows)

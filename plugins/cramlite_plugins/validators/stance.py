@@ -71,8 +71,8 @@ def uncovered(lid: Thing, vessel: Thing) -> str:
 
 
 def near_tip(thing: Thing, hanger: Thing) -> str:
-    """Describe a thing that hangs too near to the end of a peg; "" if it is far enough inside, or the
-    peg is unknown.
+    """Describe a thing that hangs too near to the tip of a peg; "" if it is far enough from the tip, or the
+    peg's length is unknown.
 
     Args:
         thing, hanger: where they are; the peg's z leads to its tip.
@@ -101,7 +101,8 @@ def _openings(vessel: Thing) -> Iterator[Any]:
 
 
 def unbalanced(thing: Thing, support: Thing) -> str:
-    """Describe a thing whose centre of mass is too little inside of its support; "" if it is enough.
+    """Describe a thing whose centre of mass is beyond its support's border, or too near to it; "" if it is far
+    enough inside.
 
     Args:
         thing, support: where they are, their z upwards.

@@ -56,7 +56,8 @@ class Stage(NamedTuple):
 
 
 class Ran(NamedTuple):
-    """First sample of a run at which the code of a stage ran, and the sample after its last one."""
+    """Samples of a run at which the code of a stage (a group of steps) ran: the first one, and the one after
+    the last."""
 
     first: int
     end: int
@@ -195,7 +196,8 @@ def _left_out(stages: list[Stage], lost: Iterable[int]) -> Iterator[tuple[str, s
 
 
 def _turns(candidate: Candidate, stages: list[Stage]) -> Turns:
-    """Assign each stretch of a run to a stage of the program; find stretches that run after a later stage has begun.
+    """Assign each stretch of a run to a stage (a group of steps) of the program; find stretches that run after
+    a later stage has begun.
 
     A stretch belongs to the next stage that has its origin; it is late if all such stages are before the last
     assigned one.
@@ -223,7 +225,7 @@ def _stretches(each: list[str]) -> Iterator[tuple[str, int, int]]:
 
 
 def _moves(stage: Stage) -> bool:
-    """Whether a stage of the program moves the arm, the fingers or the platform.
+    """Whether a stage (a group of steps) of the program moves the arm, the fingers or the platform.
 
     The order of stages that move nothing is not checked.
     """
@@ -241,7 +243,8 @@ def _lean(hand: Floats, other: Floats) -> float:
 
 
 def _when(turns: Turns, stage: int) -> Ran:
-    """Samples during which a stage's code ran; if none of it ran, an empty span after the earlier stages."""
+    """Samples at which the code of a stage (a group of steps) ran; if none of it ran, an empty span after the
+    earlier stages."""
     if stage in turns.ran:
         return turns.ran[stage]
     before = max((ran.end for k, ran in turns.ran.items() if k < stage), default=0)
@@ -249,8 +252,8 @@ def _when(turns: Turns, stage: int) -> Ran:
 
 
 def _target(candidate: Candidate, stage: Stage) -> Floats | None:
-    """Target of a stage's last motion, as a (4, 4) pose of the tool in the base frame; None if the motion
-    states none."""
+    """Target of the last motion in a stage (a group of steps), as a (4, 4) pose of the tool in the base frame;
+    None if that motion states none."""
     for step in reversed(stage.steps):
         if isinstance(step, Control | Drive):
             return None

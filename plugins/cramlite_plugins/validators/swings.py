@@ -42,8 +42,8 @@ def declared(candidate: Candidate) -> list[Turn]:
 
 
 def off(local: Floats, first: int, turns: Sequence[Turn]) -> Floats:
-    """Return how far positions (n, 3) in the effector's frame, from sample ``first`` on, are from where they
-    should be [m].
+    """Return how far a held thing's positions (n, 3) in the effector's frame, from sample ``first`` on, are
+    from where they should be [m].
 
     That is the first of them, during a turn the nearest on its way, and after it its end.
     """

@@ -13,7 +13,7 @@ from ..shapes.itself import remembered
 
 
 class Span(NamedTuple):
-    """First and last time [s] of an action or of a condition."""
+    """First and last time [s] at which the code of an action ran, or a condition held."""
 
     start: float
     end: float

@@ -198,8 +198,8 @@ def _carried(rollout: Rollout, found: Iterable[ExplainedGrip], rows: range) -> s
 
 
 def _ways(rollout: Rollout, name: str, rows: range) -> tuple[Floats, float, str]:
-    """Return three values: how far a thing is from its start at each sample, the longest permitted way back,
-    and the unit of both."""
+    """Return how far a thing, or its joint, is from its first position at each sample, the longest permitted
+    way back, and the unit of both."""
     joint = rollout.world.thing(name).joint
     if joint is None or name not in rollout.values:
         track = rollout.poses[name][rows, :3]

@@ -16,8 +16,8 @@ NONE = "[9E9, 9E9, 9E9, 9E9, 9E9, 9E9]"
 
 
 def zone(radius: float) -> str:
-    """Return the largest predefined zone (ABB's corner rounding) within a checked radius [m]; ``fine`` where
-    none fits."""
+    """Return the largest predefined zone (ABB's corner rounding) that is not larger than a blend radius [m];
+    ``fine`` if all are larger."""
     fitting = [name for size, name in ZONES.items() if size <= 1000 * radius]
     return fitting[-1] if fitting else "fine"
 

@@ -1,4 +1,4 @@
-"""The arm of a robot that another process drives, as programs command it."""
+"""Arm of a robot that another process drives, with the commands that programs give to an arm."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ class StreamedArm(CommandedArm):
     # One period
 
     def cycle(self) -> None:
-        """Send the next action and take the state after it.
+        """Send the next action to the robot process, and take over the state of the robot that it answers with.
 
         Raises:
             ProtectiveStop: a joint leaves its range or moves too fast, the arm does not follow, or the process stops it.
@@ -189,8 +189,8 @@ class StreamedArm(CommandedArm):
             raise ProtectiveStop(f"the tool is {1000 * off:.0f} mm off its path, more than {1000 * ASTRAY:.0f} mm: the arm does not follow")
 
     def _arrived(self, share: float = 1.0) -> bool:
-        """Whether the tool is at its motion's end, within a multiple of its tolerance, and still will be when
-        it has come to rest.
+        """Whether the tool is at the end of its motion, within ``share`` times the robot's tolerance, and still will be
+        when it has come to rest.
 
         Raises:
             ProtectiveStop: it is not, and had the time.

@@ -1,4 +1,4 @@
-"""The backend of robots that take actions, as a plugin."""
+"""Backend for robots that are commanded by actions at a fixed rate, as a plugin."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from cramlite.plugin import Backend, Code, UserError, hookimpl
 
 
 class Stream:
-    """Typed programs, for robots that take actions at a fixed rate: joint positions, or deltas of the end effector."""
+    """Backend that writes typed programs for robots that take actions at a fixed rate: joint positions, or deltas of
+    the end effector."""
 
     name = "stream"
     executable = True

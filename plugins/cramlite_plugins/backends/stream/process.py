@@ -98,7 +98,8 @@ class LineProcess:
             self.errors.close()
 
     def _read(self) -> None:
-        """Put each line that the process writes into the queue, and an empty one when its output ends."""
+        """Put each line that the process writes into the queue of its answers, and an empty one when its output
+        ends."""
         assert self.process.stdout is not None
         for line in iter(lambda: self.process.stdout.readline(LONGEST), b""):  # type: ignore[union-attr]
             self.lines.put(line)

@@ -17,7 +17,8 @@ SAMPLES = 2.0
 
 
 class Response:
-    """How an arm follows: with a lag, or as a critically damped spring that is pulled along, x'' = w^2 (u - x) - 2 w x'.
+    """Model of how an arm follows its commands: with a lag, or as a critically damped spring x'' = w^2 (u - x) - 2 w
+    x'.
 
     Args:
         lag: how long it stays behind at an even speed [s].
@@ -61,5 +62,6 @@ class Response:
         return further
 
     def passed(self, rate: Floats, off: Floats) -> None:
-        """Remember the command and the measurement of a finished period."""
+        """Remember the commanded rates of the joints and the deviation of the tool in the control period that has
+        ended."""
         self.rate, self.off = rate, off

@@ -116,7 +116,7 @@ def stream(
 
 
 def _refuse(program: Program, hello: Hello, name: str) -> None:
-    """Refuse steps that the process cannot do, before anything moves."""
+    """Refuse a program with steps that the robot process cannot execute, before the robot moves."""
     for step in walk(program.steps):
         label = step.origin or type(step).__name__
         if isinstance(step, Drive):
@@ -183,8 +183,8 @@ def readings(arm: StreamedArm, line: int, mount: RobotMount) -> Readings:
 
 
 class _Watched(Struct):
-    """Watcher of a run on a robot process: it checks the readings of each period, placed in the world, for
-    deviations."""
+    """Watcher of a run on a robot process: in each period it checks the robot's sensor readings, expressed in the
+    world, for deviations."""
 
     watch: Watch
     mount: RobotMount

@@ -58,7 +58,7 @@ IMPORTS = (
 
 
 class _Writer(Struct):
-    """Writer of a generated Python program's own text: the values and lines that were written so far.
+    """Writer of a generated Python program without its runtime modules: the values and lines that were written so far.
 
     Args:
         robot: that it is for.
@@ -191,7 +191,8 @@ def _values(program: Program, out: _Writer) -> list[str]:
 
 
 def _tasks(program: Program) -> list[tuple[str, str, Sequence[AnyStep]]]:
-    """Function name, title and steps of each section; steps before the first are a function of their own."""
+    """Return name, title and steps of a Python function for each section of a program, and for the steps before the
+    first section."""
     firsts = [s.first for s in program.sections]
     ends = [*firsts, len(program.steps)]
     before = program.steps[: ends.pop(0)]

@@ -68,7 +68,7 @@ def gone(reason: str) -> None:
 
 
 class Gripper:
-    """Robotiq's ASCII server on the robot (URCap), port 63352."""
+    """Connection to Robotiq's ASCII server on the robot (URCap), port 63352."""
 
     def __init__(self, host: str) -> None:
         self.lock = threading.Lock()
@@ -87,12 +87,12 @@ class Gripper:
             raise Aborted(f"the gripper does not answer '{line}': {error}") from None
 
     def set(self, name: str, value: int) -> None:
-        """Write a register."""
+        """Write a register of the gripper."""
         if (said := self.ask(f"SET {name} {value}")) != "ack":
             raise Aborted(f"the gripper does not acknowledge SET {name} {value}: '{said}'")
 
     def get(self, name: str) -> int:
-        """Read a register."""
+        """Read a register of the gripper."""
         words = self.ask(f"GET {name}").split()
         if len(words) != 2 or not words[1].isdigit():
             raise Aborted(f"the gripper does not answer GET {name}: '{' '.join(words)}'")
@@ -167,7 +167,7 @@ class Arm:
         return min(self.time() - begin, timeout)
 
     def at(self) -> None:
-        """Begin a step: its line in the program goes to an input register, for watchers outside."""
+        """Begin a step: write its line number in the program to an input register, which other programs can read."""
         self.guard()
         frame = sys._getframe(1)
         while frame.f_back is not None and frame.f_lineno < BEGINS:
@@ -295,7 +295,7 @@ class Arm:
     def move_until_contact(
         self, step: str, direction: Vector, *, distance: float, speed: float, force: float, timeout: float, expect: str
     ) -> None:
-        """Move along a direction of the base frame until the environment pushes back with the force [N]."""
+        """Move along a direction of the base frame until the environment pushes back with a force [N]."""
         self.at()
         here, reaction = self.tcp(), 0.0
         target = [*(h + distance * d for h, d in zip(here[:3], direction, strict=True)), *here[3:]]
@@ -335,7 +335,7 @@ class Arm:
             raise Failed(f"{step}: an object stopped the fingers")
 
     def payload(self, mass: float, center: Vector) -> None:
-        """Tell the controller the load on the flange [kg, m]."""
+        """Tell the controller mass [kg] and centre of mass [m] of the load on the flange."""
         self.at()
         self.done(self.control.setPayload(mass, list(center)), "setPayload")
 

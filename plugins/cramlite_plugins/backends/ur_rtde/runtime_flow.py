@@ -29,8 +29,8 @@ def fallback(arm: Arm, name: str, branches: Sequence[Steps]) -> None:
 def monitored(
     arm: Arm, name: str, steps: Steps, *, force: float | None = None, slip: float | None = None, time: float | None = None
 ) -> None:
-    """Run steps while the force [N], the further closing of the fingers [of 255] and the time [s] are checked
-    against limits.
+    """Run steps while limits are checked: of the force [N], of the closing of the fingers since the first step [of 255]
+    and of the time [s].
 
     When a limit is exceeded, the arm is stopped and the steps have failed.
     """
@@ -86,8 +86,8 @@ class Side:
 
 
 def parallel(arm: Arm, name: str, main: Steps, sides: Sequence[Steps], *, until: str) -> None:
-    """Run branches at the same time, of which only ``main`` moves the arm; until "all" have succeeded, or the
-    "first"."""
+    """Run branches at the same time until "all" of them have succeeded, or the "first" one has; only the branch
+    ``main`` moves the arm."""
     others = [Side(arm, s) for s in sides]
 
     def settled() -> bool:

@@ -1,4 +1,5 @@
-"""First PolyScope version of each URScript function on each Universal Robots controller; checks of programs against it.
+"""First PolyScope version of each URScript function on each Universal Robots controller; checks of programs against
+these versions.
 
 Sources: [script] the version marks of ur_rtde 1.6.5's control script inside its wheel ("$5.10|3.15 ..." keeps a line for these
 versions and later); [client] UniversalRobots' ur_client_library, "Script Command Interface" and "Force Mode example" (no gain

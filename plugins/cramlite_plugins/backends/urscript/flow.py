@@ -67,7 +67,7 @@ GUARD = "if ok and tripped == 0:"
 
 
 class CodeLine(Struct):
-    """A line of the program's function, and the origin of the step that begins with it."""
+    """Line of a URScript function, with the origin of the step that begins at this line."""
 
     text: str
     origin: str = ""
@@ -99,12 +99,12 @@ class FlowWriter(Struct):
             origin = ""
 
     def begin(self, condition: str) -> None:
-        """Open a block."""
+        """Write the first line of a URScript block, such as ``if ok:``, and indent the lines after it."""
         self.add(condition)
         self.depth += 1
 
     def end(self) -> None:
-        """Close a block."""
+        """Write the ``end`` of the innermost URScript block that is open."""
         self.depth -= 1
         self.add("end")
 
@@ -149,8 +149,8 @@ class FlowWriter(Struct):
         self.end()
 
     def attempts(self, step: Fallback, k: int) -> None:
-        """Write branch ``k`` (from 0) and the branches after it, each of which runs only if the one before it
-        has failed."""
+        """Write the branches of a fallback from number ``k`` (from 0) on, each of which runs only if the one before
+        it has failed."""
         self.steps(step.branches[k])
         if k + 1 < len(step.branches):
             self.begin("if not ok and tripped == 0:")
@@ -202,7 +202,8 @@ class FlowWriter(Struct):
         self.end()
 
     def join(self, step: Parallel, names: list[str], number_: int) -> None:
-        """Write the end of parallel branches: at the first failure ("all") or the first success ("first")."""
+        """Write the code that waits for parallel branches, and stops the others at the first failure (until "all")
+        or the first success ("first")."""
         running = " or ".join(f"not {n}_done" for n in names)
         going = "ok" if step.until == "all" else "not ok"
         if names:

@@ -222,7 +222,8 @@ DEFINED = re.compile(r"^(?:def|thread|global) (\w+)", re.MULTILINE)
 
 
 def used(library: Sequence[str], text: str) -> list[str]:
-    """Select the lines of a library that a text refers to, directly or through others, in their order.
+    """Select those definitions of a URScript library that a program text uses, directly or through other definitions,
+    in the library's order.
 
     Args:
         library: paragraphs, each a function or variables that belong together, with their comments; empty lines between them.

@@ -78,8 +78,8 @@ def grid_of(tracks: dict[str, Track]) -> Grid:
 
 
 def _sampled(track: Track, times: Floats) -> Floats:
-    """Poses of a track at sample times: interpolated within short gaps, the last recorded pose in longer
-    ones, and the first one before it.
+    """Poses of a track at sample times: interpolated in short gaps, the last recorded pose in longer ones, and the
+    first recorded pose before the track starts.
 
     A gap is short if it lasts up to BRIDGED, or up to LOST with positions before and after it that differ by
     more than JUMPED.
@@ -153,8 +153,8 @@ def _away(place: Floats, of: Floats) -> Floats:
 
 
 def at_its_place(grid: Grid, thing: str, hand: str, span: Span, within: float) -> Span:
-    """Return the span, extended by neighbouring samples at which the thing keeps its place in the hand within
-    a distance [m]."""
+    """Return a span, extended by neighbouring samples in which the thing's position in the hand is within a distance
+    [m] of its median over the span."""
     place = grid.place(thing, hand)
     near = np.linalg.norm(place - np.median(place[slice(*span)], axis=0), axis=1) < within
     start, end = span

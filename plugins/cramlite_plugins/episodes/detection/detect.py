@@ -90,8 +90,8 @@ def detect(rollout: Rollout, name: str) -> Episode:
 
 
 def _since(rollout: Rollout, name: str, poses: Floats) -> Track | None:
-    """Return the track of a frame from its first known pose on, at the start or when a camera first sees it;
-    None if it never does."""
+    """Return the track of a frame from the time at which its pose is known: from the start, or since a camera first
+    sees it; None if none does."""
     known = rollout.times >= rollout.seen.get(name, -np.inf)
     return _track(rollout.times[known], poses[known]) if known.any() else None
 
@@ -144,8 +144,8 @@ def _contents(rollout: Rollout) -> list[Event]:
 
 
 def _snapped(states: tuple[Event, ...], times: Floats) -> list[Event]:
-    """Move each start or end of a state that follows another one, or the recording's start, within SNAP to
-    the earlier instant.
+    """Move starts and ends of states to the earliest start or end of any state, or to the recording's start, within
+    SNAP before them.
 
     Both are one instant; the gap would otherwise become an action of a few samples.
     """

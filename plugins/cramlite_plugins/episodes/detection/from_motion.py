@@ -104,8 +104,8 @@ def with_grasps(episode: Episode) -> Episode:
 
 
 def _with_carrier(episode: Episode, grid: Grid) -> Episode:
-    """Episode without a named hand: the frame that carries other things and travels farthest alone is taken
-    for the hand."""
+    """Declare a frame to be the hand of an episode that names none: the frame that carries other things and travels
+    farthest alone."""
     free = [n for n, t in episode.tracks.items() if episode.whole(n) == n and len(t.times) > 1]
     alone = {n: w for n in free if (w := _alone(grid, n, [o for o in free if o != n])) > IDLE}
     if not alone:
@@ -187,8 +187,8 @@ def _all_grips(
 
 
 def _on_joint(episode: Episode, name: str) -> bool:
-    """Whether a thing slides or turns on a joint. Such a thing, if it moves along with another one, is
-    mounted on it and is not its contents."""
+    """Whether a thing slides or turns on a joint, so that, when it moves along with another thing, it is mounted on
+    that thing and not its contents."""
     entity = episode.known(name)
     return entity is not None and "joint_upper" in entity.properties
 
@@ -296,8 +296,8 @@ def _carries(episode: Episode, grid: Grid, hand: str, span: tuple[int, int, str]
 
 
 def _grip(grid: Grid, hand: str, thing: str, span: Span, near: Span | None = None) -> InferredGrasp:
-    """Grasp of a thing during a span; ``near`` is the span in which the hand is at the thing, needed if the
-    hand has no poses."""
+    """Grasp of a thing by a hand during a span; ``near``, needed for a hand without poses, is the span in which the
+    hand is near the thing."""
     start, end = span
     near = near or at_its_place(grid, thing, hand, span, AT_HAND)
     height = grid.poses[thing][start:end, 2]
@@ -365,7 +365,7 @@ def _size(episode: Episode, name: str) -> float:
 
 
 def _acting(episode: Episode, grips: Sequence[InferredGrasp], grid: Grid) -> str | None:
-    """Hand that moves things the longest way (rounded to 0.1 m); of equal ones a right hand."""
+    """Hand that carries things farthest (to 0.1 m), a right one if several do; without any grasps the effector."""
     ways: dict[str, float] = defaultdict(float)
     for g in grips:
         ways[g.hand] += float(np.sum(np.linalg.norm(np.diff(grid.poses[g.thing][slice(*g.span), :3], axis=0), axis=1)))

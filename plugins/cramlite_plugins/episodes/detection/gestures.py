@@ -56,8 +56,8 @@ def _chains(signal: Floats) -> list[NDArray[np.intp]]:
 
 
 def _crossings(signal: Floats) -> NDArray[np.intp]:
-    """Indices at which a signal first exceeds AMPLITUDE, up or down, since it last did so on the other side
-    of zero."""
+    """Indices at which a signal exceeds AMPLITUDE in magnitude for the first time since it last did so with the
+    opposite sign."""
     outside = np.flatnonzero(np.abs(signal) > AMPLITUDE)
     flips = np.flatnonzero(np.diff(np.sign(signal[outside])) != 0)
     return np.asarray(outside[flips + 1])

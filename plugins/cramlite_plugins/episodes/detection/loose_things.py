@@ -100,7 +100,8 @@ def _many_alike(episode: Episode, grid: Grid, things: Sequence[str]) -> set[str]
 
 
 def _hold(episode: Episode, grid: Grid, vessels: list[str], others: list[str]) -> bool:
-    """Whether one of several similar vessels holds at least ``MANY`` things of a more numerous kind at the start."""
+    """Whether one of several similar vessels holds at least ``MANY`` of some things at the start, which are more
+    numerous than the vessels."""
     if len(others) <= len(vessels):
         return False
     at = [_first_vessel(_vessel_of(episode, grid, n, vessels)) for n in others]
@@ -141,7 +142,7 @@ def _taken_out(grid: Grid, name: str, at: NDArray[np.intp], vessels: list[str], 
 
 
 def carried_along(episode: Episode, grid: Grid, carrier: str, members: Iterable[str], things: Iterable[str]) -> Loose:
-    """Return the things on a moved carrier as its contents, as long as they are no farther from it than at
+    """Return the things on a moved carrier as its loose contents, each while it is no farther from the carrier than at
     first.
 
     Args:

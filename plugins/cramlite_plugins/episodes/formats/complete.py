@@ -49,7 +49,8 @@ def _one_clock(parts: Parts, tracks: dict[str, Track]) -> None:
 
 
 def _from_motion(episode: Episode) -> Episode:
-    """Replace the actions of an episode, which take and release nothing, by events inferred from motion.
+    """Replace the recorded actions of an episode, none of which takes or releases a thing, by events inferred from
+    motion.
 
     If no event is found, the actions stay.
     """

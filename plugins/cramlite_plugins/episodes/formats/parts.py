@@ -40,7 +40,8 @@ class Parts(Struct):
 
 
 def read_file(file: Path, parts: Parts) -> None:
-    """Read a file of an episode by its kind, and add its contents to the parts."""
+    """Read one file of an episode by its kind, and add its contents to ``parts``, which collects those of all the
+    episode's files."""
     suffix = file.suffix.lower()
     if suffix in RDF:
         _read_rdf(file, parts)

@@ -101,7 +101,8 @@ def _order(properties: dict[str, list[str]]) -> float:
 
 
 def experiment(found: Individuals) -> dict[str, list[str]]:
-    """Return the properties of the experiment itself; empty if there are none."""
+    """Return the properties of the individual that stands for the whole experiment in RobCoG's event data; empty if
+    there is none."""
     return next((p for p in found.values() if _is_experiment(p)), {})
 
 
@@ -110,7 +111,7 @@ def _is_experiment(properties: dict[str, list[str]]) -> bool:
 
 
 def _events(name: str, properties: dict[str, list[str]]) -> tuple[list[Event], list[Repair]]:
-    """Return the event that an RDF individual describes, or all events of individuals with the same id.
+    """Return the events that an RDF individual describes: one, or several if events were written with the same id.
 
     An individual that cannot be read gives a repair that says so.
     """

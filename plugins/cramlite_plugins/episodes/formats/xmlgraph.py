@@ -106,8 +106,8 @@ def _check_xml(path: Path, text: str) -> None:
 
 
 def individuals(graph: Graph) -> Individuals:
-    """Return the statements about each subject, by local names: RobCoG's generations differ in namespaces
-    only."""
+    """Return the statements of an RDF graph about each subject, by local names, since versions of RobCoG's format
+    differ in namespaces only."""
     found: Individuals = {}
     for s, p, o in graph:
         found.setdefault(local_name(str(s)), {}).setdefault(local_name(str(p)), []).append(str(o))

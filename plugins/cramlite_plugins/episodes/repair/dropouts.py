@@ -1,4 +1,4 @@
-"""Repair of tracking dropouts: objects lost from the hand, or from where they stand, and back at the same place.
+"""Repair of tracking dropouts: a thing is lost by the tracker, and found at the same place in the hand or the world.
 
 A thing that is let go falls g t^2 / 2: 44 mm in 0.1 s, 0.44 m in 0.3 s. So a thing that is found again at its very
 place in the hand was never let go; what was lost is the recording. The paper (Alt et al., KR 2023) lost one of 60
@@ -86,7 +86,8 @@ def _wholes(event: Event, episode: Episode) -> set[str]:
 def _losses(
     mine: list[Event], thing: str, episode: Episode, longest: float
 ) -> Iterator[tuple[float, float, str | None]]:
-    """Yield (start, end, hand) of each pause, up to ``longest``, of a hand's grasp or contact of a thing.
+    """Yield start, end and hand of each pause, up to ``longest`` [s], between grasps of a thing by one hand, or between
+    their contacts.
 
     With hand None, all states of the thing pause.
     """

@@ -94,7 +94,7 @@ def _palm(seen: Floats) -> list[Pose]:
 
 
 def _door(frame: Floats, angle: float) -> Pose:
-    """Pose of the door with its hinge at an angle."""
+    """Pose of the door when its hinge is turned by an angle [rad] about the vertical."""
     hinge = np.add(np.add(frame, DOOR), PIVOT)
     return Pose(tuple(hinge)) * _turn((0, 0, 1), angle) * Pose(tuple(np.negative(PIVOT)))
 

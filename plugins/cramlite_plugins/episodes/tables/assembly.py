@@ -89,8 +89,8 @@ def _following(episode: Episode, mapping: Mapping) -> Episode:
 
 
 def _mounted(name: str, mapping: Mapping) -> list[str]:
-    """Return the names of a thing and of the things that carry it, one mounted on the other, without those
-    that have no joint."""
+    """Return the names of a thing and of those that it is mounted on, directly or through others; things without a
+    joint are left out."""
     found = [name]
     while (spec := mapping.things[found[-1]].opens) is not None and spec.on in mapping.things and spec.on not in found:
         found.append(spec.on)
@@ -164,7 +164,7 @@ def _turned(track: Track) -> Floats:
 
 
 def _smooth(values: Floats, times: Floats) -> Floats:
-    """Values (N, D) as a moving average over ``SMOOTH``."""
+    """Values (N, D) as a moving average over the time ``SMOOTH``."""
     half = round(SMOOTH / float(np.median(np.diff(times)) or SMOOTH) / 2)
     padded = np.pad(values, ((half, half), (0, 0)), mode="edge")
     return np.column_stack([np.convolve(column, np.full(2 * half + 1, 1 / (2 * half + 1)), mode="valid") for column in padded.T])
@@ -194,7 +194,7 @@ def _with_opening(episode: Episode, mapping: Mapping, table: Table, found: Recor
 
 
 def _opening(values: Floats, spec: GripperSpec, convention: Convention) -> Floats:
-    """Opening of the hand (N,) [m] from the column's values."""
+    """Opening of the hand (N,) [m], from the values in the column that the mapping names for it."""
     if spec.closed is None or spec.open is None:
         return np.asarray(np.clip(values * convention.unit, 0.0, None))
     return np.asarray(spec.width * np.clip((values - spec.closed) / (spec.open - spec.closed), 0.0, 1.0))

@@ -41,7 +41,7 @@ class TimeSpec(Spec):
 
 
 class ColumnsSpec(Spec):
-    """Columns of a track's pose.
+    """Columns of a table that hold the poses of a track.
 
     In the columns' names ``{name}`` stands for the track's name; or ``track`` is the column in which each row
     names its track.
@@ -105,8 +105,8 @@ class PlaceSpec(Spec):
 
 
 class OpensSpec(Spec):
-    """Drawer or door that is closed at first: how far it opens, in the recording's unit of length or in degrees; and what it is mounted on,
-    if that moves."""
+    """Opening of a drawer or door that is closed at the start of a recording: how far it slides or turns, in the
+    recording's unit of length or in degrees; and the moving thing that carries it, if any."""
 
     slides: Positive | None = None
     turns: Annotated[float, Field(gt=0, le=360)] | None = None
@@ -129,13 +129,14 @@ class TrackSpec(Spec):
 
 
 class HandSpec(TrackSpec):
-    """Hand or gripper."""
+    """Hand or gripper in a mapping file: its track, and the column of its opening if there is one."""
 
     gripper: GripperSpec | None = None
 
 
 class ThingSpec(TrackSpec):
-    """Thing: its class, its shape, where it stands if it was not tracked, and how it opens if it does."""
+    """Thing in a mapping file: its class, its shape, where it stands if it was not tracked, and how it opens if
+    it can."""
 
     type: str | None = Field(None, alias="class")
     shape: ShapeSpec | None = None

@@ -53,7 +53,7 @@ def _of_mesh(mesh: Any, points: Floats) -> tuple[Geom, ...]:
 
 
 def _without_lid(size: Floats, at: Floats) -> tuple[Geom, ...]:
-    """A floor and four walls, open above."""
+    """Return the geoms of a box that is open above: a floor and four walls."""
     wall = min(WALL, float(size.min()) / 10)
     floor = Geom("box", (size[0] / 2, size[1] / 2, wall / 2), Pose(_vector(at - [0, 0, (size[2] - wall) / 2])))
     across = (size[0] / 2, wall / 2, size[2] / 2), (wall / 2, size[1] / 2, size[2] / 2)

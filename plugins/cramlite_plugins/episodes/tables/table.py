@@ -40,7 +40,7 @@ class Table(Value):
     time: str | None = None
 
     def cells(self, name: str, wanted: str) -> Sequence[str]:
-        """Return a column.
+        """Return the cells of a column of the table, as text.
 
         Raises:
             UserError: there is none of this name.
@@ -79,7 +79,7 @@ class Table(Value):
 
 
 def read_table(path: Path, kind: str) -> Table:
-    """Read a recording.
+    """Read the table of a recording from its file.
 
     Args:
         kind: csv, jsonl, optitrack or vicon.
@@ -150,7 +150,7 @@ def _table(path: Path, names: Sequence[str], rows: Rows, **stated: Any) -> Table
 
 
 def _last(names: Sequence[str]) -> int:
-    """Return the number of the last column that has a name, counted from 1; 0 without one."""
+    """Return the number of the last column that has a name in a table's header, counted from 1; 0 without one."""
     return max((k for k, n in enumerate(names, 1) if n), default=0)
 
 
@@ -162,7 +162,7 @@ def _header_end(path: Path, rows: Rows, kind: str) -> int:
 
 
 def _until_empty(rows: Rows) -> Rows:
-    """The rows up to the first empty one: Vicon writes other tables behind it."""
+    """Return the rows before the first empty one: behind it, Vicon writes other tables into the same file."""
     end = next((k for k, (_, r) in enumerate(rows) if not any(c.strip() for c in r)), len(rows))
     return rows[:end]
 

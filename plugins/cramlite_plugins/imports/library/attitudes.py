@@ -20,7 +20,8 @@ NAMES = {
 
 
 def upward(mesh: Any) -> tuple[tuple[Vector3, float], ...]:
-    """Return the directions in a mesh's frame that point up in its stable poses, each with its share of random drops.
+    """Return the directions in a mesh's frame that point up in its stable poses, each with the share of random
+    drops that end so.
 
     Args:
         mesh: trimesh.Trimesh.

@@ -66,8 +66,8 @@ def add_models(folder: Path, library: Path, scale: float, density: float, up: st
 
 
 def _elsewhere(entry: Entry | None, path: Path) -> Path | None:
-    """Return the file from which the library's model of this name was made, if that is another file and
-    exists; else None."""
+    """Return the file from which the library's model of this name was made before, if that is another file than
+    ``path`` and still exists; else None."""
     before = Path(str(entry.told.get("file", path))) if entry is not None else path
     return before if before.resolve() != path.resolve() and before.is_file() else None
 

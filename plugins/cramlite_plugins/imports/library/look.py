@@ -15,7 +15,7 @@ LARGEST = 1024
 
 
 class Part(Value, eq=False):
-    """Triangles with one texture.
+    """Triangles of an object model that share one texture.
 
     Args:
         corners: (F, 3, 3) in the kind's frame [m].

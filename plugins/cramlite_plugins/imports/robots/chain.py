@@ -113,7 +113,7 @@ def _ranges(
 
 
 def _hinged(source: Source) -> tuple[int, ...]:
-    """Bodies of the row of hinges, up to where it branches into a hand."""
+    """Bodies on the longest row of hinges of a robot file: the arm's, up to where it branches into a hand."""
     model = source.model
 
     def rows(body: int, row: tuple[int, ...]) -> list[tuple[int, ...]]:
@@ -148,13 +148,14 @@ def _links(model: Any, bodies: tuple[int, ...]) -> tuple[str, ...]:
 
 
 def _moves(model: Any, body: int) -> bool:
-    """Whether a body or one that it carries has a joint."""
+    """Whether a body, or one below it in the body tree, has a joint."""
     below = [b for b in range(1, model.nbody) if int(model.body_parentid[b]) == body and b != body]
     return bool(model.body_jntnum[body]) or any(_moves(model, b) for b in below)
 
 
 def _flange(source: Source, data: Any, last: int, named: str) -> tuple[Pose, str, tuple[str, str]]:
-    """Flange pose in the world, where it was taken from (in words), and the kind and name of that element."""
+    """Find an arm's flange: its pose in the world, the element of the file that it was taken from (in words), and
+    that element's kind and name."""
     model = source.model
     sites = {model.site(s).name: int(s) for s in range(model.nsite) if _behind(model, int(model.site_bodyid[s]), last)}
     bodies = {model.body(b).name: b for b in range(1, model.nbody) if _behind(model, b, last)}

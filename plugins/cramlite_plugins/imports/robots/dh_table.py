@@ -39,7 +39,8 @@ class Table(Value):
 
 
 def table_of(axes: tuple[tuple[Floats, Floats], ...], flange: Pose) -> Table:
-    """Derive the table of joints with these axes (point, direction), in the base's frame, all joints at zero."""
+    """Derive an arm's Denavit-Hartenberg table from its joint axes (point, direction) and flange, in the base's
+    frame, all joints at zero."""
     frames = [_first(*axes[0])]
     for axis in axes[1:]:
         frames.append(_next(frames[-1], *axis))
@@ -74,7 +75,8 @@ def reach_of(table: Table, limits: tuple[tuple[float, float], ...]) -> float:
 
 
 def _first(point: Floats, z: Floats) -> Floats:
-    """Frame 0: on the first axis, level with the base's origin, its x as near to the base's x as it can be."""
+    """Denavit-Hartenberg frame 0: on the first joint's axis, level with the base's origin, x as near to the
+    base's x as it can be."""
     z = z / np.linalg.norm(z)
     x = np.array([1.0, 0.0, 0.0]) if abs(z[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
     return _frame(point - (point @ z) * z, x - (x @ z) * z, z)
@@ -113,8 +115,8 @@ def _frame(origin: Floats, x: Floats, z: Floats) -> Floats:
 
 
 def _row(before: Floats, after: Floats) -> tuple[float, float, float, float]:
-    """Return the Denavit-Hartenberg parameters (a, d, alpha, theta) from one frame to the next, both placed
-    by that convention."""
+    """Return the Denavit-Hartenberg parameters (a, d, alpha, theta) that lead from one frame of the table to the
+    next."""
     moved = np.linalg.inv(before) @ after
     theta = math.atan2(moved[1, 0], moved[0, 0])
     alpha = math.atan2(moved[2, 1], moved[2, 2])

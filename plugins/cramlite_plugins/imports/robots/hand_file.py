@@ -145,7 +145,7 @@ def _at_site(where: Path, source: Source, spec: Any, pads: Pads, name: str) -> P
 
 
 def _linkage(hand: Driven, pads: Pads, controls: Floats, states: Floats, lengths: Floats) -> Linkage:
-    """The stroke as a table, from where the pads are widest to where they meet."""
+    """Return the stroke of a hand as a table, from where its pads are farthest apart to where they meet."""
     gaps = np.array(pads.gaps)
     first = int(gaps.argmax())
     falling = [first]

@@ -40,7 +40,7 @@ class Driven(Value):
 
 
 def driven(where: Path, spec: Any, fingers: Sequence[Sequence[int]] | None = None) -> Driven:
-    """Find the wide and the narrow end of a hand's stroke.
+    """Find both ends of a hand's stroke: where its fingers are farthest apart, and where they are nearest.
 
     Args:
         fingers: geoms of each finger, where they are known; else those that come nearest to each other are looked for.

@@ -27,7 +27,7 @@ MESH, FREE = int(mujoco.mjtGeom.mjGEOM_MESH), int(mujoco.mjtJoint.mjJNT_FREE)
 
 
 def hand_spec(source: Source, at: Pose, last: int | None) -> Any:
-    """Cut a hand out of its file.
+    """Extract a hand from its file, as an MjSpec with the hand's bodies only.
 
     Args:
         at: of the hand's root in the flange; of the last link, where the hand is in the arm's own file.

@@ -105,7 +105,7 @@ def write_model(
 
 
 def _excluded(model: Any, parts: Sequence[RigidPart]) -> Iterator[tuple[str, str]]:
-    """Pairs of parts between which the file excludes contacts."""
+    """Yield the pairs of an arm's rigid parts between which the robot file excludes contacts."""
     owner = {b: p.name for p in parts for b in p.bodies}
     for signature in model.exclude_signature:
         a, b = owner.get(int(signature) >> 16), owner.get(int(signature) & 0xFFFF)
@@ -164,7 +164,7 @@ def _servos(model: Any, chain: Chain, table: Table) -> str:
 
 
 def _inertial(at_zero: Posed, part: RigidPart) -> str:
-    """Mass, centre and inertia of all bodies of a part, in the frame of the first."""
+    """Mass, centre of mass and inertia of all bodies of a rigid part together, in the frame of its first body."""
     model, data, frame = at_zero.model, at_zero.data, at_zero.body(part.bodies[0])
     masses = model.body_mass[list(part.bodies)]
     mass = float(masses.sum())

@@ -81,12 +81,13 @@ def _pad(model: Any, data: Any, geom: int, inwards: Floats) -> tuple[int, ...]:
 
 
 def _inner(model: Any, data: Any, geoms: Sequence[int], inwards: Floats) -> float:
-    """Return how far the points of some geoms reach along the direction ``inwards`` [m]."""
+    """Return how far the geoms of a finger reach along ``inwards``, the direction to the other finger [m]."""
     return max(float((points(model, data, g) @ inwards).max()) for g in geoms)
 
 
 def _face(model: Any, data: Any, geoms: Sequence[int], inwards: Floats) -> Floats:
-    """The points of a face (n, 3)."""
+    """Return the points (n, 3) of a finger's gripping face: those farthest along ``inwards``, the direction to
+    the other finger."""
     found = np.concatenate([points(model, data, g) for g in geoms])
     reach = found @ inwards
     return np.asarray(found[reach > reach.max() - FACE])
@@ -108,7 +109,8 @@ def _approach(centre: Floats, y: Floats) -> Floats:
 
 
 def _check_line(where: Path, first: Any, last: Any, pair: tuple[int, int], y: Floats, z: Floats) -> None:
-    """Refuse fingers that move aside: of a hand with three fingers no two come straight towards each other."""
+    """Refuse a hand whose fingers do not close along one line: of three fingers, no two move straight towards
+    each other."""
     for g in pair:
         way = first.geom_xpos[g] - last.geom_xpos[g]
         far = float(np.linalg.norm(way))

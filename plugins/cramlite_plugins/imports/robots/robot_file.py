@@ -188,7 +188,8 @@ def _bolted(tool: tuple[str, str], place: Pose, on_flange: Pose) -> tuple[str, s
 
 
 def _home(path: Path, model: Any, chain: Chain, said: tuple[float, ...]) -> tuple[tuple[float, ...], str]:
-    """Home joint position, counted from the file's own joint zeros, and in words where it was taken from."""
+    """Home joint position of an arm, counted from the joint zeros of its file, and where it was taken from, in
+    words."""
     keys = [k for k in range(model.nkey) if model.key(k).name == "home"]
     if said:
         own, where = said, "as said"

@@ -166,7 +166,7 @@ def _robots(model: Any) -> tuple[frozenset[int], tuple[int, ...], list[str]]:
 
 
 def _below(model: Any, body: int) -> Iterator[int]:
-    """A body and all that it carries."""
+    """Yield a body and all bodies below it in the body tree."""
     inside = {body}
     for b in range(body, model.nbody):
         if b in inside or int(model.body_parentid[b]) in inside:
@@ -175,7 +175,7 @@ def _below(model: Any, body: int) -> Iterator[int]:
 
 
 def _chain(model: Any, body: int, top: int) -> int:
-    """Number of hinges and slides from a body up to another."""
+    """Number of hinge and slide joints from a body up to one of its ancestors in the body tree, both included."""
     count = 0
     while True:
         count += sum(int(model.jnt_type[j]) in (HINGE, SLIDE) for j in joints(model, body))
@@ -185,7 +185,7 @@ def _chain(model: Any, body: int, top: int) -> int:
 
 
 def _base(model: Any, body: int, tree: frozenset[int]) -> frozenset[int]:
-    """Return the bodies of an arm with its base: the bodies that carry the arm and nothing else that moves.
+    """Return the bodies of an arm and of its base: those above the arm that carry nothing else that moves.
 
     Of the bodies above the arm, at most one has shapes.
     """

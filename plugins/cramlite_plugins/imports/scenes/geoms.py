@@ -82,7 +82,7 @@ def shaped(model: Any, data: Any, geom: int, frame: Pose) -> Shaped:
 
 
 def _wide(bodies: Floats, at: Floats, matrix: Floats, drawn: tuple[float, ...]) -> tuple[float, float]:
-    """Half lengths of the slab that stands for a plane."""
+    """Half lengths of the flat box that replaces a plane, wide enough to extend under all bodies of the scene [m]."""
     out = np.abs((bodies - at) @ matrix.reshape(3, 3)[:, :2]).max(axis=0) + BEYOND
     return (max(drawn[0] or GROUND, round(float(out[0]), 1)), max(drawn[1] or GROUND, round(float(out[1]), 1)))
 
@@ -110,7 +110,7 @@ def _colour(model: Any, geom: int) -> tuple[float, float, float, float]:
 
 
 def _meshed(model: Any, geom: int, at: Pose, look: dict[str, Any], name: str) -> Shaped:
-    """A convex mesh as its hull; a hollow one, which MuJoCo would fill, in convex parts."""
+    """Convert a mesh to geoms: a convex mesh to its hull; a hollow one, which MuJoCo would fill, to convex parts."""
     from ...shapes import files, shape
 
     mesh = int(model.geom_dataid[geom])

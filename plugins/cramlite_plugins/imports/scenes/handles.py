@@ -108,8 +108,8 @@ def _post(geom: Geom, out: Floats) -> bool:
 
 
 def _handle(geoms: Sequence[Geom], parts: tuple[int, ...], out: Floats, joint: Joint, why: str) -> Handle | None:
-    """Bar of a handle: the outermost part, or the one across a post; fingers close across its thinner
-    side."""
+    """Return a handle made of parts that stick out of a front: its bar is the outermost part, preferably not a
+    post; fingers close across the bar's thinner side."""
     frame = _frame(out)
     bar = max((geoms[k] for k in parts), key=lambda g: (not _post(g, out), round(_reach(g, out), 4), _area(g, out)))
     low, high = _boxes([bar], frame)

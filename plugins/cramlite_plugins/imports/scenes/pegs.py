@@ -87,8 +87,8 @@ def _post(thing: Thing, things: Iterable[Thing]) -> Feature | None:
 
 
 def _shaft(geom: Geom) -> tuple[Pose, float, dict[str, float]] | None:
-    """Pose of a geom's middle with z along it, half its length, and its thickness; None if its two cross
-    sections differ."""
+    """Pose of the middle of a round or square post with z along the post, half its length, and its thickness;
+    None for geoms of other shapes."""
     if geom.shape in ("cylinder", "capsule"):
         radius, half = geom.size
         return geom.pose, half + (radius if geom.shape == "capsule" else 0.0), {"radius": radius}
@@ -104,7 +104,8 @@ def _shaft(geom: Geom) -> tuple[Pose, float, dict[str, float]] | None:
 
 
 def _free(others: rays.Body, shaft: Pose, half: float, radius: float) -> float:
-    """Length [m] of the free shaft from the end that z points to; 0 if something is in front of that end."""
+    """Length [m] of a post that is free of other things, measured from its end at +z; 0 if something is in front
+    of that end."""
     end, back = np.asarray(shaft.apply((0.0, 0.0, half))), -np.asarray(shaft.rotate((0.0, 0.0, 1.0)))
     beyond = _met(others, end + back * 1e-6, -back)
     if beyond < 2 * radius:

@@ -80,7 +80,8 @@ def _leaning(thing: Thing, model: Any, data: Any, site: int) -> Feature | None:
 
 
 def _over_level(thing: Thing, pose: Pose) -> bool:
-    """Whether a thing has a level surface close to a pose in its frame; nothing would come to rest leaning there."""
+    """Whether a thing has a level surface close to a pose in the thing's frame, so that nothing would rest there
+    leaning."""
     import shapely
 
     middle = thing.pose.apply(pose.position)

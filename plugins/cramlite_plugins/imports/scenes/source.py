@@ -161,7 +161,8 @@ def _check_numbers(path: Path, model: Any, data: Any) -> None:
 
 
 def _check_shapes(path: Path, model: Any, data: Any) -> None:
-    """Refuse shapes that are endless, or larger than scenes are."""
+    """Refuse a scene with a shape whose size or pose is not finite, or which is larger than ``LARGEST``
+    (``PLANE`` for a plane)."""
     for g in range(model.ngeom):
         plane = model.geom_type[g] == mujoco.mjtGeom.mjGEOM_PLANE
         reach, most = (model.geom_size[g][:2].max(), PLANE) if plane else (model.geom_rbound[g], LARGEST)
@@ -296,7 +297,7 @@ def _said(reason: str) -> str:
 
 
 def _files(path: Path, seen: tuple[Path, ...] = ()) -> list[Path]:
-    """File and its includes, each once."""
+    """Return a scene file and all files that it includes, each once."""
     if not path.is_file() or path in seen:
         return []
     found = [path]

@@ -89,7 +89,7 @@ def _over(query: Query) -> list[tuple[float, float]]:
 
 
 def _level(at: Pose) -> Pose:
-    """Orientation whose z axis is up, turned about the vertical as far as the pose ``at``."""
+    """Orientation with z upwards, turned about the vertical to the heading of the pose ``at``."""
     x, y, _ = at.rotate((1.0, 0.0, 0.0) if abs(at.rotation[2, 0]) < math.sqrt(0.5) else (0.0, 1.0, 0.0))
     return Pose.from_rotvec((0.0, 0.0, 0.0), (0.0, 0.0, math.atan2(y, x)))
 

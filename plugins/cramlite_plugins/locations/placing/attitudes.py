@@ -1,4 +1,5 @@
-"""Attitudes in which a hand that points inwards holds a payload: upright, and leaning with its far edge down."""
+"""Orientations of a payload in a hand that points into the target from the side: upright, and leaning with its
+far edge down."""
 
 from __future__ import annotations
 
@@ -17,7 +18,7 @@ from .stable_poses import TURNLESS
 
 PITCHES = (0.0, 20.0)  # of a hand that points inwards, downwards [deg]
 LEVEL_FINGERS, UPRIGHT_FINGERS = ((0.0, 1.0, 0.0), (0.0, -1.0, 0.0)), ((0.0, 0.0, 1.0), (0.0, 0.0, -1.0))
-"""Closing directions of a hand that points inwards."""
+"""Closing directions of a hand that points into a target from the side: fingers level, or one above the other."""
 STEEPER = (0.0, 10.0, 20.0, 30.0, 40.0, 50.0)
 """Pitches of a hand whose fingers are one above the other [deg]: a hand is broad in that direction, and over a floor it has
 room only from above."""
@@ -25,7 +26,8 @@ FLAT_FALL = math.radians(32.0)  # lean of a flat thing from lying, from which it
 
 
 def attitudes(query: Query, upright: Pose) -> Iterator[tuple[str, Pose]]:
-    """Generate orientations in which to release a payload: upright, and as a hand that points inwards holds it.
+    """Generate orientations of a payload for its release: upright, and as held by a hand that points into the
+    target from the side.
 
     One that hangs from the fingers is released with its far edge down. Each has a kind of placement: "on" or "within" for a payload
     that then stands, "dropped" for one that falls over.
@@ -58,7 +60,8 @@ def far_edge_down(query: Query) -> Iterator[tuple[float, Pose]]:
 
 
 def _face(query: Query) -> Floats | None:
-    """Outward normal (3,) of the face on which a hanging payload lay when it was taken; None if it has none to lie on."""
+    """Outward normal (3,) of the face on which a hanging payload lay when it was grasped; None if no face is fit
+    to lie on."""
     faces, swing = carrying_faces(query.thing), query.held.swing
     if swing is None:
         return None
@@ -67,7 +70,7 @@ def _face(query: Query) -> Floats | None:
 
 
 def _pointing(query: Query, pitch: float, across: Vector3) -> Pose:
-    """Pose of a payload in a hand that points along x and downwards by an angle [deg].
+    """Pose of a payload in a hand that points along the base's x axis, tilted downwards by an angle [deg].
 
     Args:
         across: direction (3,) nearest to which the fingers close.

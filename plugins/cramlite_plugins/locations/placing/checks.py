@@ -199,8 +199,8 @@ def over_region(placement: Placement, query: Query) -> str:
 
 
 def _too_low(query: Query, z: float) -> str:
-    """Reason why an origin at a height ``z`` over the face [m] is too low for its region, which may begin
-    above the face; "" if it is not."""
+    """Reason why a payload's origin at a height ``z`` over the target's face [m] is too low for the wanted
+    region, which may begin above the face; "" if it is not."""
     low = query.lowest + WITHIN - z if query.lowest else 0.0
     return f"its origin would be {1000 * low:.0f} mm too low for '{query.where.region}' in this orientation" if low > 0 else ""
 

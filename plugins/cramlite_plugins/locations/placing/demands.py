@@ -51,8 +51,8 @@ def _goes_farther_in(placement: Placement, query: Query) -> bool:
 
 
 def is_tight(placement: Placement, query: Query) -> bool:
-    """Check whether a thing that later tasks close would not get to its stop, with room for a shift of the
-    released payload."""
+    """Check whether the payload would stop a drawer or door that later tasks close, at its place or after a small
+    shift at its release."""
     return _tight(Itself(placement), Itself(query))
 
 
@@ -103,7 +103,8 @@ def _blocked(placement: Placement, query: Query) -> Refused | None:
 
 
 def _remedy(no: Refused, query: Query) -> Remedy | None:
-    """Return the advice if the hand would meet the support or the container."""
+    """Return the advice if the retreating hand would meet the payload's support or container; None if it would
+    meet something else."""
     if no.collision is None or thing_of(query.entity) not in {thing_of(name) for name in no.collision.pair}:
         return None
     into, more = query.belief.thing(query.entity), max(1.0, 1000 * no.collision.depth)

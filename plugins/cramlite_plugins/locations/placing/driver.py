@@ -81,7 +81,8 @@ def placements(location: Location, belief: Belief, context: Context, ways: Seque
 
 
 def _merged(stuck: list[Unresolvable], location: Location, tasks: tuple[str, ...] = ()) -> Unresolvable:
-    """Refusal if every way out is refused: all reasons, and all choices that a reason depends on."""
+    """Merge the refusals of all ways of a payload to its target: all reasons, and all choices that a reason
+    depends on."""
     because = dict.fromkeys(name for no in stuck for name in (location.of or "", *no.because, *tasks))
     blocking = dict.fromkeys(name for no in stuck for name in no.blocking or ())
     remedy = next((no.remedy for no in stuck if no.remedy is not None), None)
@@ -89,7 +90,7 @@ def _merged(stuck: list[Unresolvable], location: Location, tasks: tuple[str, ...
 
 
 def _by(way: WayOut, cost: float, asked: list[Query]) -> Answers:
-    """Placements by one way to bring the payload there; those that leave little room for closing a thing
+    """Placements by one way to bring the payload to its target; those that leave little room for closing a thing
     later come last.
 
     What shapes refuse is told when the first candidate gets past them. If none does, no other grasp would
@@ -196,8 +197,8 @@ def _no_room(refused: list[Refused], query: Query, there: Iterable[str]) -> Unre
 
 
 def _blocked(way: WayOut, refused: list[Refused], query: Query) -> Unresolvable:
-    """Refusal if no candidate of a way out passes all checks: the nearest miss. It names the grasp as a cause
-    unless the payload's own shape is to blame."""
+    """Refusal if no candidate for one way of the payload to its target passes all checks: the nearest miss. It
+    names the grasp as a cause unless the payload's own shape is to blame."""
     nearest = max(reversed(refused), key=lambda no: no.passed)
     own = any(nearest.check in shapes for shapes in SHAPES.values()) or not nearest.check
     grasps = taken_at(query.belief, query.context) if way.by_hand or not own else ()

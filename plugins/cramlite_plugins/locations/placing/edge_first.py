@@ -58,7 +58,8 @@ def _lying(asked: list[Query]) -> Iterator[Rest]:
 
 
 def _let_fall(rest: Rest, now: Pose, turn: float, name: str) -> Iterator[Found]:
-    """Placement of a payload that falls from an attitude to about where it shall lie: its far edge is over where that edge lies then.
+    """Yield placements of a leaning payload that falls flat once released: its far edge is above the place where
+    that edge comes to lie.
 
     Args:
         now: the attitude, the hand pointing along x.

@@ -66,8 +66,8 @@ class Floor(Value):
     out: Floats
 
     def spots(self, few: int = 1) -> list[tuple[Floats, str]]:
-        """Return points (3,) on the floor from its middle outwards, with descriptions; ``few`` = 2 leaves out
-        every second step."""
+        """Return points (3,) on a floor under a roof, from its middle to its open side, with descriptions; fewer
+        of them if ``few`` > 1."""
         low, high = np.reshape(self.surface.area.bounds, (2, 2))
         way = self.surface.pose.inverse().rotate(self.out)[:2]
         across, half = np.array([-way[1], way[0]]), (high - low) / 2
@@ -161,7 +161,8 @@ def _too_high(query: Query, room: float, needed: float) -> Unresolvable:
 
 
 def _level(query: Query, floor: Floor, now: Pose, kind: str) -> Iterator[Placement]:
-    """Generate placements on a floor from its middle outwards, with the hand pointing inwards.
+    """Generate placements on a floor under a roof, from its middle to its open side, with the hand pointing in
+    through that side.
 
     A payload that is not released upright gets its simulated rest pose. If all are out of reach, one is kept
     for the refusal.
@@ -184,7 +185,8 @@ def _level(query: Query, floor: Floor, now: Pose, kind: str) -> Iterator[Placeme
 
 
 def _of_each_step(rows: NDArray[np.intp], few: int) -> list[list[int]]:
-    """Limit the pairs (spot, turn of the hand) to try at each distance from a floor's middle: to ``MANY``, or to one if ``few`` > 1.
+    """Limit the pairs (spot, turn of the hand) to try at each distance from a floor's middle: to ``MANY``, or to
+    one if ``few`` > 1 asks for few trials.
 
     To simulate how a payload comes to rest at one spot takes some ten runs.
     """
@@ -197,7 +199,8 @@ def _of_each_step(rows: NDArray[np.intp], few: int) -> list[list[int]]:
 def _at(
     query: Query, floor: Floor, now: Pose, kind: str, spot: tuple[Floats, str], turn: float
 ) -> Placement:
-    """Placement of a payload at a spot, turned by ``turn`` [deg] from where the hand points straight inwards."""
+    """Placement of a payload at a spot of a floor, turned by ``turn`` [deg] from where the hand points straight
+    in through the floor's open side."""
     ahead, (point, name) = query.hand(now).rotate((0.0, 0.0, 1.0)), spot
     spin = math.atan2(-floor.out[1], -floor.out[0]) - math.atan2(ahead[1], ahead[0]) + math.radians(turn)
     turned = about_vertical(now, spin)

@@ -306,7 +306,8 @@ def _floor(query: Query, lying: Pose) -> float | None:
 
 
 def carried_at(thing: Thing, turned: Pose, point: Vector3, belief: Belief) -> float | None:
-    """Return the height at which a thing would be supported with its middle over or under a point of the base frame [m].
+    """Return the height at which a thing rests on what is below it, with its middle over or under a point of the
+    base frame [m].
 
     The thing is turned as in ``turned``; None if nothing is below it.
     """
@@ -319,7 +320,8 @@ def carried_at(thing: Thing, turned: Pose, point: Vector3, belief: Belief) -> fl
 
 
 def _inside_from(query: Query, out: Floats, deep: float, share: float) -> Floats:
-    """Return a point (3,) of an opening in the base frame [m]: ``deep`` inwards from that edge which lies in the direction ``out``.
+    """Return a point (3,) of an opening in the base frame [m], ``deep`` inside the opening's edge on the side of
+    the direction ``out``.
 
     Along that edge it is off the middle by a share of half the width.
     """

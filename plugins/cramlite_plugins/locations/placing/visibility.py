@@ -40,7 +40,7 @@ def visible(placement: Placement, query: Query) -> str:
 
 
 def _grid(thing: Thing) -> Floats:
-    """27 points in the box around a thing."""
+    """Return a grid of 27 points in the box around a thing, at which its occlusion is sampled."""
     low, high = box_around(thing.geoms)
     shares = np.array([(x, y, z) for x in (0.1, 0.5, 0.9) for y in (0.1, 0.5, 0.9) for z in (0.1, 0.5, 0.9)])
     found: Floats = low + shares * (high - low)

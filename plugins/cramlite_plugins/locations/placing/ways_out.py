@@ -93,7 +93,7 @@ def _from_above(rest: Rest) -> Iterator[Found]:
 
 
 def _may_be_there(placement: Placement, query: Query) -> bool:
-    """Whether hand and payload have room at a place within reach, whatever the way there."""
+    """Whether the arm reaches a placement, with hand and payload free of collision there, whatever the way to it."""
     if not inverse(query.context.robot, placement.pose, seed=query.belief.joints):
         return False
     return query.scene.met(query.belief.base() * placement.pose) is None
@@ -110,8 +110,8 @@ def _at_best(asked: list[Query], now: Pose) -> Iterator[Refused]:
 
 
 def prepared(bare: list[Query]) -> list[Query]:
-    """Return the queries for placing a payload from above (target and constraints), with the obstacles at
-    each target.
+    """Return the placing problems (target and constraints) for placements from above, with the obstacles at each
+    target.
 
     An opening has two queries: one for positions beside its contents and its overhang, one for positions
     anywhere.
@@ -123,7 +123,7 @@ def prepared(bare: list[Query]) -> list[Query]:
 
 
 def beside_content(query: Query) -> Query:
-    """Return a query for places in an opening that counts the opening's contents and overhang as obstacles.
+    """Return the placing problem of an opening with the opening's contents and overhangs as obstacles.
 
     A smaller clearance is kept from them if there is no room for the payload otherwise.
     """

@@ -54,7 +54,8 @@ def behind_door(location: Location, belief: Belief, context: Context) -> Iterato
 def _pushing(
     thing: Thing, joint: Joint, spots: Iterator[tuple[Pose, str]], belief: Belief, context: Context, least: float | None
 ) -> Iterator[Grounding | Refused]:
-    """Ground hand poses that push a thing along its arc until it is all but shut, or open by the share ``least``.
+    """Ground hand poses that push a thing along its joint until it is all but shut, or open by the share
+    ``least`` of the joint's range.
 
     A hand pose is refused if it is not free of collision, or if the arm cannot follow the arc with it.
     """

@@ -39,7 +39,8 @@ Left = Callable[[Point], float]
 
 
 def way_around(start: Point, left: Left, met: Met, cleared: bool = False) -> list[Point] | Refused:
-    """Find the shortest way on a lattice (A*, Hart, Nilsson and Raphael 1968): its corners and its end, without its start.
+    """Find the shortest way of a pushed thing on a lattice (A*, Hart, Nilsson and Raphael 1968): its corners and
+    its end, without its start.
 
     Args:
         cleared: whether each movable thing on it costs what taking it aside does, however long the way is through it; else so much for
@@ -70,8 +71,8 @@ def way_around(start: Point, left: Left, met: Met, cleared: bool = False) -> lis
 
 
 def way_straight(start: Point, end: Point, met: Met) -> list[Point] | Refused:
-    """Check the straight way between two points: return the end, or a refusal with all loose obstacles on it,
-    or with the first fixed one."""
+    """Check the straight way of a pushed thing between two points: return the end, or a refusal with all loose
+    obstacles on the way, or with the first fixed one."""
     stopped = [no for no in map(met, _between(start, end)) if no is not None]
     fixed = next((no for no in stopped if not no.blocking), None)
     if not stopped or fixed:
@@ -197,7 +198,8 @@ def met_alone(belief: Belief, context: Context, entity: str) -> Met:
 def _known(
     world: Itself[World], poses: Itself[Mapping[str, Estimate]], relations: frozenset[Relation], base: Pose, entity: str
 ) -> dict[Point, Refused | None]:
-    """Return an empty cache for what a pushed thing would meet at each point of the plane; the hand is left out.
+    """Return an empty cache for the obstacles that a pushed thing, without the hand, would meet at each point of
+    the plane.
 
     All hand poses share it.
 

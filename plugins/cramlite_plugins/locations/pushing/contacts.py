@@ -118,7 +118,8 @@ def sides(area: Feature) -> list[float]:
 
 
 def _axes(way: Floats, turn: float) -> tuple[Floats, Floats, Pose]:
-    """Unit vectors (3,) along a level way and to the left of it, and a hand that points down, turned about the vertical [deg]."""
+    """Unit vectors (3,) along a level way and to its left, and the orientation of a hand that points down, turned
+    by ``turn`` [deg] from that way."""
     ahead = way / float(np.linalg.norm(way))
     hand = Pose.from_axes((0, 0, 0), -UP, ahead) * Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(turn)))
     return ahead, np.cross(UP, ahead), hand

@@ -28,7 +28,8 @@ BACK = 0.12  # distance that hands go back from a released payload, as elsewhere
 
 
 def off(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate a place straight back from a released thing, at the same height, at which closed fingers touch nothing.
+    """Generate a place for the hand, moved back horizontally from the thing that it released, at which its closed
+    fingers touch nothing.
 
     From there the fingers push the thing farther in.
     """
@@ -46,8 +47,8 @@ def off(location: Location, belief: Belief, context: Context) -> Iterator[Ground
 
 
 def deeper(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate the place straight ahead to which the fingers push the thing, so that it is clear of the thing
-    that a later task closes."""
+    """Generate the place to which the fingers push a released thing, straight ahead, so that it is clear of the
+    thing that a later task closes."""
     entity, ahead = bound(context, location.of), _ahead(belief, context)
     way, (x, y, _) = _needed(entity, ahead, belief, context), belief.pose(entity).position
     to = x + way * float(ahead[0]), y + way * float(ahead[1])

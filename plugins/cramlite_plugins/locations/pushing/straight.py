@@ -1,4 +1,5 @@
-"""Straight pushes of loose things: against a side, to a region, or out of the way of later tasks."""
+"""Straight pushes of loose things: fingers set against a side of the thing, and paths to a region or out of the
+way of later tasks."""
 
 from __future__ import annotations
 

@@ -119,8 +119,8 @@ def _off(shown: Floats, own: Floats, normals: Floats) -> Floats:
 
 
 def _light(shown: Floats, own: Floats, normals: Floats) -> Floats:
-    """Brightness (N,) by which a texture of colours (N, 3) is best explained: linear in the normal, as
-    Lambert's law of one lamp is."""
+    """Brightness factors (N,), linear in the normal as under one lamp (Lambert), by which the colours (N, 3) of a
+    texture best explain those of the picture."""
     terms = np.concatenate([np.ones((len(normals), 1)), normals], axis=1)
     weight, product = (own * own).sum(axis=1), (own * shown).sum(axis=1)
     matrix = (terms * weight[:, None]).T @ terms

@@ -81,7 +81,8 @@ class Scene(Value, eq=False):
 
 
 def interpreted(scene: Scene) -> list[Part]:
-    """Interpret what stands out from the background, cluster by cluster; what a model explains is taken out first."""
+    """Interpret the foreground of a picture, cluster by cluster; the rest of a cluster beside an explained part is
+    interpreted again."""
     parts: list[Part] = []
     open_ = [(mask, 0) for mask in clusters(scene, scene.front)]
     while open_:
@@ -345,8 +346,8 @@ def _quick(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> Re
 
 
 def _full(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> list[Reading]:
-    """Explanations of a part of the picture by a model, fully registered, each at the pose at which its
-    texture agrees best."""
+    """Explanations of a part of the picture by a model that is fully registered with it, each in the pose at which the
+    model's texture agrees best."""
     starts, seen, model, view = _coarse(scene, mask, appearance, prior), _seen(scene, mask), appearance.surface, scene.picture.view
     if starts is None or seen is None:
         return []
@@ -360,7 +361,8 @@ def _full(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> lis
 
 
 def _by_print(scene: Scene, mask: Mask, appearance: Appearance, seen: tuple[Floats32, Outline], found: PoseHypothesis) -> Reading:
-    """Explanation of a part of the picture by a model at a registered pose, turned so that its texture agrees best.
+    """Explanation of a part of the picture by a model at a registered pose, turned by a symmetry or about the vertical
+    to where shape and texture agree best.
 
     The turned pose is registered once more.
     """
@@ -388,9 +390,10 @@ def distinct(model: PoseModel, found: Sequence[PoseHypothesis]) -> list[PoseHypo
 
 
 def _turned(scene: Scene, seen: tuple[Floats32, Outline], model: PoseModel, pose: Pose) -> tuple[list[Pose], Floats]:
-    """A pose and those turns of it that fit nearly as well, with their scores.
+    """A pose of a model, and the turned poses (by a symmetry or about the vertical) that fit the picture nearly as
+    well, with their scores.
 
-    It is turned by the model's symmetries and about the vertical; of nearly round things many turns fit.
+    Of nearly round things many turns fit.
     """
     centre = pose.apply(model.centre)
     there, back = Pose(tuple(centre)), Pose(tuple(-centre))

@@ -23,7 +23,7 @@ OWN = 0.6
 
 
 def pieces(view: View, mask: Mask, least: float) -> list[Mask]:
-    """Return the pieces of a mask, divided at steps and concave edges, the largest first.
+    """Return the pieces of an image mask, divided at jumps in depth and at concave edges, the largest first.
 
     Pieces with fewer than ``least`` pixels are left out.
     """

@@ -75,7 +75,7 @@ def sampled(skin: Skin) -> Samples:
 
 
 def _seen(model: Any, data: Any, centre: Floats, radius: float, way: Floats, steps: int) -> tuple[Floats, Floats]:
-    """Points that a view from one direction sees, and their normals towards it."""
+    """Points of a mesh's surface that are seen from one direction, and the normals there, which point to the viewer."""
     way = way / np.linalg.norm(way)
     eye = centre + AWAY * radius * way
     side = np.cross(way, (0.0, 0.0, 1.0)) if abs(way[2]) < 0.9 else np.array((1.0, 0.0, 0.0))

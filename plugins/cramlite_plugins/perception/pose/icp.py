@@ -58,7 +58,7 @@ class PoseBatch(Value, eq=False):
         return PoseBatch(self.turn[which], self.shift[which])
 
     def joined(self, other: PoseBatch) -> PoseBatch:
-        """Concatenate two batches."""
+        """Concatenate two batches of poses."""
         return PoseBatch(np.concatenate([self.turn, other.turn]), np.concatenate([self.shift, other.shift]))
 
 

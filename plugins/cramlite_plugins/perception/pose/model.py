@@ -89,27 +89,27 @@ class PoseModel(Value, eq=False, dict=True):
 
     @cached_property
     def surface(self) -> Floats32:
-        """Return points and normals side by side, (N, 6), so that one lookup gives both."""
+        """Return surface points and their normals side by side, (N, 6), so that one lookup gives both."""
         return np.concatenate([self.points, self.normals], axis=1)
 
     @cached_property
     def centre(self) -> Floats:
-        """Return the centre (3,) of the bounding box [m]."""
+        """Return the centre (3,) of the model's bounding box [m]."""
         return np.asarray((self.points.min(0) + self.points.max(0)) / 2, dtype=float)
 
     @cached_property
     def extents(self) -> Floats:
-        """Return the side lengths (3,) of the bounding box [m]."""
+        """Return the side lengths (3,) of the model's bounding box [m]."""
         return np.asarray(np.ptp(self.points, axis=0), dtype=float)
 
     @property
     def diameter(self) -> float:
-        """Return the diagonal of the bounding box [m]."""
+        """Return the diagonal of the model's bounding box [m]."""
         return float(np.linalg.norm(self.extents))
 
     @cached_property
     def tree(self) -> Any:
-        """Return a k-d tree (scipy's cKDTree) of the points."""
+        """Return a k-d tree (scipy's cKDTree) of the model's surface points."""
         return cKDTree(self.points)
 
     @cached_property
@@ -253,8 +253,8 @@ def _surface(solids: Sequence[Any], count: int, seed: int) -> tuple[Floats32, Fl
 
 
 def _sample(mesh: Any, count: int, seed: int) -> tuple[Floats32, Floats32]:
-    """About ``count`` evenly spread points: of thrice as many random ones, those that are far enough
-    apart."""
+    """About ``count`` evenly spread points of a mesh's surface and the normals there: thrice as many random points,
+    without those that are near another one."""
     import trimesh
 
     points, faces = trimesh.sample.sample_surface(mesh, 3 * count, seed=seed)

@@ -34,7 +34,8 @@ UPRIGHT = Prior((Alignment(((0.0, 0.0, 1.0),), ((0.0, 0.0, 1.0),)),))
 
 
 def alignment_error(camera: Pose, turn: Floats32, alignment: Alignment) -> Floats:
-    """Return for each of H turns the smallest angle [rad] between any axis of the model and any direction of the world: (H,).
+    """Return for each of H rotations the smallest angle [rad] between any axis of the model and any direction of the
+    world: (H,).
 
     Args:
         camera: the optical frame in the world.

@@ -94,7 +94,7 @@ def hierarchical(points: Points32, parameters: Mapping[str, float]) -> Labels:
 
 
 def _numbered(labels: Labels) -> Labels:
-    """Clusters renumbered as 0, 1, 2, ...; -1 stays."""
+    """Cluster labels of points, renumbered as 0, 1, 2, ...; the label of noise stays -1."""
     import numpy as np
 
     _, numbers = np.unique(labels, return_inverse=True)

@@ -34,7 +34,7 @@ def obstacles(inputs: Inputs) -> Mapping[str, Any]:
 
 
 def _unexplained(inputs: Inputs, known: Sequence[Thing]) -> tuple[Floats, Floats]:
-    """Mean points of well-filled voxels: first those that no known thing explains, then those that one explains.
+    """Mean points of well-filled voxels, in two arrays: unexplained by any known thing, and explained by one.
 
     A thing explains points that are no farther from it than noise and errors of poses make likely.
     """

@@ -69,7 +69,7 @@ def chromaticity(rgb: np.ndarray[Any, np.dtype[np.uint8]]) -> Floats32:
 
 
 def _labelled(front: Mask, depth: Any, chroma: Floats32, parameters: Mapping[str, float]) -> Labels:
-    """Labels of the areas between edges, grown over the edges."""
+    """Labels of the foreground's areas between edges, grown over the pixels of the edges."""
     import numpy as np
     from scipy import ndimage
 

@@ -30,7 +30,8 @@ def render(
     stamp: float = 0.0,
     skins: Skins | None = None,
 ) -> tuple[View, InstanceIds]:
-    """Render a camera's view of a state whose kinematics are computed: colour, depth, and the body at each pixel.
+    """Render a camera's view of a MuJoCo state, whose kinematics must be up to date: colour, depth, and the body at
+    each pixel.
 
     Args:
         camera: the optical frame in the world: x right, y down, z forward.

@@ -42,7 +42,7 @@ class Camera(Value):
 def render(
     model: Model, data: Data, camera: Camera | None = None, width: int = 480, height: int = 360, shadows: bool = False
 ) -> Image:
-    """Render a state whose kinematics are computed as an image (height, width, 3).
+    """Render a MuJoCo state, whose kinematics must be up to date, as an image (height, width, 3).
 
     Args:
         shadows: cast a second ray from each point to the light; about twice the time.

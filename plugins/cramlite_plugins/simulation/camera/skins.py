@@ -1,4 +1,4 @@
-"""Textured things in a camera's picture: rays meet their visual mesh in the place of their collision shape."""
+"""Textured things in a camera's picture: rays hit their visual meshes instead of their collision shapes."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def skins_of(things: tuple[Thing, ...], indices: Mapping[str, ThingIndex]) -> Sk
 
 
 def visual_model(skins: tuple[Skin, ...]) -> Model:
-    """Return a model with one movable body (mocap), at the origin, for each visual mesh."""
+    """Return a MuJoCo model with one movable body (mocap), at the origin, for each visual mesh."""
     spec = mujoco.MjSpec()
     meshes: dict[int, str] = {}
     for k, skin in enumerate(skins):

@@ -214,7 +214,7 @@ class Controller(CommandedArm):
     # One control cycle
 
     def cycle(self) -> None:
-        """Advance the command by a control cycle, then the physics.
+        """Advance the commanded joint positions by a control cycle, then the physics.
 
         Raises:
             ProtectiveStop: a limit of the safety configuration, or a target that cannot be followed.

@@ -37,7 +37,8 @@ class ForceMode(Struct):
     offset: Floats = field(default_factory=lambda: np.zeros(6))
 
     def advance(self, applied: Floats, period: float, scale: float = 1.0) -> None:
-        """Integrate the deviation over a control cycle; ``applied`` is the robot's wrench (6,), base axes [N, Nm].
+        """Integrate force mode's deviation over a control cycle; ``applied`` is the wrench (6,) of the robot on its
+        environment, base axes [N, Nm].
 
         Args:
             scale: of the gain, as ``force_mode_set_gain_scaling`` sets it.

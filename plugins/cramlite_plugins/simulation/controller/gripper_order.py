@@ -35,7 +35,7 @@ class GripperOrder:
         self.closed = self.tolerance
 
     def move(self, opening: float, speed: float, force: float) -> None:
-        """Order an opening [m] at a speed [m/s] with a grip force [N], each clamped to the gripper's range."""
+        """Command an opening [m] at a speed [m/s] with a grip force [N], each clamped to the gripper's range."""
         low, high = self.gripper.opening
         self.speed = float(np.clip(speed, *self.gripper.speed))
         self.force = float(np.clip(force, *self.gripper.force))
@@ -65,7 +65,8 @@ class GripperOrder:
 
     @property
     def _stopped(self) -> bool:
-        """Whether fingers that stand still have certainly been stopped by a thing, and do not only hesitate.
+        """Whether fingers that stand still have certainly been stopped by a thing, and have not just paused on their
+        way.
 
         They had begun to close, press with all that they are ordered to, and are not nearly closed. Fingers
         that open press on nothing, and creep to the end of their way.
@@ -78,7 +79,8 @@ class GripperOrder:
         return self.closed if self.goal <= self.gripper.opening[0] else self.tolerance
 
     def follow(self, opening: float, period: float) -> None:
-        """Take a measured opening [m], a control cycle after the last one, and move the command on."""
+        """Take the measured opening [m], a control cycle after the last one, and move the commanded opening on towards
+        its goal."""
         fast = abs(opening - self.opening) / period > STILL
         self.moved = self.moved or (fast and (opening - self.opening) * (self.goal - self.opening) > 0)
         self.opening = opening

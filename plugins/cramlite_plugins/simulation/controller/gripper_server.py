@@ -19,7 +19,7 @@ OBJ = {"moving": 0, "stopped opening": 1, "stopped closing": 2, "there": 3}
 
 
 class GripperServer(GripperDrive):
-    """The gripper's registers, and the motion that they order.
+    """The gripper's registers, and the motion of the fingers that they command.
 
     Args:
         gripper: description.

@@ -57,8 +57,7 @@ class Slides:
 
 
 class Linked:
-    """Linkage that was read from a robot file: openings, orders and forces are interpolated in a table along
-    its stroke."""
+    """Finger linkage from a robot file: openings, commands and forces are interpolated in a table along its stroke."""
 
     def __init__(self, linkage: LinkageIndex, model: Any) -> None:
         self.linkage, self.model = linkage, model

@@ -43,7 +43,7 @@ class LineSegment(Value):
 
     @property
     def length(self) -> float:
-        """Return the length of the segment [m]."""
+        """Return the length of the straight segment [m]."""
         return math.dist(self.start, self.goal)
 
     def at(self, share: float) -> tuple[Floats, float]:

@@ -32,7 +32,7 @@ class Leg(TrapezoidalProfile):
 
 
 def leg(start: Floats, goal: Floats, rates: tuple[float, float], turning: tuple[float, float]) -> Leg:
-    """Plan a leg on which neither translation nor turn exceeds its speed and acceleration.
+    """Plan a straight motion of a platform within the limits of speed and acceleration of translation and rotation.
 
     Args:
         start, goal: x, y [m] and turn [rad].
@@ -71,7 +71,8 @@ class PlatformDrive:
         return self.motion is not None
 
     def drive(self, place: Vector3, rates: tuple[float, float], turning: tuple[float, float]) -> None:
-        """Start a leg to x, y, turn in the world [m, m, rad], the shorter way round, from where the last one ended."""
+        """Start a straight motion to x, y, turn in the world [m, m, rad], turning the shorter way round, from the goal
+        of the last one."""
         x0, y0, turn0 = flat(self.start)
         c, s = math.cos(turn0), math.sin(turn0)
         dx, dy = place[0] - x0, place[1] - y0
@@ -85,7 +86,7 @@ class PlatformDrive:
             self.motion, self.time = stopping_motion(self.motion, self.time, self.motion.acceleration), 0.0
 
     def advance(self, period: float) -> None:
-        """Advance the command by a control cycle."""
+        """Advance the platform's commanded position by a control cycle."""
         self.before = self.goal
         if self.motion is not None:
             self.time += period
@@ -95,7 +96,8 @@ class PlatformDrive:
         self.rate = (self.goal - self.before) / period
 
     def apply(self, share: float) -> None:
-        """Command the servos to the pose after a share (0 to 1) of the cycle, with velocity feed-forward."""
+        """Command the platform's servos to the pose after a share (0 to 1) of the control cycle, with velocity
+        feed-forward."""
         self.data.ctrl[self.servos] = self.before + share * (self.goal - self.before) + self.lag * self.rate
 
     def actual(self) -> Pose:

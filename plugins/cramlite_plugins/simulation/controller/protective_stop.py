@@ -66,7 +66,7 @@ class SafetyWatch:
             raise ProtectiveStop(f"joint '{self.arm.joints[i]}' at {rates[i]:.2f} rad/s > {most:.2f} rad/s")
 
     def cycle(self, force: float, effort: Floats, error: Floats, platform: str) -> None:
-        """Check the measurements of a control cycle.
+        """Check the measurements of a control cycle against the limits of the safety configuration.
 
         Args:
             force: on the TCP [N].

@@ -28,7 +28,7 @@ class Motion(Protocol):
 
     @property
     def duration(self) -> float:
-        """Return the duration [s]."""
+        """Return the duration of the motion [s]."""
     def at(self, time: float) -> Floats | Pose:
         """Return the joint position (n,) [rad] or the TCP pose in the base frame at a time since the start [s]."""
     def rate(self, time: float) -> float:
@@ -36,7 +36,7 @@ class Motion(Protocol):
 
 
 class TrapezoidalProfile(Value):
-    """A trapezoidal velocity profile over ``way``; speed and acceleration in the same unit."""
+    """A trapezoidal velocity profile over a length or an angle ``way``; speed and acceleration in the same unit."""
 
     way: float
     speed: float
@@ -44,7 +44,7 @@ class TrapezoidalProfile(Value):
 
     @property
     def duration(self) -> float:
-        """Return the duration [s]."""
+        """Return the duration of the motion [s]."""
         return trapezoid(self.way, self.speed, self.acceleration)
 
     def share(self, time: float) -> float:
@@ -211,5 +211,5 @@ def circular_motion(start: Pose, via: Vector3, goal: Pose, speed: float, acceler
 
 
 def stopping_motion(motion: Motion, time: float, deceleration: float) -> StoppingMotion:
-    """Stop a motion that has run for ``time`` [s] with a deceleration in its own unit."""
+    """Stop a motion that has run for ``time`` [s], with a deceleration in the motion's unit, m/s2 or rad/s2."""
     return StoppingMotion(motion, time, motion.rate(time) / deceleration)

@@ -172,7 +172,8 @@ def is_pad(name: str) -> bool:
 
 
 def add_thing(spec: Any, thing: Thing, planning: bool, carried: Carried | None, carrier: Thing | None = None) -> None:
-    """Add a thing as a body: fixed, free, on a joint of ``carrier``, or (when planning) carried by a robot."""
+    """Add a thing as a body: fixed, free, on its joint to the thing ``carrier`` or to the world, or (when
+    planning) held by a robot."""
     mask = FURNITURE if planning or not thing.movable else PRODUCT
     if planning and carried is not None:
         mask = ROBOT
@@ -262,7 +263,8 @@ def _carry(spec: Any, thing: Thing, carried: Carried) -> Any:
 
 
 def _solid(index: int, geom: Geom, planning: bool) -> list[tuple[str, Geom]]:
-    """Geoms of a MuJoCo model, each with a key, that stand for one geom of a world: usually that geom alone.
+    """Geoms of a MuJoCo model that stand for one geom of a world, each with the end of its name: usually that
+    geom alone.
 
     In a planning model it has no contact parameters of its own, and a capsule becomes a cylinder with two
     spheres.
@@ -313,7 +315,7 @@ def _state_contact(geom: Any, friction: float, contact: Contact) -> None:
 
 
 def finish(spec: Any) -> Model:
-    """Compile the specification.
+    """Compile the MuJoCo specification of a world.
 
     Raises:
         UserError: with MuJoCo's reason.

@@ -63,7 +63,7 @@ class Compiled(Value):
 
     @property
     def hands(self) -> tuple[HandIndex, ...]:
-        """Return the free-floating hands."""
+        """Return the free-floating hands of this model: none, one or two."""
         return tuple(h for h in (self.hand, self.other_hand) if h is not None)
 
     def data(self) -> Data:
@@ -117,7 +117,8 @@ class Compiled(Value):
             data.qvel[index.dof : index.dof + 6] = 0.0
 
     def _displaced(self, data: Data, carrier: str) -> Pose:
-        """Displacement, in the world frame, of what a thing is mounted in, by the joints of a state."""
+        """Displacement of the thing ``carrier``, in the world frame, from its pose in the world's description
+        to that in a simulation state."""
         index = self.things.get(carrier)
         if index is None or index.joint is None or (joint := self.world.thing(carrier).joint) is None:
             return Pose()
@@ -183,7 +184,7 @@ def compile_world(
 def _described(
     world: World, robots: Mapping[str, Robot], hands: Mapping[str, Pose], carried: Mapping[str, Carried], *, planning: bool
 ) -> mujoco.MjSpec:
-    """The robots, the hands of a demonstration and the things of a world, as MuJoCo compiles them."""
+    """MuJoCo specification of a world with its robots and things, and the hands of a demonstration."""
     spec = mujoco.MjSpec()
     set_options(spec, world.physics)
     for mount in world.robots:
@@ -210,7 +211,8 @@ def _stated(world: World) -> frozenset[str]:
 
 
 def _rests(hand: bool | Pose | tuple[Pose, ...]) -> tuple[Pose, ...]:
-    """Rest orientations of the free-floating hands, as the argument ``hand`` of a compilation asks for them."""
+    """Rest orientations of the free-floating hands of a compiled world: those that ``hand`` lists; the usual
+    one if it is True."""
     if isinstance(hand, Pose):
         return (hand,)
     return hand if isinstance(hand, tuple) else (REST,) if hand else ()
@@ -247,7 +249,8 @@ def _owner(model: Model, world: World, geom: int) -> Owner:
 
 
 def misbuild(compiled: Compiled, mount: str, off: Disturbance) -> None:
-    """Build a robot otherwise than its controller believes: links and tool off their places, and a mass on the flange."""
+    """Build a robot with errors that its controller does not know: displaced links and tool, and a mass on the
+    flange."""
     model, index = compiled.model, compiled.robots[mount]
     bodies = [int(model.jnt_bodyid[model.joint(f"{mount}/{name}").id]) for name in index.robot.joints]
     for body, way in zip(bodies, off.links, strict=False):

@@ -115,8 +115,8 @@ def _surface(geom: Any, stated: Container[str]) -> Surface | None:
 
 
 def _add_pair(spec: Any, a: Surface, b: Surface, firm: bool) -> None:
-    """Add a contact pair with the friction of both; all other parameters are as MuJoCo would combine them
-    from the two geoms."""
+    """Add a contact pair with the friction of both its geoms; the other parameters are as MuJoCo would combine
+    them, except for ``solimp`` of a firm contact."""
     if a.priority != b.priority:
         first = max(a, b, key=lambda s: s.priority)
         condim, solref, solimp = first.condim, first.solref, first.solimp

@@ -39,7 +39,8 @@ def add_grains(spec: Any, thing: Thing) -> None:
 
 
 def layout(thing: Thing) -> list[tuple[float, float, float]]:
-    """Compute the centres of the grains in the world [m]: a grid in the cavity, from its floor up; without one, on the surface.
+    """Compute the centres of a thing's grains in the world [m]: a grid in its cavity, from the bottom up, or on
+    its surface if it has no cavity.
 
     Raises:
         UserError: there is neither, or it is too small.
@@ -64,7 +65,7 @@ def layout(thing: Thing) -> list[tuple[float, float, float]]:
 
 
 def _packed(cavity: Feature, filling: Filling) -> list[tuple[float, float, float]]:
-    """Grid points in a cavity, in its frame [m]."""
+    """Possible start positions of grains in a cavity: grid points in the cavity's frame [m], from the bottom up."""
     step = GAP * 2 * filling.radius
     layers = int((cavity.size["height"] - 2 * filling.radius) / step) + 1
     heights = [filling.radius + z * step - cavity.size["height"] for z in range(max(layers, 0))]
@@ -72,12 +73,13 @@ def _packed(cavity: Feature, filling: Filling) -> list[tuple[float, float, float
 
 
 def _scattered(surface: Feature, filling: Filling) -> list[tuple[float, float, float]]:
-    """Grid points on a surface, in its frame [m]."""
+    """Possible start positions of grains on a surface: grid points in the surface's frame [m]."""
     return [(x, y, filling.radius) for x, y in _layer(surface, filling, SCATTERED * 2 * filling.radius)]
 
 
 def _layer(cavity: Feature, filling: Filling, step: float) -> list[tuple[float, float]]:
-    """Return the horizontal start positions of one layer of balls, on a grid, those nearest to the middle first."""
+    """Return the horizontal start positions of one layer of grains, on a grid, those nearest to the layer's
+    centre first."""
     half = [cavity.size[k] / 2 - GAP * filling.radius for k in ("width", "depth")]
     counts = [int(h / step) for h in half]
     points = [(i * step, k * step) for i in range(-counts[0], counts[0] + 1) for k in range(-counts[1], counts[1] + 1)]

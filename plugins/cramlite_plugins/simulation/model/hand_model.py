@@ -73,7 +73,7 @@ class HandIndex(EffectorIndex):
 
 
 def _turn(pose: Pose, rest: Pose) -> Pose:
-    """Rotation from a hand's rest orientation to that of a pose."""
+    """Rotation of a free-floating hand from its rest orientation to that of a pose."""
     turn = Pose((0, 0, 0), pose.quaternion) * rest.inverse()
     angle = math.hypot(*turn.rotvec)
     if angle > FARTHEST:

@@ -28,7 +28,8 @@ class Owner(Value):
 
     @property
     def touch(self) -> str:
-        """Return the name in ``cramlite.model.Touch``: "thing", "thing/part", "effector/left" or "mount/link" of an arm."""
+        """Return the name by which contacts (``cramlite.model.Touch``) know this part: "thing", "thing/part",
+        "effector/left" or "mount/link" of an arm."""
         return str(EntityName("effector" if self.kind == "effector" else self.name, self.part))
 
 
@@ -47,7 +48,8 @@ class ThingIndex(Value):
 
 
 class LinkageIndex(Value):
-    """Indices of a gripper's linkage in the MuJoCo model, and its table (``cramlite.model.Linkage``).
+    """Indices of a gripper's linkage in the MuJoCo model, and the linkage's joint positions and commands over
+    the opening (``cramlite.model.Linkage``).
 
     K samples, J joints, A actuators.
 
@@ -75,7 +77,7 @@ class LinkageIndex(Value):
         return np.asarray(np.interp(reading, self.readings, self.openings))
 
     def put(self, data: Data, opening: float) -> None:
-        """Set the linkage's joints and the orders of its actuators to an opening between the pads [m],
+        """Set the linkage's joints and the commands of its actuators to an opening between the pads [m],
         without any physics."""
         narrow = [-o for o in self.openings]
         for a, column in zip(self.joints, self.positions, strict=True):
@@ -150,7 +152,8 @@ class PlatformIndex(Value):
         return Pose(tuple(data.xpos[self.body]), tuple(data.xquat[self.body]))
 
     def put(self, data: Data, start: Pose, stand: Pose) -> None:
-        """Set the platform to a pose ``stand`` without any physics; ``start`` is where its mount is."""
+        """Set the platform to the pose ``stand`` without any physics; ``start`` is its pose when its joints are
+        at zero."""
         data.qpos[list(self.joints)] = flat(start.inverse() * stand)
 
 

@@ -140,7 +140,8 @@ def _rests(
 
 
 def _at_rest(start: World, read: World, pair: tuple[str, str], deep: float) -> dict[str, Pose]:
-    """Return the rest poses of the first thing of ``pair``, which was moved aside, and of other loose things that this has moved.
+    """Return the rest poses of a thing that was moved aside, the first of ``pair``, and of other loose things
+    that it then pushed away.
 
     Payloads are fixed meanwhile.
 

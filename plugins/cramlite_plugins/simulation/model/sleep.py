@@ -23,7 +23,7 @@ SHAKES = 1e-3
 """Largest speed of a resting thing at any moment [m/s]. A can that stands on a box shakes in place with up to 5e-4, by the rounding
 of contact normals, and stays within 5 um for as long as it stands (measured); a block or a bowl keeps 1e-6."""
 CREEPS = 2e-5
-"""Largest mean speed of a resting thing over each of ``WINDOWS`` [m/s]: what crept so for 100 s would be 2 mm away, less than half of how
+"""Largest mean speed of a resting thing over one of ``WINDOWS`` [m/s]: what crept so for 100 s would be 2 mm away, less than half of how
 far a bystander may get by default."""
 WINDOWS = 0.05, 0.5
 """Windows of mean speeds [s]: the shorter one lets most things sleep early, over the longer one a thing that shakes gets nowhere."""
@@ -66,8 +66,8 @@ class Sleep:
         self._model.tree_sleep_policy[self._trees] = np.where(asleep | self._still(), ALLOWED, NEVER)
 
     def _still(self) -> Floats:
-        """Flags (T,) of T trees of bodies: whether each moved at less than the creeping speed over at least
-        one of the time windows."""
+        """Flags (T,) of T trees of bodies: whether each had a mean speed below ``CREEPS`` over at least one of
+        the time windows."""
         still = np.zeros(len(self._trees), dtype=bool)
         for window, back in zip(WINDOWS, self._back, strict=True):
             if len(self._seen) > back:

@@ -41,7 +41,8 @@ def body_name(model: Model, body: int) -> str:
 
 
 def _surface(model: Model, geom: int) -> tuple[Floats, Any] | None:
-    """Vertices (V, 3) and faces (F, 3) in the geom's own frame."""
+    """Vertices (V, 3) and faces (F, 3) of a triangle mesh of a geom, in the geom's own frame; None for shapes
+    that are not drawn."""
     kind, size, kinds = int(model.geom_type[geom]), model.geom_size[geom], mujoco.mjtGeom
     if kind == kinds.mjGEOM_BOX:
         return _CORNERS * size, _BOX
@@ -64,7 +65,7 @@ def _dome(radius: float, half: float) -> Floats:
 
 
 def _segments(radius: float) -> int:
-    """Even number of segments of a circle, so that a dome has an equator."""
+    """Number of segments by which a circle is approximated in a triangle mesh: even, so that a dome has an equator."""
     return 2 * round(min(max(2 * np.pi * radius / EDGE, FEWEST), MOST) / 2)
 
 
@@ -88,7 +89,7 @@ def lathe(outline: Floats) -> tuple[Floats, Any]:
 
 
 def _proper(vertices: Floats, faces: Any) -> Any:
-    """Faces that have an area; at the ends of a lathe's outline some have none."""
+    """Faces of a triangle mesh that have an area; at the ends of a solid of revolution some have none."""
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     return faces[np.linalg.norm(np.cross(b - a, c - a), axis=1) > 1e-12]
 

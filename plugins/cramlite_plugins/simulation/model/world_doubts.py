@@ -55,7 +55,8 @@ def _said(compiled: Compiled, a: str, b: str, depth: float) -> str:
 
 
 def overlaps(compiled: Compiled, data: Data) -> Iterator[tuple[str, str, float]]:
-    """Generate the pairs that touch, a thing first, and how deep they are in each other [m]."""
+    """Generate the pairs of bodies in contact, a thing first in each, with the depth [m] to which they
+    penetrate each other."""
     deepest: dict[tuple[str, str], float] = {}
     things = {t.name for t in compiled.world.things}
     for i in range(data.ncon):

@@ -104,7 +104,7 @@ def _paint(model: Model, bodies: Sequence[Sequence[int]]) -> None:
 
 
 def _place(model: Model, data: Data, bodies: Sequence[Sequence[int]]) -> Floats:
-    """The point (3,) between the nearest points of both bodies [m]."""
+    """The point (3,) midway between the nearest points of the two colliding bodies, in the world [m]."""
     ends = np.zeros(6)
     pairs = ((g, h) for g in bodies[0] for h in bodies[1])
     g, h = min(pairs, key=lambda p: mujoco.mj_geomDistance(model, data, *p, REACH, None))

@@ -21,8 +21,8 @@ Named = tuple[tuple[str, str], bool]
 
 
 class _Kept(NamedTuple):
-    """Contacts to be recorded in a simulation state: rows in MuJoCo's list, names, and kinematic trees (n,
-    2), -1 for fixed geoms."""
+    """Contacts to be recorded in a simulation state: indices in MuJoCo's list of contacts, names, and kinematic
+    trees (n, 2), -1 for fixed geoms."""
 
     rows: list[int]
     named: list[Named]
@@ -99,7 +99,7 @@ class Contacts:
         return self._known[key]
 
     def _listed(self, pairs: list[list[int]]) -> tuple[list[int], list[Named]]:
-        """Rows and names of those pairs of geoms whose contacts are recorded."""
+        """Indices in a list of pairs of geoms, and names of the bodies, of those pairs whose contacts are recorded."""
         found = [(row, named) for row, pair in enumerate(pairs) if (named := self._name(*pair)) is not None]
         return [row for row, _ in found], [named for _, named in found]
 

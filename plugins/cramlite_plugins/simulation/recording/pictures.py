@@ -30,7 +30,7 @@ WHOLE = 0.5
 def picture(
     rollout: Rollout, sample: int, robots: Mapping[str, Robot], size: tuple[int, int], about: Collection[str] = ()
 ) -> Any:
-    """Render one sample as (height, width, 3) uint8.
+    """Render one sample of a rollout as an image (height, width, 3) of uint8.
 
     Args:
         size: (width, height) [pixel].
@@ -62,7 +62,7 @@ def fitted(usual: Camera, rollout: Rollout, about: Collection[str], size: tuple[
 
 
 def _outline(thing: Thing) -> Floats:
-    """Corners (P, 3) of a thing; of a thing too large for a picture its origin only."""
+    """Corners (P, 3) of a thing in the world; only its origin if the thing is too large for a picture."""
     whole = bool(thing.geoms) and radius(thing) <= WHOLE
     return corners(thing, thing.pose) if whole else np.array([thing.pose.position])
 

@@ -103,7 +103,7 @@ class Recorder:
         )
 
     def _stacked(self, field: str, *shape: int) -> Floats:
-        """Values (N, *shape) of a field of all samples."""
+        """Values (N, *shape) of one field of the recorded states, for all samples."""
         return np.array([getattr(s, field) for s in self._samples]).reshape(len(self._samples), *shape)
 
     def _tracks(self) -> Floats:
@@ -163,7 +163,7 @@ def _recorded_bodies(compiled: Compiled, index: EffectorIndex) -> list[int]:
 
 
 def _rows(poses: Sequence[Pose]) -> Floats:
-    """Poses (N, 7) in the layout of a rollout."""
+    """Convert poses to an array (N, 7) as in a rollout: position and quaternion in each row."""
     return np.array([(*p.position, *p.quaternion) for p in poses]).reshape(-1, 7)
 
 

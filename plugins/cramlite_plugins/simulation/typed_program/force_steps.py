@@ -68,7 +68,8 @@ def force_move(run: Running, step: ForceMove) -> Cycles:
 
 
 def spiral_search(run: Running, step: SpiralSearch) -> Cycles:
-    """Press along z of a frame and move across it on a spiral until the tool gives way, or a rim holds it."""
+    """Press the tool along z of a frame and move it across z on a spiral until it advances into a hole, or a
+    rim holds it."""
     arm, axis = run.arm, _axis(step.frame)
     start, waited, way, across = arm.actual_tcp(), 0.0, 0.0, 0.0
     spiral = _spiral(step, arm.kinematics.forward(arm.q))
@@ -161,7 +162,7 @@ def _comply(
 
 
 def _rest(arm: CommandedArm) -> Cycles:
-    """Stop, and leave force mode."""
+    """Stop the arm, and leave force mode."""
     yield from brake(arm)
     arm.end_force_mode()
 

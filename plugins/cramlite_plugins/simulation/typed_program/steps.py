@@ -104,7 +104,7 @@ def set_gripper(run: Running, step: SetGripper) -> Cycles:
 
 
 def set_payload(run: Running, step: SetPayload) -> Cycles:
-    """Set the payload."""
+    """Tell the controller the payload's mass and centre of gravity."""
     payload = run.arm.arm.payload
     if not 0 <= step.mass <= payload:
         raise StepFailed(f"{step.origin}: payload {step.mass:.3f} kg is outside 0 .. {payload:g} kg")

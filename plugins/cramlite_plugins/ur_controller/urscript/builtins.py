@@ -24,7 +24,7 @@ Library = Mapping[str, Callable[..., Any]]
 
 
 def blocks(function: Callable[..., Any]) -> bool:
-    """Check whether a built-in function takes time."""
+    """Check whether a built-in function of URScript blocks the thread that calls it, for a control cycle or longer."""
     return inspect.isgeneratorfunction(function)
 
 

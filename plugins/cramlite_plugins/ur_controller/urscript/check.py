@@ -23,7 +23,8 @@ _NAMING = (Call, Name, Method, Run)
 
 
 class Lack(Value):
-    """Place in a program that a real controller may run and this model cannot: ``text`` says why."""
+    """A line of a program that the controller model cannot run, though a real controller may; ``text`` is the
+    reason."""
 
     line: int
     text: str
@@ -101,8 +102,8 @@ class _Names:
         self.whole = bool(program.name)
 
     def lacks(self, node: object) -> Iterator[Lack]:
-        """Yield a ``Lack`` for each function or variable of a node that the model does not have; raise errors
-        of wrong calls."""
+        """Yield a ``Lack`` for each function or variable in a syntax node that the controller model lacks;
+        raise errors of wrong calls."""
         if isinstance(node, Call):
             yield from self.call(node)
         elif isinstance(node, Name) and node.name not in self.variables:

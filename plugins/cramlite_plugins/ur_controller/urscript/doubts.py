@@ -196,7 +196,7 @@ def _endless_wait(loop: While) -> bool:
 
 
 def _bounded(loop: While, inside: list[object]) -> bool:
-    """Whether a counter that grows in the loop, or a clock, decides about its end."""
+    """Whether the end of a loop depends on a counter that grows in the loop, or the loop reads a clock."""
     if any(isinstance(n, Call) and n.function in CLOCKS for n in inside):
         return True
     growing = {

@@ -83,8 +83,8 @@ def load(text: str, library: Library = PURE) -> Loaded:
 
 
 def examine(text: str, library: Library = PURE) -> tuple[Loaded, list[Lack]]:
-    """Parse, check and compile a text that need not run here, and list the calls that the controller model
-    lacks.
+    """Parse, check and compile a program, also one that the controller model cannot run; list its calls that
+    the model lacks.
 
     Raises:
         UserError: it is no URScript, or calls what there is not; says the line.

@@ -79,7 +79,8 @@ def str_find(src: Any, target: Any, start_from: Any = 0) -> int:
 
 
 def str_sub(src: Any, index: Any, len: Any = None) -> str:
-    """Return the part of a string from an index on, of at most a length; all that follows if no length is given."""
+    """Return the part of a string from an index on: at most ``len`` characters, or all that follow if ``len``
+    is None."""
     first = _index(index, str_len(src), "str_sub")
     return src[first:] if len is None else src[first : first + _index(len, LONGEST, "str_sub")]  # type: ignore[no-any-return]
 

@@ -25,7 +25,8 @@ _CONSTANTS = (bool, float, int, str, type(None))
 
 
 class OtherPython(Exception):
-    """Error of generated code that is outside the subset: always a defect of the generator, not of the program."""
+    """Error of generated Python code that uses a construct outside the permitted subset: a defect of the code
+    generator, not of the URScript program."""
 
 
 def compiled(source: str, helpers: Iterable[str]) -> CodeType:

@@ -19,7 +19,7 @@ class ScriptError(Exception):
 
 
 class PoseValue(list[float]):
-    """p[x, y, z, rx, ry, rz] [m, rotation vector in rad]."""
+    """A pose in URScript, p[x, y, z, rx, ry, rz]: position [m] and rotation vector [rad]."""
 
     def __repr__(self) -> str:
         return "p" + super().__repr__()
