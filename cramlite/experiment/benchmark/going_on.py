@@ -55,6 +55,7 @@ class Played(Value):
         rollout: of the last program.
         notices: what was noticed in each but the last, in order.
         thought: CPU time from each notice to the next program [s].
+        decisions: why each next program was chosen, in clauses.
         reason: why it was not gone on with; "" where it was not stopped.
         corrections: of poses that were read and cannot be, in clauses.
     """
@@ -62,6 +63,7 @@ class Played(Value):
     rollout: Rollout
     notices: tuple[Notice, ...]
     thought: tuple[float, ...]
+    decisions: tuple[str, ...]
     reason: str = ""
     corrections: tuple[str, ...] = ()
 
@@ -73,12 +75,12 @@ def play_on(benchmark: Benchmark, engine: Engine, solution: Solution, folder: Pa
         folder: for the scenes and scenarios of later rounds.
         twins: in how many their programs are tried, but for the rest of one that was stopped.
     """
-    notices, thought, corrections, asked = list[Notice](), list[float](), list[str](), None
+    notices, thought, decisions, corrections, asked = list[Notice](), list[float](), list[str](), list[str](), None
     setting, known, offsets = solution.setting, frozenset(solution.setting.world.notes), dict[str, Pose]()
     attempt = attempt_of(solution.candidate, setting.world)
 
     def played(reason: str = "") -> Played:
-        return Played(done.rollout, tuple(notices), tuple(thought), reason, tuple(corrections))
+        return Played(done.rollout, tuple(notices), tuple(thought), tuple(decisions), reason, tuple(corrections))
 
     for number in range(1, ROUNDS + 1):
         if number > 1:
@@ -100,6 +102,7 @@ def play_on(benchmark: Benchmark, engine: Engine, solution: Solution, folder: Pa
         corrections += [n for n in setting.world.notes if n not in known]
         if following is None:
             return played(f"{notice}; {why}")
+        decisions.append(why)
         attempt, offsets = following, _offsets(watch, setting.world)
     raise AssertionError("the last round returns")
 
@@ -154,7 +157,7 @@ def _following(
     benchmark: Benchmark, engine: Engine, ran: tuple[Round, Notice, RunWatch, Setting], folder: Path, twins: int
 ) -> tuple[Attempt | None, Setting, str]:
     """Return the first proven program from the benchmark's present world, or None; the setting of that world; and the reason why
-    there is none.
+    it was chosen, or why there is none.
 
     Args:
         ran: a run that was stopped, why, its watcher, and the setting before it.
@@ -175,7 +178,7 @@ def _following(
         found, why = next_program(stopped, search, budgets, engine.knowledge, setting.seed, trace)
     except UserError as error:
         return None, setting, str(error)
-    return found, setting, "" if found else f"{why} {failure_text(trace, engine.registry.faults)}"
+    return found, setting, why if found else f"{why} {failure_text(trace, engine.registry.faults)}"
 
 
 def _offsets(watch: RunWatch, believed: World) -> dict[str, Pose]:

@@ -165,12 +165,14 @@ def _attempt(trial: Trial, benchmark: Benchmark, engine: Engine, solution: Solut
     write_whole(trial.folder / MOVED, name)
     notices: tuple[Notice, ...] = ()
     thought: tuple[float, ...] = ()
+    decisions: tuple[str, ...] = ()
     corrections: tuple[str, ...] = ()
     waited = 0
     try:
         if trial.experiment.suite(trial.episode.suite).watched:
             played = play_on(benchmark, engine, solution, trial.folder, trial.twins)
-            rollout, notices, thought, corrections = played.rollout, played.notices, played.thought, played.corrections
+            rollout, notices, thought = played.rollout, played.notices, played.thought
+            decisions, corrections = played.decisions, played.corrections
             rollout = replace(rollout, reason=played.reason or rollout.reason)
             waited = round(sum(thought) / float(rollout.times[1] - rollout.times[0])) if len(rollout.times) > 1 else 0
         else:
@@ -188,8 +190,8 @@ def _attempt(trial: Trial, benchmark: Benchmark, engine: Engine, solution: Solut
     return Attempt(
         outcome=rollout.outcome, reason=rollout.reason, first=rested.first, rest=rested.success, steps=ended.steps, ours=ours,
         picture=_kept(trial.folder / f"{name}.png", seen), believed=_kept(trial.folder / f"{name}_believed.jpg", believed),
-        changed=ended.changed, avoided=rested.avoided, notices=notices, thought=thought, corrections=corrections,
-        waited=waited,
+        changed=ended.changed, avoided=rested.avoided, notices=notices, thought=thought, decisions=decisions,
+        corrections=corrections, waited=waited,
     )  # fmt: skip
 
 
