@@ -201,14 +201,14 @@ def serve_controller(
 def _execute(arguments: argparse.Namespace) -> int:
     if arguments.on is not None:
         if arguments.world or arguments.plan or arguments.goal or arguments.replan:
-            raise UserError("--on runs a robot whose world nobody tells, so --world, --plan, --goal and --replan say nothing about it.")
+            raise UserError("--on runs a robot whose world is unknown here, so --world, --plan, --goal and --replan do not apply.")
         return drive_robot(
             arguments.program, on=arguments.on, out=arguments.out, plugins=plugin_choice(arguments), json_output=arguments.json
         )
     if not arguments.world:
         raise UserError("Say where the program runs: --world with a run directory or scenario, or --on with a robot's process.")
     if arguments.replan and (arguments.plan or arguments.goal):
-        raise UserError("--replan makes plans of its own, so --plan and --goal do not apply to its rounds; judge their programs.")
+        raise UserError("--replan makes a new plan for each round, so --plan and --goal do not apply; judge the program of a round.")
     if arguments.replan:
         from .replan import execute_and_replan
 

@@ -104,7 +104,7 @@ def purpose_of(plan: str, goals: Sequence[str], knowledge: Knowledge, place: Wor
     from ..engine.judging import Purpose
 
     if not plan and not goals:
-        raise UserError("Give the purpose of the text: --plan with a run directory or scenario, --goal 'THING on PLACE', or both.")
+        raise UserError("Say what the program is for: --plan with a run directory or scenario, --goal 'THING on PLACE', or both.")
     if not plan:
         return Purpose(goal=tuple(goals))
     path = Path(plan)
@@ -199,7 +199,7 @@ def read_text(program: Path) -> str:
     except UnicodeDecodeError as error:
         if found.startswith(PACKED):
             why = "PolyScope's .urp is; take the .script that PolyScope saves beside it"
-            raise UserError(f"'{program}' is no text: it is packed, as {why}.") from error
+            raise UserError(f"'{program}' is no text: it is compressed, as {why}.") from error
         if b"\0" in found or program.suffix == ".json":
             raise UserError(f"'{program}' is no text: byte {error.start} is not UTF-8.") from error
         return found.decode("cp1252", "replace")

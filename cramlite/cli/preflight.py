@@ -93,8 +93,8 @@ def _flight(program: Path, world: str, knowledge: Knowledge, seed: int) -> Fligh
     text = read_text(program)
     if not world:
         raise UserError(
-            f"'{program}' is a text, which says nothing of the world that it is for. Give that with --world, a scenario, run directory "
-            "or world.json; or give the run directory of the program, of which more is known."
+            f"'{program}' is the text of a program, which does not say in which world it runs. Name the world with --world (a scenario, "
+            "run directory or world.json); or give the program's run directory, which holds it."
         )
     with naming(program):
         return flight_of_text(text, robots_world(world, program, knowledge, seed), knowledge, seed)

@@ -73,7 +73,7 @@ def require_viser() -> None:
     if find_spec("viser") is None:
         raise UserError(
             "'cramlite view' needs the package viser, which is not installed: pip install 'cramlite[view]' (4 MB). Without it, "
-            "open the run's report.html in a browser: it has a drawing of the run that turns and is scrubbed, too."
+            "open the run's report.html in a browser: it has a drawing of the run that can be turned, with a time slider."
         )
 
 

@@ -119,8 +119,8 @@ class CandidateSequence(Value, eq=False):
         return counted | {"objected": sorted(effort.objected or ())}
 
     def resume(self, spent: Mapping[str, Any] | None) -> bool:
-        """Restore the search work of an interrupted run; return False if that run tried fewer alternatives
-        than this one."""
+        """Restore the search work that an interrupted run recorded; return False if it was recorded at a smaller
+        limit of alternatives per designator than the present limit."""
         if spent is None or spent["breadth"] < self.effort.breadth:
             return False
         self.effort.expanded, self.effort.proofs = spent["expanded"], spent["proofs"]

@@ -369,7 +369,7 @@ def _refuse(unknown: Mapping[str, object]) -> None:
     """
     for name in unknown:
         instead = "; the setting is given as setting=engine.setting(scenario)" if name == "world" else ""
-        raise TypeError(f"there is no argument '{name}'{instead}")
+        raise TypeError(f"this method of the engine has no argument '{name}'{instead}")
 
 
 def _budget(goal: object) -> Budget:

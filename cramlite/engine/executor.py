@@ -75,7 +75,7 @@ class Executor(Struct):
         self._say((text, world, seed))
         answer = self._hear()
         if isinstance(answer, UserError):
-            raise UserError(f"The execution of a program broke: {answer}") from answer
+            raise UserError(f"The execution of a program was broken off: {answer}") from answer
         if isinstance(answer, Exception):
             raise answer
         rollout, now = answer
@@ -159,7 +159,7 @@ def _serve(asked: BinaryIO, answers: BinaryIO) -> None:
             except Stopped:
                 if not interrupted.came:  # whoever asked is gone
                     return
-                answer = UserError("nobody needs the run any more")
+                answer = UserError("the run was stopped, since its result is not needed any more")
             pickle.dump(answer, answers)
             answers.flush()
     except (EOFError, OSError):  # whoever asked is gone

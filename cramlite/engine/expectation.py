@@ -177,13 +177,14 @@ class RunWatch:
         period: between readings [s].
         limits: of deviations.
         asked: what was asked for last in place of the first goal, which the program follows; None for nothing.
+        offsets: thing -> its believed pose in the frame of its pose as read, for things at poses that were corrected.
     """
 
     def __init__(
         self, expected: Expectation, noise: Noise = EXACT, seed: int = 0, period: float = 0.04, limits: Limits = USUAL,
-        asked: tuple[str, ...] | None = None,
+        asked: tuple[str, ...] | None = None, offsets: Mapping[str, Pose] | None = None,
     ) -> None:  # fmt: skip
-        self.asked = asked
+        self.asked, self.offsets = asked, offsets or {}
         self.expected, self.noise, self.period, self.limits = expected, noise, period, limits
         self._seen: set[str] = set()
         self.notice: Notice | None = None
@@ -297,6 +298,7 @@ class RunWatch:
         if pose is None:
             yield self._said(Deviation.MISSING, now, f"'{name}' can no longer be seen", name)
             return
+        pose *= self.offsets.get(name, Pose())
         held = [k for k in rows if expected.held[k] == name]
         own = expected.own(now.line)
         always = len(own) > 0 and all(expected.held[k] == name for k in own)

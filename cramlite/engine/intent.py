@@ -24,7 +24,7 @@ FILE, PROGRAM = "intent.json", "program.json"
 
 
 class Kept(Value):
-    """Content of ``intent.json``.
+    """Content of ``intent.json`` in a run directory: what a proven program is for, and the text that was proven.
 
     Args:
         plan, actions, parts, belief, world, limits, handovers: as a ``Candidate`` has them.

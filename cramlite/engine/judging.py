@@ -133,8 +133,8 @@ def candidate_of_text(text: str, world: World, purpose: Purpose, knowledge: Know
     origins = origins_of(text, intent.kept.code) if intent else origins_by_labels(text, [a.name for a in actions])
     if actions and not origins.of:
         raise UserError(
-            "No line of the text leads to a task of the plan, so the times of tasks are unknown; name each in a comment before its "
-            f"code, such as '# {actions[0].name}', or judge it by its goal: --goal instead of --plan."
+            "No line of the text leads to a task of the plan, so the times of tasks are unknown; name each task in a comment before "
+            f"its code, such as '# {actions[0].name}', or judge the program by its goal: --goal instead of --plan."
         )
     mount = world.robots[0]
     believed = intent.kept.world if intent else world

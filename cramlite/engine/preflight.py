@@ -103,7 +103,7 @@ class Check(Value):
 
     @property
     def most(self) -> float:
-        """Largest value of the limited quantity that any run reached, in twins included."""
+        """Largest value that the limited quantity reached in the runs of the proof, those in twins included."""
         return max(self.reaches, self.in_twins or 0.0)
 
     @property
@@ -157,8 +157,8 @@ def _require_unaltered(run: Path, intent: Intent) -> None:
         same = False
     if not same:
         raise UserError(
-            f"'{path}' is missing, or not the text that was proven; the measurements are not of it. Give that file itself, with "
-            f"--world {run}, to measure it as it is now; or run 'cramlite resolve' again."
+            f"'{path}' is missing, or differs from the text that was proven and measured. Give that file itself, with "
+            f"--world {run}, to measure the text as it is now; or run 'cramlite resolve' again."
         )
 
 

@@ -135,7 +135,7 @@ def _next(done: Round, scenario: Scenario, engine: Engine, seed: int, number: in
     candidate = next((c for c, verdict in found if verdict.passed), None)
     if candidate is None or candidate.code is None:
         why = (failure_text if verbose else brief_failure_text)(trace, engine.registry.faults)
-        raise NoSolution(f"Round {number}: the rest cannot be done.\n{why}")
+        raise NoSolution(f"Round {number}: the remaining tasks cannot be done.\n{why}")
     return Attempt(plan, candidate.program, candidate.code, setting.real)
 
 
@@ -156,7 +156,7 @@ def _back(done: Round, engine: Engine, seed: int, number: int, say: Say) -> Roun
     code = engine.knowledge.backends[robot.backend].emit(back, robot)
     there = _run(Attempt(done.attempt.plan, back, code, world), engine, seed)
     if there.rollout.outcome != "finished":
-        raise NoSolution(f"Round {number}: the arm does not get back the way it came: {there.said}")
+        raise NoSolution(f"Round {number}: the arm does not get back along the path on which it came: {there.said}")
     say(f"round {number}: the arm went back the way it came")
     return there
 

@@ -27,7 +27,7 @@ def _table(name: str) -> tuple[Words, ...]:
 
 
 def _patterns(name: str) -> Phrases:
-    return Phrases((_TABLES[name],), {**_TABLES["classes"], "next": _TABLES["next"]})
+    return Phrases(_TABLES[name], {**_TABLES["classes"], "next": _TABLES["next"]})
 
 
 def _set(name: str) -> frozenset[str]:
@@ -46,6 +46,8 @@ ORDINALS: Mapping[str, int] = _by_word("ordinals")
 """Ordinals; -1 is the last."""
 PRONOUNS: Mapping[str, bool] = {"it": False, "them": True, "they": True, "those": True, "these": True, "this": False, "that": False}
 """Words that stand for what was named before -> whether for several."""
+STANDING = frozenset({"it", "them", "they", "its", "their"})
+"""Words that stand for things in a clause that only tells."""
 SIDES: Mapping[str, str] = _by_word("sides")
 """Words for a position among others -> the position."""
 SIZES: Mapping[str, int] = _by_word("sizes")
@@ -75,8 +77,10 @@ WISH, UNWISH = _patterns("wish"), _patterns("unwish")
 """Words before what should, or should not, hold in the end."""
 BE, NOT_BE = _patterns("be"), _patterns("not be")
 """Words between what is meant and what should, or should not, hold of it in the end."""
-FINITE = Phrases((_TABLES["classes"]["finite"], _TABLES["classes"]["modal"]))
+FINITE = Phrases("$finite | $modal", _TABLES["classes"])
 """Verbs that end a description, and words before them."""
+DISMISSED = _patterns("dismissed")
+"""Words before what is no longer meant, in a self-correction."""
 FILLERS, REPAIRS, EMPHASIS = _patterns("fillers"), _patterns("repairs"), _set("emphasis")
 """Words that say nothing anywhere, that take back what was said before them, and that say nothing before a preposition."""
 NONE, EXCEPT, CONTRAST = _patterns("none"), _patterns("except"), _patterns("contrast")
@@ -187,7 +191,7 @@ APPOSED, BASED = _patterns("apposed"), _patterns("based")
 """Words before a further description of what was just named, and words behind the lowest thing of a stack."""
 AMOUNTING = _set("amounting")
 """Words before an amount."""
-NOT_YET = Phrases(("not | no longer | never | anywhere (but|except|other than)",))
+NOT_YET = Phrases("not | no longer | never | anywhere (but|except|other than)")
 """Denials within a request in free order."""
 SOURCES = (("off",), ("out",), ("from",))
 """First words of prepositions of where something is taken from."""
@@ -204,9 +208,13 @@ SMALL = STOPS | AUXILIARY | LIGHT | THE | ONE | EVERY | NEGATIVE | PERSONS | JOI
 """Words that are no verb."""
 HUES = frozenset(COLOURS) | frozenset(SHADES)
 """Words for colours."""
+BINDING, ALONE = (tuple(map(frozenset, _table(name))) for name in ("binding", "alone"))
+"""Signs that together may change a goal, in any clause and in one that stands alone."""
 _FORMS: Mapping[str, str] = _TABLES["irregular"]
 _PLURALS: Mapping[str, str] = _TABLES["plurals"]
 TOP_WORD: Words = ("on_top_of",)
+AXIS = {"+": "plus", "plus": "plus", "-": "minus", "minus": "minus"}
+"""Sign of a direction along an axis of the world -> its name in words such as "minus_x"."""
 
 
 def tokens(text: str) -> Words:
@@ -217,6 +225,7 @@ def tokens(text: str) -> Words:
     """
     said = re.sub(r"(?<=[\w\s])[&+](?=[\w\s])", " and ", text.lower())
     said = re.sub(r"-+>|=+>|\u2192", " to ", said.replace("\u2019", "'"))
+    said = re.sub(r"(?<![\w-])(?:([+-])|(plus|minus) )([xy])(?= |-)", lambda found: f"{AXIS[found[1] or found[2]]}_{found[3]}", said)
     said = re.sub(r"[()\u2013\u2014]|\s-\s|\.\.+|\u2026", " , ", said).replace("-", " ").replace("#", " number ")
     for short, whole in _TABLES["contracted"].items():
         said = re.sub(rf"\b{short}(?!')\b", whole, said)

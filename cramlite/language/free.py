@@ -8,13 +8,14 @@ from msgspec.structs import replace
 
 from ..base.value import Value
 from . import english
-from .asides import Asides, adverb
+from .asides import Asides
 from .clauses import ClauseParser
 from .english import Words, starts
 from .frames import Frame, Frames
 from .labels import Labels
 from .nouns import spoken
 from .requests import Found
+from .signs import adverb
 from .tree import Clause, Link, Noun
 
 ASIDE, AHEAD = "aside", "ahead"
@@ -151,7 +152,8 @@ class FreeParser(ClauseParser):
                 yield from self._free(at, start, replace(heard, denied=True, firm=heard.theme is not None))
         floating = word in english.EVERY and heard.theme is not None and heard.theme.several  # "tin and box both basket"
         after = self.words[k + 1] if k + 1 < len(self.words) else ""
-        tells = word in english.PERSONS and after not in english.LIGHT | english.WISHED  # "I put the tin in the drawer"
+        asked = word == "you" and (heard.verbs or heard.place is not None)  # "on the rack lay you the bottle"
+        tells = word in english.PERSONS and after not in english.LIGHT | english.WISHED and not asked  # "I put the tin in the drawer"
         named = word in self._names and word in english.ORDINALS
         light = (word in english.LIGHT or adverb(word)) and not named and (k > at or word not in english.ASKING) and not tells
         if light or floating or (word in english.STOPS and k > at):

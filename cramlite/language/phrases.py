@@ -2,93 +2,97 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from itertools import product
+from collections.abc import Mapping
 
 Words = tuple[str, ...]
-Tree = dict[str, "Tree"]
-END = ""
-"""Key in a tree below a phrase's last word."""
+Way = tuple["str | Phrases", ...]
+"""Sequence of words and of further alternatives."""
 
 
 class Phrases:
     """Set of phrases, looked up at a position of a sentence.
 
     Args:
-        patterns: alternatives stand in round brackets with bars between them, what may be missing in square ones; ``$name`` stands
+        pattern: alternatives stand in round brackets with bars between them, what may be missing in square ones; ``$name`` stands
             for the alternatives of ``classes``.
+
+    Raises:
+        ValueError: its brackets do not match.
     """
 
-    def __init__(self, patterns: Iterable[str], classes: Mapping[str, str] | None = None) -> None:
-        self._tree: Tree = {}
-        for pattern in patterns:
-            for phrase in expanded(pattern, classes or {}):
-                self._add(phrase)
+    _lacking: bool
 
-    def _add(self, phrase: Words) -> None:
-        tree = self._tree
-        for word in phrase:
-            tree = tree.setdefault(word, {})
-        tree[END] = {}
+    def __init__(self, pattern: str, classes: Mapping[str, str] | None = None) -> None:
+        self._read(_parts(_classed(pattern, classes or {})), 0)
 
-    def ends(self, words: Words, at: int) -> tuple[int, ...]:
-        """Return the end positions of the phrases that begin at a position of a sentence, longest first."""
-        found, tree = list[int](), self._tree
-        while at < len(words) and words[at] in tree:
-            tree, at = tree[words[at]], at + 1
-            found += [at] if END in tree else []
-        return tuple(reversed(found))
+    def _read(self, parts: Words, at: int, inner: bool = False) -> int:
+        """Read the alternatives of a pattern up to a closing bracket; return the bracket's position."""
+        ways: list[Way] = [()]
+        while at < len(parts) and parts[at] not in (")", "]"):
+            if parts[at] == "|":
+                ways.append(())
+            elif parts[at] in ("(", "["):
+                within = Phrases.__new__(Phrases)
+                opened, at = parts[at], within._read(parts, at + 1, inner=True)
+                within._lacking |= opened == "["
+                ways[-1] = (*ways[-1], within)
+            else:
+                ways[-1] = (*ways[-1], parts[at])
+            at += 1
+        if (at < len(parts)) != inner:
+            raise ValueError(f"brackets of the pattern '{' '.join(parts)}' do not match")
+        self.vocabulary = frozenset(parts) - {*"()[]|"}
+        self._lacking = any(all(isinstance(part, Phrases) and part._lacking for part in way) for way in ways)
+        self._ways: dict[str, list[Way]] = {}
+        for way in ways:
+            for word in _firsts(way):
+                self._ways.setdefault(word, []).append(way)
+        return at
 
     @property
     def firsts(self) -> frozenset[str]:
         """Words with which the phrases of this set begin."""
-        return frozenset(self._tree)
+        return frozenset(self._ways)
 
-    @property
-    def vocabulary(self) -> frozenset[str]:
-        """All words of all phrases in the set."""
-        return frozenset(_words(self._tree))
+    def ends(self, words: Words, at: int) -> tuple[int, ...]:
+        """Return the end positions of the phrases that begin at a position of a sentence, longest first."""
+        found = self._ends(words, at) if words[at : at + 1] and words[at] in self._ways else set()
+        return tuple(sorted(found - {at}, reverse=True))
 
-
-def _words(tree: Tree) -> Iterator[str]:
-    for word, below in tree.items():
-        yield from (word, *_words(below)) if word else ()
-
-
-def expanded(pattern: str, classes: Mapping[str, str]) -> tuple[Words, ...]:
-    """Expand a pattern to the phrases that it stands for."""
-    parts = [p for word in _parts(pattern) for p in (("(", *_parts(classes[word[1:]]), ")") if word.startswith("$") else (word,))]
-    if any(p.startswith("$") for p in parts):
-        return expanded(" ".join(parts), classes)
-    found, end = _alternatives(parts, 0)
-    if end != len(parts):
-        raise ValueError(f"brackets of the pattern '{pattern}' do not match")
-    return tuple(dict.fromkeys(f for f in found if f))
+    def _ends(self, words: Words, at: int) -> set[int]:
+        found = {at} if self._lacking else set()
+        for way in self._ways.get(words[at], ()) if at < len(words) else ():
+            ends = {at}
+            for part in way:
+                if isinstance(part, str):
+                    ends = {k + 1 for k in ends if k < len(words) and words[k] == part}
+                else:
+                    ends = {end for k in ends for end in part._ends(words, k)}
+                if not ends:
+                    break
+            found |= ends
+        return found
 
 
-def _parts(text: str) -> tuple[str, ...]:
+def _firsts(way: Way) -> set[str]:
+    """Return the words with which a sequence may begin."""
+    found = set[str]()
+    for part in way:
+        if isinstance(part, str):
+            return found | {part}
+        found |= part.firsts
+        if not part._lacking:
+            break
+    return found
+
+
+def _classed(pattern: str, classes: Mapping[str, str]) -> str:
+    """Return a pattern with the alternatives of each class in the place of its name."""
+    words = (f"({_classed(classes[word[1:]], classes)})" if word.startswith("$") else word for word in _parts(pattern))
+    return " ".join(words)
+
+
+def _parts(text: str) -> Words:
     for mark in "()[]|":
         text = text.replace(mark, f" {mark} ")
     return tuple(text.split())
-
-
-def _alternatives(parts: list[str], at: int) -> tuple[list[Words], int]:
-    """Return the phrases of a pattern's alternatives up to a closing bracket, and the bracket's position."""
-    found: list[Words] = []
-    sequence: list[list[Words]] = []
-    while at < len(parts) and parts[at] not in (")", "]"):
-        if parts[at] == "|":
-            found += _chained(sequence)
-            sequence = []
-        elif parts[at] in ("(", "["):
-            inner, end = _alternatives(parts, at + 1)
-            sequence.append([*inner, ()] if parts[at] == "[" else inner)
-            at = end
-        else:
-            sequence.append([(parts[at],)])
-        at += 1
-    return [*found, *_chained(sequence)], at
-
-
-def _chained(sequence: list[list[Words]]) -> list[Words]:
-    return [tuple(w for part in parts for w in part) for parts in product(*sequence)]

@@ -286,7 +286,7 @@ class Places:
     def _region_beside(self, other: str, relation: str) -> str:
         """Return a region of furniture whose name says that it is beside a thing, such as
         "table/plate_right_region"; "" if there is none."""
-        side = {"left of": "left", "right of": "right", "in front of": "front", "behind": "back", "next to": NEAR}[relation]
+        side = {"left of": "left", "right of": "right", "in front of": "front", "behind": "back", "next to": NEAR}.get(relation, relation)
         called = self._labels.of[other]
         for thing in self._its.scene.world.things:
             for feature in thing.features if thing.furniture and thing.name != other else ():

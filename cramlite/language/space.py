@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from statistics import median
 
 import numpy as np
@@ -22,6 +22,8 @@ WIDE = 0.35
 ASIDE = 0.15
 """Share of the spread of all things by which the only one of its kind must be off their middle, to be called "the left one"."""
 Plane = tuple[float, float]
+AXES: Mapping[str, Plane] = {"+x of": (1.0, 0.0), "-x of": (-1.0, 0.0), "+y of": (0.0, 1.0), "-y of": (0.0, -1.0)}
+"""Relation along an axis of the world -> its direction."""
 
 
 class View(Value):
@@ -174,15 +176,24 @@ class Space:
         return (self.along(name, side) - (low + high) / 2) / max(high - low, 1e-9)
 
     def beside(self, name: str, relation: str, others: Sequence[str]) -> bool:
-        """Check whether a thing is "left of", "right of", "in front of", "behind", "next to" or "between" others."""
+        """Check whether a thing is "left of", "right of", "in front of", "behind", "+x of", "next to" or "between" others."""
         if relation == "next to":
             return self.gap(name, others[0]) <= WIDE
         if relation == "between":
             return len(others) == 2 and self._between(name, *others)
-        side = {"left of": "left", "right of": "right", "in front of": "front", "behind": "back"}[relation]
-        across = "back" if side in ("left", "right") else "right"
-        ahead = self.along(name, side) - self.along(others[0], side)
-        return ahead > MARGIN and ahead > abs(self.along(name, across) - self.along(others[0], across)) / 2
+        (x, y), (dx, dy) = self.towards(relation), self._off_from(name, others[0])
+        ahead = dx * x + dy * y
+        return ahead > MARGIN and ahead > abs(dx * y - dy * x) / 2
+
+    def _off_from(self, name: str, other: str) -> Plane:
+        (x, y, _), (a, b, _) = centre(self._boxes[name]), centre(self._boxes[other])
+        return x - a, y - b
+
+    def towards(self, relation: str) -> Plane:
+        """Return the direction of a relation such as "left of" or "+x of" in the world's plane."""
+        (x, y), (a, b) = self.view.right, self.view.away
+        seen = {"left of": (-x, -y), "right of": (x, y), "in front of": (-a, -b), "behind": (a, b)}
+        return {**seen, **AXES}[relation]
 
     def _between(self, name: str, one: str, other: str) -> bool:
         (a, b), (c, d), (x, y) = (centre(self._boxes[n])[:2] for n in (one, other, name))
@@ -200,9 +211,7 @@ class Space:
     def side_word(self, relation: str) -> str:
         """Return the word for a relation in the robot's frame, which goals use, from the relation as the view
         sees it."""
-        ahead = {"left of": (-1.0, 0.0), "right of": (1.0, 0.0), "in front of": (0.0, -1.0), "behind": (0.0, 1.0)}[relation]
-        x = ahead[0] * self.view.right[0] + ahead[1] * self.view.away[0]
-        y = ahead[0] * self.view.right[1] + ahead[1] * self.view.away[1]
+        x, y = self.towards(relation)
         x, y, _ = self._base.rotate((x, y, 0.0)).tolist()
         ways = {"behind": x, "in front of": -x, "left of": y, "right of": -y}
         return max(ways, key=lambda w: ways[w])

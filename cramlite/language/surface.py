@@ -94,10 +94,11 @@ class Surface:
             if at == 0 or words[at - 1] in STOPS or words[at] in ("oops", "whoops", "scratch"):
                 end = self._marked(words, at)
                 if end > at:
+                    end, denied = self._dismissed(words, end)
                     before, after = _bare(words[:at]), words[end:]
                     if not before or not _bare(after):
                         return self._repaired(before or after)
-                    return tuple(dict.fromkeys(r for v in self._corrected(before, after) for r in self._repaired(v)))
+                    return tuple(dict.fromkeys(r for v in self._corrected(before, after, denied) for r in self._repaired(v)))
         return (words,)
 
     def _marked(self, words: Words, at: int) -> int:
@@ -112,7 +113,14 @@ class Surface:
         alone = words[at:end] == ("no",) and not (words[end : end + 1] and (words[end] in english.THE or self._preposition(words, end)))
         return at if alone or words[end : end + 1] == ("than",) or not (strong or end > at) else end
 
-    def _corrected(self, before: Words, after: Words) -> tuple[Words, ...]:
+    def _dismissed(self, words: Words, at: int) -> tuple[int, Words]:
+        """Return the index of the word after a noun phrase that is taken back, and that phrase: "no, not the can, the tin"."""
+        for start in starts(words, at, english.DISMISSED):
+            if words[(end := self._ended(words, start)) : end + 1] == (",",):
+                return end + 1, words[start:end]
+        return at, ()
+
+    def _corrected(self, before: Words, after: Words, denied: Words) -> tuple[Words, ...]:
         if self._preposition(after, 0):
             at = [k for k in range(1, len(before)) if self._preposition(before, k)]
             return ((*before[: at[-1]], *after),) if at else ((*before, *after),)
@@ -123,7 +131,7 @@ class Surface:
             return ((*before[: counted[-1]], *after[:1], *(after[1:] if _bare(after[1:]) else before[counted[-1] + 1 :])),)
         end = self._ended(after, 0)
         nouns = [(k, self._ended(before, k)) for k in self._begun(before)]
-        alike = [(k, last) for k, last in nouns if _alike(before[k:last], after[:end])]
+        alike = [(k, last) for k, last in nouns if _alike(before[k:last], denied or after[:end])]
         goes_on = bool(self._preposition(after, end))
         chosen = alike or (nouns[-1:] if goes_on else nouns)
         rests = [() if goes_on and before[last:] else before[last:] for _, last in chosen]

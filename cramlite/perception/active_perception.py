@@ -293,7 +293,7 @@ def _fixtures(taken: Picture, perceived: Perceived, before: Look) -> tuple[tuple
 def pictures(
     scenario: Scenario, query: ObjectQuery, seen: Look, robot: Robot, knowledge: Knowledge, seed: int
 ) -> Iterator[Picture]:
-    """Yield pictures of the real world by the scenario's camera.
+    """Yield pictures that the scenario's camera takes of the world as it really is, not as the robot believes it to be.
 
     A flange camera is brought to one place after another from which it sees the places of the query.
 

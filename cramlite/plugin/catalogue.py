@@ -160,7 +160,7 @@ class Knowledge:
         for backend in self.backends.values():
             if isinstance(backend, Driver):
                 return backend
-        raise UserError("No plugin drives robots of other processes; see 'cramlite plugins'.")
+        raise UserError("No plugin can drive a robot through another process; see 'cramlite plugins'.")
 
     @cached_property
     def location_kinds(self) -> Mapping[str, LocationKind]:

@@ -90,7 +90,7 @@ def check_task_type(
     relations: Iterable[str] | None = None,
     hooks: Hooks | None = None,
 ) -> None:
-    """Check that a task type keeps its contract.
+    """Check that a task type answers as the plugin interface requires: names, classes, parameters, decompositions, effects.
 
     Its names are right, its classes are in an ontology, parameters have sources, and in an empty-handed and in a holding
     belief, and on a robot that drives, its decompositions are made of designators that some plugin resolves, or it says

@@ -84,7 +84,7 @@ def test_one_of_five_who_turns_it_otherwise_is_named(wrong: str) -> None:
 @pytest.mark.parametrize(("old", "new", "says"), [
     ("range(1, STROKES + 1)", "range(1, 4)", "'turns_screwing(Patient)' does not hold"),
     ("(0, 0, -12.75)", "(0, 0, 12.75)", "'turns_screwing(Patient)' does not hold"),
-    ("(0, 0, -12.75)", "(0, 0, -19)", "'lid' cannot be turned so: 218 deg are asked for"),
+    ("(0, 0, -12.75)", "(0, 0, -19)", "'lid' cannot be turned as asked: 218 deg are asked for"),
 ])  # fmt: skip
 def test_a_program_that_turns_it_otherwise_is_refused(old: str, new: str, says: str, tmp_path: Path) -> None:
     module = write_package(taught(person(1), person(2), person(3)), "screwing", tmp_path / "made")[0] / "cramlite_screwing" / "__init__.py"

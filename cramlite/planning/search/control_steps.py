@@ -99,7 +99,7 @@ def _control(compound: Compound, parts: tuple[tuple[AnyStep, ...], ...]) -> Cont
         watched = (p.get("force_n"), p.get("slip_m"), p.get("time_s"))
         return Monitor(parts[0], *watched, origin=name, comment=comment)
     if wrong := branch_conflict(parts):
-        raise Unresolvable(f"'{name}' cannot be done at the same time: {wrong}")
+        raise Unresolvable(f"the branches of '{name}' cannot run at the same time: {wrong}")
     return Parallel(parts, "all" if compound.kind == "parallel" else "first", origin=name, comment=comment)
 
 

@@ -153,8 +153,8 @@ def _tidy(ending: Ending) -> Ending:
 
 
 def _possible(ending: Ending, kinds: Kinds) -> bool:
-    """Whether a task can ever make a fact false: the fact, and the conditions for its end, fit the kinds of
-    entities that can be their arguments."""
+    """Whether a task can ever make a fact false: the arguments of the fact, and those of the conditions under which the
+    task makes it false, are of kinds of entities that occur there."""
     facts = [ending.fact, *ending.when]
     terms = {t for f in facts for t in f[1:]} - set(ending.free)
     fits = all(_kind(t) in kinds.get((f[0], k), ()) for f in facts for k, t in enumerate(f[1:], 1) if t in terms)

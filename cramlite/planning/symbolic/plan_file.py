@@ -76,7 +76,7 @@ def checked_steps(problem: PlanningProblem, steps: Iterable[PlanStep], where: st
     found = [(step, problem.operator(step)) for step in steps]
     for step, operator in found:
         if operator is None:
-            raise UserError(f"{where}: {step.key[0]}({', '.join(step.key[1:])}) is no task that these things allow.")
+            raise UserError(f"{where}: {step.key[0]}({', '.join(step.key[1:])}) is no action of the problem: these things do not allow it.")
     operators = tuple(o for _, o in found if o is not None)
     if why := problem.failing(operators):
         raise UserError(f"{where} is no plan for '{' and '.join(problem.says)}': {why}.")

@@ -126,7 +126,7 @@ def examine_planner() -> None:
         PluginError: it is, and found no plan.
     """
     if fast_downward(ARRIVE).plan is None:
-        raise PluginError("Fast Downward found no plan of one action")
+        raise PluginError("Fast Downward found no plan for a test problem that one action solves")
 
 
 def has_planner() -> bool:

@@ -1,4 +1,5 @@
-"""Motion of a drawer or a door along its joint, and the obstacles that it would meet; the hand is left out."""
+"""Motion of a drawer or a door along its joint, and the obstacles that it would meet; the hand is left
+out."""
 
 from __future__ import annotations
 
@@ -10,9 +11,10 @@ import shapely
 from msgspec.structs import replace
 
 from cramlite.model import Belief, Floats, Held, Pose, Thing
-from cramlite.plugin import Context, InTheWay, Refused, checkpoint
+from cramlite.plugin import Context, Refused, checkpoint
 
 from ..motion_planning.reach import make_scene
+from ..motion_planning.space import all_of
 from ..shapes.bounds import lowest
 from ..shapes.carried_along import carried_along, gone_along
 from ..shapes.surfaces import standing
@@ -23,9 +25,11 @@ LEVEL = 0.1  # what a drawer drives along must not be lifted or pressed down: si
 OVER = 0.002  # what a thing stands on it is while it is driven along: resting contacts are some hundredths of a millimetre deep [m]
 
 
-def met_on_its_way(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> Refused | None:
-    """Return the refusal of a thing's motion along its joint from a value to a goal [m, rad]: it states the first
-    obstacle of the thing and its payload, and lists all obstacles as blocking.
+def met_on_its_way(
+    thing: Thing, value: float, goal: float, belief: Belief, context: Context
+) -> Refused | None:
+    """Return the refusal of a thing's motion along its joint from a value to a goal [m, rad]: it states the
+    first obstacle of the thing and its payload, and lists all obstacles as blocking.
 
     None if the way is free, or if something touches the thing already, since planned paths then judge better.
     """
@@ -35,8 +39,9 @@ def met_on_its_way(thing: Thing, value: float, goal: float, belief: Belief, cont
         return None
     gone, first = min(met.items(), key=lambda found: found[0])
     far = f"{1000 * gone:.0f} mm" if thing.joint.kind == "slide" else f"{math.degrees(gone):.0f} deg"
-    said, every = f"after {far} of its own motion {first.reason}", _all_of([no.blocking for no in met.values()])
-    return replace(first, reason=said, blocking=every)
+    return replace(
+        first, reason=f"after {far} of its own motion {first.reason}", blocking=all_of(met.values())
+    )
 
 
 def _met(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> dict[float, Refused]:
@@ -46,14 +51,21 @@ def _met(thing: Thing, value: float, goal: float, belief: Belief, context: Conte
     The result is empty if something touches the thing at the start.
     """
     assert thing.joint is not None
-    joint, now, way, step = thing.joint, belief.pose(thing.name), goal - value, STEPS[thing.joint.kind == "hinge"]
+    joint, now, way, step = (
+        thing.joint,
+        belief.pose(thing.name),
+        goal - value,
+        STEPS[thing.joint.kind == "hinge"],
+    )
     count = max(1, math.ceil(abs(way) / step))
     poses = [belief.base() * joint.moved(now, way * k / count) for k in range(count + 1)]
     met = {abs(way) * k / count: no for k, no in enumerate(_met_at(poses, thing.name, belief, context)) if no}
     return {} if 0.0 in met else met
 
 
-def _met_at(poses: Sequence[Pose], name: str, belief: Belief, context: Context, touch: Iterable[str] = ()) -> list[Refused | None]:
+def _met_at(
+    poses: Sequence[Pose], name: str, belief: Belief, context: Context, touch: Iterable[str] = ()
+) -> list[Refused | None]:
     """Obstacles of a thing and its load at each of several poses in the world, as if the thing were not at
     its present pose."""
     held = Held(name, Pose(), 0.0, carries=carried_along(belief, name))
@@ -66,25 +78,35 @@ def _met_at(poses: Sequence[Pose], name: str, belief: Belief, context: Context, 
     return [met(there) for there in poses]
 
 
-def driven_along(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> Mapping[str, float] | Refused:
+def driven_along(
+    thing: Thing, value: float, goal: float, belief: Belief, context: Context
+) -> Mapping[str, float] | Refused:
     """Return the distance by which a level drawer pushes each loose thing ahead of it between two joint
     values [m]; {} if it pushes none.
 
-    A refusal if one would be pushed into another thing, or tip over.
+    A refusal if one would be pushed into another thing or out of its container, or tip over.
     """
     assert thing.joint is not None
     found, after, line = dict[str, float](), belief, _direction(thing, goal - value, belief)
     while met := _met(thing, value, goal, after, context):
         gone, first = min(met.items(), key=lambda one: one[0])
-        names = {name for entry in first.blocking or () for name in ((entry,) if isinstance(entry, str) else entry)}
+        names = first.in_the_way
         if thing.joint.kind != "slide" or abs(line[2]) > LEVEL or not names or names & found.keys():
             return first
+        if inside := next((name for name in sorted(names) if belief.relates("in", name)), ""):
+            return replace(
+                first,
+                reason=f"{first.reason}; '{inside}' is in '{belief.relates('in', inside)}', and not pushed out of it",
+            )
         if tips := next((name for name in sorted(names) if _tips(name, thing, line, after)), ""):
             return replace(first, reason=f"{first.reason}; pushed along, '{tips}' would tip over")
         found |= dict.fromkeys(names, abs(goal - value) - gone + AHEAD)
         for name in names:
             after = gone_along(after, name, line * found[name])
-    into = (_driven_into(name, line * way, (thing.name, *found), belief, after, context) for name, way in found.items())
+    into = (
+        _driven_into(name, line * way, (thing.name, *found), belief, after, context)
+        for name, way in found.items()
+    )
     return next((no for no in into if no), None) or found
 
 
@@ -107,8 +129,11 @@ def _direction(thing: Thing, way: float, belief: Belief) -> Floats:
     return axis
 
 
-def _driven_into(name: str, way: Floats, along: tuple[str, ...], begin: Belief, end: Belief, context: Context) -> Refused | None:
-    """Return the refusal if a thing that a drawer drives along its support hits something; None if it does not.
+def _driven_into(
+    name: str, way: Floats, along: tuple[str, ...], begin: Belief, end: Belief, context: Context
+) -> Refused | None:
+    """Return the refusal if a thing that a drawer drives along its support hits something; None if it does
+    not.
 
     Things that move along are left out. ``way`` is the displacement (3,) in the base frame [m].
     """
@@ -118,12 +143,3 @@ def _driven_into(name: str, way: Floats, along: tuple[str, ...], begin: Belief, 
     poses = [Pose((float(x), float(y), float(z)), start.quaternion) for x, y, z in ways]
     no = next((no for no in _met_at(poses, name, end, context, along) if no), None)
     return no and replace(no, reason=f"'{name}', pushed along, would be {no.reason}")
-
-
-def _all_of(blocking: Sequence[InTheWay]) -> InTheWay:
-    """Return the things that must all be moved to free the whole way, as one set; () if no task can move some
-    obstacle on it."""
-    if not all(blocking):
-        return ()
-    entries = (entry for entries in blocking for entry in entries or ())
-    return (tuple(sorted({name for entry in entries for name in ((entry,) if isinstance(entry, str) else entry)})),)

@@ -129,14 +129,18 @@ def looks_at(ahead: Floats, pose: Pose, other: Pose) -> bool:
 UP = (
     "upright|up|the_right_way_up|the_proper_way_up|the_right_way|on_end|up_right|standing|standing_up|right_side_up|right_way_up|"
     "on_its_base|on_its_feet|the_right_way_round|open_end_up|mouth_up|opening_up|with_the_opening_up|with_its_opening_up|"
-    "with_the_open_end_up|with_its_open_end_up|with_the_mouth_up|with_its_mouth_up|with_the_open_side_up|bottom_down"
+    "with_the_open_end_up|with_its_open_end_up|with_the_mouth_up|with_its_mouth_up|with_the_open_side_up|bottom_down|"
+    "vertically|in_an_upright_position|with_its_axis_vertical|with_its_long_axis_vertical"
 )
 DOWN = (
     "upside_down|over|bottom_up|on_its_head|face_down|wrong_way_up|the_wrong_way_up|top_down|bottom_side_up|mouth_down|on_its_rim|"
     "opening_down|with_the_opening_down|with_its_opening_down|with_the_open_end_down|with_its_open_end_down|with_its_bottom_up|"
     "with_the_bottom_up|with_its_mouth_down|with_the_mouth_down"
 )
-TOWARD = "to_face|towards|toward|facing|face|faces|so_that_it_faces|so_it_faces|to_look_at"
+TOWARD = (
+    "to_face|towards|toward|facing|face|faces|so_that_it_faces|so_it_faces|to_look_at|until_it_faces|till_it_faces|such_that_it_faces|"
+    "so_that_its_front_points_at|such_that_its_front_points_at"
+)
 """Words of sentences for how a thing shall stand."""
 _UPRIGHT = Fluent(
     excludes=("stands_upside_down",), initial=partial(_standing, way=1.0),
@@ -152,6 +156,6 @@ _UPSIDE_DOWN = Fluent(
 )  # fmt: skip
 _FACES = Fluent(initial=_facing, phrases=(
     GoalPhrase("THING facing THING", _faces, ("is", "stands"), (
-        f"turn|rotate|point|orient|aim|make|twist|spin|swivel THING {TOWARD}|at|to THING",
+        f"turn|rotate|point|orient|orientate|aim|make|twist|spin|swivel THING {TOWARD}|at|to THING",
         f"set|put|place|stand THING {TOWARD} THING")),
 ))

@@ -183,7 +183,7 @@ PUT = (
     "put|place|set|lay|move|bring|carry|get|drop|deposit|position|transfer|take|relocate|pick|pick_up|grab|transport|deliver|rest|stand|leave|"
     "set_down|put_down|lay_down|place_down|put_back|return|shift|slide|push|drag|pull|stick|arrange|pop|pass|give|send|lift|fetch|have|convey|assign|"
     "haul|lug|tote|cart|ship|ferry|hoist|heave|guide|direct|nudge|scoot|collect|gather|serve|replace|reposition|restore|hand|drive|steer|bring_back|"
-    "take_back|move_back|bring_over|take_over|move_over|carry_over|bring_down|set_back|want"
+    "take_back|move_back|bring_over|take_over|move_over|carry_over|bring_down|set_back|want|locate|dispose|displace|shuttle"
 )
 """Verbs of putting, sending and carrying (Levin, English Verb Classes and Alternations, 1993: 9.1 to 9.4, 11): a thing is brought
 somewhere, whatever the place is."""
@@ -220,12 +220,18 @@ OPEN_UP = (
     "open|open_up|pull_open|slide_open|unclose|unlatch|reopen|yank_open|draw_open|throw_open|crack_open|swing_open|pull_out|"
     "slide_out|uncover|draw_out|undo|unfasten|extend THING"
 )
-START = "turn_on|switch_on|start|start_up|activate|power_on|ignite|light|light_up|fire_up|enable|flip_on|power_up|heat_up|heat THING"
+START = (
+    "turn_on|switch_on|start|start_up|activate|power_on|ignite|light|light_up|fire_up|enable|flip_on|power_up|heat_up|heat|energise|"
+    "energize THING"
+)
 CLOSE = (
     "close|close_up|shut|push_shut|push_closed|push_in|slide_shut|slide_closed|slide_in|swing_shut|close_off|push_to|seal|"
     "push_back_in|retract THING"
 )
-STOP = "turn_off|switch_off|stop|deactivate|power_off|shut_off|shut_down|disable|extinguish|turn_out|flip_off|power_down|kill|cut_off THING"
+STOP = (
+    "turn_off|switch_off|stop|deactivate|power_off|shut_off|shut_down|disable|extinguish|turn_out|flip_off|power_down|kill|cut_off|"
+    "de_energise|de_energize THING"
+)
 TURN = "turn|switch|set|flip|make|get"
 AWAY = "down|up|out|down_from_there|from_there|out_of_there|out_from_under_there|away"
 IN_HAND = (
@@ -268,18 +274,26 @@ OPENED = (
     ),
     GoalPhrase(
         "THING open by AMOUNT", _opened_by, ("is", "stands"),
-        ("open|open_up|pull_open|slide_open|pull_out|draw_out|extend|crack|crack_open|pull|bring|slide|draw THING by AMOUNT",), _jointed,
+        (
+            "open|open_up|pull_open|slide_open|pull_out|draw_out|extend|crack|crack_open|pull|bring|slide|draw|drive|actuate|displace|"
+            "advance|set|move THING by AMOUNT",
+        ), _jointed,
     ),
     GoalPhrase(
-        "THING turned on", partial(_turned, on=True), asked=(START, f"{TURN} THING on|to_on|to_the_on_position"), about=_jointed
+        "THING turned on", partial(_turned, on=True),
+        asked=(START, f"{TURN} THING on|to_on|to_the_on_position|to_the_on_state|in_its_on_position"), about=_jointed
     ),
 )  # fmt: skip
 SHUT = (
     GoalPhrase(
         "THING closed", _is_closed, ("is", "stands"),
-        (CLOSE, "push|slide|swing|pull|make|leave|get|keep|slam|bring|move THING shut|closed|in|back_in|to"), _jointed,
+        (
+            CLOSE, "push|slide|swing|pull|make|leave|get|keep|slam|bring|move|drive THING shut|closed|in|back_in|to|home|"
+            "to_its_closed_position|to_the_closed_position|to_its_closed_stop|to_its_closed_end_stop|in_its_closed_position",
+        ), _jointed,
     ),
     GoalPhrase(
-        "THING turned off", partial(_turned, on=False), asked=(STOP, f"{TURN} THING off|to_off|to_the_off_position"), about=_jointed
+        "THING turned off", partial(_turned, on=False),
+        asked=(STOP, f"{TURN} THING off|to_off|to_the_off_position|to_the_off_state|in_its_off_position"), about=_jointed
     ),
 )  # fmt: skip

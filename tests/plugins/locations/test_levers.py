@@ -39,7 +39,7 @@ def test_it_is_turned_a_little_further_than_to_where_the_door_is_free() -> None:
 def test_where_the_door_is_free_there_is_nothing_to_turn() -> None:
     belief, context = scene(lever=1.3)
     lever = lever_of(TURNED, belief.world.thing("door"), belief)
-    with pytest.raises(Unresolvable, match="'door' is free as 'lever' is"):
+    with pytest.raises(Unresolvable, match="'door' can be opened with 'lever' as it is"):
         freeing(TURNED, lever, 0.8, belief.poses["lever"].pose, belief, context)
 
 

@@ -158,7 +158,7 @@ def test_what_has_no_place_is_said_so() -> None:
     _, ended = answers(on("box"), believed(replace(ball, mass=None)))  # it stays where it is, so that it might be a rack
     assert ended is not None and "not at rest: it would slide or fall off 'box'" in ended.reason
     empty = replace(believed(), held=None)
-    with pytest.raises(Unresolvable, match="nothing is held that could be brought there"):
+    with pytest.raises(Unresolvable, match="the hand holds no payload"):
         list(ground(on("shelf"), empty, context_of(empty)))
 
 

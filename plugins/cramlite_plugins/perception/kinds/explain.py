@@ -116,7 +116,7 @@ def kind(inputs: Inputs) -> Mapping[str, Any]:
     segment = inputs["segment"]
     found = next((e for e in inputs["explanations"] if e.segment is segment), None)
     if found is None:
-        raise Unresolvable("it was segmented without known models")
+        raise Unresolvable("the object was segmented without known models")
     models = {m.name: m for m in inputs["models"]}
     by_type: dict[str, float] = {}
     for name, share in found.shares:
