@@ -34,19 +34,19 @@ if TYPE_CHECKING:
     from .interpretation.interpretation import Interpretation as Interpretation
     from .language.sentence import NotUnderstood as NotUnderstood
     from .model.plan import Plan as Plan
-    from .model.verdict import Verdict as Verdict
+    from .model.run.verdict import Verdict as Verdict
     from .perception.active_perception import Picture as Picture
     from .perception.pictures import depth_image as depth_image, overlay as overlay
     from .perception.result import Percept as Percept
-    from .planning.budget import Budget as Budget
+    from .planning.search.budget import Budget as Budget
     from .planning.diagnosis import how_it_ended as how_it_ended, nearest_miss as nearest_miss
     from .planning.failure import failure_text as failure_text
     from .planning.goal_parts import GoalAnswer as GoalAnswer, goal_answers as goal_answers
     from .planning.heartbeat import NowDone as NowDone
     from .planning.operators import Operator as Operator
-    from .planning.pddl import PddlText as PddlText, PlanStep as PlanStep
-    from .planning.plan_file import checked_steps as checked_steps, steps_of as steps_of
-    from .planning.planning_problem import PlanningProblem as PlanningProblem, planning_problem as planning_problem
+    from .planning.symbolic.pddl import PddlText as PddlText, PlanStep as PlanStep
+    from .planning.symbolic.plan_file import checked_steps as checked_steps, steps_of as steps_of
+    from .planning.symbolic.planning_problem import PlanningProblem as PlanningProblem, planning_problem as planning_problem
     from .planning.trace import understood_entries as understood_entries
     from .planning.task_goals import Goal as Goal
     from .planning.trace import Entry as Entry, Trace as Trace

@@ -15,8 +15,9 @@ from conftest import ROOT
 from helpers.audited import audited
 
 from cramlite import Engine
-from cramlite.cli import mcp, serve, view
+from cramlite.cli import view
 from cramlite.cli.main import main
+from cramlite.cli.serving import mcp, serve
 from cramlite.plugin import UserError
 from cramlite_plugins.ur_controller.network import serve as serve_controller
 

@@ -184,8 +184,8 @@ def _array(content: bytes, name: str) -> NDArray[Any]:
     read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
     shape, _, dtype = read(file)
     if dtype.hasobject:
-        raise ValueError(f"'{name}' has Python objects (pickles), which are not read")
+        raise ValueError(f"the array '{name}' has Python objects (pickles), which are not read")
     if math.prod(shape) * dtype.itemsize > len(content):
-        raise ValueError(f"'{name}' has the shape {shape} by its header, but only {len(content)} bytes")
+        raise ValueError(f"the array '{name}' has the shape {shape} by its header, but only {len(content)} bytes")
     file.seek(0)
     return np.lib.format.read_array(file, allow_pickle=False)

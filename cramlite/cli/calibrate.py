@@ -105,7 +105,7 @@ def _by_fixtures(scenario: Path | None, arguments: argparse.Namespace) -> int:
 def flange_of(robot: str | None, where: Path, knowledge: Knowledge) -> FlangeOf:
     """Return a function from a robot's joint positions to the pose of its flange in the robot's base frame."""
     from ..model.view import Intrinsics
-    from ..model.world import Camera, RobotMount, World
+    from ..model.world.world import Camera, RobotMount, World
     from ..plugin.catalogue import pick
 
     def pose(joints: Sequence[float]) -> Pose:

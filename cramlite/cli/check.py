@@ -106,8 +106,8 @@ def _shown(scenario: Scenario, setting: Setting, engine: Engine) -> Plan:
     Things that a camera is still to find count as there.
     """
     from ..engine.search_in_setting import are_there
-    from ..planning.budget import budget_of
     from ..planning.diagnosis import nearest_miss
+    from ..planning.search.budget import budget_of
     from ..planning.trace import Trace
 
     place, trace = scenario.where("demonstration"), Trace()
@@ -149,10 +149,10 @@ def _check_program(path: Path, plugins: PluginChoice) -> int:
 
 
 def _check_typed(path: Path, plugins: PluginChoice) -> int:
-    from ..model.program_json import read_program
-    from ..model.program_safety import violations
-    from ..model.steps import walk
-    from ..model.world import World
+    from ..model.program.program_json import read_program
+    from ..model.program.program_safety import violations
+    from ..model.program.steps import walk
+    from ..model.world.world import World
     from ..plugin.catalogue import Knowledge, pick
     from ..scenario.worlds import read_world
 

@@ -180,7 +180,7 @@ def _unusable(name: str) -> str:
     The planner of goals is a program of its own: it is run on a small problem, and its package is never
     imported.
     """
-    from ..planning.symbolic_planner import PACKAGE
+    from ..planning.symbolic.symbolic_planner import PACKAGE
 
     return _not_running(name) if name == PACKAGE else _not_importable(name)
 
@@ -188,7 +188,7 @@ def _unusable(name: str) -> str:
 def _not_running(planner: str) -> str:
     """Try the PDDL planner on a problem of one action; return why it cannot be run, or "" if it can."""
     from ..base.errors import CramliteError
-    from ..planning.symbolic_planner import examine_planner
+    from ..planning.symbolic.symbolic_planner import examine_planner
 
     try:
         examine_planner()

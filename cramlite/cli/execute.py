@@ -24,7 +24,7 @@ from .texts import findings_text, rollout_json, rollout_text
 if TYPE_CHECKING:
     from ..engine.judging import JudgedRun
     from ..model.robot_file import RobotFile
-    from ..model.rollout import Rollout
+    from ..model.run.rollout import Rollout
     from ..plugin.catalogue import Knowledge
 
 
@@ -74,8 +74,7 @@ def execute_program(
     if out is not None:
         write_run(out, rollout, program.stem, knowledge, episode=episode)
     _print(rollout, judged, json_output=json_output)
-    if rollout.outcome != "finished":
-        raise NoSolution(f"'{program}' did not come to its end ({rollout.outcome}): {rollout.reason}")
+    _refuse_unfinished(program, rollout)
     if judged is not None:
         refuse(program, judged)
     return 0
@@ -98,7 +97,7 @@ def drive_robot(
         NoSolution: it did not.
         UserError: a text that cannot be driven; a process that does not answer as it must.
     """
-    from ..model.program_json import is_program_text, read_program
+    from ..model.program.program_json import is_program_text, read_program
     from ..plugin.catalogue import Knowledge
 
     knowledge = Knowledge(plugins.registry())
@@ -114,8 +113,7 @@ def drive_robot(
     if out is not None:
         write_run(out, rollout, program.stem, knowledge, episode=False)
     _print(rollout, None, json_output=json_output)
-    if rollout.outcome != "finished":
-        raise NoSolution(f"'{program}' did not come to its end ({rollout.outcome}): {rollout.reason}")
+    _refuse_unfinished(program, rollout)
     return 0
 
 
@@ -165,6 +163,12 @@ def _print(rollout: Rollout, judged: JudgedRun | None, *, json_output: bool) -> 
         print(findings_text(judged.verdict, judged.remarks))
 
 
+def _refuse_unfinished(program: Path, rollout: Rollout) -> None:
+    """Raise NoSolution if a program did not come to its end."""
+    if rollout.outcome != "finished":
+        raise NoSolution(f"'{program}' did not come to its end ({rollout.outcome}): {rollout.reason}")
+
+
 def serve_controller(
     *,
     world: str,
@@ -197,14 +201,14 @@ def serve_controller(
 def _execute(arguments: argparse.Namespace) -> int:
     if arguments.on is not None:
         if arguments.world or arguments.plan or arguments.goal or arguments.replan:
-            raise UserError("--on runs a robot whose world nobody tells, so --world, --plan, --goal and --replan say nothing about it.")
+            raise UserError("--on runs a robot whose world is unknown here, so --world, --plan, --goal and --replan do not apply.")
         return drive_robot(
             arguments.program, on=arguments.on, out=arguments.out, plugins=plugin_choice(arguments), json_output=arguments.json
         )
     if not arguments.world:
         raise UserError("Say where the program runs: --world with a run directory or scenario, or --on with a robot's process.")
     if arguments.replan and (arguments.plan or arguments.goal):
-        raise UserError("--replan makes plans of its own, so --plan and --goal do not apply to its rounds; judge their programs.")
+        raise UserError("--replan makes a new plan for each round, so --plan and --goal do not apply; judge the program of a round.")
     if arguments.replan:
         from .replan import execute_and_replan
 
@@ -249,7 +253,11 @@ def _controller(arguments: argparse.Namespace) -> int:
 
 def add_commands(add: Add) -> None:
     """Add the commands ``execute`` and ``controller``, with their arguments, to the command line."""
-    execute = add("execute", _execute)
+    _add_execute(add("execute", _execute))
+    _add_controller(add("controller", _controller))
+
+
+def _add_execute(execute: argparse.ArgumentParser) -> None:
     execute.add_argument("program", type=Path, help="the text, such as program.script of a run directory")
     execute.add_argument(
         "--world", default="",
@@ -289,7 +297,9 @@ def add_commands(add: Add) -> None:
         help="print as JSON: outcome, reason, seconds, peak_force [N], messages, poses; where it was judged, "
             "verdict",
     )
-    controller = add("controller", _controller)
+
+
+def _add_controller(controller: argparse.ArgumentParser) -> None:
     controller.add_argument(
         "--world", default="grasp_one_thing",
         help="a run directory, its world.json, or a scenario; default grasp_one_thing",

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 from ..base.errors import UserError
 from ..base.json_text import as_json
-from ..model.rollout import save_rollout
+from ..model.run.rollout import save_rollout
 from .texts import rollout_json, warn_of
 
 if TYPE_CHECKING:
     from ..model.episode import Event
-    from ..model.rollout import Rollout
+    from ..model.run.rollout import Rollout
 
 
 def vacant(out: Path | None) -> None:

@@ -122,6 +122,11 @@ def add_commands(add: Add) -> None:
         "--seen", choices=("no", "partly", "yes"),
         help="for the figure: had these seeds been run before? no, partly or yes; default not recorded",
     )
+    _add_benchmark(experiment)
+
+
+def _add_benchmark(experiment: argparse.ArgumentParser) -> None:
+    """Add the options of experiments on benchmarks, ``BENCHMARK``, as a group."""
     benchmark = experiment.add_argument_group("for a benchmark of others")
     benchmark.add_argument(
         "--suite", action="append", default=[], metavar="NAME",

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from ..base.errors import UserError, did_you_mean
 from ..base.pulse import working
-from ..model.program_json import read_program
+from ..model.program.program_json import read_program
 from ..plugin.exporting import require_absent, require_installed, write_new
 from ..plugin.selection import INSTALLED, PluginChoice
 from .arguments import Add, plugin_choice
@@ -17,8 +17,8 @@ from .signals import interruptible
 from .view import recorded
 
 if TYPE_CHECKING:
-    from ..model.program import Code, Program
-    from ..model.run_record import RunRecord
+    from ..model.program.program import Code, Program
+    from ..model.run.run_record import RunRecord
     from ..plugin.catalogue import Knowledge
     from ..plugin.protocols import Exporter
 

@@ -16,7 +16,7 @@ from .texts import counted
 
 if TYPE_CHECKING:
     from ..engine.engine import Engine
-    from ..planning.planning_problem import PlanningProblem
+    from ..planning.symbolic.planning_problem import PlanningProblem
 
 
 def _goal(arguments: argparse.Namespace) -> int:
@@ -78,10 +78,10 @@ def _write(scenario: Scenario, engine: Engine, arguments: argparse.Namespace) ->
 def _problem(scenario: Scenario, engine: Engine, seed: int) -> PlanningProblem:
     """Return the planning problem of a scenario's goal, described objects replaced by the things that fit
     them best."""
-    from ..planning.goal_planner import ground_goal
     from ..planning.operators import Grounder
-    from ..planning.planning_problem import problem_of
     from ..planning.spoken_goals import spoken
+    from ..planning.symbolic.goal_planner import ground_goal
+    from ..planning.symbolic.planning_problem import problem_of
     from ..planning.task_goals import Goal
 
     scene = engine.setting(scenario, seed=seed).symbolic(engine.knowledge.taxonomy)

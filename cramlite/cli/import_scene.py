@@ -14,7 +14,7 @@ from .arguments import Add, plugin_choice
 from .texts import counted
 
 if TYPE_CHECKING:
-    from ..model.imported_scene import ImportedScene
+    from ..model.world.imported_scene import ImportedScene
     from ..scenario.imported_world import Proposal
 
 

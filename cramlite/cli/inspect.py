@@ -57,37 +57,6 @@ def _schema(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _new(arguments: argparse.Namespace) -> int:
-    from ..testing.robot_skeleton import robot_text, write_robot
-    from ..testing.skeleton import skeleton_text, write_skeleton
-
-    kind, name, arm = arguments.kind, arguments.name, arguments.arm
-    if kind == "tests":
-        return _new_tests(Path(name), arguments)
-    if arm is None and (arguments.keys or arguments.gripper):
-        raise UserError("--keys and --gripper are about a robot from a file: --from FILE.")
-    if arm is None:
-        print(skeleton_text(kind, write_skeleton(kind, name, arguments.out)))
-        return 0
-    if kind != "robot":
-        raise UserError(f"--from names the file of a robot, and cannot be used for a {kind}.")
-    written = write_robot(name, arm, arguments.keys, arguments.gripper, arguments.out)
-    print(f"{skeleton_text(kind, written.files)}\n{robot_text(written)}")
-    return 0
-
-
-def _new_tests(folder: Path, arguments: argparse.Namespace) -> int:
-    from ..plugin.catalogue import Knowledge
-    from ..plugin.selection import INSTALLED
-    from ..testing.suite_skeleton import suite_text, write_suite
-
-    if arguments.arm or arguments.keys or arguments.gripper:
-        raise UserError("--from, --keys and --gripper are about a robot; tests take the folder of your programs.")
-    knowledge = Knowledge(INSTALLED.registry())
-    print(suite_text(write_suite(folder, knowledge, arguments.out)))
-    return 0
-
-
 def _tasks(arguments: argparse.Namespace) -> int:
     from ..base.json_text import as_json
     from ..plugin.catalogue import Knowledge
@@ -135,7 +104,21 @@ def _explain(arguments: argparse.Namespace) -> int:
 
 def add_commands(add: Add) -> None:
     """Add the commands that inspect, such as ``tasks`` and ``explain``, with their arguments, to the command line."""
-    interpret = add("interpret", _interpret)
+    _add_interpret(add("interpret", _interpret))
+    tasks = add("tasks", _tasks)
+    tasks.add_argument("--json", action="store_true", help="print as JSON, with parameters")
+    plugins = add("plugins", _plugins)
+    plugins.add_argument("--all", action="store_true", help="the shipped ones one by one, too")
+    plugins.add_argument(
+        "--json", action="store_true", help="print all of them as JSON, with file, load time and faults"
+    )
+    _add_explain(add("explain", _explain, asks_plugins=False))
+    schema = add("schema", _schema, asks_plugins=False)
+    schema.add_argument("kind", choices=["scenario", "rule"], help="scenario or rule")
+    _add_ontology(add("ontology", _ontology))
+
+
+def _add_interpret(interpret: argparse.ArgumentParser) -> None:
     interpret.add_argument("episode", type=Path, help="an episode (NEEM): folder or file")
     interpret.add_argument(
         "--why", metavar="TASK@ACTION", help="why an action is, or is not, a task, such as Grasping@0"
@@ -146,14 +129,9 @@ def add_commands(add: Add) -> None:
             "why that lost",
     )
     interpret.add_argument("--json", action="store_true", help="print as JSON")
-    tasks = add("tasks", _tasks)
-    tasks.add_argument("--json", action="store_true", help="print as JSON, with parameters")
-    plugins = add("plugins", _plugins)
-    plugins.add_argument("--all", action="store_true", help="the shipped ones one by one, too")
-    plugins.add_argument(
-        "--json", action="store_true", help="print all of them as JSON, with file, load time and faults"
-    )
-    explain = add("explain", _explain, asks_plugins=False)
+
+
+def _add_explain(explain: argparse.ArgumentParser) -> None:
     explain.add_argument("directory", type=Path, metavar="RUN", help="a run directory")
     explain.add_argument(
         "designator", nargs="?", help="only designators whose name contains this, such as object_1 or grasp"
@@ -163,9 +141,9 @@ def add_commands(add: Add) -> None:
         help="print instead what an execution with --replan noticed and decided; RUN is its --out",
     )
     explain.add_argument("--json", action="store_true", help="print as JSON")
-    schema = add("schema", _schema, asks_plugins=False)
-    schema.add_argument("kind", choices=["scenario", "rule"], help="scenario or rule")
-    ontology = add("ontology", _ontology)
+
+
+def _add_ontology(ontology: argparse.ArgumentParser) -> None:
     ontology.add_argument(
         "action", choices=["check"], help="check: consistency, and agreement of the fast closure with OWL-RL"
     )
@@ -177,30 +155,3 @@ def add_commands(add: Add) -> None:
         help="originals of SOMA and DUL to compare with; may be given several times",
     )
     ontology.add_argument("--json", action="store_true", help="print the report as JSON")
-    new = add("new", _new, asks_plugins=False)
-    new.add_argument(
-        "kind", choices=["backend", "expert", "predicate", "robot", "task", "tests", "validator"],
-        help="backend, expert, predicate, robot, task or validator; or tests, a suite around robot programs",
-    )
-    new.add_argument(
-        "name", metavar="NAME",
-        help="of the plugin, in small letters, such as wiping or no_spill; of tests, the folder of the "
-            "programs",
-    )
-    new.add_argument(
-        "--out", type=Path, metavar="DIR",
-        help="the package's folder; default cramlite-NAME, of tests NAME/robot_tests",
-    )
-    new.add_argument(
-        "--from", dest="arm", type=Path, metavar="FILE",
-        help="of a robot: the MJCF or URDF of its arm, which is copied into the package; what was found in it "
-            "is printed",
-    )
-    new.add_argument(
-        "--gripper", type=Path, metavar="FILE",
-        help="the MJCF or URDF of its gripper; else as --keys says, else a 2F-85",
-    )
-    new.add_argument(
-        "--keys", type=Path, metavar="FILE",
-        help="YAML with further keys of a scenario's robot, such as 'payload: 5 kg'",
-    )

@@ -21,7 +21,7 @@ from .texts import findings_text, warn_of
 
 if TYPE_CHECKING:
     from ..engine.judging import JudgedRun, Purpose
-    from ..model.world import World
+    from ..model.world.world import World
     from ..plugin.catalogue import Knowledge
     from ..scenario.scenario import Scenario
 
@@ -104,7 +104,7 @@ def purpose_of(plan: str, goals: Sequence[str], knowledge: Knowledge, place: Wor
     from ..engine.judging import Purpose
 
     if not plan and not goals:
-        raise UserError("Give the purpose of the text: --plan with a run directory or scenario, --goal 'THING on PLACE', or both.")
+        raise UserError("Say what the program is for: --plan with a run directory or scenario, --goal 'THING on PLACE', or both.")
     if not plan:
         return Purpose(goal=tuple(goals))
     path = Path(plan)
@@ -143,9 +143,9 @@ def _meant(scenario: Scenario, knowledge: Knowledge, place: World) -> tuple[str,
         UserError: a described object may be several of them, or none.
     """
     from ..interpretation.fluents import symbolic_world
-    from ..planning.goal_planner import ground_goal
     from ..planning.operators import Grounder
     from ..planning.spoken_goals import spoken
+    from ..planning.symbolic.goal_planner import ground_goal
     from ..planning.task_goals import Goal
 
     scene = symbolic_world(place, knowledge.taxonomy)
@@ -199,7 +199,7 @@ def read_text(program: Path) -> str:
     except UnicodeDecodeError as error:
         if found.startswith(PACKED):
             why = "PolyScope's .urp is; take the .script that PolyScope saves beside it"
-            raise UserError(f"'{program}' is no text: it is packed, as {why}.") from error
+            raise UserError(f"'{program}' is no text: it is compressed, as {why}.") from error
         if b"\0" in found or program.suffix == ".json":
             raise UserError(f"'{program}' is no text: byte {error.start} is not UTF-8.") from error
         return found.decode("cp1252", "replace")

@@ -48,7 +48,7 @@ def add_commands(add: Add) -> None:
 def _learn(arguments: argparse.Namespace) -> int:
     from ..engine.engine import Engine
     from ..learning.from_episodes import compared, learn_task
-    from ..learning.motion_text import said
+    from ..learning.motion_text import force_said, said
     from ..learning.package import write_package
     from ..testing.skeleton import vacant_folder
 
@@ -71,7 +71,7 @@ def _learn(arguments: argparse.Namespace) -> int:
     for text in (*(f"taken to be wrong: {w}" for w in proposal.wrong), *(f"open: {u}" for u in proposal.undecided)):
         print(text)
     print("how it is done: " + _how(proposal))
-    if text := said(proposal):
+    for text in filter(None, (said(proposal), force_said(proposal))):
         print(text)
     for path, found in others:
         print(f"{path}: {'; '.join(map(str, found)) or 'same steps as in the examples'}")

@@ -11,7 +11,7 @@ from .arguments import Add, plugin_choice
 from .texts import counted, warn_of
 
 if TYPE_CHECKING:
-    from ..model.known_kind import BuiltLibrary, KnownKind
+    from ..model.world.known_kind import BuiltLibrary, KnownKind
 
 DENSITY = 500.0
 """Density of kinds whose files state no mass [kg/m3]: full cartons have 300 to 800."""

@@ -24,7 +24,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = {
     "explain": ("inspect", "print what the search behind a run decided, and why"),
     "schema": ("inspect", "print the JSON Schema of scenario or rule files"),
     "ontology": ("inspect", "check ontologies"),
-    "new": ("inspect", "write a package for a new plugin: complete, installable and tested"),
+    "new": ("new", "write a package for a new plugin: complete, installable and tested"),
     "execute": ("execute", "run a program's text in a world"),
     "judge": ("judge", "run any program's text and print the findings of the validators"),
     "preflight": ("preflight", "print one page about a program before a real arm runs it; dry run at a share of its speed"),
@@ -40,8 +40,8 @@ COMMANDS: Mapping[str, tuple[str, str]] = {
     "export": ("export", "write a run as a GIF, MP4, MCAP recording, CSV tables or a behaviour tree, for other software"),
     "query": ("sparql", "run SPARQL over the ontologies and episodes"),
     "doctor": ("doctor", "say what this machine has and lacks"),
-    "mcp": ("mcp", "answer clients of the Model Context Protocol: tools and resources for language models"),
-    "serve": ("serve", "answer requests of other software, in any language: JSON lines on standard input and output"),
+    "mcp": ("serving.mcp", "answer clients of the Model Context Protocol: tools and resources for language models"),
+    "serve": ("serving.serve", "answer requests of other software, in any language: JSON lines on standard input and output"),
 }
 """Each command with the module here that declares its arguments and runs it (``add_commands``), and what it does in one clause.
 

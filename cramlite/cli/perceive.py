@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from ..base.errors import NoSolution, UserError
 from ..base.json_text import as_json
 from ..base.resources import find_scenario
-from ..model.world import Camera
+from ..model.world.world import Camera
 from ..perception.active_perception import Look, Picture, ask, pictures
 from ..perception.camera_check import camera_warning
 from ..perception.query import parse_query
@@ -25,7 +25,7 @@ from .texts import warn_of
 
 if TYPE_CHECKING:
     from ..engine.engine import Engine
-    from ..model.world import Thing
+    from ..model.world.world import Thing
     from ..perception.query import ObjectQuery
     from ..plugin.catalogue import Knowledge
     from ..scenario.scenario import Scenario

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 from ..base.errors import NoSolution, UserError, nearest
 from ..base.json_text import as_json
-from ..model.error_model import SOURCES
+from ..model.twins.error_model import SOURCES
 from ..plugin.selection import INSTALLED, PluginChoice
 from .arguments import Add, plugin_choice
 from .judge import naming, read_text, robots_world
 
 if TYPE_CHECKING:
     from ..engine.preflight import Check, Flight
-    from ..model.program import LatePose
+    from ..model.program.program import LatePose
     from ..plugin.catalogue import Knowledge
 
 WIDTH = 110
@@ -93,8 +93,8 @@ def _flight(program: Path, world: str, knowledge: Knowledge, seed: int) -> Fligh
     text = read_text(program)
     if not world:
         raise UserError(
-            f"'{program}' is a text, which says nothing of the world that it is for. Give that with --world, a scenario, run directory "
-            "or world.json; or give the run directory of the program, of which more is known."
+            f"'{program}' is the text of a program, which does not say in which world it runs. Name the world with --world (a scenario, "
+            "run directory or world.json); or give the program's run directory, which holds it."
         )
     with naming(program):
         return flight_of_text(text, robots_world(world, program, knowledge, seed), knowledge, seed)

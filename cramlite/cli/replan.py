@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -62,42 +61,78 @@ def execute_and_replan(
         NoSolution: none did; why each one ended was printed.
         UserError: a file that cannot be used.
     """
-    from ..engine import replanning
-    from ..engine.going_on import GoingOn
-    from ..engine.time_line import events_of, write_time_line
-    from ..report.time_line_page import TimeLinePage
-
     vacant(out)
     scene, engine = _who_replans(scenario, rounds, plugins)
     first = _first_attempt(program, scene, engine, world, seed)
     first = replace(first, world=faulty(first.world, map(read_fault_text, faults)))
-    said: list[str] = []
-    done: list[Round] = []
-    moments: list[Moment] = []
-    page = TimeLinePage(engine.knowledge)
-    say = partial(_say, said, aloud=not json_output)
-    if scene.spec.poses == "camera":
-        executed: Iterable[Round] = replanning.rounds(first, scene, engine, seed=seed, most=rounds, say=say, verbose=verbose)
-    else:
-        executed = _stretches(GoingOn(scene, engine, seed, say, verbose=verbose), first, rounds, moments)
+    account = _Account(engine, out, program.stem, episode=episode, json_output=json_output)
     try:
-        for number, one in enumerate(executed, 1):
-            done.append(one)
-            if not json_output:
-                print(rollout_text(one.rollout))
-            if out is not None:
-                happened = events_of(moments, number, one.rollout)
-                _write_round(out / f"round_{number}", one, program.stem, engine, episode=episode, events=happened)
-                if moments:
-                    write_time_line(moments, out)
-                    page.write(moments, one.rollout, out)
+        for one in _executed(first, scene, engine, account, seed=seed, most=rounds, verbose=verbose):
+            account.add(one)
     finally:
-        if json_output:
-            rows = [rollout_json(one.rollout) for one in done]
-            print(as_json({"said": said, "executions": len(done), "rounds": rows, "time_line": to_builtins(moments)}))
+        account.close()
     if not json_output:
-        print("Came to its end " + ("at the first execution" if len(done) == 1 else f"after {len(done)} executions"))
+        count = len(account.done)
+        print("Came to its end " + ("at the first execution" if count == 1 else f"after {count} executions"))
     return 0
+
+
+class _Account:
+    """Lines, rounds and time line of an execution with replanning: printed as they come, or at its end as JSON.
+
+    Args:
+        out: folder of the rounds' files; None writes none.
+        name: of the program.
+        episode: whether each round gets its ``episode/``.
+    """
+
+    def __init__(self, engine: Engine, out: Path | None, name: str, *, episode: bool, json_output: bool) -> None:
+        from ..report.time_line_page import TimeLinePage
+
+        self.engine, self.out, self.name, self.episode, self.json_output = engine, out, name, episode, json_output
+        self.said: list[str] = []
+        self.done: list[Round] = []
+        self.moments: list[Moment] = []
+        self.page = TimeLinePage(engine.knowledge)
+
+    def say(self, text: str) -> None:
+        """Collect a line about the execution; print it at once, unless all is printed as JSON."""
+        self.said.append(text)
+        if not self.json_output:
+            print(text, flush=True)
+
+    def add(self, one: Round) -> None:
+        """Print a round that has ended; write its files, and the time line so far."""
+        from ..engine.time_line import events_of, write_time_line
+
+        self.done.append(one)
+        if not self.json_output:
+            print(rollout_text(one.rollout))
+        if self.out is not None:
+            number = len(self.done)
+            happened = events_of(self.moments, number, one.rollout)
+            _write_round(self.out / f"round_{number}", one, self.name, self.engine, episode=self.episode, events=happened)
+            if self.moments:
+                write_time_line(self.moments, self.out)
+                self.page.write(self.moments, one.rollout, self.out)
+
+    def close(self) -> None:
+        """Print the whole execution, if it is printed as JSON."""
+        if self.json_output:
+            rows = [rollout_json(one.rollout) for one in self.done]
+            print(as_json({"said": self.said, "executions": len(rows), "rounds": rows, "time_line": to_builtins(self.moments)}))
+
+
+def _executed(
+    first: Attempt, scene: Scenario, engine: Engine, account: _Account, *, seed: int, most: int, verbose: bool
+) -> Iterable[Round]:
+    """Return the rounds of an execution, lazily; a camera that looks where a program stops, or readings that are watched."""
+    from ..engine import replanning
+    from ..engine.going_on import GoingOn
+
+    if scene.spec.poses == "camera":
+        return replanning.rounds(first, scene, engine, seed=seed, most=most, say=account.say, verbose=verbose)
+    return _stretches(GoingOn(scene, engine, seed, account.say, verbose=verbose), first, most, account.moments)
 
 
 def _stretches(going_on: GoingOn, first: Attempt, rounds: int, moments: list[Moment]) -> Iterator[Round]:
@@ -112,13 +147,6 @@ def _stretches(going_on: GoingOn, first: Attempt, rounds: int, moments: list[Mom
         done.append(stretch)
         moments[:] = time_line(done)
         yield stretch.round
-
-
-def _say(said: list[str], text: str, *, aloud: bool) -> None:
-    """Collect a line about an execution, and print it at once if ``aloud``."""
-    said.append(text)
-    if aloud:
-        print(text, flush=True)
 
 
 def _who_replans(name: str, rounds: int, plugins: PluginChoice) -> tuple[Scenario, Engine]:
@@ -145,7 +173,7 @@ def _first_attempt(program: Path, scenario: Scenario, engine: Engine, world: str
     from ..engine import replanning
     from ..engine.intent import FILE, read_intent
     from ..engine.judging import Purpose, candidate_of_text
-    from ..model.program_json import read_program
+    from ..model.program.program_json import read_program
 
     beside = {name: read_text(program.parent / name) for name in ("program.json", "plan.json")}
     typed = read_program(beside["program.json"]).program

@@ -7,7 +7,7 @@ import json
 import sys
 from itertools import takewhile
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from ..base.errors import NoSolution, PluginError
 from ..base.json_text import as_json
@@ -16,9 +16,9 @@ from ..base.resources import find_scenario
 from ..base.run_directory import RunDirectory
 from ..engine.engine import make_engine
 from ..engine.scenario_doubts import changes_of_things, doubts, doubts_of_files
-from ..planning.budget import is_late
 from ..planning.failure import brief_failure_text, failure_text
 from ..planning.heartbeat import interrupted_text
+from ..planning.search.budget import is_late
 from ..planning.trace import Trace, read_trace
 from ..plugin.selection import INSTALLED, PluginChoice
 from .arguments import Add, plugin_choice
@@ -75,58 +75,62 @@ def resolve_scenario(
     engine = make_engine(scenario, plugins)
     reading = engine.read(scenario)
     with interruptible() as came:
-        with pulse(came.one):
-            setting = engine.setting(reading, seed=seed, backend=backend, twins=twins)  # a scenario that cannot be used claims no directory
-            _say_notes(scenario, setting, engine)
-            _say_understood(scenario, setting, engine)
+        with pulse(came.one):  # first of all: a scenario that cannot be used claims no directory
+            setting = _noted_setting(scenario, reading, engine, seed=seed, backend=backend, twins=twins)
         run = RunDirectory(out or Path("runs") / f"{scenario.name}-{seed}", run_key(scenario, setting, backend, engine))
         if run.complete and (not report or (run.path / "report.html").is_file()):
             return _solved_before(run, json_output=json_output)
-        trace = _earlier_trace(run)
-        with Progress(quiet=json_output) as say:
-            solution = _accepted_solution(run, reading, setting, engine, trace, say, came, report=report)
+        job = _Job(run, scenario, reading, setting, engine, _earlier_trace(run), came)
+        solution = _accepted_solution(job, report=report, quiet=json_output)
         if solution is None:
-            changes = _changes(scenario, setting, engine, json_output=json_output) if relax and not came.one() else ""
-            raise _no_solution(run, trace, engine, seed, came, json_output=json_output, verbose=verbose, changes=changes)
-    print(as_json(solution_summary(solution, run, engine, seed)) if json_output else solution_text(solution, str(run.path)))
-    return _ended(solution, run, scenario)
+            raise _no_solution(job, json_output=json_output, verbose=verbose, relax=relax)
+    return _ended(job, solution, json_output=json_output)
 
 
-def _accepted_solution(
-    run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, say: Progress, came: Signals, *, report: bool
-) -> Solution | None:
+class _Job(NamedTuple):
+    """Resolution of a scenario that a command does: from what, where its files go, and which signals came."""
+
+    run: RunDirectory
+    scenario: Scenario
+    reading: Reading
+    setting: Setting
+    engine: Engine
+    trace: Trace
+    came: Signals
+
+
+def _accepted_solution(job: _Job, *, report: bool, quiet: bool) -> Solution | None:
     """Return the first proven program and write its files, after its execution in the real world if the
     scenario declares one.
 
     If nothing was proven, write the report about the search and return None.
     """
-    solution, tried = _first_solution(run, reading, setting, engine, trace, say, came)
-    if solution is None:
-        if report:
-            _report_nothing(run, reading, setting, engine, trace, tried, came)
-        return None
-    try:
-        with pulse(came.one):
-            solution = _executed(solution, engine, say)
-            write_solution(run, solution, engine, setting.seed)
-            _finish(run, solution, engine, say, report=report)
-    except Stopped:
-        raise _interrupted_behind(run, solution, setting, engine, came, report=report) from None
-    return solution
+    with Progress(quiet=quiet) as say:
+        solution, tried = _first_solution(job, say)
+        if solution is None:
+            if report:
+                _report_nothing(job, tried)
+            return None
+        try:
+            with pulse(job.came.one):
+                solution = _executed(solution, job.engine, say)
+                write_solution(job.run, solution, job.engine, job.setting.seed)
+                _finish(job.run, solution, job.engine, say, report=report)
+        except Stopped:
+            raise _interrupted_behind(job, solution, report=report) from None
+        return solution
 
 
-def _interrupted_behind(
-    run: RunDirectory, solution: Solution, setting: Setting, engine: Engine, came: Signals, *, report: bool
-) -> Interrupted:
+def _interrupted_behind(job: _Job, solution: Solution, *, report: bool) -> Interrupted:
     """Return the error for Ctrl+C or SIGTERM after a program was proven; write the program's files, and its
     report without drawings."""
-    write_solution(run, solution, engine, setting.seed)
+    write_solution(job.run, solution, job.engine, job.setting.seed)
     if report:
         from ..report import write_report
 
-        write_report(run, solution, engine, drawn=False)
+        write_report(job.run, solution, job.engine, drawn=False)
     left = "" if solution.setting.real is None or solution.execution else ", and was not executed"
-    return Interrupted(f"A program was proven{left}; interrupted before the report was complete: {run.path}.", came.number)
+    return Interrupted(f"A program was proven{left}; interrupted before the report was complete: {job.run.path}.", job.came.number)
 
 
 def _started_from(scenario: Scenario, demonstration: Path | None, plan: Path | None, meant: str | None) -> Scenario:
@@ -137,10 +141,12 @@ def _started_from(scenario: Scenario, demonstration: Path | None, plan: Path | N
     return scenario.read_as(meant) if meant else scenario
 
 
-def _ended(solution: Solution, run: RunDirectory, scenario: Scenario) -> int:
-    """Return exit code 0 for a proven program; raise NoSolution if its first execution failed."""
+def _ended(job: _Job, solution: Solution, *, json_output: bool) -> int:
+    """Print a proven program and return exit code 0; raise NoSolution if its first execution failed."""
+    summary = as_json(solution_summary(solution, job.run, job.engine, job.setting.seed)) if json_output else ""
+    print(summary or solution_text(solution, str(job.run.path)))
     if not solution.succeeded:
-        raise NoSolution(first_execution_failed(solution, run.path, scenario))
+        raise NoSolution(first_execution_failed(solution, job.run.path, job.scenario))
     return 0
 
 
@@ -152,13 +158,13 @@ def _solved_before(run: RunDirectory, *, json_output: bool) -> int:
     return 0
 
 
-def _report_nothing(
-    run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, tried: Solution | None, came: Signals
-) -> None:
+def _report_nothing(job: _Job, tried: Solution | None) -> None:
     """Write the report about a search that proved nothing, with the last refused program; without drawings after Ctrl+C or SIGTERM."""
     from ..report import Finished, write_page
 
-    write_page(Finished(engine, run, setting, trace, tried, reading.interpretation, reading.episode), drawn=not came.one())
+    reading = job.reading
+    found = Finished(job.engine, job.run, job.setting, job.trace, tried, reading.interpretation, reading.episode)
+    write_page(found, drawn=not job.came.one())
 
 
 def _changes(scenario: Scenario, setting: Setting, engine: Engine, *, json_output: bool) -> str:
@@ -170,41 +176,37 @@ def _changes(scenario: Scenario, setting: Setting, engine: Engine, *, json_outpu
     return "".join(lines) or "\n  No declared change makes it solvable: neither base nor things, by up to 0.64 m."
 
 
-def _no_solution(
-    run: RunDirectory, trace: Trace, engine: Engine, seed: int, came: Signals, *, json_output: bool, verbose: bool,
-    changes: str = "",
-) -> NoSolution | PluginError | Interrupted:  # fmt: skip
+def _no_solution(job: _Job, *, json_output: bool, verbose: bool, relax: bool) -> NoSolution | PluginError | Interrupted:
     """Return the error for a search that proved nothing; with ``json_output`` print its summary as JSON
     first."""
+    run, trace, came, faults = job.run, job.trace, job.came, job.engine.registry.faults
+    changes = _changes(job.scenario, job.setting, job.engine, json_output=json_output) if relax and not came.one() else ""
     if json_output:
-        print(as_json(failure_summary(trace, run, engine, seed)))
+        print(as_json(failure_summary(trace, run, job.engine, job.setting.seed)))
     if came.one():
         return Interrupted(f"What was tried until then: {run.path}. The same command goes on there.", came.number)
     if verbose:
-        text = f"{failure_text(trace, engine.registry.faults)}\n  Every decision: cramlite explain {run.path}"
+        text = f"{failure_text(trace, faults)}\n  Every decision: cramlite explain {run.path}"
     else:
-        text = brief_failure_text(trace, engine.registry.faults, str(run.path))
-    return PluginError(text) if engine.registry.faults else NoSolution(text + changes)
+        text = brief_failure_text(trace, faults, str(run.path))
+    return PluginError(text) if faults else NoSolution(text + changes)
 
 
-def _first_solution(
-    run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, say: Progress, came: Signals
-) -> tuple[Solution | None, Solution | None]:
+def _first_solution(job: _Job, say: Progress) -> tuple[Solution | None, Solution | None]:
     """Return the first proven program, and the last refused program of the first candidate that had one."""
     try:
-        return _search(run, reading, setting, engine, trace, say, came)
+        return _search(job, say)
     finally:
-        if came.one():
-            print(f"cramlite: {interrupted_text(trace)}.", file=sys.stderr, flush=True)
-        write_trace(run, trace, engine)
+        if job.came.one():
+            print(f"cramlite: {interrupted_text(job.trace)}.", file=sys.stderr, flush=True)
+        write_trace(job.run, job.trace, job.engine)
 
 
-def _search(
-    run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, say: Progress, came: Signals
-) -> tuple[Solution | None, Solution | None]:
+def _search(job: _Job, say: Progress) -> tuple[Solution | None, Solution | None]:
+    run, engine, trace, came = job.run, job.engine, job.trace, job.came
     tried: Solution | None = None
     before = dict(run.spent)
-    for candidate in engine.candidates(reading, setting=setting, trace=trace, progress=say, stop=came.one):
+    for candidate in engine.candidates(job.reading, setting=job.setting, trace=trace, progress=say, stop=came.one):
         if candidate.resume(before.get(str(candidate.number))):
             said = "refused before this run was resumed"
             trace.add(0, "sequence", str(candidate.plan), "refused", "engine", said, kind="sequence")
@@ -226,6 +228,14 @@ def _executed(solution: Solution, engine: Engine, say: Progress) -> Solution:
         return solution
     say("executing it once in the real world")
     return engine.execute(solution)
+
+
+def _noted_setting(scenario: Scenario, reading: Reading, engine: Engine, *, seed: int, backend: str | None, twins: int | None) -> Setting:
+    """Return a scenario's setting; print notes on the scenario, and how its sentence was understood."""
+    setting = engine.setting(reading, seed=seed, backend=backend, twins=twins)
+    _say_notes(scenario, setting, engine)
+    _say_understood(scenario, setting, engine)
+    return setting
 
 
 def _say_understood(scenario: Scenario, setting: Setting, engine: Engine) -> None:

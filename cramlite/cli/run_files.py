@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ..engine.execution import Execution
     from ..engine.setting import Setting
     from ..engine.solution import Solution
-    from ..model.twin_verdict import TwinVerdict
+    from ..model.run.twin_verdict import TwinVerdict
     from ..planning.trace import Trace
     from ..scenario.scenario import Scenario
 
@@ -55,8 +55,8 @@ def write_trace(run: RunDirectory, trace: Trace, engine: Engine) -> None:
 def write_solution(run: RunDirectory, solution: Solution, engine: Engine, seed: int) -> None:
     """Write program, world, plan, verdict, recorded run and summary of a solution into a run directory, each
     into a file."""
-    from ..model.program_json import write_program
-    from ..model.rollout import save_rollout
+    from ..model.program.program_json import write_program
+    from ..model.run.rollout import save_rollout
 
     candidate = solution.candidate
     assert candidate.code is not None
@@ -79,7 +79,7 @@ def write_solution(run: RunDirectory, solution: Solution, engine: Engine, seed: 
 
 def write_execution(run: RunDirectory, execution: Execution, engine: Engine) -> None:
     """Write an execution, with the real world that it was in, into a folder as ``cramlite execute --out`` writes one."""
-    from ..model.rollout import save_rollout
+    from ..model.run.rollout import save_rollout
 
     candidate, place = execution.candidate, "execution"
     assert candidate.rollout is not None and candidate.code is not None and candidate.episode is not None

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from ..interpretation.interpretation import Interpretation, Interpreted
     from ..interpretation.matching import Match
     from ..model.episode import Repair
-    from ..model.rollout import Rollout
-    from ..model.verdict import Verdict
+    from ..model.run.rollout import Rollout
+    from ..model.run.verdict import Verdict
     from ..plugin.registry import Fault, PluginInfo, Registry
     from ..plugin.task_type import TaskType
     from ..scenario.scenario import Scenario

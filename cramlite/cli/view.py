@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..base.errors import UserError
-from ..model.rollout import load_rollout
+from ..model.run.rollout import load_rollout
 from ..plugin.selection import INSTALLED, PluginChoice
 from .arguments import Add, duration, plugin_choice
 
 if TYPE_CHECKING:
-    from ..model.rollout import Rollout
+    from ..model.run.rollout import Rollout
     from ..plugin.catalogue import Knowledge
     from .viewer import Viewer
 
@@ -73,7 +73,7 @@ def require_viser() -> None:
     if find_spec("viser") is None:
         raise UserError(
             "'cramlite view' needs the package viser, which is not installed: pip install 'cramlite[view]' (4 MB). Without it, "
-            "open the run's report.html in a browser: it has a drawing of the run that turns and is scrubbed, too."
+            "open the run's report.html in a browser: it has a drawing of the run that can be turned, with a time slider."
         )
 
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import viser
 
-from ..model.rollout import Rollout, Scene
+from ..model.run.rollout import Rollout, Scene
 
 EYE = (-0.75, -1.45, 0.85)
 """First position of the camera, from the middle of the moving things [m]: the direction of the report's pictures."""

@@ -12,11 +12,11 @@ from msgspec.structs import replace
 from ..base.pulse import Stop, working
 from ..base.value import Value
 from ..model.designator_name import task_of
-from ..planning.answers import Answers
-from ..planning.budget import Budget
 from ..planning.heartbeat import Heartbeat
 from ..planning.refutation import refutation
-from ..planning.search import Effort, Search
+from ..planning.search.answers import Answers
+from ..planning.search.budget import Budget
+from ..planning.search.search import Effort, Search
 from .executor_group import group_of
 from .late_poses import parametric
 from .program_time import about
@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from ..interpretation.matching import Match
     from ..interpretation.ranking import TaskSequence
     from ..model.plan import Plan
-    from ..model.verdict import Verdict
-    from ..planning.state import State
+    from ..model.run.verdict import Verdict
+    from ..planning.search.state import State
     from ..planning.trace import Trace
     from ..plugin.catalogue import Knowledge
     from ..plugin.protocols import Candidate
@@ -119,8 +119,8 @@ class CandidateSequence(Value, eq=False):
         return counted | {"objected": sorted(effort.objected or ())}
 
     def resume(self, spent: Mapping[str, Any] | None) -> bool:
-        """Restore the search work of an interrupted run; return False if that run tried fewer alternatives
-        than this one."""
+        """Restore the search work that an interrupted run recorded; return False if it was recorded at a smaller
+        limit of alternatives per designator than the present limit."""
         if spent is None or spent["breadth"] < self.effort.breadth:
             return False
         self.effort.expanded, self.effort.proofs = spent["expanded"], spent["proofs"]
@@ -255,3 +255,15 @@ def _candidate(plan: Plan, state: State, setting: Setting, knowledge: Knowledge)
     for step in candidate.program.steps:
         knowledge.registry.notify("on_step", candidate.program.name, step=step, candidate=candidate)
     return candidate
+
+
+def to_try(
+    plans: Iterable[tuple[Plan, TaskSequence | None]], most: int, trace: Trace
+) -> Iterator[tuple[int, Plan, TaskSequence | None]]:
+    """Yield plans, numbered from 1, until the budget of task sequences is spent, which the trace then records."""
+    for number, (plan, sequence) in enumerate(plans, 1):
+        if number > most:
+            trace.spent("sequences", most, f"{most} task sequences were tried, the rest left out")
+            return
+        trace.candidate = number
+        yield number, plan, sequence

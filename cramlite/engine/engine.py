@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Never
@@ -14,12 +14,13 @@ from ..base.errors import UserError
 from ..base.memory import give_back
 from ..base.pulse import Stop, working
 from ..base.seeds import whole_seed
-from ..planning.budget import Budget, budget_of, until_late
+from ..interpretation.no_events import hint_without_events
 from ..planning.heartbeat import Heartbeat
+from ..planning.search.budget import Budget, budget_of, until_late
 from ..planning.trace import Trace
 from ..plugin.catalogue import Knowledge
 from ..plugin.selection import INSTALLED, PluginChoice
-from .reading import Reading
+from .reading import Reading, goal_text
 from .solution import Solution
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from ..interpretation.ranking import TaskSequence
     from ..model.episode import Episode
     from ..model.plan import Plan
-    from ..model.world import World
+    from ..model.world.world import World
     from ..scenario.scenario import Scenario
     from .candidates import CandidateSequence, Progress
     from .executor import Executor
@@ -38,12 +39,6 @@ if TYPE_CHECKING:
 
 KEPT = 4
 """Number of engines that are kept for scenarios with plugins or ontologies of their own."""
-
-
-NOT_INFERRED = "no events were inferred"
-"""The repair of a reader that looked for events in motion, and why it found none."""
-FARTHEST_WAY = 50.0
-"""Largest plausible way of a recorded thing [m]: people stay in one building."""
 
 
 class Engine:
@@ -146,7 +141,7 @@ class Engine:
             raise UserError(
                 f"The episode '{episode.name}' has no events, so there is nothing to interpret: it holds "
                 f"{len(episode.entities)} entities and {len(episode.tracks)} tracks, and no object was seen to move "
-                f"along with a hand. Record it with contacts, or with the poses of hands and objects.{_too_wide(episode)}"
+                f"along with a hand. Record it with contacts, or with the poses of hands and objects.{hint_without_events(episode)}"
             )
         return interpret(episode, self.knowledge.rules, self.knowledge.taxonomy)
 
@@ -298,8 +293,8 @@ class Engine:
         self, reading: Reading, setting: Setting | None, seed: int, budget: Budget, trace: Trace, progress: Progress,
         stop: Stop,
     ) -> Iterator[CandidateSequence]:  # fmt: skip
-        from ..planning.answers import Answers
-        from .candidates import CandidateSequence, doubted_last
+        from ..planning.search.answers import Answers
+        from .candidates import CandidateSequence, doubted_last, to_try
 
         engine = self._for(reading.goal)
         with working("building the world, with what the camera sees"):
@@ -307,7 +302,7 @@ class Engine:
         plans = engine.plans(reading, setting, trace, progress)
         answers, tried = Answers(), list[CandidateSequence]()
         planned = trace.watch.over("planning", plans)
-        for number, plan, sequence in _to_try(doubted_last(planned, tried, trace), budget.sequences, trace):
+        for number, plan, sequence in to_try(doubted_last(planned, tried, trace), budget.sequences, trace):
             tried.append(CandidateSequence(
                 number, plan, sequence, reading, setting, engine.knowledge, budget, trace, progress, stop, answers,
                 group=engine.executors,
@@ -339,7 +334,7 @@ class Engine:
             )
         if setting is None:
             raise UserError("A goal that is not a scenario needs a setting: pass setting=engine.setting(scenario).")
-        return replace(setting, title="", asked=_asked(goal))
+        return replace(setting, title="", asked=goal_text(goal))
 
     def plans(
         self, goal: AnyGoal | Reading, setting: Setting, trace: Trace, progress: Progress = lambda _: None, **unknown: Never
@@ -367,20 +362,6 @@ class Engine:
             yield plan_from_tasks(setting.name, asked, knowledge.tasks, setting.world), None  # type: ignore[arg-type]
 
 
-def _too_wide(episode: Episode) -> str:
-    """Return a hint at why an episode has no events: the recorded reason, or lengths that seem not to be metres.
-
-    "" if there is none.
-    """
-    if said := [r.why for r in episode.repairs if r.what == NOT_INFERRED]:
-        return f" No events were inferred: {said[-1]}."
-    ways = ((float((t.poses[:, :3].max(axis=0) - t.poses[:, :3].min(axis=0)).max()), n) for n, t in episode.tracks.items() if len(t.times))
-    way, name = max(ways, default=(0.0, ""))
-    if way < FARTHEST_WAY:
-        return ""
-    return f" '{name}' moved by {way:.0f} m, and lengths are metres: if these are millimetres or centimetres, convert them."
-
-
 def _refuse(unknown: Mapping[str, object]) -> None:
     """Raise TypeError if a method of the engine was given an argument that it does not have.
 
@@ -388,25 +369,13 @@ def _refuse(unknown: Mapping[str, object]) -> None:
     """
     for name in unknown:
         instead = "; the setting is given as setting=engine.setting(scenario)" if name == "world" else ""
-        raise TypeError(f"there is no argument '{name}'{instead}")
+        raise TypeError(f"this method of the engine has no argument '{name}'{instead}")
 
 
 def _budget(goal: object) -> Budget:
     from ..scenario.scenario import Scenario
 
     return budget_of(goal) if isinstance(goal, Scenario) else Budget()
-
-
-def _to_try(
-    plans: Iterable[tuple[Plan, TaskSequence | None]], most: int, trace: Trace
-) -> Iterator[tuple[int, Plan, TaskSequence | None]]:
-    """Yield plans, numbered from 1, until the budget of task sequences is spent, which the trace then records."""
-    for number, (plan, sequence) in enumerate(plans, 1):
-        if number > most:
-            trace.spent("sequences", most, f"{most} task sequences were tried, the rest left out")
-            return
-        trace.candidate = number
-        yield number, plan, sequence
 
 
 def make_engine(scenario: Scenario, plugins: PluginChoice = INSTALLED) -> Engine:
@@ -423,14 +392,3 @@ def make_engine(scenario: Scenario, plugins: PluginChoice = INSTALLED) -> Engine
     return Engine.with_plugins(chosen, scenario.ontologies)
 
 
-def _asked(goal: object) -> str:
-    """Describe a goal that is not a scenario, in words."""
-    from ..planning.task_goals import Goal
-    from ..scenario.asked_text import SHOWN, tasks_text
-    from ..scenario.task_specs import RuleSpec, TaskSpec
-
-    if isinstance(goal, Goal):
-        return "; ".join(goal.says)
-    entries = goal if isinstance(goal, list | tuple) else (goal,)
-    tasks = [e for e in entries if isinstance(e, TaskSpec | RuleSpec)]
-    return tasks_text(tasks) if tasks else SHOWN

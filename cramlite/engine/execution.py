@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from ..base.errors import UserError
 from ..base.value import Value
-from ..model.verdict import Verdict
+from ..model.run.verdict import Verdict
 from .proof import judge_run, run_and_judge, text_that_runs
 
 if TYPE_CHECKING:

@@ -23,8 +23,8 @@ from ..base.pulse import Stopped, pulse
 from ..plugin.selection import INSTALLED, PluginChoice
 
 if TYPE_CHECKING:
-    from ..model.rollout import Rollout
-    from ..model.world import World
+    from ..model.run.rollout import Rollout
+    from ..model.world.world import World
     from ..plugin.catalogue import Knowledge
 
 
@@ -75,7 +75,7 @@ class Executor(Struct):
         self._say((text, world, seed))
         answer = self._hear()
         if isinstance(answer, UserError):
-            raise UserError(f"The execution of a program broke: {answer}") from answer
+            raise UserError(f"The execution of a program was broken off: {answer}") from answer
         if isinstance(answer, Exception):
             raise answer
         rollout, now = answer
@@ -159,7 +159,7 @@ def _serve(asked: BinaryIO, answers: BinaryIO) -> None:
             except Stopped:
                 if not interrupted.came:  # whoever asked is gone
                     return
-                answer = UserError("nobody needs the run any more")
+                answer = UserError("the run was stopped, since its result is not needed any more")
             pickle.dump(answer, answers)
             answers.flush()
     except (EOFError, OSError):  # whoever asked is gone
@@ -168,7 +168,7 @@ def _serve(asked: BinaryIO, answers: BinaryIO) -> None:
 
 def _loaded(plugins: PluginChoice) -> Knowledge | Exception:
     """Load the plugins and the simulator's libraries; return what the plugins declare, or the error."""
-    from ..model.world import World
+    from ..model.world.world import World
     from ..plugin.catalogue import Knowledge
 
     try:

@@ -18,8 +18,8 @@ from ..plugin.selection import PluginChoice
 from .executor import Executor, ExecutorDied
 
 if TYPE_CHECKING:
-    from ..model.rollout import Rollout
-    from ..model.world import World
+    from ..model.run.rollout import Rollout
+    from ..model.world.world import World
     from ..plugin.catalogue import Knowledge
 
 DEATHS = 2

@@ -14,10 +14,10 @@ from msgspec.structs import replace
 from ..base.value import Value
 from ..model.entity_name import thing_of
 from ..model.geometry import Floats, Pose
-from ..model.readings import Deviation, Notice, Readings
+from ..model.run.readings import Deviation, Notice, Readings
 
 if TYPE_CHECKING:
-    from ..model.rollout import Rollout
+    from ..model.run.rollout import Rollout
 
 PLACE = 0.015
 """Largest distance of a thing from its place in the proof [m]: validators let nothing slip by more than 12 mm, or slide by
@@ -168,7 +168,7 @@ def _held(proof: Rollout, sample: int) -> str:
 class RunWatch:
     """Watcher that reports where the sensor readings of a run deviate from those of the run that proved its program.
 
-    See ``cramlite.model.readings.Watch``.
+    See ``cramlite.model.run.readings.Watch``.
 
     Args:
         expected: of the program.
@@ -177,13 +177,14 @@ class RunWatch:
         period: between readings [s].
         limits: of deviations.
         asked: what was asked for last in place of the first goal, which the program follows; None for nothing.
+        offsets: thing -> its believed pose in the frame of its pose as read, for things at poses that were corrected.
     """
 
     def __init__(
         self, expected: Expectation, noise: Noise = EXACT, seed: int = 0, period: float = 0.04, limits: Limits = USUAL,
-        asked: tuple[str, ...] | None = None,
+        asked: tuple[str, ...] | None = None, offsets: Mapping[str, Pose] | None = None,
     ) -> None:  # fmt: skip
-        self.asked = asked
+        self.asked, self.offsets = asked, offsets or {}
         self.expected, self.noise, self.period, self.limits = expected, noise, period, limits
         self._seen: set[str] = set()
         self.notice: Notice | None = None
@@ -297,6 +298,7 @@ class RunWatch:
         if pose is None:
             yield self._said(Deviation.MISSING, now, f"'{name}' can no longer be seen", name)
             return
+        pose *= self.offsets.get(name, Pose())
         held = [k for k in rows if expected.held[k] == name]
         own = expected.own(now.line)
         always = len(own) > 0 and all(expected.held[k] == name for k in own)

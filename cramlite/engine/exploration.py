@@ -17,11 +17,11 @@ from ..base.errors import UserError
 from ..base.value import Value
 from ..model.designators import Action, Location, Object
 from ..model.plan import Plan
-from ..model.rollout import world_after_run
+from ..model.run.rollout import world_after_run
 from ..ontology.prefixes import local_name
 from ..perception.view_queries import INSIDE, bears
 from ..planning.diagnosis import nearest_miss
-from ..planning.search import Search
+from ..planning.search.search import Search
 from ..planning.trace import Trace
 from ..plugin.grounding import Context
 from .proof import assemble, prove, text_that_runs
@@ -30,8 +30,8 @@ from .setting import Setting
 
 if TYPE_CHECKING:
     from ..model.view import Points
-    from ..model.world import Thing
-    from ..planning.state import State
+    from ..model.world.world import Thing
+    from ..planning.search.state import State
     from ..plugin.catalogue import Knowledge
     from ..plugin.protocols import Candidate
     from ..scenario.scenario import Scenario
@@ -148,9 +148,9 @@ def is_meant(setting: Setting, scenario: Scenario, plan: Plan | None, knowledge:
     if plan is not None:
         return are_there(plan, setting, knowledge, Trace())
     from ..language.sentence import NotUnderstood
-    from ..planning.goal_planner import ground_goal
     from ..planning.operators import Grounder
     from ..planning.spoken_goals import spoken
+    from ..planning.symbolic.goal_planner import ground_goal
     from ..planning.task_goals import Goal
 
     scene = setting.symbolic(knowledge.taxonomy)

@@ -21,38 +21,31 @@ from ..model.designator_name import task_of
 from ..model.fault import FaultKind
 from ..model.readings import Deviation, Notice
 from ..model.rollout import world_after_run
-from ..model.steps import MoveJoints
 from ..planning.budget import Budget, budget_of
 from ..planning.failure import brief_failure_text, failure_text
-from ..planning.planning_problem import planning_problem
+from ..planning.search.budget import Budget, budget_of
+from ..planning.symbolic.planning_problem import planning_problem
 from ..planning.task_goals import Goal
 from ..planning.trace import Trace
 from ..scenario.faults import foreseen
 from ..scenario.worlds import corrected
 from .candidates import attempts
 from .expectation import EXACT, SIGMAS, Noise, RunWatch, expectation
-from .proof import prove
+from .next_program import BACK, STILL, Stopped, apart, at_once, attempt_of, next_program
 from .read_belief import real_after, world_as_read
-from .replanning import SLOW, Attempt, Round, Say, way_back
+from .replanning import Attempt, Round, Say
 from .rest_of_plan import rests_of_plan
-from .rest_of_program import may_be_finished, rest_of
 from .search_in_setting import search_in
 from .setting import with_load
 
 if TYPE_CHECKING:
-    from ..model.rollout import Rollout
-    from ..model.world import World
     from ..plugin.protocols import Candidate
     from ..scenario.scenario import Scenario
     from .engine import Engine
     from .solution import Solution
 
-STILL = 0.005
-"""Distance by which things may move on the way back [m]: the default of bystanders."""
 RESTING = 0.0003
 """Depth of a contact at rest [m]: a thing that was read deeper inside another is believed to stand on it, since a proof begins there."""
-BACK = "0.Back"
-"""Designator of the way back."""
 STOPS = {"halted": Deviation.REFUSED, "protective stop": Deviation.STOPPED, "killed": Deviation.KILLED}
 """Outcome -> its description, of runs that can be continued."""
 
@@ -83,10 +76,6 @@ TO_DO: Mapping[Deviation, str] = {
     Deviation.GOAL_MISSED: "look what keeps the goal from holding",
 }
 """Advice to a person where nothing more can be proven."""
-
-
-AT_ONCE = {"expansions": 50, "proofs": 2, "sequences": 3}
-"""Budget of a search where the arm was stopped: searches that found a program there took at most 32 expansions of a task sequence."""
 
 
 class Stretch(Value):
@@ -154,7 +143,7 @@ class GoingOn:
         before, self.goal = solution.setting, None
         real = before.real or before.world
         self.setting, last = replace(before, real=None), None
-        for last in self.stretches(_attempt(solution.candidate, real), most):
+        for last in self.stretches(attempt_of(solution.candidate, real), most):
             yield last
         if last is not None:
             self._leave(last, real=before.real is not None)
@@ -163,7 +152,7 @@ class GoingOn:
         """Update the believed world and the robot to how the last run left them."""
         rollout, world = last.round.rollout, self.setting.world
         left = world_after_run(rollout, world)
-        stays = {t.name for t in left.things if _apart(world.thing(t.name).pose.position, t.pose.position) <= STILL}
+        stays = {t.name for t in left.things if apart(world.thing(t.name).pose.position, t.pose.position) <= STILL}
         relations = tuple(r for r in self.setting.relations if r[1] in stays)
         now = world_after_run(rollout, last.round.attempt.world) if real else None
         self.setting = replace(self.setting, world=left, relations=relations, real=now)
@@ -226,7 +215,7 @@ class GoingOn:
                 why.append(str(error))
                 continue
             if found is not None and found.candidate.code is not None:
-                return _attempt(found.candidate, world), f"resolves what comes then ({key}): {found.plan}"
+                return attempt_of(found.candidate, world), f"resolves what comes then ({key}): {found.plan}"
             why.append(self._failure(trace, self.engine.registry.faults))
         return None, f"{CLOSED}. {' '.join(why)}"
 
@@ -293,23 +282,13 @@ class GoingOn:
         self._believe(done, watch)
         self.trace = Trace()
         holds = self.setting.world.robots[0].holds
-        world = real_after(done.rollout, done.attempt.world, holds)
         if self.goal is not None and holds is None and self._holds(watch):
             return None, REACHED
-        hand = f", with '{holds.thing}' in the hand" if holds else ""
-        rest = self._same_program(done, world) if may_be_finished(notice, watch) else None
-        if rest is not None:
-            return rest, f"goes on with the rest of the same program{hand}: all things are where its proof had them"
-        whole, stopped = budget_of(self.scenario), done.step != BACK
-        candidate = next(self._candidates(done, _at_once(whole) if stopped else whole), None)
-        back = self._back(done, world) if candidate is None and stopped else None
-        if back is not None:
-            return back, f"the arm goes back the way it came{hand}: no program was proven from here"
-        if candidate is None and stopped:
-            candidate = next(self._candidates(done, whole), None)
-        if candidate is not None:
-            return _attempt(candidate, world), f"goes on from here{hand}: {candidate.plan}"
-        return None, f"no program was proven from here{hand}. {self._failure(self.trace, self.engine.registry.faults)}"
+        stopped = Stopped(done, notice, watch, self.setting, real_after(done.rollout, done.attempt.world, holds))
+        whole, knowledge = budget_of(self.scenario), self.engine.knowledge
+        budgets = at_once(whole), whole
+        found, why = next_program(stopped, lambda budget: self._candidates(done, budget), budgets, knowledge, self.seed, self.trace)
+        return found, why if found else f"{why} {self._failure(self.trace, self.engine.registry.faults)}"
 
     def _believe(self, done: Round, watch: RunWatch) -> None:
         """Update the setting, in which the rest of the plan is resolved, from the last sensor readings of a run."""
@@ -320,23 +299,12 @@ class GoingOn:
         for note in world.notes[len(read.notes) :]:
             self.say(note)
         where = {t.name: t.pose for t in before.world.things}
-        stayed = {t.name for t in world.things if t.name in where and _apart(where[t.name].position, t.pose.position) <= STILL}
+        stayed = {t.name for t in world.things if t.name in where and apart(where[t.name].position, t.pose.position) <= STILL}
         relations = tuple(r for r in before.relations if r[1] in stayed)
         self.setting = with_load(replace(before, world=world, relations=relations, real=None, look=None), self.engine.knowledge)
         names = [a.name for a in attempt.plan.actions]
         if done.step != BACK:
             self.at, self.step = next((k for k, n in enumerate(names) if n == task_of(done.step)), 0), done.step
-
-    def _same_program(self, done: Round, world: World) -> Attempt | None:
-        """Return the rest of the program that was stopped; None if it cannot be finished from here, or its proof fails."""
-        proven, setting = done.attempt.candidate, self.setting
-        rest = rest_of(proven, done.step, setting) if proven is not None else None
-        if rest is None:
-            return None
-        ran, verdict = prove(rest, self.engine.knowledge, setting.backend, self.seed)
-        said = f"rest of the same program from {done.step} on"
-        self.trace.add(0, "rest", said, "proven" if verdict.passed else "failed", "engine", verdict.reason, kind="proof")
-        return _attempt(ran, world) if verdict.passed and ran.code is not None else None
 
     def _candidates(self, done: Round, budget: Budget) -> Iterator[Candidate]:
         """Generate programs for the rest of the plan that were proven in the belief, best first."""
@@ -352,36 +320,6 @@ class GoingOn:
             search = search_in(setting, engine.knowledge, budget, self.trace)
             yield from (c for c, verdict in attempts(search, plan, setting, engine.knowledge, engine.executors) if verdict.passed)
 
-    def _back(self, done: Round, world: World) -> Attempt | None:
-        """Return a program that leads the arm back along its recorded path; None if a run in the belief shows
-        that it fails or moves a thing."""
-        path = way_back(done.rollout.joints)
-        setting, knowledge = self.setting, self.engine.knowledge
-        if not path:
-            return None
-        program = replace(
-            done.attempt.program, steps=(MoveJoints(path, SLOW, 1.0, origin=BACK, comment="the way it came"),), sections=(),
-            snapshots=(), late=(), start=setting.world.robots[0].joints,
-        )  # fmt: skip
-        code = setting.backend.emit(program, setting.robot)
-        robots, mount = knowledge.robots_of(setting.world), setting.world.robots[0]
-        proof = knowledge.simulator.execute(code.text, setting.world, robots, mount=mount.name, seed=self.seed)
-        held = mount.holds.thing if mount.holds else ""
-        still = all(_moved(proof, t.name) <= STILL for t in setting.world.things if t.movable and t.name != held)
-        return Attempt(done.attempt.plan, program, code, world) if proof.outcome == "finished" and still else None
-
-
-def _at_once(whole: Budget) -> Budget:
-    """Return the small budget of the first search after a stop: the arm should rather go back the way it came
-    than wait for a longer search."""
-    return replace(whole, **{name: min(most, getattr(whole, name)) for name, most in AT_ONCE.items()})
-
-
-def _attempt(candidate: Candidate, world: World) -> Attempt:
-    """Return a proven program to be run in a world."""
-    assert candidate.code is not None
-    return Attempt(candidate.plan, candidate.program, candidate.code, world, candidate)
-
 
 def _stopped(number: int, notice: Notice | None, decision: str) -> str:
     """Reason why an execution ends, for people."""
@@ -395,12 +333,3 @@ def _declared(done: Round) -> bool:
     itself."""
     stops = {str(f) for f in done.attempt.world.faults if f.kind is FaultKind.STOP}
     return any(m.text in stops for m in done.rollout.faults)
-
-
-def _apart(one: tuple[float, ...], other: tuple[float, ...]) -> float:
-    return float(sum((a - b) ** 2 for a, b in zip(one, other, strict=True)) ** 0.5)
-
-
-def _moved(rollout: Rollout, name: str) -> float:
-    track = rollout.poses[name]
-    return max(_apart(tuple(row[:3]), tuple(track[0][:3])) for row in track)

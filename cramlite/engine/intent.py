@@ -13,18 +13,18 @@ from ..base.value import Value
 from ..model.belief import Belief
 from ..model.designators import Action
 from ..model.handover import Handover
-from ..model.judging_limits import JudgingLimits
 from ..model.plan import Plan
-from ..model.program import Code, Program
-from ..model.program_json import read_program
-from ..model.world import World
+from ..model.program.program import Code, Program
+from ..model.program.program_json import read_program
+from ..model.run.judging_limits import JudgingLimits
+from ..model.world.world import World
 from ..plugin.protocols import Candidate
 
 FILE, PROGRAM = "intent.json", "program.json"
 
 
 class Kept(Value):
-    """Content of ``intent.json``.
+    """Content of ``intent.json`` in a run directory: what a proven program is for, and the text that was proven.
 
     Args:
         plan, actions, parts, belief, world, limits, handovers: as a ``Candidate`` has them.

@@ -14,14 +14,14 @@ from ..interpretation.fluents import symbolic_world
 from ..model.belief import Belief, initial_belief
 from ..model.designators import Action
 from ..model.episode import Episode
-from ..model.judging_limits import JudgingLimits
 from ..model.plan import Plan
-from ..model.program import Code, Program
-from ..model.program_json import is_program_text, laid_out, read_program
-from ..model.rollout import Rollout
-from ..model.steps import walk
-from ..model.verdict import Finding, Verdict
-from ..model.world import World
+from ..model.program.program import Code, Program
+from ..model.program.program_json import is_program_text, laid_out, read_program
+from ..model.program.steps import walk
+from ..model.run.judging_limits import JudgingLimits
+from ..model.run.rollout import Rollout
+from ..model.run.verdict import Finding, Verdict
+from ..model.world.world import World
 from ..planning.goal_literals import literals_of_goals, literals_of_plan
 from ..plugin.catalogue import Knowledge, pick
 from ..plugin.protocols import Candidate, GoalValidator
@@ -133,8 +133,8 @@ def candidate_of_text(text: str, world: World, purpose: Purpose, knowledge: Know
     origins = origins_of(text, intent.kept.code) if intent else origins_by_labels(text, [a.name for a in actions])
     if actions and not origins.of:
         raise UserError(
-            "No line of the text leads to a task of the plan, so the times of tasks are unknown; name each in a comment before its "
-            f"code, such as '# {actions[0].name}', or judge it by its goal: --goal instead of --plan."
+            "No line of the text leads to a task of the plan, so the times of tasks are unknown; name each task in a comment before "
+            f"its code, such as '# {actions[0].name}', or judge the program by its goal: --goal instead of --plan."
         )
     mount = world.robots[0]
     believed = intent.kept.world if intent else world

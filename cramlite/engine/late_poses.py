@@ -14,10 +14,19 @@ from msgspec.structs import replace
 
 from ..base.errors import UserError
 from ..model.geometry import Pose
-from ..model.program import LatePose, Program, Section
+from ..model.program.program import LatePose, Program, Section
+from ..model.program.steps import (
+    AnyStep,
+    MoveJoints,
+    MoveLinear,
+    MoveUntilContact,
+    SetGripper,
+    SetPayload,
+    Wait,
+    ZeroSensor,
+)
 from ..model.robot import Robot
-from ..model.steps import AnyStep, MoveJoints, MoveLinear, MoveUntilContact, SetGripper, SetPayload, Wait, ZeroSensor
-from ..model.world import World
+from ..model.world.world import World
 from ..plugin.protocols import Candidate
 
 Tolerance = tuple[float, float]

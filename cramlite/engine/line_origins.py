@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 from ..base.value import Value
 from ..model.designator_name import task_of
-from ..model.program import Code
-from ..model.program_json import is_program_text, read_program
-from ..model.steps import walk
+from ..model.program.program import Code
+from ..model.program.program_json import is_program_text, read_program
+from ..model.program.steps import walk
 
 ALIKE = 0.6
 """Share of characters from which a changed line is taken for the one that it replaces (difflib's own idea of a close match)."""

@@ -11,17 +11,17 @@ from msgspec.structs import replace
 
 from ..base.errors import UserError
 from ..base.value import Value
-from ..model.program import Code, Program
-from ..model.program_json import is_program_text, read_program, typed_code
+from ..model.program.program import Code, Program
+from ..model.program.program_json import is_program_text, read_program, typed_code
+from ..model.program.slowed import slowed
+from ..model.program.steps import SetGripper, SetPayload, walk
 from ..model.robot import Robot
-from ..model.rollout import Rollout, load_rollout
-from ..model.run_limits import Reached, reached
-from ..model.run_peaks import RunPeaks, peaks_of
-from ..model.slowed import slowed
-from ..model.steps import SetGripper, SetPayload, walk
-from ..model.twin_drawing import Draw
-from ..model.verdict import Verdict
-from ..model.world import World
+from ..model.run.rollout import Rollout, load_rollout
+from ..model.run.run_limits import Reached, reached
+from ..model.run.run_peaks import RunPeaks, peaks_of
+from ..model.run.verdict import Verdict
+from ..model.twins.twin_drawing import Draw
+from ..model.world.world import World
 from ..plugin.catalogue import Knowledge, pick
 from .intent import Intent, read_intent
 from .judging import JudgedRun, Purpose, judge_text
@@ -103,7 +103,7 @@ class Check(Value):
 
     @property
     def most(self) -> float:
-        """Largest value of the limited quantity that any run reached, in twins included."""
+        """Largest value that the limited quantity reached in the runs of the proof, those in twins included."""
         return max(self.reaches, self.in_twins or 0.0)
 
     @property
@@ -157,8 +157,8 @@ def _require_unaltered(run: Path, intent: Intent) -> None:
         same = False
     if not same:
         raise UserError(
-            f"'{path}' is missing, or not the text that was proven; the measurements are not of it. Give that file itself, with "
-            f"--world {run}, to measure it as it is now; or run 'cramlite resolve' again."
+            f"'{path}' is missing, or differs from the text that was proven and measured. Give that file itself, with "
+            f"--world {run}, to measure the text as it is now; or run 'cramlite resolve' again."
         )
 
 

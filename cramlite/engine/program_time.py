@@ -7,9 +7,8 @@ from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
 from ..model.geometry import Pose
-from ..model.program import Program
-from ..model.robot import Robot
-from ..model.steps import (
+from ..model.program.program import Program
+from ..model.program.steps import (
     AnyStep,
     CompliantSlide,
     Drive,
@@ -29,6 +28,7 @@ from ..model.steps import (
     Wait,
     ZeroSensor,
 )
+from ..model.robot import Robot
 from .late_poses import flange
 
 STROKE = 0.04

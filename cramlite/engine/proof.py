@@ -17,16 +17,16 @@ from ..model.designators import Action, Place, Stand
 from ..model.entity_name import thing_of
 from ..model.geometry import Vector3
 from ..model.plan import Plan
-from ..model.program import Code, Program, Snapshot
-from ..model.program_json import typed_code
+from ..model.program.program import Code, Program, Snapshot
+from ..model.program.program_json import typed_code
 from ..model.robot import Gripper
-from ..model.rollout import Rollout
-from ..model.verdict import COSTS, Finding, Verdict
-from ..model.world import World
-from ..planning.choice_point import Conflict
+from ..model.run.rollout import Rollout
+from ..model.run.verdict import COSTS, Finding, Verdict
+from ..model.world.world import World
 from ..planning.goal_literals import literals_of_plan
 from ..planning.refutation import InTask, Later, as_they_are
-from ..planning.state import State
+from ..planning.search.choice_point import Conflict
+from ..planning.search.state import State
 from ..plugin.allowance import Allowance
 from ..plugin.catalogue import Knowledge
 from ..plugin.protocols import Adviser, Backend, Candidate, Remarking, StandIn, Validator

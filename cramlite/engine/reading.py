@@ -48,3 +48,16 @@ class Reading(Value, dict=True, eq=False):
             UserError: it cannot be read, or has no events.
         """
         return self._interpret(self.episode) if self.episode is not None else None
+
+
+def goal_text(goal: object) -> str:
+    """Describe a goal that is not a scenario, in words."""
+    from ..planning.task_goals import Goal
+    from ..scenario.asked_text import SHOWN, tasks_text
+    from ..scenario.task_specs import RuleSpec, TaskSpec
+
+    if isinstance(goal, Goal):
+        return "; ".join(goal.says)
+    entries = goal if isinstance(goal, list | tuple) else (goal,)
+    tasks = [e for e in entries if isinstance(e, TaskSpec | RuleSpec)]
+    return tasks_text(tasks) if tasks else SHOWN

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from ..model.run_record import RunRecord
+from ..model.run.run_record import RunRecord
 
 if TYPE_CHECKING:
-    from ..model.program import Code, Program
-    from ..model.rollout import Rollout
+    from ..model.program.program import Code, Program
+    from ..model.run.rollout import Rollout
     from ..plugin.catalogue import Knowledge
 
 PICTURE = (640, 480)

@@ -18,7 +18,7 @@ from ..scenario.worlds import build_world
 
 if TYPE_CHECKING:
     from ..model.designators import Action
-    from ..model.world import World
+    from ..model.world.world import World
     from ..plugin.catalogue import Knowledge
     from ..plugin.demonstration import RecordScript
     from ..plugin.task_type import TaskType

@@ -16,7 +16,7 @@ from msgspec.structs import replace
 from ..base.errors import UserError
 from ..base.value import Value
 from ..model.geometry import Pose, Vector3
-from ..planning.budget import Budget, budget_of
+from ..planning.search.budget import Budget, budget_of
 from ..planning.spoken_goals import spoken
 from ..planning.task_goals import Goal
 from ..planning.trace import Trace

@@ -16,9 +16,9 @@ from msgspec.structs import replace
 from ..base.errors import NoSolution, UserError
 from ..base.json_text import as_json
 from ..base.value import Value
-from ..model.program_json import typed_code
-from ..model.rollout import world_after_run
-from ..model.steps import MoveJoints, SetGripper, walk
+from ..model.program.program_json import typed_code
+from ..model.program.steps import MoveJoints, SetGripper, walk
+from ..model.run.rollout import world_after_run
 from ..planning.failure import brief_failure_text, failure_text
 from ..planning.task_sequences import LISTED
 from ..planning.trace import Trace
@@ -28,9 +28,9 @@ from .setting import Setting
 if TYPE_CHECKING:
     from ..model.geometry import Floats
     from ..model.plan import Plan
-    from ..model.program import Code, Program
-    from ..model.rollout import Rollout
-    from ..model.world import World
+    from ..model.program.program import Code, Program
+    from ..model.run.rollout import Rollout
+    from ..model.world.world import World
     from ..plugin.protocols import Candidate
     from ..scenario.scenario import Scenario
     from .engine import Engine
@@ -126,7 +126,7 @@ def _next(done: Round, scenario: Scenario, engine: Engine, seed: int, number: in
     seen = ", ".join(f"{n} {e.source}" for n, e in setting.look.estimates.items()) or "nothing that it knows"
     say(f"round {number}: the camera sees {seen}; left to do: {plan}")
     trace = Trace()
-    from ..planning.budget import budget_of
+    from ..planning.search.budget import budget_of
     from .candidates import attempts
     from .search_in_setting import search_in
 
@@ -135,7 +135,7 @@ def _next(done: Round, scenario: Scenario, engine: Engine, seed: int, number: in
     candidate = next((c for c, verdict in found if verdict.passed), None)
     if candidate is None or candidate.code is None:
         why = (failure_text if verbose else brief_failure_text)(trace, engine.registry.faults)
-        raise NoSolution(f"Round {number}: the rest cannot be done.\n{why}")
+        raise NoSolution(f"Round {number}: the remaining tasks cannot be done.\n{why}")
     return Attempt(plan, candidate.program, candidate.code, setting.real)
 
 
@@ -156,7 +156,7 @@ def _back(done: Round, engine: Engine, seed: int, number: int, say: Say) -> Roun
     code = engine.knowledge.backends[robot.backend].emit(back, robot)
     there = _run(Attempt(done.attempt.plan, back, code, world), engine, seed)
     if there.rollout.outcome != "finished":
-        raise NoSolution(f"Round {number}: the arm does not get back the way it came: {there.said}")
+        raise NoSolution(f"Round {number}: the arm does not get back along the path on which it came: {there.said}")
     say(f"round {number}: the arm went back the way it came")
     return there
 

@@ -14,18 +14,27 @@ from msgspec.structs import replace
 from ..model.designator_name import enclosing_names
 from ..model.geometry import Pose
 from ..model.handover import Handover
-from ..model.readings import Deviation
-from ..model.steps import MoveJoints, MoveLinear, MoveUntilContact, SetGripper, SetPayload, Wait, ZeroSensor, walk
-from ..model.world import Geom
+from ..model.program.steps import (
+    MoveJoints,
+    MoveLinear,
+    MoveUntilContact,
+    SetGripper,
+    SetPayload,
+    Wait,
+    ZeroSensor,
+    walk,
+)
+from ..model.run.readings import Deviation
+from ..model.world.world import Geom
 from .proof import load_on_the_flange
 
 if TYPE_CHECKING:
     from collections.abc import Collection
 
-    from ..model.program import Program
-    from ..model.readings import Notice
-    from ..model.steps import AnyStep, Joints
-    from ..model.world import Thing, World
+    from ..model.program.program import Program
+    from ..model.program.steps import AnyStep, Joints
+    from ..model.run.readings import Notice
+    from ..model.world.world import Thing, World
     from ..plugin.protocols import Candidate
     from .expectation import RunWatch
     from .setting import Setting

@@ -14,7 +14,7 @@ import numpy as np
 from ..base.errors import UserError
 from ..base.value import Value
 from ..model.geometry import Floats
-from ..model.rollout import Rollout
+from ..model.run.rollout import Rollout
 from .rtde_log import RtdeLog
 
 STEP = 0.02

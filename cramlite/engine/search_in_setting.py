@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from ..planning.answers import Answers
-from ..planning.budget import Budget
-from ..planning.search import Effort, Search
+from ..planning.search.answers import Answers
+from ..planning.search.budget import Budget
+from ..planning.search.search import Effort, Search
 from ..plugin.grounding import Context
 
 if TYPE_CHECKING:

@@ -12,19 +12,19 @@ from ..base.value import Value
 from ..interpretation.fluents import SymbolicWorld, symbolic_world
 from ..model.belief import Held, initial_belief
 from ..model.handover import Handover
-from ..model.judging_limits import JudgingLimits
-from ..model.proof_doubts import ProofDoubts
+from ..model.run.judging_limits import JudgingLimits
+from ..model.twins.proof_doubts import ProofDoubts
 from ..planning.operators import Grounder
-from ..planning.state import State
+from ..planning.search.state import State
 
 if TYPE_CHECKING:
     from ..model.belief import Belief, Relation
     from ..model.plan import Plan
     from ..model.robot import Robot
-    from ..model.world import InHand, World
+    from ..model.world.world import InHand, World
     from ..ontology.taxonomy import Taxonomy
     from ..perception.active_perception import Look
-    from ..planning.state import Item
+    from ..planning.search.state import Item
     from ..plugin.catalogue import Knowledge
     from ..plugin.protocols import Backend
     from .late_poses import Tolerance

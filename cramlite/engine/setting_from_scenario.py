@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from ..base.errors import NoSolution, UserError, nearest
-from ..model.error_model import ErrorModel
-from ..model.proof_doubts import ProofDoubts
+from ..model.twins.error_model import ErrorModel
+from ..model.twins.proof_doubts import ProofDoubts
 from ..plugin.catalogue import pick
 from ..plugin.protocols import Adviser
 from ..scenario.asked_text import asked_text
@@ -22,7 +22,7 @@ from .setting import Setting, with_load
 if TYPE_CHECKING:
     from ..model.plan import Plan
     from ..model.robot import Robot
-    from ..model.world import World
+    from ..model.world.world import World
     from ..perception.view_queries import Queries
     from ..plugin.catalogue import Knowledge
     from ..scenario.scenario import Scenario

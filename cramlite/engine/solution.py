@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from ..interpretation.interpretation import Interpretation
     from ..model.episode import Episode
     from ..model.plan import Plan
-    from ..model.rollout import Rollout
-    from ..model.verdict import Finding, Verdict
-    from ..model.world import World
+    from ..model.run.rollout import Rollout
+    from ..model.run.verdict import Finding, Verdict
+    from ..model.world.world import World
     from ..plugin.catalogue import Knowledge
     from ..plugin.protocols import Candidate
     from .execution import Execution
@@ -140,13 +140,13 @@ class Solution(Value):
         return write_page_of(self, self.knowledge, Path(path))
 
     def _drawn(self) -> tuple[Rollout, Knowledge]:
-        """Return what it takes to draw a solution: its recorded run, and the knowledge with the plugins that draw it.
+        """Return the recorded run of a solution, and the plugins' knowledge with which pictures of that run are drawn.
 
         Raises:
             UserError: there is no run, or nobody to draw it.
         """
         if self.knowledge is None or self.candidate.rollout is None:
-            raise UserError(f"Nothing of '{self.plan}' can be drawn: its text did not run here.")
+            raise UserError(f"The solution of '{self.plan}' cannot be drawn: its program did not run here.")
         return self.candidate.rollout, self.knowledge
 
     def setting_after(self) -> Setting:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..model.entity_name import EntityName
-from ..model.rollout import Rollout
+from ..model.run.rollout import Rollout
 
 if TYPE_CHECKING:
     from ..model.geometry import Floats, Pose

@@ -13,10 +13,10 @@ from ..base.errors import UserError
 from ..base.run_directory import write_whole
 from ..base.value import Value
 from ..model.episode import Event
-from ..model.readings import Notice
+from ..model.run.readings import Notice
 
 if TYPE_CHECKING:
-    from ..model.rollout import Rollout
+    from ..model.run.rollout import Rollout
     from .going_on import Stretch
 
 FILE = "time_line.json"

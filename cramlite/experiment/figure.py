@@ -56,7 +56,7 @@ class Number(Spec):
     @model_validator(mode="after")
     def _one_kind(self) -> Number:
         if (self.hits is None) != (self.of is None) or (self.hits is None) == (self.value is None):
-            raise ValueError("a number is 'hits' and 'of', or a 'value'")
+            raise ValueError("a number is given by 'hits' and 'of' (successes and trials), or by 'value'")
         if self.hits is None or self.of is None:
             return self
         if self.hits > self.of:

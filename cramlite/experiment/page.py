@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ..base.html_template import html_template
-from ..model.rollout import Rollout
+from ..model.run.rollout import Rollout
 from ..plugin.catalogue import Knowledge
 
 

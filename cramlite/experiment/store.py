@@ -64,8 +64,8 @@ class Store:
         except (OSError, DecodeError) as error:
             said = str(error).splitlines()[0]
             raise UserError(
-                f"'{path}' is damaged ({said}). Delete this one file and start the experiment again: only that piece is done "
-                "anew, and everything else is kept."
+                f"'{path}' is damaged ({said}). Delete this one file and start the experiment again: only that part of the "
+                "trial is done anew, and everything else is kept."
             ) from error
 
     def results(self) -> dict[str, Any]:

@@ -78,7 +78,7 @@ class _Parser:
 
     def next(self) -> tuple[str, str]:
         if self.at >= len(self.tokens):
-            raise ConditionError("the condition ends too early")
+            raise ConditionError("the condition is incomplete: a predicate, variable or value is missing at its end")
         self.at += 1
         return self.tokens[self.at - 1]
 
@@ -133,7 +133,7 @@ class _Parser:
                     raise ConditionError(f"'{name}' gives a number: compare it, as in '{name}(...) < 2'")
                 return atom
             if not atom.predicate.value:
-                raise ConditionError(f"'{name}' holds or does not: it cannot be compared with a number")
+                raise ConditionError(f"the predicate '{name}' is true or false, so it cannot be compared with a number")
             return Compare(atom, self.next()[1], self.term())
         if not name[0].isupper() or not self.peek(*OPERATORS):
             raise ConditionError(f"expected '(' after '{name}', or a comparison after a variable")
@@ -145,7 +145,7 @@ class _Parser:
             raise ConditionError(f"unknown predicate '{name}'; {nearest(name, self.predicates)}")
         if self.phase not in predicate.phases:
             raise ConditionError(
-                f"'{name}' means nothing under '{self.phase}'; it belongs under {', '.join(sorted(predicate.phases))}"
+                f"the predicate '{name}' is not defined under '{self.phase}'; write it under {', '.join(sorted(predicate.phases))}"
             )
         self.need("(")
         terms: list[Term] = []

@@ -15,7 +15,7 @@ from msgspec import field
 from ..base.errors import PluginError, nearest
 from ..base.value import Value
 from ..model.entity_name import EntityName, thing_of
-from ..model.world import Thing, World
+from ..model.world.world import Thing, World
 from ..ontology.taxonomy import Taxonomy
 
 EFFECTOR = "gripper"

@@ -9,7 +9,7 @@ from typing import Any
 
 import yaml
 
-from ..model.colour_words import COLOURS
+from ..model.world.colour_words import COLOURS
 from .phrases import Phrases
 
 Words = tuple[str, ...]

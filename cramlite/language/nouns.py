@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 
 from msgspec.structs import replace
 
-from ..model.colour_words import COLOURS
+from ..model.world.colour_words import COLOURS
 from . import english
 from .english import Words, starts
 from .surface import RETRACT

@@ -18,7 +18,7 @@ from .tree import Link, Noun
 
 if TYPE_CHECKING:
     from ..interpretation.fluents import GoalPhrase
-    from ..model.world import Feature
+    from ..model.world.world import Feature
 
 NEAR = "near"
 """Words of goals for "next to"."""

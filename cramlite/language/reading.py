@@ -72,7 +72,7 @@ class Reading:
             stated = [replace(clause, phrases=(clause.state,), place=None, beside=None)] if clause.state is not None else []
             rows = [row for part in (clause, *stated) for row in self._clause(part)]
             if clause.told and any(OR in row.literal.goal for row in rows):
-                raise Refusal(UNREAD, f"'{clause.theme.said}' leaves open about which thing the statement is")
+                raise Refusal(UNREAD, f"'{clause.theme.said}' does not say which thing the statement is about")
             if clause.given:
                 self._check_given(rows)
                 continue
@@ -84,13 +84,15 @@ class Reading:
                 moved = self._free and row.clause.place is not None and clause.relation == "phrase"
                 same = [f for f in same if moved and f.clause.place is not None]
                 if (clause.theme.pronoun or clause.theme.elided) and any(not self._superseded(f, row, clauses, number) for f in same):
-                    raise Refusal(FALSE, f"'{row.literal.goal}' is a second goal for {listed([*row.themes], 'and')}; use a verb for each")
+                    raise Refusal(
+                        FALSE, f"'{row.literal.goal}' is a second goal for {listed([*row.themes], 'and')}; use a verb for each goal"
+                    )
                 found = [*(f for f in found if not self._superseded(f, row, clauses, number)), row]
         found = self._without_left(self._without_told(found))
         if not found:
-            raise Refusal(UNREAD, "it names things and asks for nothing")
+            raise Refusal(UNREAD, "the sentence names things, and states no goal for them")
         if left := sorted(self._announced - self._mentions.every):
-            raise Refusal(UNREAD, f"{listed(left, 'and')} is named, and nothing is asked for it")
+            raise Refusal(UNREAD, f"the sentence names {listed(left, 'and')}, and states no goal for it")
         self._check(clauses, found)
         goals = {row.literal.goal: row.literal for row in found}
         return tuple(one for goal, one in goals.items() if not any(other.startswith(f"{goal} ") and OR not in other for other in goals))
@@ -140,7 +142,7 @@ class Reading:
             last = [{*map(thing_of, g)} for g in (*self._mentions.themes[-1:], *self._mentions.places[-1:])]
             every = {n for g in self._mentions.themes for n in g}
             if named not in (*last, every):
-                raise Refusal(UNREAD, f"'{clause.theme.said}' is named, and nothing is asked for it")
+                raise Refusal(UNREAD, f"the sentence names '{clause.theme.said}', and states no goal for it")
             return
         groups: list[tuple[str, ...]] = []
         for noun in clause.theme.members:
@@ -160,13 +162,13 @@ class Reading:
         for clause, after in zip(clauses, (*clauses[1:], None), strict=True):
             nouns = [n for n in (after.theme, after.place, after.beside and after.beside.nouns[0]) if n] if after is not None else []
             if not (clause.phrases or clause.told or clause.relation == "swap") and not any(n.pronoun or n.elided for n in nouns):
-                raise Refusal(UNREAD, f"'{clause.theme.said}' is named, and nothing is asked for it")
+                raise Refusal(UNREAD, f"the sentence names '{clause.theme.said}', and states no goal for it")
         goals = {row.literal.goal for row in found}
         for low, high in ((g.split(), h.split()) for g, h in combinations(sorted(goals), 2)):
             if low[1:2] == high[1:2] == ["on"] and low[2:] == high[:1] and high[2:] == low[:1]:
                 raise Refusal(FALSE, f"{low[0]} and {high[0]} cannot be on each other")
         for goal in sorted(g for g in goals if f"not {g}" in goals):
-            raise Refusal(FALSE, f"'{goal}' is asked for, and that it shall not be so")
+            raise Refusal(FALSE, f"the sentence asks for '{goal}' and also for its opposite")
         meant = [(row, self._meaning(row)) for row in found]
         held = {row.themes for row, one in meant if one is not None and any(self._fluents[f[0]].in_hand for f in one.needs)}
         if len(held) > 1:
@@ -191,9 +193,9 @@ class Reading:
         one, other = themes.names
         (mine, here), (its, there) = (self._places.now(n) for n in themes.names)
         if here == there:
-            raise Refusal(FALSE, f"{one} and {other} are both on or in {here}; say which one shall be to the left of the other")
+            raise Refusal(FALSE, f"{one} and {other} are both on or in {here}; say which of them shall be to the left of the other")
         if other in (here, thing_of(here)) or one in (there, thing_of(there)):
-            raise Refusal(FALSE, f"one of {one} and {other} is on the other; say what shall be on what")
+            raise Refusal(FALSE, f"{one} and {other} cannot change places, since one is on the other; say what shall be on what")
         self._mention(clause, themes.names, ())
         origins = ((clause.said, "change places"), (clause.theme.said, themes.listed))
         return [
@@ -277,7 +279,7 @@ class Reading:
         if not (themes.names and places.names):
             raise Refusal(FALSE, f"'{clause.said}' is about no thing that the scene has")
         if clause.words and " ".join(clause.words) in _OPEN_WAYS and not phrase.suits(self._its.scene, themes.names[0], places.names[0]):
-            raise Refusal(UNREAD, f"'{clause.said}' does not go with a place such as {places.names[0]}")
+            raise Refusal(UNREAD, f"'{clause.said}' cannot be said of a place such as {places.names[0]}")
         leaves = len(places.names) > 1 and self._places.leaves(phrase, themes.names[0], places.names[0])
         if len(places.names) > 1 and places.some != 1 and not leaves:
             raise Refusal(OPEN, f"'{places.said}' are {listed(list(places.names), 'and')}; say which thing goes where")
@@ -389,7 +391,7 @@ class Reading:
         if before.clause.told and self._its.true(one):
             return True  # "the tin is on the tray: pick it up" says where it is
         if before.clause.told and not row.clause.told and row.clause.theme.pronoun and self._fluents.clash(self._its.scene, one, other):
-            raise Refusal(ABSENT, f"'{before.literal.goal}' is not so now")
+            raise Refusal(ABSENT, f"the sentence says that '{before.literal.goal}' holds already, and it does not")
         means = not (one.needs or one.shown) or any(self._fluents[f[0]].in_hand for f in one.needs)
         if means and (other.needs or other.shown):
             return True

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from ..base.errors import UserError
-from ..model.colour_words import COLOURS
 from ..model.entity_name import thing_of
+from ..model.world.colour_words import COLOURS
 from ..ontology.foundation import BEARS
 from ..ontology.prefixes import local_name
 from ..ontology.taxonomy import words_of
@@ -103,7 +103,7 @@ class Resolver:
         for link in (k for k in noun.links if k.relation in FILTERS):
             kept = self._related(found, link, mentions)
             if not kept:
-                raise Refusal(FALSE, f"'{noun.said}' is not there: {self._not_so(found, noun, link)}")
+                raise Refusal(FALSE, f"'{noun.said}' is not in the scene: {self._not_so(found, noun, link)}")
             self.needless += len(kept) == len(found)
             found = kept
         return found
@@ -252,7 +252,7 @@ class Resolver:
         others = [o for o in self.pool(link.nouns[0], _anything, mentions) if o not in names or len(names) > 1]
         near = [(n, o) for n in names for o in others if n != o and (link.relation != "next to" or self._next_to(n, o))]
         if not near:
-            raise Refusal(FALSE, f"'{noun.said}' is not there: {self._gaps(names, others, link)}")
+            raise Refusal(FALSE, f"'{noun.said}' is not in the scene: {self._gaps(names, others, link)}")
         if noun.several or noun.quantity != "the":
             return [n for n in names if any(n == a for a, _ in near)]
         far = link.relation == "farthest"
@@ -300,7 +300,7 @@ class Resolver:
         height, sign = abs(noun.size) == 2, 1.0 if noun.size > 0 else -1.0
         size = {n: sign * self.space.size(n, height=height) for n in names}
         if not names:
-            raise Refusal(FALSE, f"'{noun.said}' is not there")
+            raise Refusal(FALSE, f"'{noun.said}' is not in the scene")
         best = max(size.values())
         found = [n for n in names if size[n] >= best - 0.05 * abs(best)]
         if len(found) == 1 and self._sizes.setdefault(found[0], noun.size) == -noun.size:
@@ -313,7 +313,7 @@ class Resolver:
         order = sorted(names, key=lambda n: -self.space.along(n, side if side != "middle" else "left"))
         k = noun.ordinal - 1 if noun.ordinal > 0 else -1
         if k >= len(order):
-            raise Refusal(FALSE, f"'{noun.said}' is not there: there are only {len(order)}")
+            raise Refusal(FALSE, f"'{noun.said}' is not in the scene: there are only {len(order)}")
         return [order[k]]
 
     def _at_side(self, names: list[str], noun: Noun, side: str, link: Link | None, mentions: Mentions) -> list[str]:
@@ -326,11 +326,13 @@ class Resolver:
                 return self.space.nearest(names, whole)
         if len(names) == 1:
             if not self.space.is_at(names[0], side):
-                raise Refusal(FALSE, f"'{noun.said}' is not there: there is only {self.space.place(names[0])}, which is not at the {side}")
+                raise Refusal(
+                    FALSE, f"'{noun.said}' is not in the scene: there is only {self.space.place(names[0])}, which is not at the {side}"
+                )
             return names
         found = self.space.middle(names) if side == "middle" else self.space.most(names, side)
         if not found:
-            raise Refusal(OPEN, f"of {listed([self.space.place(n) for n in names], 'and')} none stands in the middle ('{noun.said}')")
+            raise Refusal(OPEN, f"of {listed([self.space.place(n) for n in names], 'and')} none stands between the others ('{noun.said}')")
         return found
 
     def _on_whole(self, names: list[str], noun: Noun, link: Link, mentions: Mentions) -> tuple[list[str], str]:
@@ -338,7 +340,7 @@ class Resolver:
         wholes = self.pool(link.nouns[0], _anything, mentions)
         found = [n for n in names if any(n != w and self.space.gap(n, w) == 0 for w in wholes)]
         if not found:
-            raise Refusal(FALSE, f"'{noun.said}' is not there: none of {listed(names)} is on {listed(wholes)}")
+            raise Refusal(FALSE, f"'{noun.said}' is not in the scene: none of {listed(names)} is on {listed(wholes)}")
         return found, wholes[0]
 
     # By number

@@ -11,8 +11,8 @@ import numpy as np
 from ..base.errors import UserError
 from ..base.value import Value
 from ..model.geometry import Pose
-from ..model.thing_boxes import Box, around, boxes
-from ..model.world import World
+from ..model.world.thing_boxes import Box, around, boxes
+from ..model.world.world import World
 
 MARGIN = 0.02
 """Least distance by which one thing must be farther left, nearer, ... than all others to be the one meant [m]: twice what a depth camera

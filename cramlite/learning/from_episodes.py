@@ -149,5 +149,5 @@ def compared(proposal: Proposal, shown: Shown, knowledge: Knowledge) -> tuple[De
     fillers = covers(proposal.learned, one.span)
     if proposal.procedure is None or not fillers:
         why = "known tasks do not explain every example" if proposal.procedure is None else f"the learned rule does not hold in {one.span}"
-        raise UserError(f"'{shown[0].name}' cannot be compared: {why}.")
+        raise UserError(f"The demonstration '{shown[0].name}' cannot be compared with the learned task: {why}.")
     return tuple(deviations(proposal.procedure, steps_of(one, fillers[0], proposal.roles)))

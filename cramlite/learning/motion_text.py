@@ -4,17 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from ..model.robot import FORCE_LIMIT
 from ..model.shown_path import ShownPath
 from .proposal import Proposal
+from .shown_force import MARGIN, ShownForce
 from .shown_rest import ShownRest
 from .shown_turn import ShownTurn
 
-PRESSED = (
-    ("press_n", "12.0", "what a block needs to keep its contact in simulation; a recording of poses says no force"),
-    ("slide_m_s", "0.02", "at 20 mm/s and less inertia does not look like contact"),
+PRESS_N = 12.0
+"""Force with which a motion presses if no demonstration says it [N]: what a block needs to keep its contact in simulation."""
+SLIDE = ("slide_m_s", "0.02", "at 20 mm/s and less inertia does not look like contact")
+UNKNOWN = (
+    ("press_n", f"{PRESS_N}", "what a block needs to keep its contact in simulation; no demonstration says a force"),
     ("force_limit_n", "25.0", "as for other motions along a surface"),
 )
-"""Parameters of a motion that presses: name, default and source."""
+"""Parameters of a motion whose force nobody recorded: name, default and source."""
 TURNED = (
     ("speed_m_s", "0.08", "as along other joints"),
     ("force_limit_n", "25.0", "as along other joints"),
@@ -40,7 +44,7 @@ def motion_words(proposal: Proposal, name: str) -> Mapping[str, str]:
     motion, mover, about = proposal.moving
     path = motion.path
     speed = ("speed_m_s", f"{path.speed:g}", "the median of the shown speeds")
-    rows = PRESSED if path.touching else (speed,)
+    rows = (SLIDE, *(_forces(motion.force) if motion.force else UNKNOWN)) if path.touching else (speed,)
     declared = "".join(f'\n        Parameter("{n}", {default}, "{source}"),' for n, default, source in rows)
     return {
         "constants": f"\nPATH = {path_text(path)}\n\"\"\"{said(proposal)}\"\"\"\n",
@@ -48,6 +52,15 @@ def motion_words(proposal: Proposal, name: str) -> Mapping[str, str]:
         "decompose": "\n".join(_steps(path, mover, about)),
         "hooks": _hook(f'path_predicate("follows_{name}", PATH)'),
     }
+
+
+def _forces(force: ShownForce) -> tuple[tuple[str, str, str], ...]:
+    """Return the force parameters of a motion whose examples record their forces: name, default and source."""
+    shown, peak = ", ".join(f"{e.press_n:g}" for e in force.examples), max(e.peak_n for e in force.examples)
+    return (
+        ("press_n", f"{force.press_n}", f"the median of what people pressed with: {shown} N"),
+        ("force_limit_n", f"{force.limit_n}", f"{MARGIN:g} times the highest force that people reached, {peak:g} N"),
+    )
 
 
 def _rest_words(rest: ShownRest, name: str) -> Mapping[str, str]:
@@ -80,6 +93,21 @@ def said(proposal: Proposal) -> str:
     often = f"the examples went {f'round it {counts} times' if path.closed else along}"
     unit = "; x and y in halves of its width" if path.anchor.scaled else ""
     return f"Path of the bottom centre of {mover} {frame}{unit}: {often}; the examples differ by {1000 * motion.spread:.1f} mm."
+
+
+def force_said(proposal: Proposal) -> str:
+    """Return sentences on the force with which a learned motion presses, and the examples that it comes from; "" for other tasks."""
+    if proposal.moving is None or not proposal.moving[0].path.touching:
+        return ""
+    force = proposal.moving[0].force
+    if force is None:
+        return f"No example says with what force it presses: it is {PRESS_N:g} N by default; correct press_n in the package."
+    shown = "; ".join(f"{e.example}: {e.press_n:g} N, at most {e.peak_n:g} N" for e in force.examples)
+    high = f" Programs stop at {FORCE_LIMIT:g} N unless the scenario's force_limit says more." if force.limit_n > FORCE_LIMIT else ""
+    return (
+        f"It presses with {force.press_n:g} N, the median of the examples (spread {force.spread_n:g} N), and stops at {force.limit_n:g} N. "
+        f"Recorded forces: {shown}.{high}"
+    )
 
 
 def path_text(path: ShownPath) -> str:

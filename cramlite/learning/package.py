@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ..base.html_template import html_template, write_html
 from ..testing.skeleton import fill
-from .motion_text import motion_words, said
+from .motion_text import force_said, motion_words, said
 from .procedure import plan_text
 from .proposal import Proposal
 
@@ -40,7 +40,7 @@ def page_text(proposal: Proposal) -> str:
     conditions, open questions."""
     return html_template((files(__package__) / "learned.html.j2").read_text(encoding="utf-8")).render(
         found=proposal, plan=plan_text(proposal.procedure) if proposal.procedure and proposal.steps else "",
-        motion=said(proposal),
+        motion=said(proposal), force=force_said(proposal),
     )
 
 

@@ -105,7 +105,7 @@ def procedure(demonstrations: Sequence[Sequence[Step]]) -> Procedure:
     """
     shown = [numbered(steps) for steps in demonstrations]
     if not shown or not all(shown):
-        raise UserError("A procedure comes from demonstrations with at least one step each that a known task explains.")
+        raise UserError("A procedure is learned from one or more demonstrations, each with at least one step that a known task explains.")
     places = [{step: k for k, step in enumerate(steps)} for steps in shown]
     every = sorted({s for steps in shown for s in steps})
     before: dict[tuple[Step, Step], int] = {}

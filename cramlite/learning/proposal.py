@@ -174,9 +174,12 @@ def _above(learned: Learned, rules: Sequence[Rule], taxonomy: Taxonomy) -> str:
     """Return the superclass of the learned task: the most special known task that covers all examples,
     else the class of all tasks.
 
-    The rule of that task holds in all examples and mentions every predicate that changes in all of them.
+    The rule of that task holds in all examples and mentions every predicate that changes in all of them. Where nothing changes in all
+    of them, too many rules hold to say anything.
     """
     changes = {c.predicate for c in learned.cast.changes}
+    if not changes:
+        return TASK
     spoken = [r for r in rules if r.roles and changes <= {a.predicate.name for c in r.clauses for a in atoms(c.condition)}]
     found = [r.task for r in spoken if all(_recognised(r, e.span, f) for e, f in zip(learned.examples, learned.cast.fillers, strict=True))]
     return max(found, key=lambda t: (taxonomy.depth(t), t), default=TASK)

@@ -15,6 +15,7 @@ from ..interpretation.path_predicate import followed, gone_through, headed, part
 from ..model.geometry import Floats, Pose
 from ..model.shown_path import Anchor, ShownPath, length, resampled
 from .repeated import ROUND, evenly, rounds, strokes
+from .shown_force import ShownForce, shown_force
 from .span import Span
 
 HELD = 0.9
@@ -50,6 +51,7 @@ class ShownMotion(Value, eq=False):
         spread: root mean square distance of the examples from the mean [m].
         counts: how often each example went through the path.
         bent: whether no single straight stroke does it.
+        force: with which the examples press on a surface; None where none says it, and in the air.
     """
 
     path: ShownPath
@@ -57,6 +59,7 @@ class ShownMotion(Value, eq=False):
     spread: float
     counts: tuple[float, ...]
     bent: bool
+    force: ShownForce | None = None
 
     def apart_from(self, refused: Sequence[Span]) -> ShownMotion:
         """Return the motion with its required number of repetitions raised above the number in time spans without
@@ -94,7 +97,8 @@ class _Core(Value, eq=False):
 def shown_motion(spans: Sequence[Span]) -> ShownMotion | None:
     """Return the motion that all examples share; None where they share none."""
     found = [m for pairs in _casts(spans) if (m := _of_pairs(spans, pairs)) is not None]
-    return min(found, key=lambda f: f[0], default=(None, None))[1]
+    motion = min(found, key=lambda f: f[0], default=(None, None))[1]
+    return replace(motion, force=shown_force(spans, motion.fillers)) if motion is not None and motion.path.touching else motion
 
 
 def _casts(spans: Sequence[Span]) -> Iterator[tuple[tuple[str, str], ...]]:

@@ -11,6 +11,7 @@ import numpy as np
 from ..base.value import Value
 from ..interpretation.turn_predicate import turn_in_hand
 from ..model.geometry import Vector3
+from ..model.robot import WRIST_TURN
 from .span import Span
 
 LEAST = 1.5 * math.pi
@@ -19,8 +20,6 @@ ENOUGH, TOO_FAR = 0.75, 1.25
 """Shares of the smallest and of the largest turn that was shown, between which it is this one."""
 AGREED, ASLANT = 1.5, math.cos(math.radians(15))
 """Largest ratio of the examples' turns, and least cosine between their axes."""
-STROKE = math.radians(150)
-"""Farthest turn in one grasp [rad]: of a grip that can be taken either way round some wrist of 330 deg has so much left."""
 
 
 class ShownTurn(Value):
@@ -43,7 +42,7 @@ class ShownTurn(Value):
     def strokes(self) -> int:
         """Number of grasps that a robot needs for the whole shown turn; between them it regrasps the
         thing."""
-        return math.ceil(self.angle / STROKE)
+        return math.ceil(self.angle / WRIST_TURN)
 
 
 def shown_turn(spans: Sequence[Span]) -> ShownTurn | None:

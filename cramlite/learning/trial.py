@@ -20,7 +20,7 @@ from .proposal import Proposal
 from .span import Span
 
 if TYPE_CHECKING:
-    from ..model.world import World
+    from ..model.world.world import World
     from ..ontology.taxonomy import Taxonomy
     from ..plugin.protocols import Candidate
     from ..scenario.scenario import Scenario

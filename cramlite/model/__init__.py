@@ -51,9 +51,9 @@ if TYPE_CHECKING:
     )
     from .entity_name import EntityName as EntityName, thing_of as thing_of
     from .episode import Entity as Entity, Episode as Episode, Event as Event, Repair as Repair, Track as Track
-    from .error_model import ErrorModel as ErrorModel, PoseError as PoseError
+    from .twins.error_model import ErrorModel as ErrorModel, PoseError as PoseError
     from .fault import Fault as Fault, FaultKind as FaultKind, Trigger as Trigger
-    from .friction import pair_friction as pair_friction
+    from .world.friction import pair_friction as pair_friction
     from .geometry import (
         Floats as Floats,
         Pose as Pose,
@@ -63,10 +63,10 @@ if TYPE_CHECKING:
     )
     from .handover import Handover as Handover
     from .imported_robot import ImportedRobot as ImportedRobot
-    from .imported_scene import ImportedScene as ImportedScene, StatedJoint as StatedJoint
-    from .joint import Joint as Joint
-    from .known_kind import BuiltLibrary as BuiltLibrary, KnownKind as KnownKind
-    from .judging_limits import JudgingLimits as JudgingLimits
+    from .world.imported_scene import ImportedScene as ImportedScene, StatedJoint as StatedJoint
+    from .world.joint import Joint as Joint, opened as opened
+    from .world.known_kind import BuiltLibrary as BuiltLibrary, KnownKind as KnownKind
+    from .run.judging_limits import JudgingLimits as JudgingLimits
     from .linkage import Linkage as Linkage
     from .motion_words import (
         ExpectedContact as ExpectedContact,
@@ -78,32 +78,32 @@ if TYPE_CHECKING:
     )
     from .place_facts import CarriedAlong as CarriedAlong, GripFacts as GripFacts, PegFit as PegFit, Release as Release
     from .plan import Plan as Plan
-    from .program import Code as Code, LatePose as LatePose, Program as Program, Section as Section
-    from .program_json import (
+    from .program.program import Code as Code, LatePose as LatePose, Program as Program, Section as Section
+    from .program.program_json import (
         ProgramText as ProgramText,
         is_program_text as is_program_text,
         read_program as read_program,
         typed_code as typed_code,
         write_program as write_program,
     )
-    from .program_safety import (
+    from .program.program_safety import (
         PROGRAM_RULES as PROGRAM_RULES,
         STEP_RULES as STEP_RULES,
         TOOL_SPEED as TOOL_SPEED,
         violations as violations,
     )
-    from .proof_doubts import ProofDoubts as ProofDoubts
+    from .twins.proof_doubts import ProofDoubts as ProofDoubts
     from .remedy import Remedy as Remedy
-    from .readings import Deviation as Deviation, Notice as Notice, Readings as Readings, Watch as Watch
-    from .robot import Gripper as Gripper, Platform as Platform, Robot as Robot
+    from .run.readings import Deviation as Deviation, Notice as Notice, Readings as Readings, Watch as Watch
+    from .robot import WRIST_TURN as WRIST_TURN, Gripper as Gripper, Platform as Platform, Robot as Robot
     from .robot_file import HandFile as HandFile, RobotFile as RobotFile, Stated as Stated
-    from .rollout import Message as Message, Rollout as Rollout, Scene as Scene, Solid as Solid, Touch as Touch
-    from .run_limits import OVERSHOOT as OVERSHOOT, Reached as Reached, reached as reached
-    from .run_peaks import RunPeaks as RunPeaks, force_while_running as force_while_running, peaks_of as peaks_of
-    from .run_record import RunRecord as RunRecord, TimeSpan as TimeSpan
+    from .run.rollout import Message as Message, Rollout as Rollout, Scene as Scene, Solid as Solid, Touch as Touch
+    from .run.run_limits import OVERSHOOT as OVERSHOOT, Reached as Reached, reached as reached
+    from .run.run_peaks import RunPeaks as RunPeaks, force_while_running as force_while_running, peaks_of as peaks_of
+    from .run.run_record import RunRecord as RunRecord, TimeSpan as TimeSpan
     from .sensor_errors import SensorErrors as SensorErrors
     from .shown_path import Anchor as Anchor, ShownPath as ShownPath, foot as foot
-    from .steps import (
+    from .program.steps import (
         AnyStep as AnyStep,
         CompliantSlide as CompliantSlide,
         Control as Control,
@@ -129,10 +129,10 @@ if TYPE_CHECKING:
         uses_arm as uses_arm,
         walk as walk,
     )
-    from .swing import Swing as Swing
-    from .twin_drawing import Draw as Draw
-    from .twin_verdict import TwinRun as TwinRun, TwinVerdict as TwinVerdict
-    from .verdict import Cost as Cost, Finding as Finding, Verdict as Verdict
+    from .program.swing import Swing as Swing
+    from .twins.twin_drawing import Draw as Draw
+    from .run.twin_verdict import TwinRun as TwinRun, TwinVerdict as TwinVerdict
+    from .run.verdict import Cost as Cost, Finding as Finding, Verdict as Verdict
     from .view import (
         D435 as D435,
         CameraOffset as CameraOffset,
@@ -143,7 +143,7 @@ if TYPE_CHECKING:
         Points as Points,
         View as View,
     )
-    from .world import (
+    from .world.world import (
         Camera as Camera,
         Contact as Contact,
         Disturbance as Disturbance,

@@ -10,8 +10,8 @@ from msgspec.structs import replace
 from ..base.value import Value
 from .entity_name import EntityName, thing_of
 from .geometry import Pose
-from .swing import Swing
-from .world import Feature, Thing, World
+from .program.swing import Swing
+from .world.world import Feature, Thing, World
 
 
 class Estimate(Value):

@@ -2,7 +2,7 @@
 
 A ``Compound`` is an action that is made of others. Two of its kinds are decided while planning: "sequence", and
 "choose", whose branches are alternatives of the search. The others are decided while the program runs: they become
-control steps of the program (``cramlite.model.steps``), and text; "fallback" is what behaviour trees call so.
+control steps of the program (``cramlite.model.program.steps``), and text; "fallback" is what behaviour trees call so.
 
     >>> from cramlite.model import Motion
     >>> search = Motion("1.Search/spiral", "spiral_search", parameters={"radius_m": 0.003})

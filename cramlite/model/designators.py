@@ -18,8 +18,8 @@ from .designator_name import part_name
 from .entity_name import thing_of
 from .geometry import Pose
 from .place_facts import CarriedAlong, GripFacts, PegFit, Release
-from .steps import Joints
-from .swing import Swing
+from .program.steps import Joints
+from .program.swing import Swing
 
 
 class Object(Value):

@@ -12,12 +12,14 @@ from .linkage import Linkage
 from .sensor_errors import SensorErrors
 
 if TYPE_CHECKING:
-    from .world import RobotMount
+    from .world.world import RobotMount
 
 FORCE_LIMIT, HIGHEST_FORCE_LIMIT, FASTEST = 60.0, 150.0, 5.0
 """Protective limit on the TCP force where nobody declares another, and the highest that may be declared [N]. The first is
 ours: force-controlled steps stop at 25 N, jammed ones reached 31 N in simulation. The second is the safety configuration of the
 controller model (docs/reference/robot_code.md)."""
+WRIST_TURN = math.radians(150)
+"""Farthest turn of a wrist in one grasp [rad]: of a grip that can be taken either way round some wrist of 330 deg has so much left."""
 
 
 class Gripper(Value):

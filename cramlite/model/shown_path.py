@@ -9,8 +9,8 @@ import numpy as np
 
 from ..base.value import Value
 from .geometry import Floats, Pose, Vector3
-from .thing_boxes import around, box
-from .world import Geom
+from .world.thing_boxes import around, box
+from .world.world import Geom
 
 UPRIGHT = 0.9
 """Least vertical share of a part's z axis, of which a path may be told: 26 deg."""

@@ -18,7 +18,7 @@ from ..base.value import Value
 from ..model.belief import Estimate, Relation, initial_belief
 from ..model.designators import Action, Location
 from ..model.geometry import Pose
-from ..model.world import Camera, Thing, World
+from ..model.world.world import Camera, Thing, World
 from ..ontology.foundation import BEARS
 from ..ontology.prefixes import local_name
 from ..plugin.expert import RELATIONS, Judged
@@ -33,7 +33,7 @@ from .view_queries import HANGING, INSIDE, bears
 if TYPE_CHECKING:
     from ..model.robot import Robot
     from ..model.view import Depth, View
-    from ..planning.state import State
+    from ..planning.search.state import State
     from ..plugin.catalogue import Knowledge
 
 UNEXPLAINED = "camera: nothing that is known explains it"
@@ -293,7 +293,7 @@ def _fixtures(taken: Picture, perceived: Perceived, before: Look) -> tuple[tuple
 def pictures(
     scenario: Scenario, query: ObjectQuery, seen: Look, robot: Robot, knowledge: Knowledge, seed: int
 ) -> Iterator[Picture]:
-    """Yield pictures of the real world by the scenario's camera.
+    """Yield pictures that the scenario's camera takes of the world as it really is, not as the robot believes it to be.
 
     A flange camera is brought to one place after another from which it sees the places of the query.
 
@@ -342,8 +342,8 @@ def go_and_look(
         NoSolution: it cannot be brought there, with the nearest miss.
     """
     from ..planning.failure import failure_text
-    from ..planning.search import Search
-    from ..planning.state import State
+    from ..planning.search.search import Search
+    from ..planning.search.state import State
     from ..planning.trace import Trace
     from ..plugin.grounding import Context
 

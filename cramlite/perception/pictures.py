@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from ..model.view import View
-    from ..model.world import Thing
+    from ..model.world.world import Thing
     from .result import Perceived
 
 COLOURS = ((42, 110, 187), (214, 106, 20), (40, 140, 80), (150, 70, 170), (190, 150, 20), (205, 60, 105), (20, 150, 160),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from ..model.belief import Estimate, Relation
-from ..model.world import Thing, World
+from ..model.world.world import Thing, World
 from ..plugin.expert import UNKNOWN
 from .result import Perceived, Percept
 

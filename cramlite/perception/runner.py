@@ -161,7 +161,7 @@ class _Running(Struct):
             found = expert.run(Inputs(values, expert.defaults()))
             absent = [o for o in expert.outputs if o not in found]
             if absent:
-                raise TypeError(f"made no {', '.join(absent)}, which it declares")
+                raise TypeError(f"the expert returned no {', '.join(absent)}, which it declares as output")
             entries = {o: Annotation(Judged(found[o]) if raw else _as_judged(found[o]), expert.name) for o in expert.outputs}
             if raw and any(len(e.value) != len(self.objects) for e in entries.values()):
                 raise TypeError(f"a scene expert must answer with one entry for each of the {len(self.objects)} objects")

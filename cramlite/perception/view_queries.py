@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from ..model.control_flow import Compound
 from ..model.designators import Action, Designator, Object
 from ..model.plan import Plan
-from ..model.world import Thing, World
+from ..model.world.world import Thing, World
 from ..ontology.foundation import BEARS
 from .query import ObjectQuery, query_from
 

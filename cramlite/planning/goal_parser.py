@@ -167,4 +167,4 @@ def _check_side(goal: ParsedGoal, what: str) -> None:
         raise UserError(f"{what}: '{side}' chooses a spot on a surface or in a container, and this goal names none.")
     if goal.other in goal.things:
         own = " and ".join(f"'{t}'" for t in goal.things)
-        raise UserError(f"{what}: the thing after '{side}' must be another one than {own}.")
+        raise UserError(f"{what}: '{side}' must be followed by another thing than {own}.")

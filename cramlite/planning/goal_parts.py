@@ -15,8 +15,8 @@ from .trace import Entry, Trace
 
 if TYPE_CHECKING:
     from ..interpretation.fluents import Fact
-    from .goal_planner import GoalFacts, TaskPlan
-    from .planning_problem import PlanningProblem
+    from .symbolic.goal_planner import GoalFacts, TaskPlan
+    from .symbolic.planning_problem import PlanningProblem
 
 PART = "goal part"
 """Designator of the entries of the trace that are about a part of a goal."""

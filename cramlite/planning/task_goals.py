@@ -13,7 +13,7 @@ from ..model.control_flow import Kind
 from ..model.designators import Object
 from ..model.entity_name import EntityName
 from ..model.plan import Plan
-from ..model.world import World
+from ..model.world.world import World
 from ..plugin.task_type import TaskType, task_type
 from ..scenario.goal_spec import goal_texts
 from ..scenario.scenario import ObjectSpec, Scenario

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from ..plugin.catalogue import Knowledge
     from ..plugin.task_type import TaskType
     from ..scenario.scenario import ObjectSpec, Scenario
-    from .goal_planner import TaskPlan
-    from .planning_problem import PlanningProblem
+    from .symbolic.goal_planner import TaskPlan
+    from .symbolic.planning_problem import PlanningProblem
     from .task_goals import Goal
     from .trace import Trace
 
@@ -122,9 +122,9 @@ def plans_for_goal(
     Raises:
         UserError: the goal is none, names what there is not, contradicts itself, or holds already.
     """
-    from .goal_planner import as_tasks
-    from .plan_file import handed_plan
-    from .plan_stream import task_plans
+    from .symbolic.goal_planner import as_tasks
+    from .symbolic.plan_file import handed_plan
+    from .symbolic.plan_stream import task_plans
     from .task_goals import plan_from_tasks
 
     asked, number = _asked(goal), 0
@@ -161,10 +161,10 @@ def _problems(
     It raises the same errors as ``examine_goal``.
     """
     from .goal_parser import contradiction
-    from .goal_planner import ground_goal
     from .operators import Grounder
-    from .planning_problem import problem_of
     from .spoken_goals import spoken
+    from .symbolic.goal_planner import ground_goal
+    from .symbolic.planning_problem import problem_of
 
     refused, possible, grounder = "", False, Grounder(scene, knowledge.predicates)
     goal = spoken(asked.goal, scene, knowledge, asked.where, trace)
@@ -210,7 +210,7 @@ def _asked(goal: Goal | Scenario) -> _Asked:
 
 def _trace_unreachable(choice: Goal, problem: PlanningProblem, trace: Trace, progress: Callable[[str], None]) -> None:
     """Record why no tasks achieve a goal, and which of its parts could be achieved alone."""
-    from .planning_problem import why_unreachable
+    from .symbolic.planning_problem import why_unreachable
 
     trace.add(0, "goal", str(choice), "refused", "engine", why_unreachable(problem), kind="goal")
     if len(choice.says) > 1:
@@ -221,8 +221,8 @@ def _trace_alone(problem: PlanningProblem, trace: Trace, progress: Callable[[str
     """Record for each part of a goal why it is not achieved, or which tasks would achieve it if the goal had
     no other parts."""
     from .goal_parts import PART
-    from .plan_stream import task_plans
-    from .planning_problem import why_unreachable
+    from .symbolic.plan_stream import task_plans
+    from .symbolic.planning_problem import why_unreachable
 
     for says, wanted in problem.parts():
         part = problem.alone(says, wanted)

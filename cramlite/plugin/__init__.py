@@ -62,8 +62,8 @@ if TYPE_CHECKING:
         Segment as Segment,
         Timeline as Timeline,
     )
-    from ..model.program import Code as Code
-    from ..model.verdict import Cost as Cost, Finding as Finding
+    from ..model.program.program import Code as Code
+    from ..model.run.verdict import Cost as Cost, Finding as Finding
     from .allowance import HAND as HAND, HELD as HELD, Allowance as Allowance
     from .demonstration import (
         Hand as Hand,

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ..model.imported_robot import ImportedRobot
     from ..model.robot import Robot
     from ..model.robot_file import RobotFile
-    from ..model.world import Thing, World
+    from ..model.world.world import Thing, World
     from ..ontology.taxonomy import Taxonomy
     from .demonstration import RecordScript
     from .episode_hooks import EpisodeHooks
@@ -160,7 +160,7 @@ class Knowledge:
         for backend in self.backends.values():
             if isinstance(backend, Driver):
                 return backend
-        raise UserError("No plugin drives robots of other processes; see 'cramlite plugins'.")
+        raise UserError("No plugin can drive a robot through another process; see 'cramlite plugins'.")
 
     @cached_property
     def location_kinds(self) -> Mapping[str, LocationKind]:

@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     import numpy as np
 
     from ..model.geometry import Pose
-    from ..model.rollout import Rollout
-    from ..model.world import World
+    from ..model.run.rollout import Rollout
+    from ..model.world.world import World
 
 
 class Hand(Protocol):

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..base.errors import DEFECTS, PluginError, UserError
 from ..model.episode import Episode
-from ..model.rollout import Rollout
+from ..model.run.rollout import Rollout
 from .protocols import EpisodeRepair
 from .registry import Registry
 from .validation import check_answer

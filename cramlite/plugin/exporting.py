@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from ..base.errors import UserError
 
 if TYPE_CHECKING:
-    from ..model.run_record import RunRecord
+    from ..model.run.run_record import RunRecord
     from .protocols import Exporter
 
 

@@ -8,20 +8,20 @@ from typing import TYPE_CHECKING, Any
 from msgspec import field
 from msgspec.structs import replace
 
-from ..base.errors import InTheWay, checked_numbers
+from ..base.errors import InTheWay, Unresolvable, checked_numbers
 from ..base.value import Value
 from ..model.belief import Belief
 from ..model.collision import Collision
 from ..model.designators import Action, Designator
 from ..model.entity_name import thing_of
-from ..model.judging_limits import JudgingLimits
 from ..model.motion_words import Stage
 from ..model.remedy import Remedy
 from ..model.robot import Robot
-from ..model.world import RobotMount
+from ..model.run.judging_limits import JudgingLimits
+from ..model.world.world import RobotMount
 
 if TYPE_CHECKING:
-    from ..model.world import Camera
+    from ..model.world.world import Camera
     from ..ontology.taxonomy import Taxonomy
 
 
@@ -87,6 +87,20 @@ class Refused(Value):
             value: the alternative in words.
         """
         return replace(self, value=value, passed=passed)
+
+    @property
+    def in_the_way(self) -> frozenset[str]:
+        """Return the names of all things in ``blocking``; none if it is not known or empty."""
+        return frozenset(name for one in self.blocking or () for name in ((one,) if isinstance(one, str) else one))
+
+    def impossible(self, reason: str, because: tuple[str, ...] = ()) -> Unresolvable:
+        """Return the error for a designator that this refusal makes infeasible, with the refusal's obstacles, collision and remedy.
+
+        Args:
+            reason: a clause with numbers and units.
+            because: names of the designators or roles whose choices this depends on; empty means all earlier ones.
+        """
+        return Unresolvable(reason, because, blocking=self.blocking, collision=self.collision, remedy=self.remedy)
 
 
 Answer = Grounding | Refused

@@ -26,13 +26,13 @@ if TYPE_CHECKING:
     from ..model.designators import Action, Late, Location, Motion, Object
     from ..model.episode import Episode
     from ..model.imported_robot import ImportedRobot
-    from ..model.imported_scene import ImportedScene, StatedJoint
-    from ..model.known_kind import BuiltLibrary
+    from ..model.program.steps import AnyStep
     from ..model.robot import Robot
     from ..model.robot_file import RobotFile
-    from ..model.rollout import Rollout
-    from ..model.steps import AnyStep
+    from ..model.run.rollout import Rollout
     from ..model.view import View
+    from ..model.world.imported_scene import ImportedScene, StatedJoint
+    from ..model.world.known_kind import BuiltLibrary
     from .demonstration import RecordScript
     from .expert import Expert
     from .grounding import Answers, Context

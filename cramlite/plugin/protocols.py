@@ -9,7 +9,7 @@ from msgspec import field
 
 from ..base.value import Value
 from ..model.handover import Handover
-from ..model.judging_limits import JudgingLimits
+from ..model.run.judging_limits import JudgingLimits
 from .allowance import Allowance
 
 if TYPE_CHECKING:
@@ -23,14 +23,14 @@ if TYPE_CHECKING:
     from ..model.episode import Episode
     from ..model.geometry import Pose
     from ..model.plan import Plan
-    from ..model.program import Code, Program
-    from ..model.readings import Watch
+    from ..model.program.program import Code, Program
     from ..model.robot import Robot
-    from ..model.rollout import Rollout, Scene
-    from ..model.run_record import RunRecord
-    from ..model.verdict import Cost, Finding
+    from ..model.run.readings import Watch
+    from ..model.run.rollout import Rollout, Scene
+    from ..model.run.run_record import RunRecord
+    from ..model.run.verdict import Cost, Finding
     from ..model.view import View
-    from ..model.world import Camera, Thing, World
+    from ..model.world.world import Camera, Thing, World
     from ..ontology.taxonomy import Taxonomy
     from .demonstration import Shown
 

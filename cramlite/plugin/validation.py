@@ -188,11 +188,11 @@ def _answer_type(hook: str) -> type:
 
         return View
     if hook == "add_models":
-        from ..model.known_kind import BuiltLibrary
+        from ..model.world.known_kind import BuiltLibrary
 
         return BuiltLibrary
     if hook == "read_scene":
-        from ..model.imported_scene import ImportedScene
+        from ..model.world.imported_scene import ImportedScene
 
         return ImportedScene
     if hook == "read_robot":
@@ -275,7 +275,7 @@ def _short(value: object) -> str:
 def _words(hook: str) -> Mapping[str, tuple[str, ...]]:
     """Return attribute -> valid words, for the attributes of a hook's declarations that have a fixed set."""
     if hook == "validators":
-        from ..model.verdict import COSTS
+        from ..model.run.verdict import COSTS
 
         return {"cost": COSTS}
     if hook == "experts":

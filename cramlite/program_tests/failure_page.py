@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..base.html_template import html_template, write_html
-from ..model.rollout import Rollout
+from ..model.run.rollout import Rollout
 from ..plugin.catalogue import Knowledge
 from .miss import Miss
 

@@ -9,7 +9,7 @@ import numpy as np
 from ..base.errors import UserError, nearest
 from ..base.value import Value
 from ..model.entity_name import EntityName, thing_of
-from ..model.rollout import Rollout, Touch
+from ..model.run.rollout import Rollout, Touch
 
 EFFECTOR = "effector"
 """The gripper in records."""

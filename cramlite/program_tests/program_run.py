@@ -17,9 +17,9 @@ from ..base.quantities import parse_quantity
 from ..base.value import Value
 from ..engine.judging import Purpose, judge_rollout
 from ..model.geometry import Floats
-from ..model.proof_doubts import ProofDoubts
-from ..model.rollout import Rollout, Touch
-from ..model.twin_drawing import Draw
+from ..model.run.rollout import Rollout, Touch
+from ..model.twins.proof_doubts import ProofDoubts
+from ..model.twins.twin_drawing import Draw
 from ..plugin.catalogue import Knowledge
 from .failure_page import write_failure_page
 from .miss import Miss, ProgramFailure, name_is, names_of, said_touch

@@ -11,9 +11,9 @@ from ..base.errors import UserError
 from ..base.resources import find_scenario
 from ..base.seeds import derive_seed
 from ..base.value import Value
-from ..model.error_model import ErrorModel
 from ..model.fault import Fault
-from ..model.world import World
+from ..model.twins.error_model import ErrorModel
+from ..model.world.world import World
 from ..plugin.catalogue import Knowledge, pick
 from ..plugin.selection import PluginChoice
 from ..scenario.faults import faulty, read_fault

@@ -11,7 +11,7 @@ import numpy as np
 from ..base.errors import UserError
 from ..base.value import Value
 from ..base.yaml_file import load_yaml
-from ..model.rollout import Rollout
+from ..model.run.rollout import Rollout
 
 POINTS = 21
 """Number of points of the tool's path, at equal shares of the program's time."""

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from ..interpretation.interpretation import Interpretation
     from ..model.collision import Collision
     from ..model.episode import Episode
-    from ..model.rollout import Scene
+    from ..model.run.rollout import Scene
     from ..planning.trace import Trace
     from ..plugin.catalogue import Knowledge
     from ..plugin.protocols import ReportSection

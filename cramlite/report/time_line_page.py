@@ -15,7 +15,7 @@ from ..base.html_template import html_template, write_html
 
 if TYPE_CHECKING:
     from ..engine.time_line import Moment
-    from ..model.rollout import Rollout
+    from ..model.run.rollout import Rollout
     from ..plugin.catalogue import Knowledge
 
 FILE = "time_line.html"

@@ -11,10 +11,10 @@ from pydantic import AfterValidator, Field, create_model
 
 from ..base.quantities import Angle, Force, Length, Time
 from ..base.spec import Spec
-from ..model.error_model import ErrorModel, PoseError, declared
-from ..model.error_sources import FURTHEST, WIDEST, ErrorSource, Size
-from ..model.proof_doubts import MOST_TWINS, ProofDoubts
 from ..model.sensor_errors import SensorErrors
+from ..model.twins.error_model import ErrorModel, PoseError, declared
+from ..model.twins.error_sources import FURTHEST, WIDEST, ErrorSource, Size
+from ..model.twins.proof_doubts import MOST_TWINS, ProofDoubts
 
 
 class PoseErrorSpec(Spec):

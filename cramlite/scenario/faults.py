@@ -14,7 +14,7 @@ from ..base.quantities import Force, Length, Mass, Time
 from ..base.spec import Spec
 from ..model.fault import Fault, FaultKind, Trigger
 from ..model.geometry import Pose
-from ..model.world import World
+from ..model.world.world import World
 
 Vector = tuple[Length, Length, Length]
 
@@ -77,7 +77,7 @@ class FaultSpec(Spec):
     def _one_kind(self) -> FaultSpec:
         named = [k for k in _KINDS if getattr(self, k) is not None]
         if len(named) != 1:
-            raise ValueError(f"it has {', '.join(named) or 'none'} of the keys {', '.join(_KINDS)}; a fault has exactly one of them")
+            raise ValueError(f"the fault has {', '.join(named) or 'none'} of the keys {', '.join(_KINDS)}, and needs exactly one of them")
         (kind,) = named
         for key, (must, may, what) in _GO_WITH.items():
             given = getattr(self, key) is not None

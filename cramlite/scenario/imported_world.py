@@ -17,8 +17,8 @@ from .model_files import existing_file
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from ..model.imported_scene import ImportedScene, StatedJoint
-    from ..model.world import Thing
+    from ..model.world.imported_scene import ImportedScene, StatedJoint
+    from ..model.world.world import Thing
     from ..ontology.taxonomy import Taxonomy
     from ..plugin.catalogue import Knowledge
     from .scenario import Scenario, WorldFileSpec

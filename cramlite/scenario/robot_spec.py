@@ -61,7 +61,7 @@ class RobotSpec(Spec):
     @model_validator(mode="after")
     def _one_source(self) -> RobotSpec:
         if (self.type is None) == (self.file is None):
-            raise ValueError("it needs exactly one of 'type', a robot that a plugin declares, and 'file', an MJCF or URDF of an arm")
+            raise ValueError("a robot needs exactly one of 'type', a robot that a plugin declares, and 'file', an MJCF or URDF of an arm")
         beside = sorted(self.model_fields_set - {"name", "type", "at", "file"})
         if self.type is not None and beside:
             raise ValueError(f"'{beside[0]}' is for a robot from a 'file'; the 'type' of a plugin already defines it")

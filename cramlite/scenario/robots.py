@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from ..base.errors import UserError
 from ..model.robot_file import HandFile, RobotFile, Stated
-from ..model.world import RobotMount
+from ..model.world.world import RobotMount
 from ..plugin.catalogue import pick
 from .model_files import existing_file
 

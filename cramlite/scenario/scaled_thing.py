@@ -5,7 +5,7 @@ from __future__ import annotations
 from msgspec.structs import replace
 
 from ..model.geometry import Pose, Vector3
-from ..model.world import Feature, Geom, Inertia, Thing
+from ..model.world.world import Feature, Geom, Inertia, Thing
 
 
 def scaled(thing: Thing, factor: float) -> Thing:

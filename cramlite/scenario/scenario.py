@@ -15,9 +15,9 @@ from ..base.quantities import Angle, Force, Length
 from ..base.spec import Name, Spec
 from ..base.value import Value
 from ..base.yaml_file import explain_validation, line_of, load_yaml
-from ..model.imported_scene import StatedJoint
-from ..model.judging_limits import JudgingLimits
 from ..model.robot import HIGHEST_FORCE_LIMIT
+from ..model.run.judging_limits import JudgingLimits
+from ..model.world.imported_scene import StatedJoint
 from ..plugin.entry_points import plugin_names
 from ..plugin.selection import PluginChoice
 from .camera_spec import CameraSpec, IntrinsicsSpec
@@ -50,7 +50,7 @@ class RecordSpec(Spec):
     @model_validator(mode="after")
     def _one_of_both(self) -> RecordSpec:
         if (self.script is None) == (self.tasks is None):
-            raise ValueError("it needs exactly one of 'script' and 'tasks': what the person does")
+            raise ValueError("'record' needs exactly one of 'script' and 'tasks', which say what the person does")
         return self
 
 
@@ -95,7 +95,7 @@ class JointSpec(Spec):
             if pair is not None and not pair[0] < pair[1]:
                 raise ValueError(f"'{key}' gives the lower and the upper end of the joint, the lower one first")
         if not self.model_fields_set:
-            raise ValueError("it says nothing; 'closed' is 'lower' or 'upper', 'slides' and 'turns' a range")
+            raise ValueError("the joint's entry is empty; give 'closed' (lower or upper), or its range by 'slides' or 'turns'")
         return self
 
     def stated(self) -> StatedJoint:
@@ -193,9 +193,9 @@ class ScenarioSpec(Spec):
                 f"this one has {' and '.join(starts) or 'none'}"
             )
         if self.reading is not None and self.demonstration is None:
-            raise ValueError("'reading' is one of a 'demonstration', and there is none")
+            raise ValueError("'reading' chooses a reading of a 'demonstration', and the scenario has none")
         if self.plan is not None and self.goal is None:
-            raise ValueError("'plan' is a PDDL plan for a 'goal', and there is none")
+            raise ValueError("'plan' is a PDDL plan for a 'goal', and the scenario has none")
         if self.world is None and "things" not in self.model_fields_set:
             raise ValueError("a scenario needs 'things', or a 'world' with a scene file")
         if self.poses == "camera" and self.camera is None:
@@ -271,7 +271,7 @@ class Scenario(Value):
             UserError: it has no demonstration.
         """
         if self.spec.demonstration is None:
-            raise UserError(f"{self.path}: a reading is one of a demonstration, and this scenario has none.")
+            raise UserError(f"{self.path}: only a demonstration has readings, and this scenario has no demonstration.")
         return replace(self, spec=self.spec.model_copy(update={"reading": reading}))
 
     def with_goal(self, goal: Sequence[Any] | Mapping[str, Any]) -> Scenario:

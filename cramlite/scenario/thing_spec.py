@@ -34,7 +34,7 @@ class ThingSpec(Spec):
     @model_validator(mode="after")
     def _placed_once(self) -> ThingSpec:
         if (self.at is None) == (self.hangs_on is None):
-            raise ValueError("it needs exactly one of 'at' and 'hangs_on'")
+            raise ValueError("a thing needs exactly one of 'at' and 'hangs_on'")
         return self
 
 

@@ -14,10 +14,10 @@ from msgspec.structs import replace
 from ..base.errors import UserError, nearest
 from ..base.value import Value
 from ..model.entity_name import thing_of
-from ..model.error_model import ErrorModel, declared
-from ..model.error_sources import Around
-from ..model.twin_drawing import Draw, Drawing
-from ..model.world import Disturbance, Thing, World
+from ..model.twins.error_model import ErrorModel, declared
+from ..model.twins.error_sources import Around
+from ..model.twins.twin_drawing import Draw, Drawing
+from ..model.world.world import Disturbance, Thing, World
 from .twin_places import Sight, place
 
 if TYPE_CHECKING:

@@ -14,11 +14,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from msgspec.structs import replace
 
 from ..base.value import Value
-from ..model.error_model import ErrorModel
 from ..model.geometry import Pose, Vector3
-from ..model.thing_boxes import Box, around, boxes
-from ..model.twin_drawing import DEG, MM, Drawing
-from ..model.world import Feature, Thing, World
+from ..model.twins.error_model import ErrorModel
+from ..model.twins.twin_drawing import DEG, MM, Drawing
+from ..model.world.thing_boxes import Box, around, boxes
+from ..model.world.world import Feature, Thing, World
 from .scaled_thing import scaled
 
 INSIDE = 0.01

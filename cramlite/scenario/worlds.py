@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +14,7 @@ from ..base.errors import PluginError, UserError, nearest
 from ..base.resources import find_scenario
 from ..base.seeds import whole_seed
 from ..model.geometry import Pose
-from ..model.world import Camera, Physics, RobotMount, Thing, World
+from ..model.world.world import Camera, Physics, RobotMount, Thing, World
 from ..plugin.protocols import Correcting
 from .faults import faulty
 from .imported_world import imported_world
@@ -23,7 +23,7 @@ from .scenario import read_scenario
 
 if TYPE_CHECKING:
     from ..model.belief import Relation
-    from ..model.imported_scene import ImportedScene
+    from ..model.world.imported_scene import ImportedScene
     from ..plugin.catalogue import Knowledge
     from ..plugin.protocols import ModelMaker
     from .scenario import Scenario
@@ -48,7 +48,7 @@ def read_world(name: str, knowledge: Knowledge, seed: int) -> World:
         return real_world(scenario, world, relations, seed)
     from msgspec import DecodeError, json
 
-    from ..model.world import World
+    from ..model.world.world import World
 
     try:
         return json.decode(path.read_bytes(), type=World)
@@ -90,20 +90,32 @@ def build_world(
     Raises:
         UserError: an unknown model, parameter or thing.
     """
-    import numpy as np
-
     seed = whole_seed(seed)
     changes = {v.thing: v for v in vary} if seed else {}
-    rng = np.random.default_rng([seed, 77]) if changes else None  # only then: numpy.random takes a fifth of NumPy's import
     specs = list(things)
     imported = imported_world(scenario, knowledge) if specs == list(scenario.spec.things) else None
-    built: dict[str, Thing] = {t.name: t for t in imported.things} if imported else {}
+    built = _things(scenario, specs, changes, imported.things if imported else (), knowledge, seed)
+    world = _completed(scenario, built, imported, knowledge)
+    read = replace(world, robots=robots or world.robots)
+    found = corrected(read, knowledge, scenario.spec.world.noise if scenario.spec.world else 0.0)
+    relations = tuple(("hangs_on", spec.name, spec.hangs_on.hanger) for spec in specs if spec.hangs_on)
+    return replace(found, robots=world.robots), relations
+
+
+def _things(
+    scenario: Scenario, specs: Sequence[ThingSpec], changes: Mapping[str, VarySpec], imported: Iterable[Thing], knowledge: Knowledge,
+    seed: int,
+) -> tuple[Thing, ...]:  # fmt: skip
+    """Build the things of a scenario, behind those of its scene file; each as ``changes`` vary it."""
+    import numpy as np
+
+    rng = np.random.default_rng([seed, 77]) if changes else None  # only then: numpy.random takes a fifth of NumPy's import
+    built = {t.name: t for t in imported}
     names = [*built, *(s.name for s in specs)]
     for name in changes:
         if name not in names:
             raise UserError(f"{scenario.where('vary')}: no thing '{name}'; {nearest(name, names)}.")
     shifts: dict[str, Pose] = {}
-    relations: list[Relation] = []
     for thing in tuple(built.values()):
         built[thing.name] = _varied(scenario, thing, changes.get(thing.name), shifts, rng)
     models = knowledge.models_with(map(scenario.resolve_path, scenario.spec.models))
@@ -118,12 +130,7 @@ def build_world(
         if spec.name in changes and spec.at:
             shifts[spec.name] = thing.pose * spec.at.pose().inverse()
         built[spec.name] = thing
-        if spec.hangs_on:
-            relations.append(("hangs_on", spec.name, spec.hangs_on.hanger))
-    world = _completed(scenario, tuple(built.values()), imported, knowledge)
-    read = replace(world, robots=robots or world.robots)
-    found = corrected(read, knowledge, scenario.spec.world.noise if scenario.spec.world else 0.0)
-    return replace(found, robots=world.robots), tuple(relations)
+    return tuple(built.values())
 
 
 def corrected(world: World, knowledge: Knowledge, noise: float, deep: float | None = None) -> World:

@@ -10,7 +10,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from ..planning.symbolic_planner import has_planner
+from ..planning.symbolic.symbolic_planner import has_planner
 from ..plugin import hookspecs
 from ..plugin.registry import Registry
 from .plan_checks import plan_changes

@@ -9,11 +9,11 @@ from types import ModuleType
 from ..base.resources import shipped_scenarios
 from ..base.value import Value
 from ..engine.engine import Engine
-from ..planning.goal_planner import ground_goal
 from ..planning.operators import Grounder
-from ..planning.plan_stream import task_plans
-from ..planning.planning_problem import PlanningProblem, problem_of
 from ..planning.spoken_goals import spoken
+from ..planning.symbolic.goal_planner import ground_goal
+from ..planning.symbolic.plan_stream import task_plans
+from ..planning.symbolic.planning_problem import PlanningProblem, problem_of
 from ..planning.task_goals import Goal
 from ..plugin.entry_points import OWN_DISTRIBUTION
 from ..scenario.scenario import Scenario, read_scenario

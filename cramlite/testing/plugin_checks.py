@@ -12,9 +12,8 @@ from msgspec.structs import replace
 from ..base.errors import UserError
 from ..interpretation.timeline import Predicate
 from ..model.geometry import Pose
-from ..model.program import Code, Program, Section
-from ..model.robot import Robot
-from ..model.steps import (
+from ..model.program.program import Code, Program, Section
+from ..model.program.steps import (
     CompliantSlide,
     ForceExtract,
     ForceInsert,
@@ -29,8 +28,9 @@ from ..model.steps import (
     ZeroSensor,
     walk,
 )
-from ..model.verdict import COSTS
-from ..model.world import RobotMount, World
+from ..model.robot import Robot
+from ..model.run.verdict import COSTS
+from ..model.world.world import RobotMount, World
 from ..plugin.catalogue import Knowledge
 from ..plugin.expert import Expert
 from ..plugin.protocols import Backend, Validator

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from ..base.errors import UserError
 from ..base.value import Value
-from ..model.program_json import is_program_text
+from ..model.program.program_json import is_program_text
 
 if TYPE_CHECKING:
     from ..plugin.catalogue import Knowledge

@@ -16,9 +16,9 @@ from ..base.value import Value
 from ..model.belief import Belief, Estimate, Held
 from ..model.designators import Action, Late, Location, Motion, Object
 from ..model.geometry import Pose
-from ..model.world import Feature, Filling, Geom, RobotMount, Thing, World
+from ..model.world.world import Feature, Filling, Geom, RobotMount, Thing, World
 from ..ontology.foundation import OBJECT
-from ..planning.alternatives import HOOKS
+from ..planning.search.alternatives import HOOKS
 from ..plugin.catalogue import Knowledge
 from ..plugin.location_kind import LocationKind
 from ..plugin.registry import Registry
@@ -90,7 +90,7 @@ def check_task_type(
     relations: Iterable[str] | None = None,
     hooks: Hooks | None = None,
 ) -> None:
-    """Check that a task type keeps its contract.
+    """Check that a task type answers as the plugin interface requires: names, classes, parameters, decompositions, effects.
 
     Its names are right, its classes are in an ontology, parameters have sources, and in an empty-handed and in a holding
     belief, and on a robot that drives, its decompositions are made of designators that some plugin resolves, or it says

@@ -50,7 +50,7 @@ class LiberoByCamera(Libero):
             UserError: it asks for more, or as that of any benchmark.
         """
         if ask["ask"] not in ALLOWED:
-            raise UserError(f"The benchmark is not asked for '{ask['ask']}': a cell has no such sensor.")
+            raise UserError(f"The benchmark is not sent the request '{ask['ask']}': a robot cell has no such sensor.")
         said = super().ask(ask, patience)
         self.asked.append({**ask, "answered": sorted(said)})
         if ask["ask"] == "reset":

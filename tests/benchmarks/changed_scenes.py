@@ -163,11 +163,14 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--end", action="store_true", help="what is kept for the end")
     parser.add_argument("--seed", type=int, default=0, help="of the order")
-    parser.add_argument("--most", type=int, help="episodes, from the first; all of them if left out")
+    parser.add_argument("--first", type=int, default=0, help="episodes of the order that are left out, as they were played before")
+    parser.add_argument("--most", type=int, help="episodes of the order, those left out included; all of them if left out")
+    parser.add_argument("--physical", action="store_true", help="physical changes and their controls alone")
     add_figure(parser)
     asked = parser.parse_args()
     groups, scenes = families(end=asked.end), safe(end=asked.end)
-    chosen = tuple(itertools.islice(order(groups, scenes, asked.seed), asked.most))
+    drawn = itertools.islice(order(groups, scenes, asked.seed), asked.first, asked.most)
+    chosen = tuple(e for e in drawn if not asked.physical or ("max" in e.suite and "intent" not in e.suite))
     trials = Episodes(read_benchmark(LIBERO / "experiment.yaml"), chosen, pictures=False)
     results = {Episode.named(n): r for n, r in run_experiment(Order(trials, asked.out, 1), speak).items()}
     said = f"seed {asked.seed} draws the order; {'kept for the end' if asked.end else 'for development'}: {len(results)} episodes"

@@ -35,7 +35,7 @@ from cramlite.experiment.demonstrations.spec import read_experiment
 from cramlite.experiment.experiment_file import find_experiment
 from cramlite.experiment.figure import Number
 from cramlite.model import ErrorModel, PoseError, ProofDoubts, World
-from cramlite.model.error_model import NO_ERRORS
+from cramlite.model.twins.error_model import NO_ERRORS
 from cramlite.scenario.twin import draw_twin
 
 SCALES = (1.0, 2.0, 3.0, 4.0)

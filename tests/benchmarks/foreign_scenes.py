@@ -52,7 +52,7 @@ def row(name: str, scene: ImportedScene, seconds: float) -> str:
 
 def checks(scene: ImportedScene) -> tuple[float, float]:
     """CPU microseconds of a state check, and of raw kinematics with ``mj_collision``."""
-    from cramlite_plugins.motion_planning.planning_scene import scene as planning_scene
+    from cramlite_plugins.motion_planning.scene_of_world import scene as planning_scene
 
     stand = next(iter(scene.stands.values()), Pose())
     world = World(scene.things, robots=(RobotMount("arm", "ur5e", stand),))

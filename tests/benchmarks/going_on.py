@@ -25,8 +25,8 @@ from cramlite.engine.going_on import GoingOn, Stretch
 from cramlite.engine.replanning import Attempt
 from cramlite.experiment.figure import Number
 from cramlite.model import replace
-from cramlite.model.rollout import world_after_run
-from cramlite.planning.planning_problem import planning_problem
+from cramlite.model.run.rollout import world_after_run
+from cramlite.planning.symbolic.planning_problem import planning_problem
 from cramlite.planning.task_goals import Goal
 from cramlite.scenario.faults import faulty, read_fault_text
 

@@ -20,7 +20,7 @@ from cramlite import Engine, Trace, data_folder, read_scenario
 from cramlite.base.errors import CramliteError
 from cramlite.base.wilson import wilson_interval
 from cramlite.experiment.figure import Number
-from cramlite.planning.budget import budget_of
+from cramlite.planning.search.budget import budget_of
 
 SIBLING = "_fails"
 """How the names of kitchens end that must be refused."""

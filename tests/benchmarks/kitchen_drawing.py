@@ -20,7 +20,7 @@ from msgspec.structs import replace
 
 from cramlite import Engine, Setting, UserError, data_folder, read_scenario
 from cramlite.model import Pose, Thing, World
-from cramlite.planning.planning_problem import planning_problem
+from cramlite.planning.symbolic.planning_problem import planning_problem
 from cramlite.planning.task_goals import Goal
 from cramlite_plugins.simulation.model.compile import Compiled, compile_world
 

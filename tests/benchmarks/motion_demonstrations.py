@@ -16,7 +16,7 @@ import screwing_demonstrations as screwing
 
 from cramlite import Engine, read_scenario
 from cramlite.base.value import Value
-from cramlite.model import Episode, Pose, Thing, World
+from cramlite.model import Episode, Pose, Rollout, Thing, World
 from cramlite.plugin import Performance, Performer, RecordScript, Shown
 from cramlite.scenario.worlds import build_world
 from cramlite_plugins.person import acts
@@ -94,12 +94,14 @@ class Shown_(Value):
     Args:
         episode: of all that the person did.
         start, end: of the motion [s].
+        rollout: what the episode was detected in.
         failure: what did not come off; "" where all did.
     """
 
     episode: Episode
     start: float
     end: float
+    rollout: Rollout
     failure: str = ""
 
 
@@ -133,7 +135,7 @@ def shown(engine: Engine, motion: str, seed: int, folder: Path, scripts: Mapping
     rollout = knowledge.simulator.demonstrate(world, [*known, Shown(RecordScript(f"shown:{motion}", prepare))], seed=seed)
     episode = knowledge.episodes.detect(rollout, f"{motion}_{seed}")
     start, end = times if len(times) == 2 else (0.0, 0.0)
-    return Shown_(episode, start, min(end, episode.span[1]), rollout.reason)
+    return Shown_(episode, start, min(end, episode.span[1]), rollout, rollout.reason)
 
 
 def of(motion: str, world: World) -> tuple[Thing, Thing]:
@@ -162,10 +164,10 @@ def stir(person: Performer, world: World, spoon: Thing, bowl: Thing, rounds: int
     _bring(person, spoon, frame, [(circle[-1][0], circle[-1][1], person.between(0.04, 0.07))], 0.15)
 
 
-def wipe(person: Performer, world: World, sponge: Thing, board: Thing) -> None:
+def wipe(person: Performer, world: World, sponge: Thing, board: Thing, deep: float = 0.002) -> None:
     """Put a sponge onto a board, lead it along the lines of a pattern, pressing lightly, and lift it."""
     frame, size = person.pose(board.name), person.between(0.95, 1.05)
-    corners = [(size * x, size * y, -0.002) for x, y in LINES]
+    corners = [(size * x, size * y, -deep) for x, y in LINES]
     (x, y, _), up = corners[0], person.between(0.03, 0.05)
     _bring(person, sponge, frame, [(x, y, up)], 0.25)
     _bring(person, sponge, frame, [corners[0]], 0.06)

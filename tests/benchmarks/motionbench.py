@@ -34,7 +34,8 @@ from cramlite.experiment.figure import Number
 from cramlite.model import Geom, Pose, Robot, RobotMount, Stated, Thing, World
 from cramlite_plugins.imports.robots.robot_file import read_robot
 from cramlite_plugins.motion_planning.planner import Path, plan
-from cramlite_plugins.motion_planning.planning_scene import PlanningScene, scene
+from cramlite_plugins.motion_planning.planning_scene import PlanningScene
+from cramlite_plugins.motion_planning.scene_of_world import scene
 from cramlite_plugins.robots import ur5
 from cramlite_plugins.robots.dh_arm import arm_mjcf
 from cramlite_plugins.robots.ur5 import UR5

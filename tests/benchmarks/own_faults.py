@@ -29,9 +29,9 @@ from cramlite.engine.replanning import Attempt, Round
 from cramlite.experiment.figure import Number
 from cramlite.model import Geom, Pose, Thing, World
 from cramlite.model.fault import Fault
-from cramlite.model.rollout import world_after_run
-from cramlite.model.thing_boxes import boxes
-from cramlite.planning.planning_problem import planning_problem
+from cramlite.model.run.rollout import world_after_run
+from cramlite.model.world.thing_boxes import boxes
+from cramlite.planning.symbolic.planning_problem import planning_problem
 from cramlite.planning.task_goals import Goal
 from cramlite.scenario.faults import faulty, read_fault_text
 from cramlite.scenario.scenario import Scenario

@@ -25,6 +25,7 @@ from figure import add_figure, rate, value, write
 from msgspec.structs import replace
 
 from cramlite import Engine
+from cramlite.experiment.figure import Number
 from cramlite.model import Intrinsics, Pose, Thing, View, World
 from cramlite.perception.active_perception import ask
 from cramlite.perception.query import parse_query
@@ -118,6 +119,59 @@ def judged(things: list[Thing], known: dict[str, Appearance], percepts: list[tup
     return found, len(left)
 
 
+@dataclass(frozen=True)
+class Measured:
+    """Outcomes of all scenes, CPU time of each [s], and how many percepts were of nothing."""
+
+    outcomes: list[Outcome]
+    seconds: list[float]
+    extra: int
+
+
+def measured(engine: Engine, products: list[Thing], looks: list[Appearance], seeds: range, *, verbose: bool) -> Measured:
+    """Draw a scene for each seed, ask what it shows, and compare."""
+    known, printed = {a.model.name: a for a in looks}, [a for a in looks if a.printed]
+    query = replace(parse_query("", engine.knowledge.taxonomy, engine.knowledge.experts), wanted=("type", "pose", "model"))
+    outcomes: list[Outcome] = []
+    seconds, extra = list[float](), 0
+    for seed in seeds:
+        things = drawn(seed, printed)
+        view = pictured(seed, things)
+        begin = time.process_time()
+        found = ask(query, view, (), engine.knowledge, models=tuple(products))
+        seconds.append(time.process_time() - begin)
+        percepts = [(p.value("model"), p.value("pose")) for p in found.answers
+                    if p.value("type") != UNKNOWN and p.value("model") and p.value("pose")]  # fmt: skip
+        here, more = judged(things, known, percepts)
+        outcomes += here
+        extra += more
+        if verbose:
+            print(f"seed {seed}: {seconds[-1]:.1f} s, {sum(o.right for o in here)} of {len(here)}, {more} false")
+            for o in here:
+                if not o.right or o.metres > 0.005 or o.angle > 0.1:
+                    print(f"  {o.kind}: {o.said} {1000 * o.metres:.1f} mm {math.degrees(o.angle):.1f} deg")
+    return Measured(outcomes, seconds, extra)
+
+
+def numbers_of(found: Measured, known: dict[str, Appearance]) -> tuple[Number, ...]:
+    """Return rates of kinds, errors of poses and CPU times."""
+    right = [o for o in found.outcomes if o.right]
+    millimetres = 1000 * np.array([o.metres for o in right])
+    degrees = np.degrees([o.angle for o in right])
+    whole = np.degrees([o.printed for o in right if known[o.kind].surface.axis is None])
+    return (
+        rate("kinds", len(right), len(found.outcomes), f"right kind and place, among {len(known)}"),
+        value("kinds", found.extra, "", "seen where nothing is"),
+        value("poses", float(np.median(millimetres)), "mm", "position, median"),
+        value("poses", float(np.percentile(millimetres, 95)), "mm", "position, 95 %"),
+        value("poses", float(np.median(degrees)), "deg", "turned off, median, modulo the shape's symmetries"),
+        value("poses", float(np.percentile(degrees, 95)), "deg", "turned off, 95 %, modulo the shape's symmetries"),
+        rate("poses", int((whole < 10).sum()), len(whole), "print the right way round, of what is not round (10 deg)"),
+        value("CPU", float(np.median(found.seconds)), "s", "a scene, median"),
+        value("CPU", float(np.percentile(found.seconds, 95)), "s", "a scene, 95 %"),
+    )
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("libraries", nargs="+", type=Path)
@@ -130,43 +184,11 @@ def main() -> None:
     engine = Engine(models=arguments.libraries)
     products = [p for p in engine.knowledge.products if not any(fnmatchcase(p.name, o) for o in arguments.leave_out)]
     looks = [appearance_of(p) for p in products]
-    known, printed = {a.model.name: a for a in looks}, [a for a in looks if a.printed]
     for a in looks:
         _ = a.surface.grid, a.surface.opposite_points
-    query = replace(parse_query("", engine.knowledge.taxonomy, engine.knowledge.experts), wanted=("type", "pose", "model"))
-    outcomes: list[Outcome] = []
-    seconds, extra = [], 0
-    for seed in range(arguments.first, arguments.first + arguments.scenes):
-        things = drawn(seed, printed)
-        view = pictured(seed, things)
-        begin = time.process_time()
-        found = ask(query, view, (), engine.knowledge, models=tuple(products))
-        seconds.append(time.process_time() - begin)
-        percepts = [(p.value("model"), p.value("pose")) for p in found.answers
-                    if p.value("type") != UNKNOWN and p.value("model") and p.value("pose")]  # fmt: skip
-        here, more = judged(things, known, percepts)
-        outcomes += here
-        extra += more
-        if arguments.verbose:
-            print(f"seed {seed}: {seconds[-1]:.1f} s, {sum(o.right for o in here)} of {len(here)}, {more} false")
-            for o in here:
-                if not o.right or o.metres > 0.005 or o.angle > 0.1:
-                    print(f"  {o.kind}: {o.said} {1000 * o.metres:.1f} mm {math.degrees(o.angle):.1f} deg")
-    right = [o for o in outcomes if o.right]
-    millimetres = 1000 * np.array([o.metres for o in right])
-    degrees = np.degrees([o.angle for o in right])
-    whole = np.degrees([o.printed for o in right if known[o.kind].surface.axis is None])
-    numbers = (
-        rate("kinds", len(right), len(outcomes), f"right kind and place, among {len(products)}"),
-        value("kinds", extra, "", "seen where nothing is"),
-        value("poses", float(np.median(millimetres)), "mm", "position, median"),
-        value("poses", float(np.percentile(millimetres, 95)), "mm", "position, 95 %"),
-        value("poses", float(np.median(degrees)), "deg", "turned off, median, modulo the shape's symmetries"),
-        value("poses", float(np.percentile(degrees, 95)), "deg", "turned off, 95 %, modulo the shape's symmetries"),
-        rate("poses", int((whole < 10).sum()), len(whole), "print the right way round, of what is not round (10 deg)"),
-        value("CPU", float(np.median(seconds)), "s", "a scene, median"),
-        value("CPU", float(np.percentile(seconds, 95)), "s", "a scene, 95 %"),
-    )
+    seeds = range(arguments.first, arguments.first + arguments.scenes)
+    found = measured(engine, products, looks, seeds, verbose=arguments.verbose)
+    numbers = numbers_of(found, {a.model.name: a for a in looks})
     for n in numbers:
         print(n)
     write(arguments, numbers, f"from {arguments.first}: {arguments.scenes} scenes")

@@ -18,7 +18,7 @@ from msgspec.structs import replace
 
 from cramlite import Engine, find_scenario, read_scenario
 from cramlite.model import ProofDoubts
-from cramlite.model.error_model import NO_ERRORS
+from cramlite.model.twins.error_model import NO_ERRORS
 
 
 def spent() -> float:

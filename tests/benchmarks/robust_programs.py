@@ -33,7 +33,7 @@ from cramlite.model import (
     World,
     read_program,
 )
-from cramlite.model.error_model import NO_ERRORS
+from cramlite.model.twins.error_model import NO_ERRORS
 from cramlite.scenario.twin import draw_twin
 from cramlite.scenario.worlds import read_world
 from cramlite_plugins.backends.urscript.emit import emit

@@ -24,8 +24,8 @@ from figure import add_figure, value, write
 from cramlite import Engine, Goal
 from cramlite.interpretation.fluents import symbolic_world
 from cramlite.model import Pose, Thing, World
-from cramlite.planning.plan_stream import task_plans
-from cramlite.planning.planning_problem import PlanningProblem, Scope, planning_problem
+from cramlite.planning.symbolic.plan_stream import task_plans
+from cramlite.planning.symbolic.planning_problem import PlanningProblem, Scope, planning_problem
 from cramlite_plugins.objects.products_and_fixtures import block, table
 
 

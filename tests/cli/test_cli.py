@@ -17,7 +17,7 @@ DEMONSTRATION = ROOT / "scenarios" / "fetch_from_hanger" / "demonstration"
 STAGES = [
     f"cramlite.{m}"
     for m in (
-        "scenario.scenario", "planning.task_goals", "planning.search", "engine.proof", "engine.late_poses", "scenario.worlds",
+        "scenario.scenario", "planning.task_goals", "planning.search.search", "engine.proof", "engine.late_poses", "scenario.worlds",
         "cli.resolve", "cli.run_files",
     )
 ]  # fmt: skip

@@ -11,7 +11,7 @@ import pytest
 from conftest import Run
 
 from cramlite.model import Floats
-from cramlite.model.rollout import Rollout, load_rollout
+from cramlite.model.run.rollout import Rollout, load_rollout
 from cramlite.plugin.catalogue import Knowledge
 from cramlite.plugin.selection import INSTALLED
 from cramlite.scenario.worlds import read_world

@@ -80,7 +80,7 @@ def test_an_altered_text_is_not_taken_for_the_proven_one(run: Run, taken: Path, 
     text = altered / "program.script"
     text.write_text(text.read_text().replace("v=", "v=2*", 1))
     done = run("preflight", altered)
-    assert (done.code, done.out) == (2, "") and "not the text that was proven" in done.err
+    assert (done.code, done.out) == (2, "") and "differs from the text that was proven" in done.err
     text.unlink()
     assert run("preflight", altered).code == 2
 
@@ -96,7 +96,7 @@ def test_a_text_that_stops_is_not_ready(run: Run, tmp_path: Path) -> None:
     ("arguments", "says"),
     [
         (("nowhere",), "'nowhere' cannot be read"),
-        (("TAKEN/program.script",), "says nothing of the world"),
+        (("TAKEN/program.script",), "does not say in which world it runs"),
         (("TAKEN/program.script", "--world", "grasp_one_thing", "--speed", "0.2"), "only a typed program can be written anew"),
         (("TAKEN", "--speed", "0"), "above 0 and up to 1"),
         (("TAKEN", "--speed", "nan"), "above 0 and up to 1"),

@@ -12,7 +12,7 @@ import pytest
 from helpers.as_a_user import cramlite
 
 from cramlite import Engine
-from cramlite.cli.serve import Service
+from cramlite.cli.serving.serve import Service
 
 CELL = """scenario: cell
 robot: {type: ur5e}

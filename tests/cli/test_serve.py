@@ -16,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cramlite import Engine
-from cramlite.cli.serve import LONGEST_LINE, PARAMS, Service
+from cramlite.cli.serving.serve import LONGEST_LINE, PARAMS, Service
 
 COMMAND = [sys.executable, "-m", "cramlite", "serve"]
 

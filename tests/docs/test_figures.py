@@ -64,8 +64,8 @@ def test_the_interval_belongs_to_the_rate(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("number", "said"),
     [
-        ("{what: a, hits: 3}", "a number is 'hits' and 'of', or a 'value'"), ("{what: a}", "or a 'value'"),
-        ("{what: a, hits: 1, of: 2, value: 3}", "or a 'value'"), ("{what: a, hits: 3, of: 2}", "3 of 2 is no rate"),
+        ("{what: a, hits: 3}", "a number is given by 'hits' and 'of'"), ("{what: a}", "or by 'value'"),
+        ("{what: a, hits: 1, of: 2, value: 3}", "or by 'value'"), ("{what: a, hits: 3, of: 2}", "3 of 2 is no rate"),
         ("{what: a, valeu: 3}", "did you mean"), ("{what: a, value: .nan}", "not finite"), ("{what: a, hits: -1, of: 2}", "hits"),
     ],
 )  # fmt: skip

@@ -10,8 +10,8 @@ from msgspec.structs import replace
 
 from cramlite import Budget, Engine, Finished, Solution, Trace, UserError, find_scenario, read_scenario
 from cramlite.base.run_directory import RunDirectory
-from cramlite.cli.answers import solution_answer
 from cramlite.cli.run_files import solution_summary
+from cramlite.cli.serving.answers import solution_answer
 from cramlite.cli.texts import _finding_lines, findings_text, solution_text
 from cramlite.engine.proof import findings_of
 from cramlite.model import JudgingLimits

@@ -16,8 +16,8 @@ from cramlite import Engine, Solution, Trace, find_scenario, read_scenario
 from cramlite.base.pulse import Stopped, pulse
 from cramlite.engine.executor_group import ExecutorGroup
 from cramlite.model import Collision, RobotMount, World
-from cramlite.planning.pddl import PddlText
-from cramlite.planning.symbolic_planner import _end, fast_downward
+from cramlite.planning.symbolic.pddl import PddlText
+from cramlite.planning.symbolic.symbolic_planner import _end, fast_downward
 from cramlite.plugin.selection import INSTALLED
 from cramlite_plugins.motion_planning.planner import Path, plan
 

@@ -45,7 +45,7 @@ def test_it_finds_what_this_process_finds(executor: Executor) -> None:
 
 
 def test_what_is_no_program_is_said_and_the_next_one_runs(executor: Executor) -> None:
-    with pytest.raises(UserError, match="execution of a program broke"):
+    with pytest.raises(UserError, match="execution of a program was broken off"):
         executor.run("{", WORLD, 0)
     assert executor.run(TEXT, WORLD, 0)[0].outcome == "finished"
 

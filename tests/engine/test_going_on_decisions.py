@@ -16,16 +16,17 @@ from msgspec.structs import replace
 
 from cramlite import Engine, read_scenario
 from cramlite.engine.expectation import RunWatch
-from cramlite.engine.going_on import ACKNOWLEDGED, BACK, SAME, GoingOn, _apart, _declared, _moved
+from cramlite.engine.going_on import ACKNOWLEDGED, SAME, GoingOn, _declared
+from cramlite.engine.next_program import BACK, _moved, apart
 from cramlite.engine.replanning import Attempt, Round
 from cramlite.engine.rest_of_plan import rests_of_plan
 from cramlite.model import Action, Code, Deviation, MoveJoints, Notice, Object, Plan, Pose, Program
 from cramlite.model.belief import initial_belief
 from cramlite.model.fault import Fault, FaultKind
-from cramlite.model.rollout import Message
-from cramlite.model.world import InHand, RobotMount
+from cramlite.model.run.rollout import Message
+from cramlite.model.world.world import InHand, RobotMount
 from cramlite.perception.active_perception import Look, Picture
-from cramlite.planning.state import State
+from cramlite.planning.search.state import State
 from cramlite_plugins.robots.ur5e import UR5E
 
 LINES = {1: "1.Grasping/close", 3: "2.PickingUp/lift", 5: "3.Placing/lower"}
@@ -340,7 +341,7 @@ def test_of_a_task_with_parts_the_rest_begins_with_the_part_under_way(with_tasks
 
 
 def test_a_thing_moved_as_far_as_it_was_from_its_start_at_most() -> None:
-    assert _apart((1.0, 2.0, 3.0), (2.0, 4.0, 1.0)) == pytest.approx(3.0)
+    assert apart((1.0, 2.0, 3.0), (2.0, 4.0, 1.0)) == pytest.approx(3.0)
     run = good().rollout
     assert run is not None
     way = run.poses["cup"].copy()

@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from cramlite.engine.judging import JudgedRun, Purpose, judge_text
 from cramlite.model import JudgingLimits, Pose, RobotMount
-from cramlite.model.program_json import typed_code
+from cramlite.model.program.program_json import typed_code
 from cramlite.plugin import UserError
 from cramlite_plugins.robots.ur5e import UR5E
 

@@ -9,8 +9,8 @@ from msgspec.structs import replace
 
 from cramlite import Budget, Engine, Trace, find_scenario, read_scenario
 from cramlite.model import Location, Motion
-from cramlite.planning import choice_point
-from cramlite.planning.answers import Answers, same_belief
+from cramlite.planning.search import choice_point
+from cramlite.planning.search.answers import Answers, same_belief
 from cramlite.planning.trace import KNOWN
 
 Asked = list[tuple[str, Any, Any, dict[str, Any]]]

@@ -21,8 +21,8 @@ from cramlite.engine.proof import (
     text_that_runs,
 )
 from cramlite.model import Estimate, Finding, Held, JudgingLimits, Pose, Verdict
-from cramlite.model.program import Code, LatePose
-from cramlite.model.program_json import is_program_text
+from cramlite.model.program.program import Code, LatePose
+from cramlite.model.program.program_json import is_program_text
 from cramlite.planning.refutation import AsItIs, InTask, Later
 from cramlite.plugin import Candidate, UserError
 from cramlite_plugins.robots.ur5e import UR5E

@@ -95,7 +95,7 @@ def test_a_box_that_is_gone_or_out_of_reach_is_given_up(
     done = run("execute", parametric / "program.script", "--world", world, "--replan", SCENARIO)
     assert done.code == 1
     assert "round 1: halted before the first step" in done.out
-    assert "Round 2: the rest cannot be done" in done.err and said in done.out + done.err
+    assert "Round 2: the remaining tasks cannot be done" in done.err and said in done.out + done.err
     assert len(done.err.partition("cannot be done.\n")[2].splitlines()) <= 3, done.err
 
 

@@ -17,9 +17,9 @@ from cramlite.engine.rest_of_program import ROOM, _boxes, _passed, may_be_finish
 from cramlite.engine.setting import Setting
 from cramlite.model import Action, Deviation, Geom, MoveJoints, Notice, Pose, Thing
 from cramlite.model.handover import Handover
-from cramlite.model.program import Section
-from cramlite.model.steps import ForceInsert, MoveLinear, MoveUntilContact, SetGripper, ZeroSensor
-from cramlite.model.world import InHand
+from cramlite.model.program.program import Section
+from cramlite.model.program.steps import ForceInsert, MoveLinear, MoveUntilContact, SetGripper, ZeroSensor
+from cramlite.model.world.world import InHand
 from cramlite.plugin import Candidate
 
 PATH = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))

@@ -107,6 +107,16 @@ def test_it_is_said_from_where_a_thing_moved(expected: Expectation) -> None:
     assert stood is not None and stood.reason == "'block' is 20 mm from where it should be, more than 15 mm"
 
 
+@pytest.mark.parametrize(("off", "said"), [(0.0, None), (0.02, Deviation.MOVED)])
+def test_a_thing_at_a_corrected_pose_is_expected_as_far_from_its_reading(
+    expected: Expectation, off: float, said: Deviation | None
+) -> None:
+    """It lies on its side where it was read, 40 mm from where it is believed to stand."""
+    read = Pose.from_rotvec((0.54, 0.0, 0.05), (1.2, 0.0, 0.0))
+    watch = RunWatch(expected, offsets={"block": read.inverse() * STANDS})
+    assert kind(seen(watch, *(readings(0.02 * k, block=Pose((0.0, 0.0, off)) * read) for k in range(2)))) is said
+
+
 def test_what_is_held_may_lean_in_the_hand(expected: Expectation) -> None:
     """Where it is in the hand is asked, not how it is turned."""
     tilted = SIDE * Pose.from_rotvec((0.0, 0.0, -0.1), (0.5, 0.0, 0.0))

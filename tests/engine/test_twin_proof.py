@@ -24,7 +24,7 @@ from cramlite.engine.executor_group import ExecutorGroup
 from cramlite.engine.setting import Setting
 from cramlite.engine.twin_proof import doubt, twin_seed
 from cramlite.model import ErrorModel, Finding, PoseError, ProofDoubts, TwinRun, TwinVerdict, Verdict
-from cramlite.model.error_model import NO_ERRORS
+from cramlite.model.twins.error_model import NO_ERRORS
 from cramlite.planning.trace import Trace
 from cramlite.plugin import Candidate
 from cramlite.plugin.selection import INSTALLED, PluginChoice

@@ -32,8 +32,8 @@ from cramlite.model import (
     Verdict,
     World,
 )
-from cramlite.model.error_model import NO_ERRORS
 from cramlite.model.remedy import Remedy
+from cramlite.model.twins.error_model import NO_ERRORS
 from cramlite.perception.active_perception import Look, Picture
 from cramlite.plugin import Candidate
 from cramlite.plugin.selection import INSTALLED

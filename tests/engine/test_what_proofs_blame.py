@@ -10,7 +10,7 @@ from cramlite.engine.proof import conflict_of
 from cramlite.engine.search_in_setting import search_in
 from cramlite.model import Verdict
 from cramlite.planning.refutation import Later
-from cramlite.planning.state import State
+from cramlite.planning.search.state import State
 from cramlite.plugin import Finding
 
 LED_PAST = {"2.PickingUp/up", "3.Placing/Retracting/away", "home"}

@@ -16,11 +16,15 @@ from pathlib import Path
 import pytest
 from conftest import ROOT, Run
 from helpers.as_a_user import hears_ctrl_c
+from helpers.short_runs import good
 from msgspec.json import encode as json_bytes
 from msgspec.structs import replace
 
-from cramlite import UserError
+from cramlite import Engine, UserError
 from cramlite.base.rate import Rate
+from cramlite.engine.next_program import attempt_of
+from cramlite.engine.replanning import Round
+from cramlite.experiment.benchmark.going_on import _missed
 from cramlite.experiment.benchmark.outcomes import explained, outcomes_page, why
 from cramlite.experiment.benchmark.play import Trial, play
 from cramlite.experiment.benchmark.protocol import connect
@@ -33,6 +37,7 @@ from cramlite.experiment.figure import read_figure
 from cramlite.experiment.order import Order
 from cramlite.experiment.run import STOPPED, run_experiment
 from cramlite.experiment.store import Store
+from cramlite.plugin.selection import PluginChoice
 
 SMALL = ROOT / "tests" / "helpers" / "small_benchmark" / "experiment.yaml"
 
@@ -183,6 +188,33 @@ def test_a_protective_stop_ends_an_episode_that_is_watched(
     assert found.attempt.outcome == "protective stop" and [n.kind for n in found.attempt.notices] == ["ProtectiveStop"]
     assert "somebody pressed the button; a protective stop waits for a person" in found.attempt.reason
     assert not found.attempt.thought and not list(tmp_path.rglob("round_2")) and not found.rest()
+
+
+@pytest.mark.heavy
+def test_where_a_thing_comes_and_nothing_has_moved_the_same_program_is_finished(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, small: BenchmarkExperiment
+) -> None:
+    monkeypatch.setenv("SMALL_BENCHMARK", "come 60")
+    found = play(Trial(small, Episode("watched", 0, 0), tmp_path, pictures=False))
+    assert found.attempt is not None and [n.kind for n in found.attempt.notices] == ["ObjectAppeared"]
+    assert found.rest() and not found.attempt.reason and "rest of the same program" in found.attempt.decisions[0]
+    first, rest = (json.loads((tmp_path / name).read_text())["steps"] for name in ("program.json", "round_2/program.json"))
+    assert 1 < len(rest) < len(first) and rest[1:] == first[1 - len(rest) :]  # the step under way may begin in its middle
+
+
+@pytest.mark.parametrize(("task", "outcome", "missed"), [(0, "finished", True), (2, "finished", False), (0, "noticed", False)])
+def test_a_program_that_ended_short_of_its_goal_is_noticed(
+    task: int, outcome: str, missed: bool, tmp_path: Path, small: BenchmarkExperiment
+) -> None:
+    """The block still stands beside the tray; of a goal without words nobody knows whether it holds."""
+    base = good()
+    assert base.rollout is not None
+    done = Round(attempt_of(base, base.world), replace(base.rollout, outcome=outcome))
+    benchmark = connect(small.beside(small.spec.benchmark), None)
+    benchmark.reset("watched", task, 0)
+    notice = _missed(benchmark, Engine.with_plugins(PluginChoice((small.beside(small.spec.plugins[0]),))), done, tmp_path)
+    benchmark.close()
+    assert (notice is not None and notice.kind == "GoalMissed") if missed else notice is None
 
 
 @pytest.mark.heavy
@@ -424,7 +456,7 @@ def test_a_damaged_result_is_named(tmp_path: Path, small: BenchmarkExperiment) -
     path = tmp_path / "episodes" / "table-0-0" / "result.json"
     path.parent.mkdir(parents=True)
     path.write_text("{}")
-    with pytest.raises(UserError, match=r"result.json' is damaged .* only that piece is done anew"):
+    with pytest.raises(UserError, match=r"result.json' is damaged .* only that part of the trial is done anew"):
         results_in(tmp_path)
 
 

@@ -121,7 +121,7 @@ def test_no_more_is_asked_than_a_cell_answers(monkeypatch: pytest.MonkeyPatch) -
     assert benchmark.ask({"ask": "look"}, 1.0)["joints"] == []
     assert benchmark.asked == [{"ask": "look", "answered": ["joints", "rgb"]}]
     for more in ("scene", "cameras"):
-        with pytest.raises(UserError, match=f"not asked for '{more}'"):
+        with pytest.raises(UserError, match=f"not sent the request '{more}'"):
             benchmark.ask({"ask": more}, 1.0)
     monkeypatch.setenv(module.KINDS, "/nowhere")
     with pytest.raises(UserError, match="no library of LIBERO's kinds"):

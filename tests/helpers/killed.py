@@ -14,8 +14,8 @@ from typing import Any
 
 from cramlite import UserError
 from cramlite.engine.time_line import read_time_line
-from cramlite.model.program_json import read_program
-from cramlite.model.rollout import load_rollout
+from cramlite.model.program.program_json import read_program
+from cramlite.model.run.rollout import load_rollout
 from cramlite.plugin.catalogue import Knowledge
 from cramlite.plugin.registry import Registry
 from cramlite.scenario.worlds import read_world

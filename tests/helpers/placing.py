@@ -15,7 +15,8 @@ from cramlite.ontology.taxonomy import Taxonomy
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.parameters import Where
-from cramlite_plugins.locations.placing.query import Placement, Query
+from cramlite_plugins.locations.placing.query import Placement, Query, queries
+from cramlite_plugins.locations.placing.ways_out import prepared
 from cramlite_plugins.locations.reached import Arm
 from cramlite_plugins.objects.products_and_fixtures import block, table
 from cramlite_plugins.robots.ur5e import UR5E
@@ -24,6 +25,7 @@ from cramlite_plugins.shapes.surfaces import Surface, surfaces
 MOUNT = RobotMount("arm", "ur5e")
 HELD = Held("it", Pose((0.0, 0.0, 0.03)), 0.04)
 Answer = Grounding | Refused
+TIN = block("tin", Pose((0.45, -0.45, 0.19)), (0.05, 0.05, 0.08))
 
 
 def believed(*things: Thing) -> Belief:
@@ -91,3 +93,21 @@ def placed(answer: Grounding) -> Pose:
     """Where the block would be, in the base frame."""
     assert isinstance(answer.value, Place)
     return answer.value.pose * HELD.tcp_to_thing
+
+
+def turns(found: list[Grounding]) -> list[tuple[str, int]]:
+    """Position and turn [deg] of placements."""
+    names = [("middle, " if not g.key.startswith("(") else "") + g.key for g in found]
+    return [(n.split(", turned ")[0].split(" mm")[0], int(n.split("turned ")[1].split(" deg")[0])) for n in names]
+
+
+def targets(location: Location, belief: Belief) -> list[Query]:
+    """What a query from above is about."""
+    return prepared(queries(location, belief, context_of(belief)))
+
+
+def depth_of(box: Thing) -> float:
+    """How deep the cavity of a basket is [m]."""
+    cavity = box.feature("cram:Cavity")
+    assert cavity is not None
+    return cavity.size["height"]

@@ -12,7 +12,7 @@ from cramlite.engine.candidates import attempts
 from cramlite.engine.execution import execute
 from cramlite.engine.search_in_setting import search_in
 from cramlite.model import Verdict
-from cramlite.planning.budget import budget_of
+from cramlite.planning.search.budget import budget_of
 from cramlite.plugin import Candidate
 from cramlite.scenario.scenario import RobotSpec
 

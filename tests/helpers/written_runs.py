@@ -17,7 +17,7 @@ from cramlite.engine.intent import Intent, Kept, write_intent
 from cramlite.engine.proof import assemble
 from cramlite.engine.search_in_setting import search_in
 from cramlite.model import Code, Cost, Finding, Program, Robot, Rollout, World
-from cramlite.planning.state import State
+from cramlite.planning.search.state import State
 from cramlite.plugin import Candidate
 from helpers.edited import engine
 from helpers.short_runs import good

@@ -59,7 +59,7 @@ def test_every_task_type_has_a_rule_with_a_source() -> None:
         ("grasps(Gripper, Patient)", "grasps(Patient)", 8, "takes 2 arguments"),
         ("grasps(Gripper, Patient)", "not grasps(Gripper, Patient)", 2, "'Patient' is tested only"),
         ("grasps(Gripper, Patient)", "isa(Patient, soma:Cupp)", 8, "did you mean 'soma:Cup'"),
-        ("grasps(Gripper, Patient)", "arm_moves()", 8, "belongs under run"),
+        ("grasps(Gripper, Patient)", "arm_moves()", 8, "write it under run"),
         ("grasps(Gripper, Patient)", "constrained_dof(Gripper, Patient)", 8, "compare it"),
         ("grasps(Gripper, Patient)", "grasps(Gripper, Patient) < 2", 8, "cannot be compared"),
         ("grasps(Gripper, Patient)", "grasps(Gripper, patient)", 8, "'patient' is no argument"),

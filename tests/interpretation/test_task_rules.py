@@ -156,6 +156,15 @@ def test_a_drawer_opens_or_closes(first: float, last: float, task: str) -> None:
     assert tasks(read(sample).actions[0]) & {"soma:Opening", "soma:Closing"} == {task}
 
 
+@pytest.mark.parametrize(("first", "last", "task"), [(0.0, -0.8, "soma:Opening"), (0.8, 0.0, "soma:Closing")])
+def test_a_lever_that_a_spring_keeps_level_opens_either_way(first: float, last: float, task: str) -> None:
+    properties = {"joint_lower": -1.0, "joint_upper": 1.0, "joint_closed": 0.0}
+    times, lever = np.arange(0, 2.0, 0.02), Entity("lever", ("cram:Latch",), properties=properties)
+    turned = {"joint:lever": np.interp(times, [0, 0.5, 1.5, 2], [first, first, last, last])}
+    sample = episode([lever], [action("soma:PhysicalAction", 0, 1.9)], {}, None, times=times, **turned)
+    assert tasks(read(sample).actions[0]) & {"soma:Opening", "soma:Closing"} == {task}
+
+
 def test_pouring_needs_a_tilt_over_the_other_container() -> None:
     cup, bowl, rice = (
         Entity("cup", ("soma:Cup",), size=(0.08, 0.08, 0.1)),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import re
 import tempfile
+from collections.abc import Callable
 from functools import cache, partial
 from itertools import pairwise
 from pathlib import Path
@@ -12,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from learned_motions import DONE, ROLES, job, solved
-from motion_demonstrations import TOLD, WORLDS, WRONG, Shown_, of, shown, stir
+from motion_demonstrations import TOLD, WORLDS, WRONG, Shown_, of, shown, stir, wipe
 from msgspec.structs import replace
 
 from cramlite import Engine, Trace, read_scenario
@@ -25,8 +26,10 @@ from cramlite.learning.learner import covers
 from cramlite.learning.package import page_text, write_package
 from cramlite.learning.proposal import Proposal
 from cramlite.learning.repeated import evenly, rounds, strokes
+from cramlite.learning.shown_force import shown_force
 from cramlite.learning.span import Span
 from cramlite.learning.trial import trials
+from cramlite.model import Episode, Rollout
 from cramlite.model.shown_path import length
 from cramlite.plugin import Candidate, UserError
 from cramlite.testing import check_plugin
@@ -138,6 +141,67 @@ def test_a_motion_is_no_other_motion() -> None:
     assert moving is not None
     one = person("wiping_lines", 4)
     assert gone_through(moving[0].path, one.episode, *TOLD["wiping_lines"], (one.start, one.end)) == 0.0
+
+
+def wiping_with(change: Callable[[Episode], Episode]) -> Proposal:
+    """Learned from people whose recordings were changed."""
+    return learn_task("wiping_lines", [(change(p.episode), p.start, p.end) for p in (person("wiping_lines", s) for s in (1, 2, 3))],
+                      ENGINE.knowledge)  # fmt: skip
+
+
+def times_as_hard(factor: float, episode: Episode) -> Episode:
+    return replace(episode, extras={**episode.extras, "wrench": factor * episode.extras["wrench"]})
+
+
+def unfelt(episode: Episode) -> Episode:
+    return replace(episode, extras={k: v for k, v in episode.extras.items() if k != "wrench"})
+
+
+def pressed(rollout: Rollout, start: float, end: float) -> float:
+    """Median of the force between sponge and board at the samples of a run at which they touch [N]."""
+    inside = (touches for t, touches in zip(rollout.times, rollout.touches, strict=True) if start <= t <= end)
+    each = (sum(t.pressed for t in touches if {t.a, t.b} == {"sponge", "board"}) for touches in inside)
+    return float(np.median([f for f in each if f > 0.0]))
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("deep", [0.002, 0.004])
+def test_the_force_is_that_of_the_contact(deep: float, tmp_path: Path) -> None:
+    harder = {"wiping_lines": partial(wipe, deep=deep)}
+    one = person("wiping_lines", 3) if deep == 0.002 else shown(ENGINE, "wiping_lines", 3, tmp_path, harder)
+    span = Span(Timeline(one.episode, ENGINE.knowledge.taxonomy), one.start, one.end)
+    force = shown_force([span], [("sponge", "board")])
+    assert force is not None and force.press_n == pytest.approx(pressed(one.rollout, one.start, one.end), abs=2.0)
+
+
+@pytest.mark.heavy
+def test_twice_the_force_is_twice_the_press_and_says_whose_it_is(tmp_path: Path) -> None:
+    once, twice = learned("wiping_lines"), wiping_with(partial(times_as_hard, 2.0))
+    assert once.moving is not None and twice.moving is not None and once.moving[0].force is not None and twice.moving[0].force is not None
+    assert twice.moving[0].force.press_n == pytest.approx(2 * once.moving[0].force.press_n, abs=0.2)
+    assert all(str(e.span) + ": " in page_text(twice) for e in twice.learned.examples)
+    assert "Programs stop at 60 N" in page_text(twice) and "Programs stop at 60 N" not in page_text(once)
+    folder, *_ = write_package(twice, "wiping_lines", tmp_path / "made")
+    trace = Trace()
+    hard = Engine(files=[folder / "cramlite_wiping_lines" / "__init__.py"])
+    assert solved(hard, "wiping_lines", "ur5e", 101, tmp_path, trace) is None, "no program presses so hard"
+    assert any("its force limit of 79 N is not in 0 .. 60 N, the program's" in e.reason for e in trace.entries)
+
+
+@pytest.mark.heavy
+def test_who_records_no_force_leaves_the_default_and_the_page_says_so(tmp_path: Path) -> None:
+    proposal = wiping_with(unfelt)
+    module = write_package(proposal, "wiping_lines", tmp_path / "made")[0] / "cramlite_wiping_lines" / "__init__.py"
+    text = module.read_text(encoding="utf-8")
+    assert 'Parameter("press_n", 12.0, ' in text and 'Parameter("force_limit_n", 25.0, ' in text
+    assert "No example says with what force it presses: it is 12 N by default" in page_text(proposal)
+
+
+@pytest.mark.heavy
+def test_a_robot_presses_as_people_do() -> None:
+    moving, candidate = learned("wiping_lines").moving, program("wiping_lines")
+    assert moving is not None and moving[0].force is not None and candidate.rollout is not None
+    assert pressed(candidate.rollout, 0.0, np.inf) == pytest.approx(moving[0].force.press_n, rel=0.1)
 
 
 @pytest.mark.heavy

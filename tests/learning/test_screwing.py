@@ -67,6 +67,7 @@ def test_a_turn_is_told_about_the_things_own_axis() -> None:
     proposal = taught(person(1), person(2), person(3))
     assert proposal.turning is not None and proposal.steps == () and proposal.done
     turn, role = proposal.turning
+    assert proposal.above == "dul:Task", "nothing begins or ends in it, so that it is no Reaching"
     assert role == "Patient" and turn.axis == (0.0, 0.0, -1.0) and turn.strokes == 5
     assert turn.angle == pytest.approx(2 * math.tau, rel=0.05) and turn.least > math.tau and turn.most < 3 * math.tau
     assert proposal.rule["run"] == ["turns_screwing(Patient)"]
@@ -83,7 +84,7 @@ def test_one_of_five_who_turns_it_otherwise_is_named(wrong: str) -> None:
 @pytest.mark.parametrize(("old", "new", "says"), [
     ("range(1, STROKES + 1)", "range(1, 4)", "'turns_screwing(Patient)' does not hold"),
     ("(0, 0, -12.75)", "(0, 0, 12.75)", "'turns_screwing(Patient)' does not hold"),
-    ("(0, 0, -12.75)", "(0, 0, -19)", "'lid' cannot be turned so: 218 deg are asked for"),
+    ("(0, 0, -12.75)", "(0, 0, -19)", "'lid' cannot be turned as asked: 218 deg are asked for"),
 ])  # fmt: skip
 def test_a_program_that_turns_it_otherwise_is_refused(old: str, new: str, says: str, tmp_path: Path) -> None:
     module = write_package(taught(person(1), person(2), person(3)), "screwing", tmp_path / "made")[0] / "cramlite_screwing" / "__init__.py"

@@ -8,7 +8,7 @@ import pytest
 from msgspec.structs import asdict, fields, replace
 
 from cramlite.model import ErrorModel, PoseError, SensorErrors
-from cramlite.model.error_model import NO_ERRORS, SOURCES
+from cramlite.model.twins.error_model import NO_ERRORS, SOURCES
 
 
 def test_the_defaults_are_those_that_are_declared() -> None:

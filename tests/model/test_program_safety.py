@@ -28,7 +28,7 @@ from cramlite.model import (
     violations,
     write_program,
 )
-from cramlite.model.program_safety import SLACK
+from cramlite.model.program.program_safety import SLACK
 from cramlite_plugins.kinematics.kinematics import forward
 from cramlite_plugins.robots.ur5e import UR5E
 

@@ -35,8 +35,8 @@ from cramlite.model import (
     walk,
     write_program,
 )
-from cramlite.model.program import Snapshot
-from cramlite.model.program_json import laid_out
+from cramlite.model.program.program import Snapshot
+from cramlite.model.program.program_json import laid_out
 from cramlite.plugin import UserError
 
 NUMBER = st.floats(-1e6, 1e6)

@@ -22,8 +22,8 @@ from cramlite.model import (
     World,
     walk,
 )
-from cramlite.model.run_peaks import peaks_of
-from cramlite.model.slowed import slowed
+from cramlite.model.program.slowed import slowed
+from cramlite.model.run.run_peaks import peaks_of
 
 HOME = (0.0,) * 6
 GRIP = SetGripper(0.05, 0.1, 40.0, origin="1.Grasping/close")

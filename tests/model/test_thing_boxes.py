@@ -7,7 +7,7 @@ import math
 import pytest
 
 from cramlite.model import Geom, Pose, Thing
-from cramlite.model.thing_boxes import boxes, extents
+from cramlite.model.world.thing_boxes import boxes, extents
 
 TURNED = Pose.from_rotvec((1.0, 2.0, 3.0), (0.0, 0.0, math.pi / 2))
 GEOMS = (

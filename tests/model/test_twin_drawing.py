@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from cramlite.model.twin_drawing import LEAST, MM, Draw, Drawing
+from cramlite.model.twins.twin_drawing import LEAST, MM, Draw, Drawing
 
 
 @pytest.mark.parametrize(("value", "size", "share"), [(3.0, 4.0, 0.75), (-1.0, 4.0, -0.25), (0.0, 0.0, 0.0)])

@@ -11,11 +11,11 @@ from msgspec.structs import replace
 from test_search import Trial
 
 from cramlite.model import Belief, Estimate, Location, Object, Pose, World
-from cramlite.planning.answers import Answers
-from cramlite.planning.choice_point import CAPS, Nogoods
 from cramlite.planning.refutation import Capped
-from cramlite.planning.search import Effort, Search
-from cramlite.planning.state import State
+from cramlite.planning.search.answers import Answers
+from cramlite.planning.search.choice_point import CAPS, Nogoods
+from cramlite.planning.search.search import Effort, Search
+from cramlite.planning.search.state import State
 from cramlite.planning.trace import KNOWN
 from cramlite.plugin.grounding import Context, Grounding, Refused
 

@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from cramlite import Budget, Engine, Goal, Trace, find_scenario, planning_problem, read_scenario
-from cramlite.planning.blocking import Blocking
-from cramlite.planning.handling import Done, Handling, Stage, Track
-from cramlite.planning.plan_stream import few_things, task_plans
-from cramlite.planning.planning_problem import PlanningProblem, Scope
 from cramlite.planning.refutation import InTask, Part, Refutation, Unfit, as_they_are, refutation
+from cramlite.planning.symbolic.blocking import Blocking
+from cramlite.planning.symbolic.handling import Done, Handling, Stage, Track
+from cramlite.planning.symbolic.plan_stream import few_things, task_plans
+from cramlite.planning.symbolic.planning_problem import PlanningProblem, Scope
 
 ENGINE = Engine()
 SCENE = """

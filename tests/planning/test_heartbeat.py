@@ -9,8 +9,8 @@ import pytest
 
 from cramlite import Budget, Engine, Goal, Trace, find_scenario, how_it_ended, read_scenario
 from cramlite.base.pulse import ASKED, checkpoint, working
-from cramlite.planning.budget import is_late, until_late
 from cramlite.planning.heartbeat import Heartbeat, NowDone, interrupted_text, searching_text
+from cramlite.planning.search.budget import is_late, until_late
 from cramlite.plugin import UserError
 
 

@@ -26,8 +26,8 @@ from cramlite.model import (
     Thing,
     World,
 )
-from cramlite.planning.choice_point import CAPS, ChoicePoint, Nogoods, key_of
-from cramlite.planning.state import Effect, State
+from cramlite.planning.search.choice_point import CAPS, ChoicePoint, Nogoods, key_of
+from cramlite.planning.search.state import Effect, State
 
 Plugin = Callable[[str, str], Path]
 NAMES = ("a", "b", "c", "d")

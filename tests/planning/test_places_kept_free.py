@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from cramlite import Engine, Goal, Trace, planning_problem, read_scenario
-from cramlite.planning.plan_stream import task_plans
 from cramlite.planning.refutation import Refutation
+from cramlite.planning.symbolic.plan_stream import task_plans
 
 ENGINE = Engine()
 DOWN = "soma:Placing", "soma:PuttingDown"

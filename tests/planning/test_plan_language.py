@@ -35,8 +35,8 @@ from cramlite.model import (
     try_all,
     walk,
 )
-from cramlite.planning.search import Search
-from cramlite.planning.state import State
+from cramlite.planning.search.search import Search
+from cramlite.planning.search.state import State
 from cramlite.plugin import Context, UserError
 from cramlite.plugin.entry_points import GROUP
 from cramlite.plugin.registry import Registry

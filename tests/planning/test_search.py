@@ -13,11 +13,11 @@ from cramlite import Budget, Trace
 from cramlite.base.errors import PluginError
 from cramlite.base.seeds import derive_seed
 from cramlite.model import Action, Belief, Location, Object, RobotMount, World
-from cramlite.planning.budget import BudgetSpent
-from cramlite.planning.choice_point import CAPS
 from cramlite.planning.refutation import Later, refutation
-from cramlite.planning.search import Search
-from cramlite.planning.state import State
+from cramlite.planning.search.budget import BudgetSpent
+from cramlite.planning.search.choice_point import CAPS
+from cramlite.planning.search.search import Search
+from cramlite.planning.search.state import State
 from cramlite.plugin import Context, UserError
 from cramlite.plugin.entry_points import GROUP
 from cramlite.plugin.registry import Registry

@@ -15,9 +15,9 @@ import pytest
 from conftest import Run
 
 from cramlite.base.errors import NoSolution
-from cramlite.planning import symbolic_planner
-from cramlite.planning.pddl import PddlText
-from cramlite.planning.symbolic_planner import fast_downward
+from cramlite.planning.symbolic import symbolic_planner
+from cramlite.planning.symbolic.pddl import PddlText
+from cramlite.planning.symbolic.symbolic_planner import fast_downward
 
 DOMAIN = """(define (domain lamps) (:requirements :adl) (:types lamp) (:predicates (lit ?x - lamp))
   (:action two :parameters (?x ?y - lamp) :precondition (not (= ?x ?y)) :effect (and
@@ -105,8 +105,8 @@ def test_a_translator_that_goes_on_without_memory_is_ended(size: int, code: int 
 PARENT = """
 import signal
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it
-from cramlite.planning.pddl import PddlText
-from cramlite.planning.symbolic_planner import fast_downward
+from cramlite.planning.symbolic.pddl import PddlText
+from cramlite.planning.symbolic.symbolic_planner import fast_downward
 fast_downward(PddlText({domain!r}, {problem!r}, {{}}, {{}}))
 """
 

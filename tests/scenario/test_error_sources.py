@@ -12,9 +12,9 @@ from pydantic import ValidationError, create_model
 from cramlite import Engine, find_scenario, read_scenario
 from cramlite.base.json_text import as_json
 from cramlite.model import ErrorModel, Pose, SensorErrors, Thing, World
-from cramlite.model.error_model import sources, without_errors
-from cramlite.model.error_sources import ErrorSource, Size
-from cramlite.model.twin_drawing import MM, Drawing
+from cramlite.model.twins.error_model import sources, without_errors
+from cramlite.model.twins.error_sources import ErrorSource, Size
+from cramlite.model.twins.twin_drawing import MM, Drawing
 from cramlite.scenario.error_spec import ErrorSpec, keys_of
 from cramlite.scenario.twin import Twin, draw_twin
 

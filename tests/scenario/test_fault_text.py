@@ -57,9 +57,9 @@ def test_a_fault_is_read(text: str, fault: Fault) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("line: lift", "it has none of the keys missing"),
-        ("missing: block, fallen: block", "it has missing, fallen of the keys missing"),
-        ("missing: block, fallen: block, killed: true", "it has missing, fallen, killed of"),
+        ("line: lift", "the fault has none of the keys missing"),
+        ("missing: block, fallen: block", "the fault has missing, fallen of the keys missing"),
+        ("missing: block, fallen: block, killed: true", "the fault has missing, fallen, killed of"),
         ("moved: block", "'moved' goes with 'by': how far"),
         ("missing: block, by: [1 mm, 0, 0]", "'by' goes with 'moved', 'added', not with 'missing'"),
         ("sticking: drawer", "'sticking' goes with 'takes'"),
@@ -106,7 +106,7 @@ def test_of_many_things_that_are_wrong_two_are_told() -> None:
         and "after: " in said
         and "force: " not in said
     )
-    with pytest.raises(UserError, match=r"this cannot be read as a fault: it has none of .* A fault has exactly one of missing, moved"):
+    with pytest.raises(UserError, match=r"cannot be read as a fault: the fault has none of .* A fault has exactly one of missing, moved"):
         read_fault({}, "faults.yaml")
 
 

@@ -16,8 +16,8 @@ from cramlite import Engine, find_scenario, read_scenario
 from cramlite.experiment.demonstrations.spec import read_experiment
 from cramlite.experiment.experiment_file import find_experiment
 from cramlite.model import ErrorModel, Pose, PoseError, SensorErrors, World
-from cramlite.model.error_model import NO_ERRORS, SOURCES
-from cramlite.model.twin_drawing import LEAST
+from cramlite.model.twins.error_model import NO_ERRORS, SOURCES
+from cramlite.model.twins.twin_drawing import LEAST
 from cramlite.plugin import UserError
 from cramlite.scenario.twin import Twin, draw_twin
 from cramlite.scenario.twin_places import Sight

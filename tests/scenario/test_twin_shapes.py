@@ -11,8 +11,8 @@ from msgspec.structs import replace
 from test_twin_worlds import FIXED, HELD_BY, SIGHT, WORLD, draw, reaches, shift, turn
 
 from cramlite.model import Geom, MeshFile, Pose, PoseError, RobotMount, Thing, World
-from cramlite.model.error_model import NO_ERRORS
-from cramlite.model.thing_boxes import boxes, extents
+from cramlite.model.twins.error_model import NO_ERRORS
+from cramlite.model.world.thing_boxes import boxes, extents
 from cramlite.scenario.scaled_thing import scaled
 from cramlite.scenario.twin import draw_twin
 from cramlite_plugins.objects.products_and_fixtures import block, table

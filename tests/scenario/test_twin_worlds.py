@@ -11,8 +11,8 @@ import pytest
 from msgspec.structs import replace
 
 from cramlite.model import ErrorModel, Geom, Inertia, Pose, PoseError, RobotMount, SensorErrors, Thing, World
-from cramlite.model.error_model import NO_ERRORS, SOURCES
-from cramlite.model.twin_drawing import LEAST
+from cramlite.model.twins.error_model import NO_ERRORS, SOURCES
+from cramlite.model.twins.twin_drawing import LEAST
 from cramlite.plugin import UserError
 from cramlite.scenario.twin import Twin, draw_twin
 from cramlite.scenario.twin_places import INSIDE, Sight

@@ -60,7 +60,7 @@ WRONG = {
     "cabinet_top: {slides: [200 mm, 100 mm]}": "the lower one first",
     "cabinet_top: {slides: [0, 90 deg]}": "'deg' is not a unit of length",
     "cabinet_top: {slides: [-100 mm, -50 mm]}": "it starts at",
-    "cabinet_top: {}": "it says nothing",
+    "cabinet_top: {}": "the joint's entry is empty",
     "cabinet_top: {slides: [0, 1], turns: [0, 1]}": "one of the two",
     "cabinet_top: {open: upper}": "unknown key 'open'",
 }

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from helpers.task_scenarios import attempt
+from helpers.task_scenarios import attempt, attempted
 from msgspec.structs import replace
 
 from cramlite import Engine, Trace, UserError, data_folder, failure_text, find_scenario, read_scenario
@@ -61,8 +61,8 @@ def engine() -> Engine:
 
 @pytest.mark.heavy
 @pytest.mark.parametrize("name", sorted(REFUSED))
-def test_it_is_proven(engine: Engine, name: str) -> None:
-    _, verdict, reasons = attempt(engine, name, folder="kitchen")
+def test_it_is_proven(name: str) -> None:
+    _, verdict, reasons = attempted(name, "kitchen")
     assert verdict is not None and verdict.passed, reasons
 
 
@@ -184,8 +184,8 @@ def test_what_nothing_moves_leaves_no_plan(engine: Engine, name: str) -> None:
 
 
 @pytest.mark.heavy
-def test_what_is_in_a_drawer_is_believed_in_it_when_it_is_closed(engine: Engine) -> None:
-    candidate, verdict, reasons = attempt(engine, "into_drawer", folder="kitchen")
+def test_what_is_in_a_drawer_is_believed_in_it_when_it_is_closed() -> None:
+    candidate, verdict, reasons = attempted("into_drawer", "kitchen")
     assert candidate is not None and verdict is not None and verdict.passed, reasons
     assert candidate.rollout is not None
     believed, drawer = (candidate.belief.poses[n].pose for n in ("tin", "drawer"))

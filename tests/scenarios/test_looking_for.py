@@ -12,7 +12,7 @@ from msgspec.structs import replace
 
 from cramlite import Engine
 from cramlite.model import Camera, Episode, Geom, Pose, Thing, World
-from cramlite.model.rollout import load_rollout, save_rollout
+from cramlite.model.run.rollout import load_rollout, save_rollout
 from cramlite.plugin import Candidate
 from cramlite_plugins.episodes.detection.detect import detect
 from cramlite_plugins.simulation.model.compile import compile_world

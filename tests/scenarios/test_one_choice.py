@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 from cramlite import Budget, Engine, Entry, Finished, Trace, failure_text, find_scenario, read_scenario, trace_text
 from cramlite.base.json_text import as_json, plain_json
 from cramlite.cli.main import main
-from cramlite.cli.serve import Service
-from cramlite.planning.budget import budget_of
+from cramlite.cli.serving.serve import Service
+from cramlite.planning.search.budget import budget_of
 from cramlite.plugin import UserError
 
 BLOCKS = """\

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from cramlite import Budget, Engine, Goal, Trace, failure_text, planning_problem, read_scenario
-from cramlite.planning.plan_stream import task_plans
+from cramlite.planning.symbolic.plan_stream import task_plans
 
 SCENE = """
 <mujoco><worldbody>

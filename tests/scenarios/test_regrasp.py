@@ -5,7 +5,7 @@ from __future__ import annotations
 from msgspec.structs import replace
 
 from cramlite.model import Held, Location, Motion, Place, Pose, World, initial_belief
-from cramlite.planning.state import State, renew_places, renewed
+from cramlite.planning.search.state import State, renew_places, renewed
 
 GRASP = Location("grasp(box)", "grasp", "box")
 SPOT = Place(Pose(), Pose(), thing="box")

@@ -16,7 +16,7 @@ from cramlite.model import Geom, Held, Location, Motion, Place, Pose, RobotMount
 from cramlite.plugin import Context, Grounding, Unresolvable
 from cramlite_plugins.kinematics.kinematics import forward, inverse
 from cramlite_plugins.motion_planning.cartesian import sampled
-from cramlite_plugins.motion_planning.planning_scene import scene
+from cramlite_plugins.motion_planning.scene_of_world import scene
 from cramlite_plugins.motion_planning.upright import BEFORE, Load, UprightScene, waypoints_over
 from cramlite_plugins.motions.free_motion import resolve_motion
 from cramlite_plugins.robots.ur5e import UR5E

@@ -13,18 +13,28 @@ from typing import TYPE_CHECKING
 from ...base.errors import UserError
 from ...base.run_directory import write_whole
 from ...base.value import Value
-from ...engine.expectation import Limits, RunWatch, expectation
+from ...engine.expectation import Expectation, Limits, RunWatch, expectation
+from ...engine.next_program import BACK, Stopped, attempt_of, next_program
 from ...engine.read_belief import world_as_read
+from ...engine.replanning import Attempt, Round
+from ...model.geometry import Pose
 from ...model.readings import Deviation, Notice
+from ...planning.budget import budget_of
+from ...planning.planning_problem import planning_problem
+from ...planning.task_goals import Goal
 from ...planning.trace import Trace
 from ...scenario.scenario import read_scenario
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from ...engine.engine import Engine
     from ...engine.setting import Setting
     from ...engine.solution import Solution
     from ...model.rollout import Rollout
     from ...model.world import World
+    from ...planning.budget import Budget
+    from ...plugin.protocols import Candidate
     from .protocol import Benchmark
 
 ROUNDS = 6
@@ -45,6 +55,7 @@ class Played(Value):
         rollout: of the last program.
         notices: what was noticed in each but the last, in order.
         thought: CPU time from each notice to the next program [s].
+        decisions: why each next program was chosen, in clauses.
         reason: why it was not gone on with; "" where it was not stopped.
         corrections: of poses that were read and cannot be, in clauses.
     """
@@ -52,33 +63,31 @@ class Played(Value):
     rollout: Rollout
     notices: tuple[Notice, ...]
     thought: tuple[float, ...]
+    decisions: tuple[str, ...]
     reason: str = ""
     corrections: tuple[str, ...] = ()
 
 
 def play_on(benchmark: Benchmark, engine: Engine, solution: Solution, folder: Path, twins: int) -> Played:
-    """Run a program in the benchmark's simulator; after each stop prove and run a program for the rest of the goal.
+    """Run a program in the benchmark's simulator; after each stop, and where the goal was missed, prove and run another one.
 
     Args:
         folder: for the scenes and scenarios of later rounds.
-        twins: in how many their programs are tried.
+        twins: in how many their programs are tried, but for the rest of one that was stopped.
     """
-    notices, thought, corrections, asked = list[Notice](), list[float](), list[str](), None
+    notices, thought, decisions, corrections, asked = list[Notice](), list[float](), list[str](), list[str](), None
+    setting, known, offsets = solution.setting, frozenset(solution.setting.world.notes), dict[str, Pose]()
+    attempt = attempt_of(solution.candidate, setting.world)
 
     def played(reason: str = "") -> Played:
-        return Played(rollout, tuple(notices), tuple(thought), reason, tuple(corrections))
+        return Played(done.rollout, tuple(notices), tuple(thought), tuple(decisions), reason, tuple(corrections))
 
-    known = frozenset(solution.setting.world.notes)
     for number in range(1, ROUNDS + 1):
-        code, proof = solution.candidate.code, solution.candidate.rollout
-        assert code is not None and proof is not None
         if number > 1:
-            write_whole(folder / f"round_{number}" / f"program{code.suffix}", code.text)
-        watch = RunWatch(expectation(proof, code.origins), limits=ANOTHER, asked=asked)
-        rollout = benchmark.play(code.text, solution.setting, watch)
-        notice = watch.notice if rollout.outcome == "noticed" else None
-        if rollout.outcome in STOPS:
-            notice = Notice(STOPS[rollout.outcome], float(rollout.times[-1]), rollout.reason)
+            write_whole(folder / f"round_{number}" / f"program{attempt.code.suffix}", attempt.code.text)
+        watch = RunWatch(_expected(attempt, engine, setting), limits=ANOTHER, asked=asked, offsets=offsets)
+        done = Round(attempt, benchmark.play(attempt.code.text, setting, watch))
+        notice = _noticed(done, watch) or _missed(benchmark, engine, done, folder / "end")
         if notice is None:
             return played()
         notices.append(notice)
@@ -88,32 +97,94 @@ def play_on(benchmark: Benchmark, engine: Engine, solution: Solution, folder: Pa
         if notice.kind is Deviation.STOPPED:
             return played(f"{notice}; {PERSON}")
         began = time.process_time()
-        following, why, notes = _following(benchmark, engine, _read(solution.setting, watch), folder / f"round_{number + 1}", twins)
+        following, setting, why = _following(benchmark, engine, (done, notice, watch, setting), folder / f"round_{number + 1}", twins)
         thought.append(time.process_time() - began)
-        corrections += [n for n in notes if n not in known]
+        corrections += [n for n in setting.world.notes if n not in known]
         if following is None:
             return played(f"{notice}; {why}")
-        solution = following
+        decisions.append(why)
+        attempt, offsets = following, _offsets(watch, setting.world)
     raise AssertionError("the last round returns")
 
 
-def _following(
-    benchmark: Benchmark, engine: Engine, read: World, folder: Path, twins: int
-) -> tuple[Solution | None, str, tuple[str, ...]]:
-    """Search for a program from the benchmark's present world; return the first proven one or None, the reason
-    why there is none, and the notes on corrected poses of the world."""
-    trace = Trace()
-    notes: tuple[str, ...] = ()
+def _expected(attempt: Attempt, engine: Engine, setting: Setting) -> Expectation:
+    """Return what a run should show, by its proof; the way back has none on record, and is run again."""
+    proof = attempt.candidate.rollout if attempt.candidate else None
+    if proof is None:
+        world = setting.world
+        proof = engine.knowledge.simulator.execute(
+            attempt.code.text, world, engine.knowledge.robots_of(world), mount=world.robots[0].name, seed=setting.seed
+        )
+    return expectation(proof, attempt.code.origins)
+
+
+def _noticed(done: Round, watch: RunWatch) -> Notice | None:
+    """Return the notice that says why a run did not come to its end; None if it did, or its time was over."""
+    outcome, ended = done.rollout.outcome, float(done.rollout.times[-1])
+    if outcome == "noticed":
+        return watch.notice
+    if outcome in STOPS:
+        return Notice(STOPS[outcome], ended, done.rollout.reason, done.step)
+    return None
+
+
+def _missed(benchmark: Benchmark, engine: Engine, done: Round, folder: Path) -> Notice | None:
+    """Return the notice that a program came to its end and the goal does not hold in the world as it is read at rest; else None."""
+    if done.rollout.outcome != "finished" or (done.step != BACK and holds_here(benchmark, engine, folder) is not False):
+        return None
+    benchmark.rest()
+    if holds_here(benchmark, engine, folder) is not False:
+        return None
+    return Notice(Deviation.GOAL_MISSED, float(done.rollout.times[-1]), "the program ended, and the goal does not hold", done.step)
+
+
+def holds_here(benchmark: Benchmark, engine: Engine, folder: Path) -> bool | None:
+    """Return whether the goal, as cramlite understands it, holds in the benchmark's present world; None if that cannot be told.
+
+    Args:
+        folder: for the scene and scenario of that world.
+    """
     try:
-        path, setting = benchmark.setting(engine, folder, twins, read)
-        notes = setting.world.notes
-        found = engine.resolve(read_scenario(path), setting=setting, trace=trace)
-        solution = next(found, None)
-    except UserError as error:
-        return None, str(error), notes
+        path, setting = benchmark.setting(engine, folder, 0)
+        goal = Goal(tuple(map(str, read_scenario(path).spec.goal or ())))
+        problem = planning_problem(goal, setting.symbolic(engine.knowledge.taxonomy), engine.knowledge)
+        return problem.wanted.met(problem.facts)
+    except UserError:
+        return None
+
+
+def _following(
+    benchmark: Benchmark, engine: Engine, ran: tuple[Round, Notice, RunWatch, Setting], folder: Path, twins: int
+) -> tuple[Attempt | None, Setting, str]:
+    """Return the first proven program from the benchmark's present world, or None; the setting of that world; and the reason why
+    it was chosen, or why there is none.
+
+    Args:
+        ran: a run that was stopped, why, its watcher, and the setting before it.
+    """
     from ...planning.failure import failure_text
 
-    return solution, "" if solution else failure_text(trace, engine.registry.faults), notes
+    done, notice, watch, before = ran
+    trace, setting = Trace(), before
+    try:
+        path, setting = benchmark.setting(engine, folder, twins, _read(before, watch))
+        scenario, now = read_scenario(path), setting
+
+        def search(budget: Budget) -> Iterator[Candidate]:
+            return (s.candidate for s in engine.resolve(scenario, setting=now, budget=budget, trace=trace))
+
+        stopped = Stopped(done, notice, watch, setting, setting.world)
+        budgets = (budget_of(scenario),) * 2  # an episode's actions are few: the arm goes back where no search helps
+        found, why = next_program(stopped, search, budgets, engine.knowledge, setting.seed, trace)
+    except UserError as error:
+        return None, setting, str(error)
+    return found, setting, why if found else f"{why} {failure_text(trace, engine.registry.faults)}"
+
+
+def _offsets(watch: RunWatch, believed: World) -> dict[str, Pose]:
+    """Return the believed pose of each thing that was read, in the frame of its pose as read last."""
+    read = (watch.last.poses if watch.last else None) or {}
+    return {t.name: read[t.name].inverse() * t.pose for t in believed.things if t.name in read}
 
 
 def _read(before: Setting, watch: RunWatch) -> World:

@@ -19,19 +19,17 @@ from ...base.value import Value
 from ...engine.engine import Engine
 from ...engine.setting import Setting
 from ...engine.solution import Solution
-from ...model.readings import Notice
-from ...model.rollout import save_rollout
-from ...model.verdict import ADVICE
+from ...model.run.readings import Notice
+from ...model.run.rollout import save_rollout
+from ...model.run.verdict import ADVICE
 from ...planning.diagnosis import nearest_miss
 from ...planning.failure import failure_text
-from ...planning.planning_problem import planning_problem
-from ...planning.task_goals import Goal
 from ...planning.trace import Trace
 from ...plugin.selection import INSTALLED, PluginChoice
 from ...scenario.scenario import read_scenario
 from ..page import jpeg, last_picture
 from ..store import MOVED
-from .going_on import play_on
+from .going_on import holds_here, play_on
 from .protocol import Benchmark, connect
 from .results import BENCHMARK_DIED, Attempt, EpisodeResult, plain_reason
 from .spec import BenchmarkExperiment, Episode
@@ -167,12 +165,14 @@ def _attempt(trial: Trial, benchmark: Benchmark, engine: Engine, solution: Solut
     write_whole(trial.folder / MOVED, name)
     notices: tuple[Notice, ...] = ()
     thought: tuple[float, ...] = ()
+    decisions: tuple[str, ...] = ()
     corrections: tuple[str, ...] = ()
     waited = 0
     try:
         if trial.experiment.suite(trial.episode.suite).watched:
             played = play_on(benchmark, engine, solution, trial.folder, trial.twins)
-            rollout, notices, thought, corrections = played.rollout, played.notices, played.thought, played.corrections
+            rollout, notices, thought = played.rollout, played.notices, played.thought
+            decisions, corrections = played.decisions, played.corrections
             rollout = replace(rollout, reason=played.reason or rollout.reason)
             waited = round(sum(thought) / float(rollout.times[1] - rollout.times[0])) if len(rollout.times) > 1 else 0
         else:
@@ -184,27 +184,15 @@ def _attempt(trial: Trial, benchmark: Benchmark, engine: Engine, solution: Solut
     except UserError as error:
         _end(benchmark)
         return Attempt(outcome=BENCHMARK_DIED if isinstance(error, ProcessGone) else BROKEN_OFF, reason=str(error))
-    ours = None if rested.success else _holds_here(benchmark, engine, trial)
+    ours = None if rested.success else holds_here(benchmark, engine, trial.folder / "end")
     proof = solution.candidate.rollout if trial.pictures else None
     seen, believed = benchmark.picture() if trial.pictures else b"", last_picture(proof, engine.knowledge, PICTURE) if proof else b""
     return Attempt(
         outcome=rollout.outcome, reason=rollout.reason, first=rested.first, rest=rested.success, steps=ended.steps, ours=ours,
         picture=_kept(trial.folder / f"{name}.png", seen), believed=_kept(trial.folder / f"{name}_believed.jpg", believed),
-        changed=ended.changed, avoided=rested.avoided, notices=notices, thought=thought, corrections=corrections,
-        waited=waited,
+        changed=ended.changed, avoided=rested.avoided, notices=notices, thought=thought, decisions=decisions,
+        corrections=corrections, waited=waited,
     )  # fmt: skip
-
-
-def _holds_here(benchmark: Benchmark, engine: Engine, trial: Trial) -> bool | None:
-    """Whether the goal, as cramlite understands it, holds in the benchmark's present world; None if that cannot
-    be told."""
-    try:
-        path, setting = benchmark.setting(engine, trial.folder / "end", 0)
-        goal = Goal(tuple(map(str, read_scenario(path).spec.goal or ())))
-        problem = planning_problem(goal, setting.symbolic(engine.knowledge.taxonomy), engine.knowledge)
-        return problem.wanted.met(problem.facts)
-    except UserError:
-        return None
 
 
 def _kept(path: Path, picture: bytes) -> str:

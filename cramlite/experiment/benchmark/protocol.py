@@ -12,9 +12,9 @@ from typing import Protocol
 from ...base.errors import UserError
 from ...engine.engine import Engine
 from ...engine.setting import Setting
-from ...model.readings import Watch
-from ...model.rollout import Rollout
-from ...model.world import World
+from ...model.run.readings import Watch
+from ...model.run.rollout import Rollout
+from ...model.world.world import World
 
 CONNECT = "connect"
 """Function of an experiment's file that returns its benchmark, or says how its environment is installed."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from msgspec import field
 
 from ...base.value import Value
-from ...model.readings import Notice
+from ...model.run.readings import Notice
 
 BENCHMARK_DIED = "benchmark died"
 """Outcome of an attempt during which the benchmark's process died or hung, and the class of such episodes."""
@@ -31,6 +31,7 @@ class Attempt(Value, kw_only=True):
         avoided: whether what must not be moved was not, until things were at rest; None where nothing must not.
         notices: what was noticed, where the suite is watched.
         thought: CPU time from each notice to the next program [s].
+        decisions: why each next program was chosen, in clauses.
         corrections: of poses that were read and cannot be, in clauses.
         waited: actions that would pass while it thought, by that time.
     """
@@ -47,6 +48,7 @@ class Attempt(Value, kw_only=True):
     avoided: bool | None = None
     notices: tuple[Notice, ...] = ()
     thought: tuple[float, ...] = ()
+    decisions: tuple[str, ...] = ()
     corrections: tuple[str, ...] = ()
     waited: int = 0
 

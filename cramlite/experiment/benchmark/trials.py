@@ -7,7 +7,7 @@ from typing import Any
 
 from ...base.resources import data_folder
 from ...base.value import Value
-from ...model.proof_doubts import ProofDoubts
+from ...model.twins.proof_doubts import ProofDoubts
 from ...plugin.registry import Registry
 from ...plugin.selection import INSTALLED, PluginChoice
 from ..figure import Published

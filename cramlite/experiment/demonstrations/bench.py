@@ -14,7 +14,7 @@ from ...base.value import Value
 from ...engine.engine import Engine
 from ...engine.executor import Executor
 from ...engine.proof import findings_of
-from ...planning.budget import Budget
+from ...planning.search.budget import Budget
 from ...plugin.protocols import Candidate
 from ...plugin.selection import INSTALLED, PluginChoice
 from ...scenario.scenario import Scenario, read_scenario

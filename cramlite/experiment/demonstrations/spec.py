@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from ...base.spec import Name, Spec
 from ...base.value import Value
 from ...base.yaml_file import line_of
-from ...planning.budget import Budget, budget_from
+from ...planning.search.budget import Budget, budget_from
 from ...scenario.error_spec import ErrorSpec, ProofSpec
 from ..experiment_file import ExperimentFile, read_spec
 

@@ -9,10 +9,10 @@ from ...engine.executor import ExecutorDied
 from ...engine.executor_group import DEATHS
 from ...engine.setting import Setting
 from ...engine.solution import Solution
-from ...model.error_model import NO_ERRORS
-from ...model.proof_doubts import ProofDoubts
-from ...model.rollout import Rollout
-from ...model.world import World
+from ...model.run.rollout import Rollout
+from ...model.twins.error_model import NO_ERRORS
+from ...model.twins.proof_doubts import ProofDoubts
+from ...model.world.world import World
 from ...plugin.protocols import Candidate
 from ...scenario.twin import draw_twin
 from ..page import last_picture

@@ -39,7 +39,7 @@ class BoardSpec(Spec):
     @model_validator(mode="after")
     def _fits(self) -> BoardSpec:
         if not self.marker < self.square:
-            raise ValueError("'marker' is the side of a marker and smaller than 'square', from one marker to the next")
+            raise ValueError("'marker', the side of a marker, must be smaller than 'square', the distance from one marker to the next")
         return self
 
     @property

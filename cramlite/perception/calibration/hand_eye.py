@@ -145,7 +145,7 @@ def _turned_enough(stations: Sequence[Station], mount: str) -> None:
     how = "the hand" if mount == "flange" else "the hand with the board"
     raise UserError(
         f"The {len(stations)} pictures do not tell where the camera is: {how} turned by {first:.1f} deg about one axis ({axis} of the "
-        f"flange), and by {second:.1f} deg about any other, so that the position along that axis is open. Tilt {how} by 15 to 40 deg "
+        f"flange), and by {second:.1f} deg about any other, so that the position along that axis is unknown. Tilt {how} by 15 to 40 deg "
         "about two axes."
     )
 

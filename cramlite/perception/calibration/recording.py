@@ -90,7 +90,7 @@ def read_spec(folder: Path) -> RecordingSpec:
     path = folder / FILE
     if not path.is_file():
         raise UserError(
-            f"{folder}: there is no {FILE}, which says board, robot and where it was in each picture; "
+            f"{folder}: there is no {FILE}, which describes the board, the robot and its position in each picture; "
             "docs/how-to/calibrate.md has one to copy."
         )
     data = load_yaml(path)

@@ -34,7 +34,7 @@ class Drawn:
         text, state = folder / "problem.bddl", folder / "state.txt"
         digest = hashlib.blake2b(text.read_bytes() + state.read_bytes(), digest_size=4).hexdigest()
         if digest != facts["digest"]:
-            raise ValueError(f"the files of problem {seed} are not those that were drawn")
+            raise ValueError(f"the files of problem {seed} were altered since the problem was drawn")
         name = f"{digest} {facts['kind']}: {facts['words']}"
         return Task(name, facts["words"], "Libero", "", str(text), "")
 

@@ -178,10 +178,11 @@ def _in_order(
             cost = grip.cost + AGAIN * k + PER_RADIAN * angle + PER_LOAD * min(max(load - 1.0, 0.0), MOST_LOAD)
             found.append((cost, grip, Grasp(grip, at, min(grip.width + SLACK, most), load, name)))
     hands, openings = antipodal.Hands.at([g.at for *_, g in found]), np.array([g.opening for *_, g in found])
-    own, others = room.blocked(hands, openings, CLEARANCE)
+    own = room.meets(room.own, hands, openings, 0.0)
     up = antipodal.Hands(hands.positions + LIFTED * belief.base().inverse().rotate((0.0, 0.0, 1.0)), hands.turns)
-    others |= room.blocked(hands.moved(-STANDOFF), openings, CLEARANCE)[1] | room.blocked(up, openings, CLEARANCE)[1]
-    others |= room.in_a_hole(hands, most)  # when it opens around what is threaded
+    others = room.in_a_hole(hands, most)  # when it opens around what is threaded
+    for there in (hands, hands.moved(-STANDOFF), up):
+        others |= room.meets(room.others, there, openings, CLEARANCE)
     kinds = (1, 0, 2) if goes_in_tilted(thing.name, belief, context) else (0, 1, 2)
     shut_out = ~comes_in(thing, belief, context, hands, openings, ~own & ~others)
     alike: dict[tuple[bool, int, bool], list[tuple[float, Grip, Grasp]]] = {}

@@ -82,11 +82,6 @@ class HandRoom(Value, dict=True):
             found |= _reaches_into(self.holes, hands, part, 0.0)
         return found
 
-    def blocked(self, hands: Hands, openings: Floats, distance: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Check for each TCP pose (n,) whether the hand would be inside the thing, and whether it would be
-        too near to other bodies."""
-        return self.meets(self.own, hands, openings, 0.0), self.meets(self.others, hands, openings, distance)
-
     def meets(self, shape: rays.Body, hands: Hands, openings: Floats, distance: float) -> NDArray[np.bool_]:
         """Check at which TCP poses (n,) the hand, opened by ``openings`` (n,) [m], is nearer to a shape than
         a distance [m]."""

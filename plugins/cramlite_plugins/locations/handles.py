@@ -97,10 +97,10 @@ def check_way(location: Location, thing: Thing, belief: Belief, context: Context
         drives = context.limits.may_push and not isinstance(driven_along(thing, value, goal, belief, context), Refused)
         if drives and asked(location, Handle).drives:
             return
-        there = {name for entry in met.blocking or () for name in ((entry,) if isinstance(entry, str) else entry)}
-        put = (n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing in there and v.leaves_thing)
-        ways = led_by(location, context) if drives else ()  # else moving what is in the way is all that helps
-        raise Unresolvable(met.reason, (location.of or "", *put, *ways), blocking=met.blocking, collision=met.collision, remedy=met.remedy)
+        put = (n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing in met.in_the_way and v.leaves_thing)
+        levers = belief.world.mounted_on(thing.name)  # one of them may free the way
+        ways = led_by(location, context) if drives or levers else ()  # else moving what is in the way is all that helps
+        raise met.impossible(met.reason, (location.of or "", *put, *ways))
 
 
 def _held(name: str, place: Place, cost: float) -> Grounding:
@@ -151,7 +151,7 @@ def turn_on(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     if joint.kind != "hinge" or not 0.0 <= share <= 1.0:
         left = math.degrees((1.0 - there if by > 0 else there) * (joint.upper - joint.lower))
         said = f"{math.degrees(abs(by)):.0f} deg are asked for, {left:.0f} deg are left" if joint.kind == "hinge" else "it slides"
-        raise Unresolvable(f"'{thing.name}' cannot be turned so: {said}", causes(location, context), blocking=())
+        raise Unresolvable(f"'{thing.name}' cannot be turned as asked: {said}", causes(location, context), blocking=())
     yield _led(thing, joint, belief, context, now, share, 0.0, 0.0)
 
 

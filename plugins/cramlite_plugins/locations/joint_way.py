@@ -10,9 +10,10 @@ import shapely
 from msgspec.structs import replace
 
 from cramlite.model import Belief, Floats, Held, Pose, Thing
-from cramlite.plugin import Context, InTheWay, Refused, checkpoint
+from cramlite.plugin import Context, Refused, checkpoint
 
 from ..motion_planning.reach import make_scene
+from ..motion_planning.space import all_of
 from ..shapes.bounds import lowest
 from ..shapes.carried_along import carried_along, gone_along
 from ..shapes.surfaces import standing
@@ -35,8 +36,7 @@ def met_on_its_way(thing: Thing, value: float, goal: float, belief: Belief, cont
         return None
     gone, first = min(met.items(), key=lambda found: found[0])
     far = f"{1000 * gone:.0f} mm" if thing.joint.kind == "slide" else f"{math.degrees(gone):.0f} deg"
-    said, every = f"after {far} of its own motion {first.reason}", _all_of([no.blocking for no in met.values()])
-    return replace(first, reason=said, blocking=every)
+    return replace(first, reason=f"after {far} of its own motion {first.reason}", blocking=all_of(met.values()))
 
 
 def _met(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> dict[float, Refused]:
@@ -70,15 +70,17 @@ def driven_along(thing: Thing, value: float, goal: float, belief: Belief, contex
     """Return the distance by which a level drawer pushes each loose thing ahead of it between two joint
     values [m]; {} if it pushes none.
 
-    A refusal if one would be pushed into another thing, or tip over.
+    A refusal if one would be pushed into another thing or out of its container, or tip over.
     """
     assert thing.joint is not None
     found, after, line = dict[str, float](), belief, _direction(thing, goal - value, belief)
     while met := _met(thing, value, goal, after, context):
         gone, first = min(met.items(), key=lambda one: one[0])
-        names = {name for entry in first.blocking or () for name in ((entry,) if isinstance(entry, str) else entry)}
+        names = first.in_the_way
         if thing.joint.kind != "slide" or abs(line[2]) > LEVEL or not names or names & found.keys():
             return first
+        if inside := next((name for name in sorted(names) if belief.relates("in", name)), ""):
+            return replace(first, reason=f"{first.reason}; '{inside}' is in '{belief.relates('in', inside)}', and not pushed out of it")
         if tips := next((name for name in sorted(names) if _tips(name, thing, line, after)), ""):
             return replace(first, reason=f"{first.reason}; pushed along, '{tips}' would tip over")
         found |= dict.fromkeys(names, abs(goal - value) - gone + AHEAD)
@@ -118,12 +120,3 @@ def _driven_into(name: str, way: Floats, along: tuple[str, ...], begin: Belief, 
     poses = [Pose((float(x), float(y), float(z)), start.quaternion) for x, y, z in ways]
     no = next((no for no in _met_at(poses, name, end, context, along) if no), None)
     return no and replace(no, reason=f"'{name}', pushed along, would be {no.reason}")
-
-
-def _all_of(blocking: Sequence[InTheWay]) -> InTheWay:
-    """Return the things that must all be moved to free the whole way, as one set; () if no task can move some
-    obstacle on it."""
-    if not all(blocking):
-        return ()
-    entries = (entry for entries in blocking for entry in entries or ())
-    return (tuple(sorted({name for entry in entries for name in ((entry,) if isinstance(entry, str) else entry)})),)

@@ -46,7 +46,7 @@ def freeing(location: Location, lever: Thing, least: float, now: Pose, belief: B
     assert lever.joint is not None
     joint, begin = lever.joint, joint_value(belief, lever.name, now)
     if _met(lever, begin, least, now, belief, context) is None:
-        raise Unresolvable(f"'{lever.joint.parent}' is free as '{lever.name}' is", (location.of or "",), blocking=())
+        raise Unresolvable(f"'{lever.joint.parent}' can be opened with '{lever.name}' as it is", (location.of or "",), blocking=())
     found = list[float]()
     for end in (joint.upper, joint.lower):
         way = end - begin

@@ -49,7 +49,7 @@ def _grounded(entity: str, wanted: Object, belief: Belief, context: Context) -> 
     """
     there = [t.name for t in belief.world.things]
     if thing_of(entity) not in there:  # it was taken away since the task was given
-        return Refused(entity, f"it is not in the believed world, which has {', '.join(there) or 'nothing'}", blocking=())
+        return Refused(entity, f"no thing of this name is in the believed world, which has {', '.join(there) or 'nothing'}", blocking=())
     fit = _fit(entity, wanted, belief, context)
     if isinstance(fit, Refused):
         return fit
@@ -69,7 +69,7 @@ def _fit(entity: str, wanted: Object, belief: Belief, context: Context) -> Groun
     if taken is not None:
         few = _too_few(wanted, belief, context)
         remedy = Remedy(f"few {wanted.name}", f"'{wanted.name}' has nothing left{few}") if few else None
-        return Refused(entity, f"it has another role already: {taken}{few}", because=(taken,), remedy=remedy)
+        return Refused(entity, f"the entity has another role already: {taken}{few}", because=(taken,), remedy=remedy)
     has = [own] if feature else [f.type for f in belief.world.features_of(thing.name)]
     for need in wanted.features:
         if not any(classes.is_a(f, need) for f in has):

@@ -115,10 +115,9 @@ def insert(location: Location, belief: Belief, context: Context) -> Iterator[Gro
         answers.append(answer)
         yield answer
     if isinstance(no := answers[-1], Refused):
-        said = f"the hole cannot be led onto the peg: {no.reason}"
         blocked = any(isinstance(r, Refused) and r.blocking for r in answers)
         because = causes(location, context) if blocked else _held_so(location, belief, context)
-        raise Unresolvable(said, because, blocking=no.blocking, collision=no.collision, remedy=no.remedy)
+        raise no.impossible(f"the hole cannot be led onto the peg: {no.reason}", because)
 
 
 def _held_so(location: Location, belief: Belief, context: Context) -> tuple[str, ...]:

@@ -35,7 +35,7 @@ def followed(location: Location, belief: Belief, context: Context) -> Iterator[G
         return
     frame = path.anchor.frame((f.type, f.pose, f.size) for f in about.features)
     if frame is None:
-        raise Unresolvable(f"'{about.name}' has no {path.anchor.part}, about which the path was shown", (location.of or "",))
+        raise Unresolvable(f"'{about.name}' has no {path.anchor.part}, relative to which the path was demonstrated", (location.of or "",))
     pose, hand, under = reference_pose(belief, location, context) * frame[0], belief.held.tcp_to_thing.inverse(), foot(thing.geoms)
     touching = (about.name,) if path.touching else ()
     turns = TURNS if path.heading is None else _aimed(thing, now, path.heading + _yaw(pose))

@@ -93,7 +93,7 @@ def ground(
 ) -> Ground:
     """Build the planning scene of a mobile robot with its arm at a joint position [rad].
 
-    ``poses``, ``held`` and ``opening`` are as for ``planning_scene.scene``.
+    ``poses``, ``held`` and ``opening`` are as for ``scene_of_world.scene``.
 
     Raises:
         ValueError: the robot has no platform.

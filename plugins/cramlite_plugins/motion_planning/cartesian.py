@@ -86,7 +86,7 @@ def _refused(said: str, motion: Motion, belief: Belief, context: Context, no: Re
     """
     pair = no.collision.pair if no.collision else ()
     if motion.to is None or no.collision is None or any(thing_of(n) == no.collision.robot for n in pair):
-        return Unresolvable(said, blocking=no.blocking, collision=no.collision, remedy=no.remedy)
+        return no.impossible(said)
     things = {thing_of(n) for n in pair}
     on_joint = {t.name for t in belief.world.things if t.joint is not None} & things if HAND not in things else set()
     places = (n for n, v in context.bindings.items() if isinstance(v, Place) and (n == motion.to.name or v.thing not in on_joint))

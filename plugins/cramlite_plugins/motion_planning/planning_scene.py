@@ -26,16 +26,14 @@ import numpy as np
 from msgspec import field
 from msgspec.structs import replace
 
-from cramlite.model import Collision, Floats, Pose, Robot, Value, World
+from cramlite.model import Collision, Floats, Pose, Robot, Value
 from cramlite.plugin import Refused
 
-from ..simulation.model.build import Carried
 from ..simulation.model.compile import Compiled
 from ..simulation.model.index import RobotIndex
 from .inflated import Inflated, inflated
 from .joint_line import JointBlend, JointLine, Part, rates
-from .pairs import Movers, Pairs, required_distances
-from .planning_models import arm_movers, inflated_model, planning_model
+from .pairs import Movers
 from .space import refusal
 
 Joints = tuple[float, ...]
@@ -111,7 +109,7 @@ class PlanningScene(Value):
         """Return the same scene with the fingers open by some distance [m]."""
         data = self.compiled.places()
         self.index.set_opening(data, opening)
-        return replace(self, data=data, joints=_joints(data, self.index), opening=opening, known={})
+        return replace(self, data=data, joints=joint_view(data, self.index), opening=opening, known={})
 
     def free(self, q: Position) -> bool:
         """Check whether the joints are inside their limits and every pair keeps its required distance."""
@@ -254,7 +252,7 @@ class PlanningScene(Value):
         data.qpos[:] = self.data.qpos
         for name, pose in poses.items():
             self.compiled.place(data, name, pose)
-        return replace(self, data=data, joints=_joints(data, self.index), displaced={**self.displaced, **poses}, anchors=(), known={})
+        return replace(self, data=data, joints=joint_view(data, self.index), displaced={**self.displaced, **poses}, anchors=(), known={})
 
     def tcp(self, q: Position) -> Pose:
         """Return the pose of the tcp in the world frame."""
@@ -269,13 +267,19 @@ class PlanningScene(Value):
         return np.array(self.data.site_xpos[self.index.tcp])
 
     def _inside(self, q: Position) -> bool:
-        return all(low <= value <= high for value, (low, high) in zip(q, self.limits, strict=True))
+        for value, (low, high) in zip(q, self.limits, strict=True):  # noqa: SIM110  a generator takes twice as long
+            if not low <= value <= high:
+                return False
+        return True
 
     def _keeps(self, q: Position) -> bool:
         """Whether at a joint position every pair of bodies keeps its required distance."""
         self._place(q)
-        near = self.levels[0].near(self.data)
-        return not near or all(d >= self.need.item(g, h) or d >= self._needed(q, g, h) for g, h, d in self._measured(near))
+        if near := self.levels[0].near(self.data):
+            for g, h, d in self._measured(near):
+                if d < self.need.item(g, h) and d < self._needed(q, g, h):
+                    return False
+        return True
 
     def _look(self, q: Position, level: Inflated) -> Iterator[tuple[int, int, float]]:
         """Pairs (one, other, distance) that may not touch and whose shapes meet at a joint position when
@@ -341,7 +345,9 @@ class PlanningScene(Value):
                 need = self._needed(q, g, h)
                 if d < need:
                     return None
-            clear = min(clear, (d - min(need, KEPT * need)) / max(between.item(g, h), TINY))
+            nearer, kept = between.item(g, h), KEPT * need if need > 0.0 else need
+            clear_here = (d - kept) / (nearer if nearer > TINY else TINY)
+            clear = clear_here if clear_here < clear else clear
         if clear >= half or (high - low) * line.size < SMALLEST:
             return []
         count = max(1, math.ceil((half - clear) / (2 * reach)))
@@ -362,68 +368,10 @@ class PlanningScene(Value):
         return next((at for p in halves if (at := self._first(line, p)) is not None), None)
 
 
-def _joints(data: Any, index: RobotIndex) -> Floats:
+def joint_view(data: Any, index: RobotIndex) -> Floats:
     """The joint positions (n,) of a robot in MuJoCo's state, as an array that shares its memory: writing to
     it moves the joints."""
     joints: Floats = data.qpos[index.joints[0] : index.joints[0] + len(index.joints)]
     return joints
 
 
-def _farthest(clearance: float, wider: Mapping[str, float]) -> float:
-    """Return the largest distance that any pair must keep [m]; refuse one above ``HORIZON``, the largest that
-    is measured."""
-    most = clearance + max(wider.values(), default=0.0)
-    if not 0 <= clearance <= most <= HORIZON:
-        raise ValueError(f"clearance {clearance} m and {dict(wider)}; it must lie between 0 and {HORIZON} m")
-    return most
-
-
-def scene(
-    world: World,
-    robots: Mapping[str, Robot],
-    mount: str,
-    *,
-    poses: Mapping[str, Pose] | None = None,
-    held: Mapping[str, Pose] = MappingProxyType({}),
-    opening: float | None = None,
-    allowed: Pairs = frozenset(),
-    clearance: float = CLEARANCE,
-    wider: Mapping[str, float] = MappingProxyType({}),
-) -> PlanningScene:
-    """Build a planning scene of a world.
-
-    Args:
-        robots: descriptions by type name.
-        mount: the name of the robot that moves; others stay at home.
-        poses: where things are now, in the world frame; those not named are where the world has them.
-        held: thing -> its pose in the tcp frame: moves with the tool and may touch the gripper.
-        opening: distance between the pads [m]; None is fully open.
-        allowed: unordered pairs of names that may touch: "thing", "thing/part", "effector", "effector/left", "arm" or
-            "mount/link". A pair allows every part of what it names.
-        clearance: distance that every other pair must keep [m], up to ``HORIZON``.
-        wider: thing -> what is kept from it beyond the clearance [m]; both together up to ``HORIZON``.
-
-    Raises:
-        UserError: the world does not compile.
-        ValueError: the clearance is negative or above the horizon.
-        KeyError: there is no such robot or thing.
-    """
-    most = _farthest(clearance, wider)
-    for name in [*(poses or {}), *held]:
-        world.thing(name)
-    placed = world.moved(dict(poses or {}))
-    carried = {name: Carried(mount, pose) for name, pose in held.items()}
-    kept = planning_model(world, robots, carried)
-    compiled = replace(kept, world=placed)
-    index, data = compiled.robots[mount], compiled.places()
-    width = index.reach[1] if opening is None else opening
-    index.set_opening(data, width)
-    movers = arm_movers(kept, mount)
-    first = int(np.flatnonzero(compiled.model.jnt_qposadr == index.joints[0])[0])
-    need = required_distances(compiled, movers, allowed, clearance, wider)
-    distances = (most, *(v for v in LEVELS if v > most))
-    levels = tuple(inflated_model(kept, mount, v) for v in distances)
-    displaced = {name: pose for name, pose in (poses or {}).items() if pose != world.thing(name).pose and name not in held}
-    return PlanningScene(
-        compiled, index, data, _joints(data, index), need, movers, first, levels, KEPT * most, [0], width, held, displaced
-    )  # fmt: skip

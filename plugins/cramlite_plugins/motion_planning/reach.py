@@ -15,7 +15,8 @@ from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from ..kinematics.kinematics import forward, inverse, why_no_inverse
 from ..shapes.mounts import mounts
 from .planner import in_the_way
-from .planning_scene import PlanningScene, scene
+from .planning_scene import PlanningScene
+from .scene_of_world import scene
 from .space import refusal
 from .too_far import no_inverse
 
@@ -41,7 +42,7 @@ def held_pose(belief: Belief, context: Context) -> Pose:
         Unresolvable: nothing is held.
     """
     if belief.held is None:
-        raise Unresolvable("nothing is held that could be brought there")
+        raise Unresolvable("the hand holds no payload")
     return tcp(belief, context) * belief.held.tcp_to_thing
 
 
@@ -165,7 +166,7 @@ def traverse(
         there = collision_free_ik(place, context, pose, seed)
         if isinstance(there, Refused):
             said = f"corner {k} of {len(path)} of '{name}': {there.reason}"
-            raise Unresolvable(said, causes(location, context), blocking=there.blocking, collision=there.collision, remedy=there.remedy)
+            raise there.impossible(said, causes(location, context))
         seed = there
     return Grounding(Place(path[0], path[0], path=path, thing=bound(context, location.of)), name, cost, key=name)
 

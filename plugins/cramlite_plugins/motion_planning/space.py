@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Protocol
 
 from cramlite.model import Collision, Floats, Remedy, Value
@@ -72,6 +72,15 @@ class Probed(Value):
     def line_free(self, a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> bool:
         """Check places on a straight joint-space line from a free position, and its end."""
         return self.space.line_probed(a, b)
+
+
+def all_of(stopped: Collection[Refused]) -> tuple[tuple[str, ...], ...]:
+    """Return the things that must all be moved to free a way on which several refusals lie, as one set; () if no task can move
+    some obstacle on it."""
+    if not all(no.blocking for no in stopped):
+        return ()
+    return (tuple(sorted(frozenset[str]().union(*(no.in_the_way for no in stopped)))),)
+
 
 def refusal(
     reason: str, *, blocking: InTheWay = (), collision: Collision | None = None, remedy: Remedy | None = None, **numbers: float

@@ -12,8 +12,8 @@ from ..shapes.carried_along import carried_along
 
 
 def tangent(belief: Belief, context: Context) -> Floats | None:
-    """Return the unit vector (3,) in the base frame along which the spring of a held thing's joint pulls the
-    hand; None without a spring."""
+    """Return the direction in which the spring in a held thing's joint pulls the hand, as a unit vector (3,) in the base
+    frame; None if the joint has no spring."""
     from ..motion_planning.reach import held_pose, tcp
 
     joint = belief.world.thing(belief.held.thing).joint if belief.held else None

@@ -11,7 +11,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import Belief, Hang, Motion, MoveLinear, Pose
-from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
+from cramlite.plugin import Answers, Context, Grounding, Refused, hookimpl
 
 from .free_motion import because, place_of
 from .motion_kinds import value, word
@@ -74,5 +74,5 @@ def _line(motion: Motion, belief: Belief, tcp_to_thing: Pose, target: Pose, cont
     found = plan_straight_line(scene, context.robot, belief.joints, [target])
     if isinstance(found, Refused):
         said = f"no straight line to {motion.to}, along which the payload swings: {found.reason}"
-        raise Unresolvable(said, because(motion, belief, context), blocking=found.blocking, collision=found.collision, remedy=found.remedy)
+        raise found.impossible(said, because(motion, belief, context))
     return found.points

@@ -9,7 +9,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from cramlite.model import Belief, Joints, Motion, Pose, Repeat, Tilt
-from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
+from cramlite.plugin import Answers, Context, Grounding, Refused, hookimpl
 
 from .motion_kinds import value, word
 
@@ -92,8 +92,7 @@ def _through(
     for pose in poses:
         part = plan_straight_line(scene, context.robot, points[-1], pose)
         if isinstance(part, Refused):
-            said, about = f"'{motion.name}' {where}: {part.reason}", (motion.to.name if motion.to else "",)
-            raise Unresolvable(said, about, blocking=part.blocking, collision=part.collision, remedy=part.remedy)
+            raise part.impossible(f"'{motion.name}' {where}: {part.reason}", (motion.to.name if motion.to else "",))
         points.append(part.points[-1])
     return points
 

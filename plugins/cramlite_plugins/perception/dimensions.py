@@ -67,7 +67,7 @@ def shape(inputs: Inputs) -> Mapping[str, Any]:
     points = np.asarray(inputs["points"], dtype=float)
     points = points[:: max(1, len(points) // 800)]
     if len(points) < inputs.parameters["least"]:
-        raise Unresolvable(f"{len(points)} points do not show a shape")
+        raise Unresolvable(f"{len(points)} points are too few to recognise a shape")
     found = extents(points)
     if min(found.height, found.width, found.depth) < 0.05 * found.longest:
         return {"shape": Judged("flat", 0.8, f"{1000 * min(found.height, found.depth):.0f} mm thick")}

@@ -301,7 +301,7 @@ def _threading(person: Performer, world: World, thing: Thing, hanger: Thing) -> 
     hole, peg = thing.feature("vrps:Hole"), hanger.feature("vrps:Peg")
     if hole is None or peg is None:
         lacks = f"'{thing.name}' has no hole (vrps:Hole)" if hole is None else f"'{hanger.name}' has no peg (vrps:Peg)"
-        raise UserError(f"the simulated hand cannot thread here: {lacks}")
+        raise UserError(f"the simulated hand cannot thread a hole on or off a peg: {lacks}")
     return Scene(world, thing, hole, hanger, peg, hanger, peg)
 
 

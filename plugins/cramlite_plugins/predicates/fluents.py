@@ -223,7 +223,7 @@ def _joints(scene: SymbolicWorld) -> Iterator[tuple[Thing, float]]:
     """Things with a joint, and their opening as a share of its range."""
     for thing in scene.world.things:
         if (joint := thing.joint) is not None and _hanger(thing, scene) is None:
-            yield thing, (joint.value - joint.lower) / (joint.upper - joint.lower)
+            yield thing, joint.opening(joint.value)
 
 
 def _two_in_hand(_scene: SymbolicWorld, fact: Fact, other: Fact) -> bool:

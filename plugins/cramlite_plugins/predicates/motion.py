@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from cramlite.model import Floats
+from cramlite.model import Floats, opened
 from cramlite.plugin import Phase, PhaseName, Predicate, Row, Timeline
 
 from . import fluents, unknowns
@@ -329,7 +329,7 @@ def _joints(phase: Phase, thing: str | None) -> Iterator[tuple[str, Floats]]:
     """Yield each thing that has a joint, with the joint's values during the phase as shares of the joint's range.
 
     The episode's extra "joint:<thing>" holds the values at the extra "times"; the range is the
-    entity's properties joint_lower and joint_upper.
+    entity's properties joint_lower and joint_upper; it is closed at joint_closed, else at the lower end.
     """
     extras = phase.episode.extras
     for key, values in extras.items():
@@ -339,4 +339,4 @@ def _joints(phase: Phase, thing: str | None) -> Iterator[tuple[str, Floats]]:
             lower = limits.get("joint_lower", float(values.min()))
             upper = limits.get("joint_upper", float(values.max()))
             if upper > lower:
-                yield name, (_values_over(extras["times"], values, phase) - lower) / (upper - lower)
+                yield name, opened(_values_over(extras["times"], values, phase), lower, upper, limits.get("joint_closed", lower))

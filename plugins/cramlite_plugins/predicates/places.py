@@ -49,7 +49,7 @@ def all_predicates() -> tuple[Predicate, ...]:
             possible=lambda timeline: len(tips(timeline)) > 1, unknown=unknowns.no_fingers,
         ),
         Predicate(
-            "in_or_above", 2, in_or_above, cost=5, doc="A thing is over the footprint of another, not below its floor.",
+            "in_or_above", 2, in_or_above, cost=5, doc="A thing is over the footprint of another, not below its floor, or in its cavity.",
             fluent=fluents.IN_OR_ABOVE, unknown=unknowns.no_box,
         ),
         Predicate(
@@ -159,11 +159,18 @@ def _meets(one: Floats, two: Floats, low: Vector3, high: Vector3) -> bool:
 
 def in_or_above(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
     """Evaluate in_or_above(Thing, Place): the thing's origin is over the bottom of the place's box and, seen
-    from above, within the box.
+    from above, within the box; or it is in a cavity of the place.
 
     Thing's origin, in Place's frame, is within its box seen from above and over its bottom. Places without a size are
-    left out.
+    left out. A cavity may reach below the box: that of a shelf without a bottom ends on the table.
     """
+    over = dict.fromkeys(_over_boxes(phase, name, place))
+    yield from over
+    yield from (row for row in in_cavity(phase, name, place) if row not in over)
+
+
+def _over_boxes(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
+    """Pairs of a thing and a place whose box is below the thing's origin, or around it."""
     for below in [place] if place is not None else things(phase):
         corners = box_of(phase, below)
         if corners is None:

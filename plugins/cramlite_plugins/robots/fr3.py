@@ -47,7 +47,7 @@ def standard(modified: tuple[DhRow, ...]) -> tuple[DhRow, ...]:
         ValueError: the first row turns or shifts, which a standard table cannot say; or the flange does.
     """
     if modified[0][::2] != (0.0, 0.0) or modified[-1][::2] != (0.0, 0.0):
-        raise ValueError("the first row and the flange of a modified table must have a = alpha = 0")
+        raise ValueError("the first row and the flange of a modified Denavit-Hartenberg table must have a = alpha = 0")
     rows = [(after[0], row[1], after[2]) for row, after in pairwise(modified[:-1])]
     return (*rows, (0.0, modified[-2][1] + modified[-1][1], 0.0))
 

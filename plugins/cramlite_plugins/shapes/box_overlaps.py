@@ -10,6 +10,7 @@ from cramlite.model import Floats
 from .ray_casting import Body
 from .segment_casting import SKIN
 
+AHEAD, BEHIND = [1, 2, 0], [2, 0, 1]  # of each axis the next and the one before
 ROUNDING = 1e-12  # parallel axes have no product: nothing is apart along that [m]
 
 
@@ -53,7 +54,6 @@ def _meet(off: Floats, turn: Floats, one: Floats, other: Floats) -> NDArray[np.b
         j, k = (i + 1) % 3, (i + 2) % 3
         far = np.abs(off[:, k, None] * turn[:, j] - off[:, j, None] * turn[:, k])
         mine = one[j] * flat[:, k] + one[k] * flat[:, j]
-        ahead, behind = (np.roll(flat[:, i], s, axis=1) for s in (-1, 1))
-        its = np.roll(other, -1, axis=1) * behind + np.roll(other, 1, axis=1) * ahead
+        its = other[:, AHEAD] * flat[:, i, BEHIND] + other[:, BEHIND] * flat[:, i, AHEAD]
         met &= (far - mine - its < ROUNDING).all(axis=1)
     return met

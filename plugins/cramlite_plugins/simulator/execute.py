@@ -7,6 +7,7 @@ through its own text and its sensors.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -25,9 +26,9 @@ from ..simulation.model.compile import Compiled, compile_world, misbuild, unstab
 from ..simulation.model.no_slip import NoSlip
 from ..simulation.recording.recorder import Peaks, Recorder
 from ..simulation.typed_program.machine import ProgramMachine, load_program
-from ..ur_controller.functions import Functions
+from ..ur_controller.functions import Functions, known_functions
 from ..ur_controller.pose_server import PoseServer
-from ..ur_controller.urscript.interpreter import Limits, Machine, Stopped, load
+from ..ur_controller.urscript.interpreter import Limits, Loaded, Machine, Stopped, load
 from ..ur_controller.urscript.values import ScriptError
 
 SETTLE = 2.0
@@ -84,11 +85,7 @@ def execute(
     _come_to_rest(run)
     run.start()
     outcome, reason = run.play(machine, time_limit, watch)
-    for _ in range(round((settle if watch is None else STOPPED) / run.controller.period)):
-        run.hold()
-    if watch is not None:
-        run.await_readings()
-        watch.rest(run.read(0))
+    _stand_still(run, settle, watch)
     return replace(run.recorder.rollout(outcome, reason), faults=tuple(run.faults.happened), **run.peaks.arrays())
 
 
@@ -106,6 +103,15 @@ def _come_to_rest(run: _Run) -> None:
         raise UserError(f"the world does not come to rest before the program starts: {reason}")
 
 
+def _stand_still(run: _Run, settle: float, watch: Watch | None) -> None:
+    """Go on after the program's end; a watched arm brakes, and its watcher gets the readings at rest."""
+    for _ in range(round((settle if watch is None else STOPPED) / run.controller.period)):
+        run.hold()
+    if watch is not None:
+        run.await_readings()
+        watch.rest(run.read(0))
+
+
 class _Runner(Protocol):
     """A program in execution, in whatever language it is written."""
 
@@ -121,12 +127,17 @@ class _Runner(Protocol):
     def close(self) -> None: ...
 
 
+@lru_cache(maxsize=4)
+def _loaded(text: str) -> Loaded:
+    """Compile a text once for its runs in several worlds."""
+    return load(text, known_functions())
+
+
 class _Script(Machine):
     """URScript interpreter of one run, with the functions of its controller."""
 
     def __init__(self, text: str, functions: Functions, limits: Limits | None) -> None:
-        library = functions.library()
-        super().__init__(load(text, library), library, limits, functions.finish)
+        super().__init__(_loaded(text), functions.library(), limits, functions.finish)
         self.functions = functions
 
     def cycle(self) -> None:

@@ -9,15 +9,13 @@ from typing import ClassVar
 
 from msgspec.structs import replace
 
-from cramlite.model import Action, Belief, ExpectedGrip, Fingers, Location, Motion, Stage
+from cramlite.model import WRIST_TURN, Action, Belief, ExpectedGrip, Fingers, Location, Motion, Stage
 from cramlite.plugin import Decomposition, Parameter, Role, TaskType
 
 from .preconditions import empty_hand
 
 APPROACH = 0.1  # of a hand to a handle [m/s]: as straight lines are by default; a faster robot brakes too late for what is behind it
 SPEED = Parameter("speed_m_s", 0.08, "stops within a millimetre; ISO 10218 reduced speed is 0.25")
-STROKE = math.radians(150)
-"""Farthest turn of a wrist in one grasp [rad]: of a grip that can be taken either way round some wrist of 330 deg has so much left."""
 STRAIN = 20.0
 """Grip force of a hand that turns a thing in strokes [N]: what is mounted does not give way, so that a hand 2 mm off its middle strains the
 arm by nearly as much, which must stay below the force limit of the way."""
@@ -61,7 +59,7 @@ class ByHandle(TaskType):
         joint = thing.moved_to(belief.poses[thing.name].pose).joint or thing.joint
         whole = joint.upper - joint.lower
         there, goal = (joint.value - joint.lower) / whole, way.parameters.get("share") or float(way.relation == "opened")
-        count = math.ceil(abs(goal - there) * whole / STROKE)
+        count = math.ceil(abs(goal - there) * whole / WRIST_TURN)
         shares = (there + (goal - there) * k / count for k in range(1, count))
         ends = ({**way.parameters, "share": share} for share in shares)
         return tuple(replace(way, name=action.inside(f"stroke_{k}"), parameters=end) for k, end in enumerate(ends, 1))

@@ -46,7 +46,7 @@ class AssumingArmPoseConstrained(TaskType):
     def _felt(self, action: Action, belief: Belief) -> Decomposition:
         """Decomposition of a guarded motion down to a surface, until the empty hand feels it."""
         if belief.held is not None:
-            raise Unresolvable(f"the gripper holds '{belief.held.thing}'; PuttingDown brings that to a surface")
+            raise Unresolvable(f"the gripper holds '{belief.held.thing}', and must be empty to feel for a surface; use PuttingDown")
         surface = action.roles["Relatum"]
         place = Location(f"touch({surface.name})", "touch", surface.name)
         guard = {k: self.parameter(action, k) for k in ("speed_m_s", "force_n")}

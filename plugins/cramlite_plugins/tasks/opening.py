@@ -35,19 +35,22 @@ class Opening(ByHandle):
     lays_open = "Patient"
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
-        if belief.world.mounted_on(action.roles["Patient"].entity or ""):
-            yield self._by_lever(action, belief)
-        yield from super().decompose(action, belief)
+        yield from self._led(action, belief)
         if not self.parameter(action, "share"):  # what others count as open is more than this, so that no other grip shall do before
             for k, share in enumerate(LESS):
-                less = replace(action, parameters={**action.parameters, "share": share})
-                for way in super().decompose(less, belief):
+                for way in self._led(replace(action, parameters={**action.parameters, "share": share}), belief):
                     yield replace(way, reason=f"{way.reason}; only to {share:g} of the range", cost=0.5 + 0.1 * k)
         thing = belief.thing(action.roles["Patient"].entity or action.roles["Patient"].name)
         if thing.joint is not None and thing.joint.kind == "hinge":
             yield self._push_from_inside(action)
         yield self._pressing(action)
         yield from self._driving(replace(action, parameters={**action.parameters, DRIVES: 1.0}), belief)
+
+    def _led(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
+        """Decompositions of opening with the hand on the lever that is mounted on a door, and on the handle."""
+        if belief.world.mounted_on(action.roles["Patient"].entity or ""):
+            yield self._by_lever(action, belief)
+        yield from super().decompose(action, belief)
 
     def _driving(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         """Decompositions of opening a drawer, in which the moving drawer pushes obstacles along.

@@ -46,10 +46,9 @@ motion's end."""
 
 def known_functions() -> Library:
     """Return every function that a program may call, for checking only: they are bound to no controller."""
-    bare = {cls: object.__new__(cls) for cls in (Functions, Sockets, Streaming, Settings)}
-    names = ((Functions, NAMES), (Sockets, SOCKETS), (Streaming, STREAMING), (Settings, SETTINGS))
-    own = {name: getattr(bare[cls], name) for cls, listed in names for name in listed}
-    return {**PURE, **electrics(), **own, **Clock(lambda: 0.0).library(), **Registers(lambda: 0.0).library(), **Signals().library()}
+    arm, others = object.__new__(Functions), ((Sockets, SOCKETS), (Streaming, STREAMING), (Settings, SETTINGS))
+    own = {name: getattr(part, name) for part, names in ((arm, NAMES), *((object.__new__(c), n) for c, n in others)) for name in names}
+    return arm.all_of({**own, **Registers(lambda: 0.0).library(), **Signals().library(), **Clock(lambda: 0.0).library()})
 
 
 class Functions:
@@ -82,7 +81,10 @@ class Functions:
         """Return all URScript functions of one run by name, those that need no robot included."""
         parts = ((self, NAMES), (self.sockets, SOCKETS), (self.streaming, STREAMING), (self.settings, SETTINGS))
         bound = {name: getattr(part, name) for part, names in parts for name in names}
-        bound |= {**self.registers.library(), **self.signals.library(), **self.clock.library()}
+        return self.all_of({**bound, **self.registers.library(), **self.signals.library(), **self.clock.library()})
+
+    def all_of(self, bound: Library) -> Library:
+        """Join functions of a controller with the pure ones; all that cannot stand between blended motions wait for a motion's end."""
         return {**PURE, **electrics(), **{name: f if name in BLENDING else self._settled(f) for name, f in bound.items()}}
 
     def _settled(self, function: Callable[..., Any]) -> Callable[..., Any]:
@@ -368,7 +370,7 @@ class Functions:
     def _solved(self, pose: Pose, near: Floats, where: str) -> Floats:
         found = nearest_solution(self.arm.arm, pose, tuple(near))
         if found is None:
-            raise ScriptError(f"{where}: no joint position near here reaches {show(from_pose(pose))}")
+            raise ScriptError(f"{where}: no joint position near the start reaches {show(from_pose(pose))}")
         return np.array(found)
 
 

@@ -175,7 +175,7 @@ async def _rtde(ports: Ports, reader: Reader, writer: Writer) -> None:
         while True:
             size, kind = HEADER.unpack(await reader.readexactly(HEADER.size))
             if not HEADER.size <= size <= LARGEST:
-                raise ValueError(f"an RTDE packet of {size} bytes")
+                raise ValueError(f"an RTDE packet cannot have {size} bytes")
             content = await reader.readexactly(size - HEADER.size)
             if reply := _answer_rtde(ports.robot, client, chr(kind), content):
                 writer.write(packet(chr(kind), reply))
@@ -199,7 +199,7 @@ def _answer_rtde(robot: VirtualRobot, client: Client, kind: str, content: bytes)
             return _described(client.output)
         case "I":
             if len(client.inputs) >= 255:
-                raise ValueError("more than 255 input recipes")
+                raise ValueError("a client asked for more than 255 input recipes")
             found = recipe(len(client.inputs) + 1, content.decode(), output=False)
             client.inputs[found.number] = found
             return _described(found)
@@ -212,7 +212,7 @@ def _answer_rtde(robot: VirtualRobot, client: Client, kind: str, content: bytes)
         case "U":
             robot.registers.write_inputs(client.inputs[content[0]].unpack(content))
             return b""
-    raise ValueError(f"an RTDE packet of type {kind!r}")
+    raise ValueError(f"RTDE packets of type {kind!r} are not modelled here")
 
 
 def _described(found: Recipe) -> bytes:
@@ -237,7 +237,7 @@ async def _script(ports: Ports, reader: Reader, writer: Writer) -> None:
     while line := await reader.readline():
         size += len(line)
         if size > PROGRAM:
-            raise ValueError(f"a program of more than {PROGRAM} bytes")
+            raise ValueError(f"a client's program has more than {PROGRAM} bytes")
         if not waiting and not line.strip():
             continue
         waiting.append(line)

@@ -207,7 +207,7 @@ def _sprung_back(literal: GoalLiteral, candidate: Candidate) -> str:
                 thing, joint = rollout.world.thing(name), rollout.world.thing(name).joint
                 if joint is None or name not in rollout.values or not candidate.taxonomy.any_is_a((thing.type,), CONTROL):
                     continue
-                share = (float(rollout.values[name][-1]) - joint.lower) / (joint.upper - joint.lower)
+                share = joint.opening(float(rollout.values[name][-1]))
                 if share > AT_STOP:
                     return f"'{name}' is {100 * share:.2g} % of its range from its stop; up to {100 * AT_STOP:g} % count as off"
     return ""
@@ -242,7 +242,7 @@ def _measured(literal: GoalLiteral, rollout: Rollout, episode: Episode) -> str:
     for name in names:
         joint = rollout.world.thing(name).joint if name in rollout.values else None
         if joint is not None:
-            share = (float(rollout.values[name][-1]) - joint.lower) / ((joint.upper - joint.lower) or 1.0)
+            share = joint.opening(float(rollout.values[name][-1]))
             said.append(f"'{name}' is open by {100 * share:.0f} % of its range")
     poses = [episode.pose_at(n, last) for n in names[:2]]
     if len(poses) == 2 and poses[0] is not None and poses[1] is not None:

@@ -34,7 +34,7 @@ class JointLimits(Value):
                         reason = f"{name} {value:.2f} rad is outside {low:.2f} to {high:.2f} rad"
                         yield Finding(self.name, False, reason, value, low if value < low else high, "rad", step.origin)
                         return
-        yield Finding(self.name, True, f"nearest limit is {worst:.2f} rad away", float(worst), 0.0, "rad")
+        yield Finding(self.name, True, f"the nearest joint limit is {worst:.2f} rad away", float(worst), 0.0, "rad")
 
 
 def _targets(step: AnyStep) -> tuple[Joints, ...]:

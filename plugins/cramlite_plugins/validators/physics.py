@@ -36,7 +36,7 @@ class Execution(Value):
         last = int(running[-1]) if len(running) else 0
         if rollout.outcome == "finished":
             yield Finding(
-                self.name, True, f"ran to its end in {rollout.times[last]:.1f} s", float(rollout.times[last]), None, "s"
+                self.name, True, f"the program ran to its end in {rollout.times[last]:.1f} s", float(rollout.times[last]), None, "s"
             )
         else:
             line = int(rollout.lines[last])

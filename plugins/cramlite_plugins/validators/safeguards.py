@@ -70,7 +70,7 @@ class Safeguards(Value):
             return
         yield from (Finding(self.name, False, said) for said in wrong)
         if not wrong:
-            yield Finding(self.name, True, "the program watches over its tasks as the one that was proven")
+            yield Finding(self.name, True, "the program keeps the safeguards of the one that was proven")
 
 
 def _text_objections(code: Code, proven: Code, program: Program) -> Iterator[str]:

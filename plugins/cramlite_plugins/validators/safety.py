@@ -26,7 +26,7 @@ class ProgramSafety(Value):
             yield Finding(self.name, False, f"{o.rule}: {o.reason}", origin=o.origin, places=o.rule not in ANYWHERE)
         if not found:
             rules = len({*PROGRAM_RULES, *STEP_RULES})
-            yield Finding(self.name, True, f"{len(candidate.program.steps)} steps keep {rules} rules")
+            yield Finding(self.name, True, f"{len(candidate.program.steps)} steps keep {rules} safety rules")
 
 
 @hookimpl

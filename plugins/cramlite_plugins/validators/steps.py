@@ -97,7 +97,7 @@ class Steps(Value):
         yield from wrong
         if stages and not wrong:
             count = sum(len(s.steps) for s in stages)
-            yield Finding(self.name, True, f"each of the program's {count} steps has code, ran in its turn and covered its way")
+            yield Finding(self.name, True, f"each of the program's {count} steps has code, ran in its turn and moved as far as planned")
 
     def _objections(self, candidate: Candidate, stages: list[Stage]) -> Iterator[Finding]:
         assert candidate.rollout is not None

@@ -51,8 +51,8 @@ class Tracks(Value):
         yield from wrong
         if not wrong:
             things = sorted({f.grip.thing for f in found})
-            what = f"{', '.join(map(repr, things))} in the hand {len(found)} times" if found else "nothing was in the hand"
-            yield Finding(self.name, True, f"{what}, always as the tasks of the plan say")
+            what = f"{', '.join(map(repr, things))} ({len(found)} times)" if found else "nothing"
+            yield Finding(self.name, True, f"the hand held {what}, always as tasks of the plan explain")
 
 
 def _rollout(candidate: Candidate) -> Rollout:
@@ -198,8 +198,8 @@ def _carried(rollout: Rollout, found: Iterable[ExplainedGrip], rows: range) -> s
 
 
 def _ways(rollout: Rollout, name: str, rows: range) -> tuple[Floats, float, str]:
-    """Return how far a thing, or its joint, is from its first position at each sample, the longest permitted
-    way back, and the unit of both."""
+    """Return a thing's distance from its first position in some samples, at each of them; how far the thing may go back
+    towards that position; and the unit of both. For a thing on a joint, these are differences of joint values."""
     joint = rollout.world.thing(name).joint
     if joint is None or name not in rollout.values:
         track = rollout.poses[name][rows, :3]

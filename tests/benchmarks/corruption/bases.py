@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import json
+from contextlib import redirect_stderr, redirect_stdout
 from functools import cached_property
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
 from cramlite.base.value import Value
+from cramlite.cli.main import main
 from cramlite.model import Rollout
-from cramlite.model.rollout import load_rollout, save_rollout
-from cramlite.model.world import World
+from cramlite.model.run.rollout import load_rollout, save_rollout
+from cramlite.model.world.world import World
 from cramlite.plugin.catalogue import Knowledge
 from cramlite.scenario.worlds import read_world
 
@@ -140,20 +143,8 @@ def simulated(text: str, world: World, knowledge: Knowledge) -> Rollout:
 
 
 def _resolve(base: Base, folder: Path) -> None:
-    import subprocess
-    import sys
-
     file = SCENARIOS / f"{base.scenario}.yaml"
-    command = [
-        sys.executable,
-        "-m",
-        "cramlite",
-        "resolve",
-        str(file),
-        "--twins",
-        "0",
-        "--no-report",
-        "--out",
-        str(folder),
-    ]
-    subprocess.run(command, check=True, capture_output=True)
+    with redirect_stdout(StringIO()), redirect_stderr(StringIO()) as said:
+        code = main(["resolve", str(file), "--twins", "0", "--no-report", "--out", str(folder)])
+    if code:
+        raise RuntimeError(f"{base.scenario} is not proven: {said.getvalue()}")

@@ -1,6 +1,6 @@
 """A small benchmark for tests: a block, a tray and a Panda on a table, in cramlite's MuJoCo, behind the lines of LIBERO's process.
 
-``python simulator.py [WHAT WHEN]``: at the WHEN-th request it dies, hangs, answers garbage, or stops the robot. Tasks
+``python simulator.py [WHAT WHEN]``: at the WHEN-th request it dies, hangs, answers garbage, stops the robot, or a can comes. Tasks
 of its suite: 0, the block in the tray; 1, the same, but the benchmark looks at the block elsewhere, so that it is never true; 2, a goal
 without words; 3, one that is never begun.
 """
@@ -27,6 +27,7 @@ from cramlite_plugins.simulation.model.compile import compile_world  # noqa: E40
 
 PANDA = HERE.parents[2] / "experiments" / "libero" / "panda.py"
 TASKS = {0: ["in", "block_1", "tray_1_contain_region"], 1: ["in", "block_1", "tray_1_contain_region"], 2: ["juggled", "block_1"]}
+THINGS = ("block_1_main", "tray_1_main", "can_1_main")
 STATES = {0: (0.45, -0.1), 1: (0.48, -0.15)}
 """Where the block is [m]."""
 
@@ -36,6 +37,7 @@ class Simulator:
 
     def __init__(self) -> None:
         self.knowledge = Knowledge(PluginChoice((PANDA,)).registry())
+        self.can = False
 
     def reset(self, suite: str, task: int, state: int) -> dict[str, Any]:
         if task not in TASKS:
@@ -48,11 +50,11 @@ class Simulator:
         return {"task": f"task {task}"}
 
     def scene(self) -> dict[str, Any]:
-        things = ("block_1_main", "tray_1_main")
-        poses = {n: self.robot.compiled.pose(self.robot.data, n) for n in things}
+        poses = {n: self.robot.compiled.pose(self.robot.data, n) for n in THINGS}
         return {
-            "xml": (HERE / "table.xml").read_text(), "qpos": [v for n in things for v in (*poses[n].position, *poses[n].quaternion)],
-            "goal": [TASKS[self.task]], "bodies": {n.removesuffix("_main"): n for n in things},
+            "xml": (HERE / "table.xml").read_text(), "qpos": [v for n in THINGS for v in (*poses[n].position, *poses[n].quaternion)],
+            "goal": [TASKS[self.task]], "bodies": {n.removesuffix("_main"): n for n in THINGS},
+            "absent": [] if self.can else ["can_1_main"],
             "regions": {"tray_1_contain_region": {"bodies": ["tray_1_main"]}}, "base": [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0],
         }  # fmt: skip
 
@@ -65,7 +67,7 @@ class Simulator:
         self.steps += 1
         if self.first is None and self.there():
             self.first = self.steps
-        return self.robot.state() | {"poses": {n: self.at(n) for n in ("block_1_main", "tray_1_main")}}
+        return self.robot.state() | {"poses": {n: self.at(n) for n in THINGS[: 3 if self.can else 2]}}
 
     def at(self, name: str) -> list[float]:
         pose = self.robot.compiled.pose(self.robot.data, name)
@@ -89,7 +91,8 @@ def main() -> None:
         name = ask.pop("ask")
         if name == "end":
             return
-        if what and number == int(when):
+        simulator.can = what == "come" and number >= int(when)
+        if what and what != "come" and number == int(when):
             go_wrong(what)
             if what == "stop":
                 say(simulator.step(**ask) | {"stop": "somebody pressed the button"})

@@ -9,7 +9,7 @@ import pytest
 from conftest import ROOT
 
 from cramlite.model import AnyStep, MoveJoints, Parallel, Program, SetGripper, typed_code
-from cramlite.model.program import Section
+from cramlite.model.program.program import Section
 from cramlite_plugins.backends.stream.backend import Stream
 from cramlite_plugins.backends.stream.on_the_way import opened_on_the_way
 from cramlite_plugins.backends.stream.run import drive

@@ -34,7 +34,7 @@ from cramlite.model import (
     ZeroSensor,
     walk,
 )
-from cramlite.model.program import Snapshot
+from cramlite.model.program.program import Snapshot
 from cramlite.plugin import UserError
 from cramlite_plugins.backends.rapid.backend import Rapid
 from cramlite_plugins.backends.rapid.emit import emit

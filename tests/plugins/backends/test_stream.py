@@ -85,7 +85,7 @@ def test_a_thing_that_was_taken_away_is_missed(placed: Path, tmp_path: Path, run
 @pytest.mark.heavy
 def test_a_robot_that_feels_nothing_is_refused_before_it_moves(placed: Path, tmp_path: Path, run: Run) -> None:
     done = run("execute", placed / "program.json", "--on", on(placed, tmp_path / "result", "--numb"))
-    assert done.code == 2 and "tells none" in done.err and "lower" in done.err
+    assert done.code == 2 and "reports none" in done.err and "lower" in done.err
 
 
 # What is sent
@@ -259,7 +259,7 @@ def test_what_is_no_answer_is_explained(what: str, when: int, said: str) -> None
 
 
 def test_a_robot_that_feels_nothing_cannot_be_guarded() -> None:
-    with pytest.raises(UserError, match=r"'2\.Placing/lower' ends by the force that it feels"):
+    with pytest.raises(UserError, match=r"'2\.Placing/lower' needs the force at the hand"):
         streamed("numb", 0, program=Program("test", "arm", "ur5e", UR5E.gripper.tcp, UR5E.home, (GUARDED,), ()))
 
 
@@ -281,6 +281,6 @@ def test_what_cannot_be_driven_is_explained(tmp_path: Path, run: Run, text: str,
 def test_a_program_runs_in_a_world_or_on_a_robot(tmp_path: Path, run: Run) -> None:
     (tmp_path / "program.json").write_text(typed_code(PROGRAM).text)
     both = run("execute", tmp_path / "program.json", "--on", "true", "--world", "grasp_one_thing")
-    assert both.code == 2 and "nobody tells" in both.err
+    assert both.code == 2 and "is unknown here" in both.err
     neither = run("execute", tmp_path / "program.json")
     assert neither.code == 2 and "--on" in neither.err

@@ -28,7 +28,7 @@ from cramlite.model import (
     Wait,
     ZeroSensor,
 )
-from cramlite.model.program import Snapshot
+from cramlite.model.program.program import Snapshot
 from cramlite.plugin import UserError
 from cramlite_plugins.backends.urscript.emit import emit
 from cramlite_plugins.backends.urscript.literals import number

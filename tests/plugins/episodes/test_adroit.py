@@ -68,7 +68,7 @@ def test_a_handle_that_is_elsewhere_is_refused(tmp_path: Path) -> None:
     seen = observed(np.zeros(9), np.zeros(9))
     seen[:, 32] += 0.05
     np.savez(tmp_path / "other.npz", observations=seen, door=FRAME)
-    with pytest.raises(UserError, match=r"50 mm from its position by the angles of lever and hinge.*another scene"):
+    with pytest.raises(UserError, match=r"50 mm from where the angles of lever and hinge put it.*another scene"):
         ENGINE.read_episode(tmp_path / "other.npz")
 
 

@@ -191,6 +191,14 @@ def test_nothing_is_driven_into_something_else(make: Callable[[str, Pose, tuple[
     assert found.blocking == ((("behind",),) if make is block else ())
 
 
+def test_what_is_in_a_container_is_not_driven_out_of_it() -> None:
+    belief, context = unminded(standing(0.13))
+    found = driven_along(belief.thing("drawer"), 0.0, 0.19, belief.related(("in", "it", "box")), context)
+    assert isinstance(found, Refused) and found.blocking == (("it",),)
+    assert found.reason.endswith("'it' is in 'box', and not pushed out of it")
+    assert not isinstance(driven_along(belief.thing("drawer"), 0.0, 0.19, belief, context), Refused)
+
+
 def test_what_would_tip_over_is_not_driven_and_no_other_way_of_opening_is_asked_for() -> None:
     """The drawer's lowest point is 8 mm over the floor: at a friction of 0.6 a foot of 4 mm ahead is too little, one of 20 mm is not."""
     thin = block("it", Pose((0.73 - 0.004 - 0.13, 0.2, 0.05)), (0.008, 0.04, 0.1))

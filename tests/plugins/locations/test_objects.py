@@ -20,4 +20,4 @@ def test_a_named_thing_that_is_gone_is_refused_with_those_there_are() -> None:
     for entity in ("gone", "gone/surface"):
         (found,) = resolve_object(Object("supported", entity=entity), belief, context_of(belief))
         assert isinstance(found, Refused) and found.value == entity
-        assert found.reason == "it is not in the believed world, which has shelf, it"
+        assert found.reason == "no thing of this name is in the believed world, which has shelf, it"

@@ -110,12 +110,12 @@ def test_one_that_is_narrow_enough_is_not_refused_upright() -> None:
 
 def test_a_hand_that_does_not_lean_is_to_blame() -> None:
     no = _refused(INTO, *_asked(0.0705, leans=False))
-    assert no.reason.endswith("; tilted: hand and thing have no way in between its overhang and its walls")
+    assert no.reason.endswith("; tilted: hand and tilted payload fit nowhere between the target's overhang and its walls")
     assert no.because == ("drawer", "grasp(it)")
 
 
 def test_between_a_front_and_a_handle_that_are_too_near_to_each_other_nothing_comes_in() -> None:
-    assert "no way in" in _refused(INTO, *_asked(0.0705, opened=0.11)).reason
+    assert "fit nowhere between" in _refused(INTO, *_asked(0.0705, opened=0.11)).reason
 
 
 def test_under_nothing_things_go_in_from_above() -> None:

@@ -12,7 +12,8 @@ from msgspec.structs import replace
 from cramlite.model import Floats, Geom, Pose, Thing
 from cramlite_plugins.kinematics.blends import Corner
 from cramlite_plugins.kinematics.kinematics import inverse
-from cramlite_plugins.motion_planning.planning_scene import PlanningScene, scene
+from cramlite_plugins.motion_planning.planning_scene import PlanningScene
+from cramlite_plugins.motion_planning.scene_of_world import scene
 from cramlite_plugins.robots.ur5e import UR5E
 
 ROD = Thing("rod", "t:rod", Pose((0.45, -0.3, 0.2)), (Geom("capsule", (0.01, 0.15)),))

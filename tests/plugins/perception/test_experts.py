@@ -217,7 +217,7 @@ def test_outliers_are_removed_by_every_clustering(name: str) -> None:
     found = expert.run(Inputs({"cloud": Cloud(points, mask), "segment": Segment(mask)}, expert.defaults()))
     assert found["clean"][0, :1600].mean() > 0.99 and found["clean"][0, 1600:].mean() < 0.05
     few = Cloud(points[:, :10], mask[:, :10])
-    with pytest.raises(Unresolvable, match="10 points are too few"):
+    with pytest.raises(Unresolvable, match="a segment of 10 points is too small"):
         expert.run(Inputs({"cloud": few, "segment": Segment(mask[:, :10])}, expert.defaults()))
 
 

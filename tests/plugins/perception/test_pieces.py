@@ -9,8 +9,9 @@ from msgspec.structs import replace
 from cramlite.model import Geom, Intrinsics, Pose, Thing, View
 from cramlite_plugins.perception.kinds.agreement import Picture
 from cramlite_plugins.perception.kinds.appearance import appearance_of
-from cramlite_plugins.perception.kinds.interpret import Reading, Scene, _beside
+from cramlite_plugins.perception.kinds.interpret import _beside
 from cramlite_plugins.perception.kinds.pieces import covered, given_back, pieces
+from cramlite_plugins.perception.kinds.reading import Reading, Scene
 
 FOCAL, SIDE = 400.0, 160
 WALL, FRONT = 1.2, 0.9

@@ -156,6 +156,17 @@ def test_in_or_above_is_over_the_footprint(position: tuple[float, float, float],
     assert (("product", "table") in rows("in_or_above", at)) == holds
 
 
+@pytest.mark.parametrize(("height", "holds"), [(-0.02, True), (-0.04, False)])
+def test_in_or_above_is_also_in_a_cavity_that_ends_below_the_walls(height: float, holds: bool) -> None:
+    rack = Entity("rack", ("soma:Shelf",), pose=Pose((0, 0, 0)), geoms=(Geom("box", (0.2, 0.1, 0.1), Pose((0, 0, 0.11))),))
+    size = {"width": 0.3, "depth": 0.15, "height": 0.08}
+    room = Entity("rack/room", ("cram:Cavity",), part_of="rack", pose=Pose((0, 0, 0.05)), properties=size)
+    bowl = Entity("bowl", ("soma:Bowl",), pose=Pose((0.05, 0, height)))
+    whole = Event("all", "soma:PhysicalAction", "action", 0, 10)
+    timeline = Timeline(Episode("x", (*ENTITIES, rack, room, bowl), (whole,), {}, "hand"), TAXONOMY)
+    assert (("bowl", "rack") in rows("in_or_above", timeline.instant(1.0))) == holds
+
+
 def test_reach_is_to_the_surface_of_the_box() -> None:
     at = phase(start=1.0, end=2.0, tracks={"hand": line((0, 0.6, 1, 0.3), (3, 0.6, 1, 0.0))})
     assert ("table",) in rows("approaches", at)

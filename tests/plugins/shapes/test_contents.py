@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from cramlite.model import Belief, Filling, Floats, Pose, RobotMount, Rollout, Thing, World, initial_belief
-from cramlite.model.rollout import load_rollout, save_rollout
+from cramlite.model.run.rollout import load_rollout, save_rollout
 from cramlite.plugin import UserError
 from cramlite_plugins.episodes.detection.detect import detect
 from cramlite_plugins.locations.parameters import Tilting

@@ -9,8 +9,8 @@ import pytest
 from msgspec.structs import replace
 
 from cramlite.model import Pose, RobotMount, Rollout, World
-from cramlite.model.rollout import load_rollout, save_rollout
-from cramlite.model.world import Disturbance
+from cramlite.model.run.rollout import load_rollout, save_rollout
+from cramlite.model.world.world import Disturbance
 from cramlite.plugin import UserError
 from cramlite_plugins.objects import products_and_fixtures as models
 from cramlite_plugins.robots.ur5 import UR5

@@ -121,7 +121,7 @@ def test_fields_are_set_and_structs_are_values() -> None:
         ("x = inv([[1, 2]])", "square"),
         ("x = normalize([0, 0])", "not all 0"),
         ("x = binary_list_to_integer([1, 0])", "truth values"),
-        ('x = str_at("ab", 2)', "2 is not one of 0 .. 1"),
+        ('x = str_at("ab", 2)', "2 is no whole number in 0 .. 1"),
         ("x = str_len(5)", "needs a string"),
         ("s = struct(a = 1)\nwhile True:\n  s = struct(a = s, b = s)\nend", "deep|more than"),
         ("s = struct(a = [1])\nwhile True:\n  s.a = [s, s, s]\nend", "deep|more than"),

@@ -81,7 +81,7 @@ def test_the_nearest_limit_is_said(values: list[float]) -> None:
     home = min(min(v - low, high - v) for v, (low, high) in zip(UR5E.home, UR5E.limits, strict=True))
     if found.passed:
         assert found.value == pytest.approx(min(*margins, home)) and found.limit == 0.0
-        assert found.reason == f"nearest limit is {min(*margins, home):.2f} rad away"
+        assert found.reason == f"the nearest joint limit is {min(*margins, home):.2f} rad away"
 
 
 def test_the_first_that_is_outside_is_said_and_no_other() -> None:

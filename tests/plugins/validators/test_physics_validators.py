@@ -35,7 +35,7 @@ def test_all_of_them_are_asked() -> None:
 
 def test_a_program_that_ran_to_its_end_did() -> None:
     found = only(Execution(), good())
-    assert found.passed and found.value == pytest.approx(89 * STEP) and found.reason == "ran to its end in 4.5 s"
+    assert found.passed and found.value == pytest.approx(89 * STEP) and found.reason == "the program ran to its end in 4.5 s"
 
 
 @pytest.mark.parametrize("outcome", ["halted", "protective stop", "timeout", "error"])

@@ -21,7 +21,7 @@ def test_it_is_asked_and_counts_its_rules() -> None:
     assert [v.name for v in validators()] == ["program_safety"]
     found = only(ProgramSafety(), having(Wait(1.0), FEEL))
     rules = len({*PROGRAM_RULES, *STEP_RULES})
-    assert (found.passed, found.reason) == (True, f"2 steps keep {rules} rules")
+    assert (found.passed, found.reason) == (True, f"2 steps keep {rules} safety rules")
 
 
 @pytest.mark.parametrize(

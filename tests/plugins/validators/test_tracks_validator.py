@@ -44,9 +44,9 @@ def refused(of: Candidate) -> Finding:
 
 
 def test_a_thing_that_is_taken_carried_and_put_down_is_explained() -> None:
-    assert only(VALIDATOR, good()).reason == "'block' in the hand 1 times, always as the tasks of the plan say"
+    assert only(VALIDATOR, good()).reason == "the hand held 'block' (1 times), always as tasks of the plan explain"
     idle = touching(range(COUNT), without=lambda t: LEFT in (t.a, t.b))
-    assert only(VALIDATOR, replace(idle, handovers=())).reason == "nothing was in the hand, always as the tasks of the plan say"
+    assert only(VALIDATOR, replace(idle, handovers=())).reason == "the hand held nothing, always as tasks of the plan explain"
 
 
 @pytest.mark.parametrize(("before", "end"), [(0.2, 0.15), (0.15, 0.2)])

@@ -32,7 +32,7 @@ class Stream:
         if program.robot_type != robot.type:
             raise UserError(f"a program for '{program.robot_type}' is not one for '{robot.type}'")
         if program.late:
-            raise UserError("the program asks for poses when it runs, and actions carry none")
+            raise UserError("the program asks for poses when it runs, and a stream of actions carries no poses")
         refuse_drives(program, "a stream of actions")
         return typed_code(opened_on_the_way(program))
 

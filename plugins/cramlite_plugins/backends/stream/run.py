@@ -123,7 +123,7 @@ def _refuse(program: Program, hello: Hello, name: str) -> None:
             raise UserError(f"Step '{label}' drives a platform, and a stream of actions moves an arm only.")
         if hello.wrench is None and (isinstance(step, FEELING) or (isinstance(step, Monitor) and step.force is not None)):
             raise UserError(
-                f"Step '{label}' ends by the force that it feels, and the {name} tells none. Answer with 'wrench', "
+                f"Step '{label}' needs the force at the hand, and the {name} reports none. Answer with 'wrench', "
                 "or take tasks that need no force sensor."
             )
 

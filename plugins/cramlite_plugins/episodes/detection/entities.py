@@ -19,6 +19,7 @@ def thing_entities(thing: Thing, rollout: Rollout) -> tuple[Entity, ...]:
     properties = {"friction": thing.friction} | ({} if thing.mass is None else {"mass": thing.mass})
     if thing.joint is not None:
         properties |= {"joint_lower": thing.joint.lower, "joint_upper": thing.joint.upper}
+        properties |= {"joint_closed": thing.joint.closed} if thing.joint.closed > thing.joint.lower else {}
     if not any(CONSTRAINED_DOF.get(f.type, 0.0) > 1.0 for f in thing.features):
         properties["constrained_dof"] = 1.0
     whole = Entity(

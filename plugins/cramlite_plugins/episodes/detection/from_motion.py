@@ -16,19 +16,15 @@ from itertools import pairwise
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Entity, Episode, Event, Floats, Repair, Track, Value
+from cramlite.model import Entity, Episode, Event, Floats, Repair, Track
 
-from .co_motion import STEADY, STEP, Grid, Span, at_its_place, carried_spans, grid_of, travel
+from .co_motion import STEP, Grid, carried_spans, grid_of, travel
 from .gestures import shaking, tilting
+from .inferred_grasps import InferredGrasp, grasps_of_hand, grasps_of_unseen_hand, overlap
 from .loose_things import Loose, carried_along, find_contents, with_contents
 from .plausible import too_fast, without_pauses
-from .signals import close_gaps, runs
 from .standing import resting
 
-#: Lifted: this much higher than where it stood [m].
-LIFTED = 0.02
-#: A hand this near to where it holds a thing [m] is at the thing.
-AT_HAND = 0.05
 #: Stands again where it stood: seen from above within the first, in height within the second [m].
 SAME_PLACE = (0.4, 0.03)
 #: Who holds a thing this much longer than another hand takes it over, else it steadies it [s].
@@ -36,30 +32,9 @@ HANDED_OVER = 0.5
 
 #: The hand that acts where none that was recorded moves farther than this [m].
 NOBODY, IDLE = "unseen_hand", 0.1
-#: Of a hand that nobody saw: pauses up to the first belong to one motion; it is at the thing for the second before and
-#: after it moves. A thing that pauses in the air up to the third is still in the hand, seen or not [s].
-UNSEEN = (0.5, 0.3, 5.0)
 #: Longest recording looked at [s]: a grid of STEP over six hours takes 0.2 GB. One wrong stamp can make a recording
 #: of 50 years out of one of a minute.
 LONGEST = 6 * 3600.0
-
-
-class InferredGrasp(Value):
-    """Grasp that was inferred because hand and thing moved together.
-
-    Args:
-        hand, thing: who holds what.
-        span: from when the thing begins to move until it rests.
-        near: from when the hand is at the thing until it leaves it.
-        lift, down: when it leaves what it stands on, and when it stands again; None if never.
-    """
-
-    hand: str
-    thing: str
-    span: Span
-    near: Span
-    lift: int | None
-    down: int | None
 
 
 def infer(episode: Episode) -> Episode:
@@ -93,7 +68,7 @@ def with_grasps(episode: Episode) -> Episode:
     grid = _grid(episode)
     hands = [h for h in hands_of(episode) if h in episode.tracks]
     moving = [n for n, t in episode.tracks.items() if n not in hands and episode.whole(n) == n and len(t.times) > 1]
-    grips = [g for hand in hands for g in _held(episode, grid, hand, moving)[0]]
+    grips = [g for hand in hands for g in grasps_of_hand(episode, grid, hand, moving)[0]]
     grasps = [e for e in _of_grips(grips, grid) if e.type == "cram:GraspState"]
     if not grasps:
         return episode
@@ -176,10 +151,10 @@ def _all_grips(
     riders: dict[str, set[str]] = defaultdict(set)
     for hand in [*hands, None]:
         if hand is not None:
-            held, along = _held(episode, grid, hand, moving)
+            held, along = grasps_of_hand(episode, grid, hand, moving)
         else:
             free = [n for n in moving if n not in {g.thing for g in grips} | set().union(*riders.values())]
-            held, along = _held_unseen(episode, grid, _unseen_hand(episode, grid, hands), free)
+            held, along = grasps_of_unseen_hand(episode, grid, _unseen_hand(episode, grid, hands), free)
         grips += held
         for carrier, names in along.items():
             riders[carrier] |= names
@@ -206,50 +181,9 @@ def _merged(found: Sequence[Loose]) -> list[Loose]:
     return list(by_name.values())
 
 
-def _held(episode: Episode, grid: Grid, hand: str, things: Sequence[str]) -> tuple[list[InferredGrasp], dict[str, set[str]]]:
-    """Grasps of one hand; and the things that ride on each payload (payload -> names).
-
-    Of several things that move with the hand at the same time, only one is held; the others ride on it.
-    """
-    spans = [(s, _held_on(grid, n, hand, s, e), n) for n in things for s, e in _in_the_air(grid, n, hand)]
-    held: list[InferredGrasp] = []
-    riding: dict[str, set[str]] = defaultdict(set)
-    for s, e, name in sorted(spans, key=lambda span: _carries(episode, grid, hand, span)):
-        over = next((g for g in held if _overlap((s, e), g.span) > 0.5 * min(e - s, g.span[1] - g.span[0])), None)
-        if over is None:
-            held.append(_grip(grid, hand, name, (s, e)))
-        elif over.thing != name:
-            riding[over.thing].add(name)
-    return held, riding
-
-
-def _in_the_air(grid: Grid, thing: str, hand: str) -> list[Span]:
-    """Spans in which a hand carries a thing; two spans are joined if the thing stays lifted between them and
-    has the same position relative to the hand."""
-    found: list[Span] = []
-    place, height = grid.place(thing, hand), grid.poses[thing][:, 2]
-    for start, end in carried_spans(grid, thing, hand):
-        if found and (start - found[-1][1]) * STEP < UNSEEN[2]:
-            first, before = found[-1]
-            off = np.median(place[first:before], axis=0) - np.median(place[start:end], axis=0)
-            if np.linalg.norm(off) < STEADY and height[before:start].min(initial=np.inf) > height[first] + LIFTED:
-                found[-1] = (first, end)
-                continue
-        found.append((start, end))
-    return found
-
-
-def _held_on(grid: Grid, thing: str, hand: str, start: int, end: int) -> int:
-    """End index of a hold: the end of the recording if the thing is lifted and keeps its position in the hand
-    until then, else ``end``."""
-    until = at_its_place(grid, thing, hand, (start, end), AT_HAND)[1]
-    up = grid.poses[thing][end - 1 :, 2] > grid.poses[thing][start, 2] + LIFTED
-    return until if until == len(grid.times) and bool(up.all()) else end
-
-
 def _steadies(grip: InferredGrasp, acting: InferredGrasp) -> bool:
     """Whether the second hand only steadies the payload that the acting hand holds, and does not take it over."""
-    both = _overlap(grip.span, acting.span)
+    both = overlap(grip.span, acting.span)
     return grip.thing == acting.thing and both > 0 and (grip.span[1] - grip.span[0]) - both < HANDED_OVER / STEP
 
 
@@ -266,9 +200,9 @@ def _one_after_the_other(
     """Episode in which hands that take turns are read as one hand, and its grasps: the acting hand's track
     consists of the tracks of whichever hand is active."""
     mine = [g for g in grips if g.hand == acting]
-    turns = [g for g in grips if g.hand == acting or not any(_overlap(g.near, m.near) > 0 for m in mine)]
+    turns = [g for g in grips if g.hand == acting or not any(overlap(g.near, m.near) > 0 for m in mine)]
     turns.sort(key=lambda g: g.span)
-    if len({g.hand for g in turns}) < 2 or any(_overlap(a.near, b.near) > 0 for a, b in pairwise(turns)):
+    if len({g.hand for g in turns}) < 2 or any(overlap(a.near, b.near) > 0 for a, b in pairwise(turns)):
         return episode, grips
     middles = [grid.time((a.near[1] + b.near[0]) // 2) for a, b in pairwise(turns)]
     bounds = list(pairwise([-np.inf, *middles, np.inf]))
@@ -280,31 +214,6 @@ def _one_after_the_other(
     repair = Repair(f"read {names} as one hand", (grid.time(turns[0].span[0]), grid.time(turns[-1].span[1])), why)
     episode = replace(episode, tracks={**episode.tracks, str(acting): joined}, repairs=(*episode.repairs, repair))
     return episode, [replace(g, hand=str(acting)) if g in turns else g for g in grips]
-
-
-def _overlap(one: Span, other: Span) -> int:
-    return min(one[1], other[1]) - max(one[0], other[0])
-
-
-def _carries(episode: Episode, grid: Grid, hand: str, span: tuple[int, int, str]) -> tuple[float, float, float]:
-    """Sort key that puts the most likely payload first: the larger thing, then the one that moves less in the
-    hand (in steps of 5 mm), then the one nearer to the hand."""
-    start, end, name = span
-    place = grid.place(name, hand)[start:end]
-    spread = float(np.linalg.norm(place.std(axis=0)))
-    return _size(episode, name), round(spread / 0.005), float(np.linalg.norm(np.median(place, axis=0)))
-
-
-def _grip(grid: Grid, hand: str, thing: str, span: Span, near: Span | None = None) -> InferredGrasp:
-    """Grasp of a thing by a hand during a span; ``near``, needed for a hand without poses, is the span in which the
-    hand is near the thing."""
-    start, end = span
-    near = near or at_its_place(grid, thing, hand, span, AT_HAND)
-    height = grid.poses[thing][start:end, 2]
-    up, above = np.flatnonzero(height > height[0] + LIFTED), np.flatnonzero(height > height[-1] + LIFTED)
-    lift = start + int(up[0]) if len(up) else start if start == 0 and len(above) else None
-    down = start + int(above[-1]) + 1 if len(above) and end < len(grid.times) else None
-    return InferredGrasp(hand, thing, span, near, lift, down if lift is not None else None)
 
 
 def _unseen_hand(episode: Episode, grid: Grid, tracked: Sequence[str]) -> str | None:
@@ -325,43 +234,6 @@ def _with_nobody(episode: Episode, held: Sequence[InferredGrasp]) -> Episode:
     why = "things rise and stay up, and no hand that was recorded moves"
     repairs = (*episode.repairs, Repair(f"added the hand '{NOBODY}'", episode.span, why))
     return replace(episode, entities=(*episode.entities, Entity(NOBODY, ("soma:Hand",))), repairs=repairs)
-
-
-def _held_unseen(episode: Episode, grid: Grid, hand: str | None, things: Sequence[str]) -> tuple[list[InferredGrasp], dict[str, set[str]]]:
-    """Infer the grasps of a hand without poses: a thing that rises and stays up was held.
-
-    Of things that rise together the largest is held, or of equal ones the lowest.
-    """
-    spans = [(s, e, n) for n in things for s, e in _flights(grid, n)] if hand is not None else []
-    held: list[InferredGrasp] = []
-    riding: dict[str, set[str]] = defaultdict(set)
-    margin = round(UNSEEN[1] / STEP)
-    for s, e, name in sorted(spans, key=lambda span: (_size(episode, span[2]), float(grid.poses[span[2]][span[0], 2]))):
-        over = next((g for g in held if _overlap((s, e), g.span) > 0.5 * min(e - s, g.span[1] - g.span[0])), None)
-        if over is None:
-            held.append(_grip(grid, str(hand), name, (s, e), (max(s - margin, 0), e + margin)))
-        elif over.thing != name:
-            riding[over.thing].add(name)
-    return held, riding
-
-
-def _flights(grid: Grid, thing: str) -> list[Span]:
-    """Spans of a thing's motion in which it is lifted, including its pauses in the air."""
-    found: list[Span] = []
-    height = grid.poses[thing][:, 2]
-    for start, end in runs(close_gaps(grid.moving(thing), grid.times, UNSEEN[0])):
-        pause = (start - found[-1][1]) * STEP if found else np.inf
-        if pause < UNSEEN[2] and height[found[-1][1] : start].min(initial=np.inf) > height[found[-1][0]] + LIFTED:
-            found[-1] = (found[-1][0], end)
-        else:
-            found.append((start, end))
-    return [(s, e) for s, e in found if s > 0 and np.sum(height[s:e] > height[s] + LIFTED) * STEP > UNSEEN[0]]
-
-
-def _size(episode: Episode, name: str) -> float:
-    """Sort key by size: minus the diagonal of a thing [m]; 0 if unknown."""
-    entity = episode.known(name)
-    return -float(np.linalg.norm(entity.size)) if entity is not None and entity.size is not None else 0.0
 
 
 def _acting(episode: Episode, grips: Sequence[InferredGrasp], grid: Grid) -> str | None:

@@ -107,7 +107,7 @@ def event_from(fields: Fields, start: float, end: float) -> Event:
     """
     kind = fields["kind"]
     if kind not in ("state", "action", "situation"):
-        raise ValueError(f"kind '{kind}' is none of state, action, situation")
+        raise ValueError(f"the event kind '{kind}' is none of state, action, situation")
     roles = {str(k): str(v) for k, v in json.loads(fields["roles"]).items()}
     inferred = fields.get("inferred") == "true"
     return Event(fields["id"], fields["type"], kind, start, end, roles, inferred)  # type: ignore[arg-type]

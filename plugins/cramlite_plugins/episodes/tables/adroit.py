@@ -70,8 +70,8 @@ def _episode(path: Path, seen: Floats, frame: Floats) -> Episode:
     off = max(np.linalg.norm(np.array((p * Pose(GRIP)).position) - r[HANDLE]) for p, r in zip(poses["lever"], seen, strict=True))
     if not off < EXACT:
         raise UserError(
-            f"{path}: the handle was observed up to {1000 * off:.0f} mm from its position by the angles of lever and hinge, and "
-            f"motion within a time step explains {1000 * EXACT:.0f} mm; is this another scene than that of hand_dapg?"
+            f"{path}: the recorded handle is up to {1000 * off:.0f} mm from where the angles of lever and hinge put it, and "
+            f"motion within a time step explains at most {1000 * EXACT:.0f} mm; is this another scene than that of hand_dapg?"
         )
     columns = {"time": [f"{STEP * k:.2f}" for k in range(len(seen))]}
     for name, track in poses.items():

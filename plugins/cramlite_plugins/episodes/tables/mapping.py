@@ -115,7 +115,7 @@ class OpensSpec(Spec):
     @model_validator(mode="after")
     def _one(self) -> OpensSpec:
         if (self.slides is None) == (self.turns is None):
-            raise ValueError("say either 'slides', how far it can be pulled out, or 'turns', by how many degrees it opens")
+            raise ValueError("say either 'slides', how far the thing can be pulled out, or 'turns', by how many degrees it opens")
         return self
 
 

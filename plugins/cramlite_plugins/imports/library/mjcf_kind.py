@@ -53,11 +53,11 @@ def from_mjcf(path: Path, name: str) -> Draft:
     model, data = source.model, source.data
     bodies = [b for b in range(1, model.nbody) if int(model.body_geomnum[b])]
     if not bodies:
-        raise UserError(f"{path}: it has no body with a shape.")
+        raise UserError(f"{path}: the model has no body with a shape.")
     frame = pose_of(data.xpos[bodies[0]], data.xmat[bodies[0]])
     parts = _parts(source, frame)
     if not parts:
-        raise UserError(f"{path}: nothing of it can be seen.")
+        raise UserError(f"{path}: the model has no visible shape.")
     mesh = look.whole(parts)
     shapes = [shaped(model, data, g, frame) for g in range(model.ngeom) if collides(model, g) and model.geom_bodyid[g]]
     geoms, notes = _geoms(shapes, mesh, name)

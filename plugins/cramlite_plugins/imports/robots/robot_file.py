@@ -211,7 +211,7 @@ def _check_free(path: Path, text: str, q: Sequence[float], where: str) -> None:
     if data.ncon:
         a, b = (model.body(model.geom_bodyid[g]).name for g in data.contact[0].geom)
         raise UserError(
-            f"{path}: at home, {where}, '{a}' meets '{b}'; state a free position by 'home', or by 'apart' that these two never meet."
+            f"{path}: at home, {where}, '{a}' and '{b}' collide; state another position by 'home', or by 'apart' that these two never meet."
         )
 
 

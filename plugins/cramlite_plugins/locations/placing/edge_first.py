@@ -41,7 +41,7 @@ def edge_first(asked: list[Query]) -> Groups:
             name = f"far edge first, leaning by {math.degrees(lean):.0f} deg, hand turned {turn:+.0f} deg, to lie {rest.name}"
             yield _let_fall(rest, now, turn, name)
     if none:
-        yield Refused("edge first", "no hand holds it so that it would fall flat")
+        yield Refused("edge first", "no tilt at which the hand can hold the payload lets it fall flat")
 
 
 def _lying(asked: list[Query]) -> Iterator[Rest]:

@@ -238,7 +238,7 @@ def queries(location: Location, belief: Belief, context: Context) -> list[Query]
     """
     entity, into = bound(context, location.of), location.relation != "on"
     if belief.held is None:
-        raise Unresolvable("nothing is held that could be brought there")
+        raise Unresolvable("the hand holds no payload that could be placed")
     thing, pose, where = belief.thing(entity), reference_pose(belief, location, context), asked(location, Where)
     region = where.region or EntityName.parse(entity).part
     found = openings(thing, pose, region) if into else [(s, 0.0) for s in surfaces(thing, pose, region)]

@@ -105,7 +105,7 @@ def sideways(asked: list[Query]) -> Groups:
                 none = False
                 yield iter([(query, placement)])
     if found and none:
-        yield Refused("anywhere", "no room for boxes about hand and payload, wherever on the floor they are")
+        yield Refused("anywhere", "the bounding boxes of hand and payload fit nowhere on the floor of the target")
     if not found:
         raise _too_high(first, max(low, default=0.0), height(first.thing, upright) + 2 * HIGH)
 

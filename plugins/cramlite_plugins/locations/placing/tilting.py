@@ -66,7 +66,7 @@ def tilted(asked: list[Query]) -> Groups:
         none = False
         yield iter([(query, placement)])
     if none:
-        yield Refused("tilted", "hand and thing have no way in between its overhang and its walls")
+        yield Refused("tilted", "hand and tilted payload fit nowhere between the target's overhang and its walls")
 
 
 def _check_empty(query: Query, does: str) -> None:
@@ -186,7 +186,7 @@ def toppling(asked: list[Query]) -> Groups:
                 none = False
                 yield iter([(query, _foot_in(query, shift(leaning, (0.0, 0.0, KEPT)), lies, out, name))])
     if none:
-        yield Refused("toppling", "released leaning out, it would nowhere topple and lie with its origin in the region")
+        yield Refused("toppling", "the payload, released leaning outwards, would nowhere topple and lie with its origin in the region")
 
 
 def _foot_in(query: Query, leaning: Pose, lies: Pose, out: Floats, name: str) -> Placement:

@@ -16,7 +16,7 @@ from cramlite.model import Belief, Estimate, Held, Pose, Relation, World
 from cramlite.plugin import Context, Refused
 
 from ...motion_planning.reach import make_scene, shift
-from ...motion_planning.space import refusal
+from ...motion_planning.space import all_of, refusal
 from ...shapes.carried_along import carried_along
 from ...shapes.itself import Itself
 from ...shapes.surfaces import resting_height
@@ -77,7 +77,7 @@ def way_straight(start: Point, end: Point, met: Met) -> list[Point] | Refused:
     fixed = next((no for no in stopped if not no.blocking), None)
     if not stopped or fixed:
         return fixed or [end]
-    return replace(stopped[0], blocking=(tuple(sorted(frozenset[str]().union(*map(_names, stopped)))),))
+    return replace(stopped[0], blocking=all_of(stopped))
 
 
 def _between(start: Point, end: Point) -> Iterator[Point]:
@@ -93,19 +93,14 @@ def _spot(start: Point, cell: Side) -> Point:
 def _steps(start: Point, here: Side, met: Met, cleared: bool) -> Iterator[tuple[Side, float, Refused | None]]:
     """Yield the neighbouring lattice cells to which a thing can be pushed, each with its cost [m], and a
     refusal that names the movable things in the cell; None if there are none."""
-    gone = _names(met(_spot(start, here))) if cleared else frozenset()
+    around = met(_spot(start, here)) if cleared else None
+    gone = around.in_the_way if around else frozenset()
     for side in SIDES:
         there = (here[0] + side[0], here[1] + side[1])
         no = met(_spot(start, there))
         if no is None or no.blocking:
-            more = TAKEN_ASIDE * len(_names(no) - gone) if cleared else SHOVED if no else 0.0
+            more = (TAKEN_ASIDE * len(no.in_the_way - gone) if cleared else SHOVED) if no else 0.0
             yield there, STEP * math.hypot(*side) + more, no
-
-
-def _names(no: Refused | None) -> frozenset[str]:
-    """Names of the movable things in a refusal."""
-    blocking = (no.blocking or ()) if no else ()
-    return frozenset(name for one in blocking for name in ((one,) if isinstance(one, str) else one))
 
 
 def _traced(start: Point, end: Side, came: dict[Side, Side | None], blame: dict[tuple[Side, Side], Refused]) -> list[Point] | Refused:
@@ -119,8 +114,7 @@ def _traced(start: Point, end: Side, came: dict[Side, Side | None], blame: dict[
     pairs = list(itertools.pairwise(cells))
     stopped = [blame[pair] for pair in pairs if pair in blame]
     if stopped:
-        names = frozenset[str]().union(*map(_names, stopped))
-        return replace(stopped[0], blocking=(tuple(sorted(names)),))
+        return replace(stopped[0], blocking=all_of(stopped))
     ways = [(b[0] - a[0], b[1] - a[1]) for a, b in pairs]
     return [_spot(start, cell) for cell, way, after in zip(cells[1:], ways, [*ways[1:], None], strict=True) if way != after]
 

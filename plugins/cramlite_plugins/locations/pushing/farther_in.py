@@ -70,7 +70,7 @@ def _ahead(belief: Belief, context: Context) -> Floats:
     if (level := level_ahead(hand)) is not None:
         return level
     down = hand.rotate((0.0, 0.0, 1.0))[2] < 0
-    raise Unresolvable(f"the hand points {'down' if down else 'up'}; only a level hand pushes a thing in", (), blocking=())
+    raise Unresolvable(f"the hand points {'down' if down else 'up'}; only a level hand can push a thing farther in", (), blocking=())
 
 
 def level_ahead(hand: Pose) -> Floats | None:

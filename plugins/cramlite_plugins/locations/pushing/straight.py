@@ -87,8 +87,7 @@ def beyond(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     end = shift(tcp(belief, context), np.asarray(start.approach) * distance)
     there = collision_free_ik(make_scene(belief, context, [entity]), context, end, belief.joints)
     if isinstance(there, Refused):
-        said = f"after {1000 * distance:.0f} mm: {there.reason}"
-        raise Unresolvable(said, causes(location, context), blocking=there.blocking, collision=there.collision, remedy=there.remedy)
+        raise there.impossible(f"after {1000 * distance:.0f} mm: {there.reason}", causes(location, context))
     yield Grounding(Place(end, end, thing=entity), f"{1000 * distance:.0f} mm on", key="on")
 
 

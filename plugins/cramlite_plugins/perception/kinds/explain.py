@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from cramlite.model import Mask
 
     from .appearance import Appearance
-    from .interpret import Part, Reading
+    from .reading import Part, Reading
 
 
 class Explanation(Value, eq=False):
@@ -40,8 +40,9 @@ def explained(inputs: Inputs) -> Mapping[str, Any]:
     """
     from ..values import Segment
     from .agreement import Picture
-    from .interpret import Scene, interpreted
+    from .interpret import interpreted
     from .joined import joined
+    from .reading import Scene
 
     known: Sequence[Appearance] = inputs["appearances"]
     if not any(a.printed for a in known):
@@ -73,7 +74,7 @@ def _explanation(segment: Any, part: Part, limits: Mapping[str, float]) -> Expla
     """Probabilities by Bayes' rule over the models' best scores and "none", with equal priors."""
     import numpy as np
 
-    from .interpret import rarity
+    from .reading import rarity
 
     best: dict[str, Reading] = {}
     for reading in part.readings:
@@ -115,7 +116,7 @@ def kind(inputs: Inputs) -> Mapping[str, Any]:
     segment = inputs["segment"]
     found = next((e for e in inputs["explanations"] if e.segment is segment), None)
     if found is None:
-        raise Unresolvable("it was segmented without known models")
+        raise Unresolvable("the object was segmented without known models")
     models = {m.name: m for m in inputs["models"]}
     by_type: dict[str, float] = {}
     for name, share in found.shares:
@@ -142,56 +143,59 @@ def appearances(inputs: Inputs) -> Mapping[str, Any]:
     return {"appearances": tuple(appearance_of(m) for m in inputs["models"] if m.geoms)}
 
 
+PARAMETERS = (
+    Parameter("thickness_m", 0.010, "five times the median error of a D435 below 1 m"),
+    Parameter("extent_m", 0.20, "longer than any product that a gripper of 85 mm takes, and than any known model"),
+    Parameter("fixture_m", 0.010, "5 mm of error of a fixture's pose, and the noise of depth"),
+    Parameter("cell_m", 0.0075, "neighbouring pixels at 1.3 m are 4 mm apart; things nearer than that touch"),
+    Parameter("pixels", 60, "a small carton at 1.3 m has 125"),
+    Parameter("least_m", 0.02, "smaller rests are edges of what was explained"),
+    Parameter("again", 2, "rests of rests"),
+    Parameter("candidates", 8, "of 32 kinds, by colour"),
+    Parameter("alike", 0.35, "of the most alike model's likeness"),
+    Parameter("apart_m", 0.10, "what hides the middle of a thing is seldom wider"),
+    Parameter("covered", 0.15, "of a part's border; noise makes less of a thing that stands alone"),
+    Parameter("pieces", 4, "of a cluster that are read on their own: what two things on each other show"),
+    Parameter("partly", 4, "of them where things may touch, for each part"),
+    Parameter("models", 2, "registered in full; the coarse registration has ranked them"),
+    Parameter("poses", 4, "of each model that are registered in full"),
+    Parameter("far", 0.3, "of a model's diameter, from which coarse registration draws points near"),
+    Parameter("large_m", 0.25, "diameter above which coarse registration has twice the iterations"),
+    Parameter("yaws", 8, "coarse poses of each model whose print is compared"),
+    Parameter("as_well", 0.93, "of a pose's score, above which shape does not tell a turn of it"),
+    Parameter("missing_m", 0.07, "half of a carton may be hidden, by others or by itself"),
+    Parameter("excess_m", 0.035, "the box around a leaning thing is larger than the thing"),
+    Parameter("tie", 0.02, "difference of scores that tells no pose from another"),
+    Parameter("larger_m", 0.015, "flying pixels at both ends make a thing that much larger"),
+    Parameter("near", 0.75, "of the best coarse score, above which a second model is registered in full"),
+    Parameter("hopeless", 0.08, "coarse score below which no model is registered in full"),
+    Parameter("good", 0.45, "above it a cluster is one thing"),
+    Parameter("bad", 0.35, "below it a model does not explain it"),
+    Parameter("gain", 0.05, "by which several things must explain more than one"),
+    Parameter("within_m", 0.022, "furniture is drawn up to 20 mm into what it stands on; what is deeper inside of it cannot be there"),
+    Parameter("loose_m", 0.012, "what can be moved lies on a thing, not in it: errors of both places, and of depth"),
+    Parameter("within", 0.1, "of a model's surface that deep inside of furniture"),
+    Parameter("robot_m", 0.05, "depth noise at a metre, links drawn simpler than they are"),
+    Parameter("robot", 0.3, "of a model's surface that near to the robot's own"),
+    Parameter("edged", 0.5, "of the outline of one of several things that touch: faces of two may be alike for a part of it"),
+    Parameter("owns_m", 0.003, "beside what depth noise explains"),
+    Parameter("small", 1500, "pixels: a carton at 0.9 m; larger parts are explained by chance less often"),
+    Parameter("rarer", 0.25, "power of the number of pixels with which a chance fit gets rarer"),
+    Parameter("none", 0.40, "score that a wrong model reaches by chance"),
+    Parameter("doubt", 0.04, "difference of scores by which a model is e times likelier"),
+    Parameter("full", 0.60, "score of a right model in full view"),
+    Parameter("least", 0.02, "less likely models are no hypotheses"),
+)
+"""Parameters of the expert ``printed_things``, with the reason for each value."""
+
+
 @hookimpl
 def experts() -> Iterable[Expert]:
-    parameters = (
-        Parameter("thickness_m", 0.010, "five times the median error of a D435 below 1 m"),
-        Parameter("extent_m", 0.20, "longer than any product that a gripper of 85 mm takes, and than any known model"),
-        Parameter("fixture_m", 0.010, "5 mm of error of a fixture's pose, and the noise of depth"),
-        Parameter("cell_m", 0.0075, "neighbouring pixels at 1.3 m are 4 mm apart; things nearer than that touch"),
-        Parameter("pixels", 60, "a small carton at 1.3 m has 125"),
-        Parameter("least_m", 0.02, "smaller rests are edges of what was explained"),
-        Parameter("again", 2, "rests of rests"),
-        Parameter("candidates", 8, "of 32 kinds, by colour"),
-        Parameter("alike", 0.35, "of the most alike model's likeness"),
-        Parameter("apart_m", 0.10, "what hides the middle of a thing is seldom wider"),
-        Parameter("covered", 0.15, "of a part's border; noise makes less of a thing that stands alone"),
-        Parameter("pieces", 4, "of a cluster that are read on their own: what two things on each other show"),
-        Parameter("partly", 4, "of them where things may touch, for each part"),
-        Parameter("models", 2, "registered in full; the coarse registration has ranked them"),
-        Parameter("poses", 4, "of each model that are registered in full"),
-        Parameter("far", 0.3, "of a model's diameter, from which coarse registration draws points near"),
-        Parameter("large_m", 0.25, "diameter above which coarse registration has twice the iterations"),
-        Parameter("yaws", 8, "coarse poses of each model whose print is compared"),
-        Parameter("as_well", 0.93, "of a pose's score, above which shape does not tell a turn of it"),
-        Parameter("missing_m", 0.07, "half of a carton may be hidden, by others or by itself"),
-        Parameter("excess_m", 0.035, "the box around a leaning thing is larger than the thing"),
-        Parameter("tie", 0.02, "difference of scores that tells no pose from another"),
-        Parameter("larger_m", 0.015, "flying pixels at both ends make a thing that much larger"),
-        Parameter("near", 0.75, "of the best coarse score, above which a second model is registered in full"),
-        Parameter("hopeless", 0.08, "coarse score below which no model is registered in full"),
-        Parameter("good", 0.45, "above it a cluster is one thing"),
-        Parameter("bad", 0.35, "below it a model does not explain it"),
-        Parameter("gain", 0.05, "by which several things must explain more than one"),
-        Parameter("within_m", 0.022, "furniture is drawn up to 20 mm into what it stands on; what is deeper inside of it cannot be there"),
-        Parameter("loose_m", 0.012, "what can be moved lies on a thing, not in it: errors of both places, and of depth"),
-        Parameter("within", 0.1, "of a model's surface that deep inside of furniture"),
-        Parameter("robot_m", 0.05, "depth noise at a metre, links drawn simpler than they are"),
-        Parameter("robot", 0.3, "of a model's surface that near to the robot's own"),
-        Parameter("edged", 0.5, "of the outline of one of several things that touch: faces of two may be alike for a part of it"),
-        Parameter("owns_m", 0.003, "beside what depth noise explains"),
-        Parameter("small", 1500, "pixels: a carton at 0.9 m; larger parts are explained by chance less often"),
-        Parameter("rarer", 0.25, "power of the number of pixels with which a chance fit gets rarer"),
-        Parameter("none", 0.40, "score that a wrong model reaches by chance"),
-        Parameter("doubt", 0.04, "difference of scores by which a model is e times likelier"),
-        Parameter("full", 0.60, "score of a right model in full view"),
-        Parameter("least", 0.02, "less likely models are no hypotheses"),
-    )
     return [
         Expert("appearances", "surface, colours and usual attitudes of each known model", ("models",), ("appearances",), appearances,
                cost_ms=5.0),
         Expert("printed_things", "things that known models with prints explain", ("view", "cloud", "planes", "appearances", "fixtures"),
-               (SEGMENTS, "explanations"), explained, uses=("robot",), cost_ms=1500.0, parameters=parameters),
+               (SEGMENTS, "explanations"), explained, uses=("robot",), cost_ms=1500.0, parameters=PARAMETERS),
         Expert("printed_kind", "the model that explains it, by shape and print", ("segment", "explanations", "models"),
                ("type", "candidates", "hypotheses"), kind, "object", domains={"type": types}, cost_ms=0.1),
     ]  # fmt: skip

@@ -6,78 +6,27 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
-from msgspec.structs import replace
 from scipy import ndimage
 
-from cramlite.model import Floats, Mask, Pose, Thing, Value, View
+from cramlite.model import Floats, Mask, View
 from cramlite.plugin import checkpoint
 
 from ..dimensions import extents
 from ..fixtures import depth_within
-from ..pose.estimate import COARSE, FINE, MIDDLE, PoseHypothesis, allowed, best, hypotheses
-from ..pose.icp import PoseBatch, register
+from ..pose.icp import PoseBatch
 from ..pose.model import Floats32, PoseModel
 from ..pose.outline import Outline, tolerance
-from ..pose.prior import Alignment, Prior
-from ..pose.score import ENOUGH, SURFACE, Scores, score_poses
-from ..pose.starts import scene_clouds, slid, starts_for
+from ..pose.prior import Prior
+from ..pose.score import ENOUGH, score_poses
+from ..pose.starts import slid
 from ..segmentation.clean import voxel_components
-from .agreement import Picture, agreement, edged
+from .agreement import agreement, edged
 from .appearance import Appearance, histogram, likeness
-from .pieces import covered, given_back, middles, pieces
+from .pieces import given_back, middles, pieces
+from .reading import Part, Reading, Scene, bad, rarity
+from .registered import coarse_poses, coarse_reading, full_readings, is_covered, pose_batch, posed, seen_part, standing
 
 ANY = Prior()
-STEP = 10
-"""Step of the turns about the vertical that are compared by their print [deg]: a letter of 10 mm on a can is 15 deg wide."""
-
-
-class Reading(Value, eq=False):
-    """Explanation of a part of the picture by one known model at one pose.
-
-    Args:
-        appearance: of the model.
-        pose: of its frame in the world.
-        fit: 0 to 1, of its shape; colour: 0 to 1, of its printed texture.
-        reasons: clauses with numbers.
-    """
-
-    appearance: Appearance
-    pose: Pose
-    fit: float
-    colour: float
-    reasons: tuple[str, ...] = ()
-
-    @property
-    def score(self) -> float:
-        """Return the score of the explanation, fit^2 * colour, 0 to 1; the shape has the greater weight, as
-        light and blur change colours."""
-        return self.fit * self.fit * self.colour
-
-
-class Part(Value, eq=False):
-    """Part of the picture with its explanations, best first; none where no model explains it."""
-
-    mask: Mask
-    readings: tuple[Reading, ...]
-
-    @property
-    def score(self) -> float:
-        """Return the score of the best explanation of this part of the picture; 0 if nothing explains it."""
-        return self.readings[0].score if self.readings else 0.0
-
-
-class Scene(Value, eq=False):
-    """Input of interpretation: the picture, its points (height, width, 3) in the world [m], the
-    appearances of the known models, limits, the foreground, furniture, and the depth (height, width) at
-    which the robot would be seen [m], NaN at pixels without the robot."""
-
-    picture: Picture
-    points: Floats
-    appearances: tuple[Appearance, ...]
-    limits: Mapping[str, float]
-    front: Mask
-    fixtures: tuple[Thing, ...] = ()
-    robot: Floats | None = None
 
 
 def interpreted(scene: Scene) -> list[Part]:
@@ -94,19 +43,6 @@ def interpreted(scene: Scene) -> list[Part]:
             open_ += [(m, depth + 1) for m in rest if extent(scene, m) > scene.limits["least_m"]]
         parts.append(part)
     return parts
-
-
-def rarity(mask: Mask, limits: Mapping[str, float]) -> float:
-    """Return the factor by which limits of scores are lowered for a large part of the picture; 1 for a small part.
-
-    A wrong model seldom explains many pixels by chance.
-    """
-    return float(min(1.0, (limits["small"] / max(1, int(mask.sum()))) ** limits["rarer"]))
-
-
-def bad(mask: Mask, limits: Mapping[str, float]) -> float:
-    """Return the score below which a model does not explain a part of the picture."""
-    return limits["bad"] * rarity(mask, limits)
 
 
 def clusters(scene: Scene, front: Mask) -> list[Mask]:
@@ -184,10 +120,10 @@ def _partial(scene: Scene, mask: Mask, number: int) -> Iterator[Reading]:
 
     The rest of the cluster does not count against them, and hides nothing.
     """
-    whole = _seen(scene, mask)
+    whole = seen_part(scene, mask)
     for part in middles(scene.points, mask, number, scene.limits["pixels"]) if whole is not None else ():
         for a in _candidates(scene, part, partly=True)[: int(scene.limits["partly"])]:
-            if whole is not None and (starts := _coarse(scene, part, a, _standing(a))) is not None:
+            if whole is not None and (starts := coarse_poses(scene, part, a, standing(a))) is not None:
                 yield _touching(scene, mask, whole, a, starts)
 
 
@@ -200,8 +136,8 @@ def _touching(scene: Scene, mask: Mask, whole: tuple[Floats32, Outline], appeara
     model = appearance.surface
     near = slid(model, whole[1], starts.pick(slice(0, 4)))
     order = np.argsort(-_partly(model, whole, near), kind="stable")[: int(scene.limits["yaws"])]
-    poses = [h.pose * s for h in _posed(scene, near.pick(order)) for s in model.symmetries[:4]]
-    fits = _partly(model, whole, _batch(scene, poses))
+    poses = [h.pose * s for h in posed(scene, near.pick(order)) for s in model.symmetries[:4]]
+    fits = _partly(model, whole, pose_batch(scene, poses))
     colours = agreement(scene.picture, mask, appearance, poses)
     k = int((fits**2 * colours).argmax())
     said = f"{100 * colours[k]:.0f} % of its printed texture agrees with the picture", "it touches something"
@@ -214,22 +150,6 @@ def _partly(model: PoseModel, whole: tuple[Floats32, Outline], poses: PoseBatch)
     return np.asarray(scores.free**2 * np.sqrt(np.minimum(1, scores.seen / ENOUGH)), dtype=float)
 
 
-def _scored(model: PoseModel, seen: tuple[Floats32, Outline], poses: PoseBatch, surface: int = SURFACE) -> Scores:
-    """Score poses of a model against a part of the depth image.
-
-    Each score is divided by the square root of the seen share of the model's visible side: scores are squared
-    later, which would count this share twice.
-    """
-    scores = score_poses(model, *seen, poses, surface)
-    return replace(scores, score=scores.score / np.sqrt(np.clip(scores.seen / ENOUGH, 1e-3, 1.0)))
-
-
-def _posed(scene: Scene, starts: PoseBatch) -> list[PoseHypothesis]:
-    """Convert a batch of registered poses to pose hypotheses in the world frame, in the same order."""
-    ones = np.arange(len(starts), 0, -1, dtype=np.float32)
-    return hypotheses(scene.picture.view, starts, Scores(ones, ones, ones, ones, ones))
-
-
 def read(scene: Scene, mask: Mask, quick: Sequence[Reading]) -> Part:
     """Explain a part of the picture: register in full the models that coarse registration ranks first, in
     any attitude if no usual one fits."""
@@ -237,15 +157,15 @@ def read(scene: Scene, mask: Mask, quick: Sequence[Reading]) -> Part:
     hopeless = limits["hopeless"] * rarity(mask, limits) ** 2
     least = max(hopeless, limits["near"] * quick[0].score) if quick else 1.0
     tried = [q.appearance for q in quick[: int(limits["models"])] if q.score >= least]
-    found = [r for a in tried for r in _full(scene, mask, a, _standing(a))]
-    if _most(found) < bad(mask, limits) and _covered(scene, mask):  # coarse ranks of a strip tell little
+    found = [r for a in tried for r in full_readings(scene, mask, a, standing(a))]
+    if _most(found) < bad(mask, limits) and is_covered(scene, mask):  # coarse ranks of a strip tell little
         others = [q.appearance for q in quick[: 2 * int(limits["models"])] if q.appearance not in tried]
-        found += [r for a in others for r in _full(scene, mask, a, _standing(a))]
+        found += [r for a in others for r in full_readings(scene, mask, a, standing(a))]
     if _most(found) < bad(mask, limits):
-        any_way = [q for a in [r.appearance for r in quick[:3]] if (q := _quick(scene, mask, a, ANY)) is not None]
+        any_way = [q for a in [r.appearance for r in quick[:3]] if (q := coarse_reading(scene, mask, a, ANY)) is not None]
         first = max(any_way, key=lambda q: q.score, default=None)
         if first is not None and first.score >= hopeless:
-            found += _full(scene, mask, first.appearance, ANY)
+            found += full_readings(scene, mask, first.appearance, ANY)
     full = {r.appearance.model.name for r in found}
     found += [q for q in quick if q.appearance.model.name not in full]
     return Part(mask, tuple(sorted((r for r in found if _beside(scene, r)), key=lambda r: -r.score)))
@@ -267,12 +187,8 @@ def _beside(scene: Scene, reading: Reading) -> bool:
 def ranked(scene: Scene, mask: Mask) -> list[Reading]:
     """Return the best coarse registration of each model whose colours and size fit a part of the picture,
     best first."""
-    quick = [q for a in _candidates(scene, mask) if (q := _quick(scene, mask, a, _standing(a))) is not None]
+    quick = [q for a in _candidates(scene, mask) if (q := coarse_reading(scene, mask, a, standing(a))) is not None]
     return sorted(quick, key=lambda q: -q.score)
-
-
-def _standing(appearance: Appearance) -> Prior:
-    return Prior((Alignment(appearance.up, ((0.0, 0.0, 1.0),)),))
 
 
 def _candidates(scene: Scene, mask: Mask, *, partly: bool = False) -> list[Appearance]:
@@ -282,15 +198,11 @@ def _candidates(scene: Scene, mask: Mask, *, partly: bool = False) -> list[Appea
     """
     own = histogram(scene.picture.view.rgb[mask].astype(float))
     seen = extents(scene.points[mask])
-    lengths, whole = np.sort([seen.height, seen.width, seen.depth]), not _covered(scene, mask)
+    lengths, whole = np.sort([seen.height, seen.width, seen.depth]), not is_covered(scene, mask)
     alike = [(likeness(own, a) * (1.0 if partly else _sized(lengths, a, scene.limits, whole)), a) for a in scene.appearances]
     alike.sort(key=lambda p: (-p[0], p[1].model.name))
     least = scene.limits["alike"] * (alike[0][0] if alike else 0.0)
     return [a for share, a in alike[: int(scene.limits["candidates"])] if share >= least]
-
-
-def _covered(scene: Scene, mask: Mask) -> bool:
-    return covered(scene.picture.view, mask, scene.front) > scene.limits["covered"]
 
 
 def _sized(lengths: Floats, appearance: Appearance, limits: Mapping[str, float], whole: bool) -> float:
@@ -305,109 +217,6 @@ def _sized(lengths: Floats, appearance: Appearance, limits: Mapping[str, float],
     missing = whole * np.maximum(0.0, own - lengths)[1:] / limits["missing_m"]
     excess = np.maximum(0.0, lengths - own) / limits["excess_m"]
     return math.exp(-float(missing @ missing + excess @ excess) / 2)
-
-
-def _seen(scene: Scene, mask: Mask) -> tuple[Floats32, Outline] | None:
-    """Points of a part of the picture in the optical frame, and its outline; None if the points are too few."""
-    clouds = scene_clouds(scene.picture.view, mask)
-    if not clouds or len(clouds[-1].points) < scene.limits["pixels"] / 2:
-        return None
-    return clouds[-1].points, Outline.of(scene.picture.view, clouds[-1].mask)
-
-
-def _coarse(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> PoseBatch | None:
-    """The best few poses of a model after coarse registration with a part of the picture; None if there are none.
-
-    The search for a large model has a longer reach and takes more iterations.
-    """
-    seen, model, view = _seen(scene, mask), appearance.surface, scene.picture.view
-    if seen is None:
-        return None
-    large = model.diameter > scene.limits["large_m"]
-    reach = max(COARSE.reach[0], scene.limits["far"] * model.diameter)
-    stage = replace(COARSE, reach=(reach, COARSE.reach[1]), iterations=(2 if large else 1) * COARSE.iterations)
-    starts = register(model, seen[0], starts_for(view.camera, model, prior, seen[0]), stage, seen[1])
-    starts = allowed(view, prior, starts)
-    starts = slid(model, seen[1], starts) if len(starts) and _covered(scene, mask) else starts
-    starts = best(model, *seen, starts, int(scene.limits["yaws"]), 200)
-    return register(model, seen[0], starts, MIDDLE, seen[1]) if len(starts) else None
-
-
-def _quick(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> Reading | None:
-    """Best explanation of a part of the picture by a model after coarse registration; None where no pose is
-    possible."""
-    starts, seen = _coarse(scene, mask, appearance, prior), _seen(scene, mask)
-    if starts is None or seen is None:
-        return None
-    scored = hypotheses(scene.picture.view, starts, _scored(appearance.surface, seen, starts, 300))
-    colours = agreement(scene.picture, mask, appearance, [h.pose for h in scored])
-    found = [Reading(appearance, h.pose, h.score, float(c)) for h, c in zip(scored, colours, strict=True)]
-    return max(found, key=lambda r: r.score)
-
-
-def _full(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> list[Reading]:
-    """Explanations of a part of the picture by a model that is fully registered with it, each in the pose at which the
-    model's texture agrees best."""
-    starts, seen, model, view = _coarse(scene, mask, appearance, prior), _seen(scene, mask), appearance.surface, scene.picture.view
-    if starts is None or seen is None:
-        return []
-    kept = int(scene.limits["poses"])
-    starts = best(model, *seen, slid(model, seen[1], best(model, *seen, starts, kept, 300)), kept, 300)
-    starts = allowed(view, prior, register(model, seen[0], starts, FINE, seen[1]))
-    found = []
-    for h in distinct(model, hypotheses(view, starts, _scored(model, seen, starts))):
-        found.append(_by_print(scene, mask, appearance, seen, h))
-    return found
-
-
-def _by_print(scene: Scene, mask: Mask, appearance: Appearance, seen: tuple[Floats32, Outline], found: PoseHypothesis) -> Reading:
-    """Explanation of a part of the picture by a model at a registered pose, turned by a symmetry or about the vertical
-    to where shape and texture agree best.
-
-    The turned pose is registered once more.
-    """
-    model = appearance.surface
-    poses, fits = _turned(scene, seen, model, found.pose)
-    colours = agreement(scene.picture, mask, appearance, poses)
-    k = int((fits * fits * colours).argmax())
-    again = register(model, seen[0], _batch(scene, [poses[k]]), FINE, seen[1])
-    refined = hypotheses(scene.picture.view, again, _scored(model, seen, again))
-    pose, fit, colour = poses[k], float(fits[k]), float(colours[k])
-    if refined and refined[0].score >= fit:
-        pose, fit = refined[0].pose, refined[0].score
-        colour = float(agreement(scene.picture, mask, appearance, [pose])[0])
-    return Reading(appearance, pose, fit, colour, (*found.reasons, f"{100 * colour:.0f} % of its printed texture agrees with the picture"))
-
-
-def distinct(model: PoseModel, found: Sequence[PoseHypothesis]) -> list[PoseHypothesis]:
-    """Return hypotheses without those that are within 3 mm and 3 degrees of a better one."""
-    kept: list[PoseHypothesis] = []
-    for h in found:
-        apart = [model.difference(h.pose, k.pose) for k in kept]
-        if all(d > 0.003 or a > math.radians(3) for d, a in apart):
-            kept.append(h)
-    return kept
-
-
-def _turned(scene: Scene, seen: tuple[Floats32, Outline], model: PoseModel, pose: Pose) -> tuple[list[Pose], Floats]:
-    """A pose of a model, and the turned poses (by a symmetry or about the vertical) that fit the picture nearly as
-    well, with their scores.
-
-    Of nearly round things many turns fit.
-    """
-    centre = pose.apply(model.centre)
-    there, back = Pose(tuple(centre)), Pose(tuple(-centre))
-    yaws = [there * Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(a))) * back * pose for a in range(STEP, 360, STEP)]
-    poses = [pose, *yaws, *(pose * s for s in model.symmetries[1:9])]
-    scores = _scored(model, seen, _batch(scene, poses), 300).score
-    kept = np.flatnonzero(scores >= scene.limits["as_well"] * scores[0])
-    return [poses[k] for k in kept], np.asarray(scores[kept], dtype=float)
-
-
-def _batch(scene: Scene, poses: Sequence[Pose]) -> PoseBatch:
-    """Convert poses of a model in the world to the batch of poses that registration takes."""
-    inverse = [(scene.picture.view.camera.inverse() * p).inverse() for p in poses]
-    return PoseBatch(np.array([p.rotation for p in inverse], np.float32), np.array([p.position for p in inverse], np.float32))
 
 
 def claimed(scene: Scene, part: Part, among: Sequence[Mask]) -> Part:

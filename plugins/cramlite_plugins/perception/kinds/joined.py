@@ -8,7 +8,8 @@ import numpy as np
 
 from cramlite.model import Mask
 
-from .interpret import Part, Scene, bad, claimed, extent, ranked, rarity, read
+from .interpret import claimed, extent, ranked, read
+from .reading import Part, Scene, bad, rarity
 
 
 def joined(scene: Scene, parts: Sequence[Part]) -> list[Part]:

@@ -36,7 +36,7 @@ def best_fit(inputs: Inputs) -> Mapping[str, Any]:
 
 def _values_of_best(fits: Sequence[Fit], models: Mapping[str, Thing]) -> Mapping[str, Any]:
     if not fits:
-        raise Unresolvable("no known model looks like it and fits its points")
+        raise Unresolvable("no known model looks like the object and fits its points")
     best = fits[0]
     sure = min(1.0, best.score)
     lost = list(fits[1:])

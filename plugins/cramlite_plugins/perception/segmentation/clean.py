@@ -27,7 +27,7 @@ def _cleaned(cluster: Clustering) -> Callable[[Inputs], Mapping[str, Any]]:
         segment, cloud = inputs["segment"], inputs["cloud"]
         points = cloud.points[segment.mask]
         if len(points) < inputs.parameters["least"]:
-            raise Unresolvable(f"{len(points)} points are too few")
+            raise Unresolvable(f"a segment of {len(points)} points is too small to be cleaned")
         labels = cluster(points, inputs.parameters)
         sizes = np.bincount(labels + 1)[1:]
         if not len(sizes):

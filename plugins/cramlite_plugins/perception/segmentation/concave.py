@@ -41,9 +41,9 @@ def segments(inputs: Inputs) -> Mapping[str, Any]:
     from ..values import Segment
 
     if inputs["fixtures"]:
-        raise Unresolvable("the map has fixtures, and things that touch them flush are parted by colour")
+        raise Unresolvable("the map has fixtures, and things flush with them are separated by colour instead")
     if printed(inputs.get("looks", ())):
-        raise Unresolvable("a known model has a printed texture, which tells more than shape")
+        raise Unresolvable("a known model has a printed texture, which separates objects better than shape")
     view, cloud, limits = inputs["view"], inputs["cloud"], inputs.parameters
     inverse = np.where(cloud.mask, 1.0 / np.where(cloud.mask, view.depth, 1.0), np.nan)
     front = _front(cloud, inverse, inputs["planes"], limits)

@@ -40,7 +40,7 @@ def segments(inputs: Inputs) -> Mapping[str, Any]:
     from ..values import Segment
 
     if printed(inputs.get("looks", ())):
-        raise Unresolvable("a known model has a printed texture, which has edges of its own")
+        raise Unresolvable("a known model has a printed texture, whose edges are no borders of objects")
     view, cloud, behind = inputs["view"], inputs["cloud"], inputs["background"]
     front = cloud.mask & ~behind
     chroma = chromaticity(view.rgb)

@@ -138,7 +138,7 @@ class Controller(CommandedArm):
             TypeError: it was made without.
         """
         if not isinstance(self.gripper, GripperServer):
-            raise TypeError("this controller moves its gripper without a server")
+            raise TypeError("the gripper of this controller has no GripperServer")
         return self.gripper
 
     # What a program asks for

@@ -110,7 +110,7 @@ def process_motion(poses: Sequence[Pose], radii: Sequence[float], speed: float, 
     places = [np.array(p.position) for p in poses]
     lengths = [math.dist(a, b) for a, b in pairwise(places)]
     if min(lengths) < 1e-6:
-        raise ValueError("a movep needs a way: turn on the spot with movel")
+        raise ValueError("a movep needs a path of some length: turn on the spot with movel")
     parts: list[PathSegment] = []
     start, done = places[0], 0.0
     for k, (corner, after, radius) in enumerate(zip(places[1:], places[2:], radii, strict=False), 1):
@@ -133,7 +133,7 @@ def _blend(corner: Floats, into: Floats, out: Floats, radius: float, legs: tuple
     if angle < STRAIGHT:
         return LineSegment(start, goal, legs)
     if angle > math.pi - 1e-3:
-        raise ValueError("the way turns straight back: no circle touches both lines")
+        raise ValueError("the path turns straight back: no blend circle touches both of its lines")
     inward = _unit(out - float(out @ into) * into)
     return ArcSegment(start, goal, legs, start + radius / math.tan(angle / 2) * inward, into, angle)
 

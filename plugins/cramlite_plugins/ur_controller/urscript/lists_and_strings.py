@@ -93,7 +93,7 @@ def _string(value: Any, where: str) -> str:
 
 def _index(value: Any, last: int, where: str) -> int:
     if type(value) is not int or not 0 <= value <= last:
-        raise ScriptError(f"{where}: {show(value)} is not one of 0 .. {last}")
+        raise ScriptError(f"{where}: {show(value)} is no whole number in 0 .. {last}")
     return value
 
 

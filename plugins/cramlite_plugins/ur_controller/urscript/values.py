@@ -45,7 +45,7 @@ def sized(value: Any) -> int:
     too many."""
     size = _size(value, 0)
     if size > LARGEST:
-        raise ScriptError(f"a list or struct with more than {LARGEST} elements")
+        raise ScriptError(f"a list or struct has more than {LARGEST} elements")
     return size
 
 

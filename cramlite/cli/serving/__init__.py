@@ -1,0 +1,1 @@
+"""Requests of other software: ``cramlite serve`` and ``cramlite mcp``, and which programs a client may run."""

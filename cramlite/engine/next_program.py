@@ -1,0 +1,141 @@
+"""Program that follows a stopped one: the rest of the same program, another one from where the arm stands, or the way back.
+
+Each is proven in the believed world before anything moves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
+
+from ..base.value import Value
+from ..model.steps import MoveJoints
+from .proof import prove
+from .replanning import SLOW, Attempt, Round, way_back
+from .rest_of_program import may_be_finished, rest_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from ..model.readings import Notice
+    from ..model.rollout import Rollout
+    from ..model.world import World
+    from ..planning.budget import Budget
+    from ..planning.trace import Trace
+    from ..plugin.catalogue import Knowledge
+    from ..plugin.protocols import Candidate
+    from .expectation import RunWatch
+    from .setting import Setting
+
+BACK = "0.Back"
+"""Designator of the way back."""
+STILL = 0.005
+"""Distance by which things may move on the way back [m]: the default of bystanders."""
+AT_ONCE = {"expansions": 50, "proofs": 2, "sequences": 3}
+"""Budget of a search where the arm was stopped: searches that found a program there took at most 32 expansions of a task sequence."""
+Search = Callable[["Budget"], "Iterator[Candidate]"]
+"""Search for proven programs that reach what is left of the goal, best first, within a budget."""
+
+
+class Stopped(Value, eq=False):
+    """Program that was stopped.
+
+    Args:
+        done: its run.
+        notice, watch: why it was stopped, and the watcher of the run.
+        setting: as believed since.
+        world: as it really is since; the believed one for a world that nobody here simulates.
+    """
+
+    done: Round
+    notice: Notice
+    watch: RunWatch
+    setting: Setting
+    world: World
+
+    @property
+    def hand(self) -> str:
+        """Clause about the payload; "" for an empty hand."""
+        holds = self.setting.world.robots[0].holds
+        return f", with '{holds.thing}' in the hand" if holds else ""
+
+
+def next_program(
+    stopped: Stopped, search: Search, budgets: tuple[Budget, Budget], knowledge: Knowledge, seed: int, trace: Trace
+) -> tuple[Attempt | None, str]:
+    """Return the proven program that follows a stopped one, and why it was chosen; None if there is none.
+
+    Args:
+        budgets: of the search where the arm was stopped, and of the one once it went back or could not.
+        trace: is told how the rest of the same program fared.
+    """
+    first, whole = budgets
+    hand, stands = stopped.hand, stopped.done.step != BACK
+    rest = _same_program(stopped, knowledge, seed, trace) if may_be_finished(stopped.notice, stopped.watch) else None
+    if rest is not None:
+        return rest, f"goes on with the rest of the same program{hand}: all things are where its proof had them"
+    candidate = next(search(first if stands else whole), None)
+    back = _back(stopped, knowledge, seed) if candidate is None and stands else None
+    if back is not None:
+        return back, f"the arm goes back the way it came{hand}: no program was proven from here"
+    if candidate is None and stands and first != whole:
+        candidate = next(search(whole), None)
+    if candidate is not None:
+        return attempt_of(candidate, stopped.world), f"goes on from here{hand}: {candidate.plan}"
+    return None, f"no program was proven from here{hand}."
+
+
+def attempt_of(candidate: Candidate, world: World) -> Attempt:
+    """Return a proven program to be run in a world."""
+    assert candidate.code is not None
+    return Attempt(candidate.plan, candidate.program, candidate.code, world, candidate)
+
+
+def _same_program(stopped: Stopped, knowledge: Knowledge, seed: int, trace: Trace) -> Attempt | None:
+    """Return the rest of the program that was stopped; None if it cannot be finished from here, or its proof fails."""
+    done, setting = stopped.done, stopped.setting
+    proven = done.attempt.candidate
+    rest = rest_of(proven, done.step, setting) if proven is not None else None
+    if rest is None:
+        return None
+    ran, verdict = prove(rest, knowledge, setting.backend, seed)
+    said = f"rest of the same program from {done.step} on"
+    trace.add(0, "rest", said, "proven" if verdict.passed else "failed", "engine", verdict.reason, kind="proof")
+    return attempt_of(ran, stopped.world) if verdict.passed and ran.code is not None else None
+
+
+def _back(stopped: Stopped, knowledge: Knowledge, seed: int) -> Attempt | None:
+    """Return a program that leads the arm back along its recorded path; None if a run in the belief shows
+    that it fails or moves a thing."""
+    done, setting = stopped.done, stopped.setting
+    path = way_back(done.rollout.joints)
+    if not path:
+        return None
+    program = replace(
+        done.attempt.program, steps=(MoveJoints(path, SLOW, 1.0, origin=BACK, comment="the way it came"),), sections=(),
+        snapshots=(), late=(), start=setting.world.robots[0].joints,
+    )  # fmt: skip
+    code = setting.backend.emit(program, setting.robot)
+    robots, mount = knowledge.robots_of(setting.world), setting.world.robots[0]
+    proof = knowledge.simulator.execute(code.text, setting.world, robots, mount=mount.name, seed=seed)
+    held = mount.holds.thing if mount.holds else ""
+    still = all(_moved(proof, t.name) <= STILL for t in setting.world.things if t.movable and t.name != held)
+    return Attempt(done.attempt.plan, program, code, stopped.world) if proof.outcome == "finished" and still else None
+
+
+def at_once(whole: Budget) -> Budget:
+    """Return the small budget of the first search after a stop: the arm should rather go back the way it came
+    than wait for a longer search."""
+    return replace(whole, **{name: min(most, getattr(whole, name)) for name, most in AT_ONCE.items()})
+
+
+def apart(one: tuple[float, ...], other: tuple[float, ...]) -> float:
+    """Return the distance between two positions [m]."""
+    return float(sum((a - b) ** 2 for a, b in zip(one, other, strict=True)) ** 0.5)
+
+
+def _moved(rollout: Rollout, name: str) -> float:
+    track = rollout.poses[name]
+    return max(apart(tuple(row[:3]), tuple(track[0][:3])) for row in track)

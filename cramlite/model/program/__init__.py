@@ -1,0 +1,1 @@
+"""Typed programs: their steps, their text, safety rules, and slower copies."""

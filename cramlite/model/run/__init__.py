@@ -1,0 +1,1 @@
+"""Runs of programs: records, peaks, sensor readings, limits and verdicts."""

@@ -1,0 +1,1 @@
+"""Twins of the believed world: sources of error, their sizes, and how values are drawn."""

@@ -1,0 +1,393 @@
+"""World models: things with shapes and features, and the robots among them.
+
+A world is what a scenario describes, what a simulator compiles, and, written as
+JSON, the world file that a controller process is given beside a program.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Literal
+
+from msgspec import field
+from msgspec.structs import replace
+
+from ...base.value import Value
+from ..entity_name import EntityName
+from ..fault import Fault
+from ..geometry import Pose, Vector3
+from ..robot_file import RobotFile
+from ..view import D435, Intrinsics
+from .joint import Joint
+
+
+class Contact(Value):
+    """MuJoCo's contact parameters of a geom, as a file states them, in MuJoCo's units and with its defaults.
+
+    Two geoms that both have them meet by MuJoCo's own rule; with any other geom, friction is that of ``pair_friction``.
+
+    Args:
+        condim: 1, 3, 4 or 6 dimensions.
+        torsional, rolling: friction coefficients [m].
+        priority: the higher one's parameters are taken.
+        solref, solimp: of its constraint solver.
+        solmix: weight in the mean of both.
+        margin, gap: [m].
+    """
+
+    condim: int = 3
+    torsional: float = 0.005
+    rolling: float = 0.0001
+    priority: int = 0
+    solref: tuple[float, float] = (0.02, 1.0)
+    solimp: tuple[float, float, float, float, float] = (0.9, 0.95, 0.001, 0.5, 2.0)
+    solmix: float = 1.0
+    margin: float = 0.0
+    gap: float = 0.0
+
+
+class Geom(Value):
+    """Convex part of a thing's shape.
+
+    Args:
+        shape: box, cylinder, capsule (both along local z), sphere, or the convex hull of ``corners``.
+        size: box half-extents; (radius, half-length) of cylinder and capsule; (radius,) of a sphere; for a convex hull
+            half-extents of the box around it, which is centred on the geom's origin [m].
+        pose: in the thing's frame.
+        part: the name of the feature that this geom belongs to; empty for the body itself.
+        friction: sliding friction coefficient; None takes the thing's.
+        rgba: colour for pictures.
+        corners: of a convex hull, in the geom's frame [m]; empty for the primitives.
+        contact: further contact parameters, where a file states them; None takes this simulation's.
+    """
+
+    shape: Literal["box", "cylinder", "capsule", "sphere", "convex"]
+    size: tuple[float, ...]
+    pose: Pose = Pose()
+    part: str = ""
+    friction: float | None = None
+    rgba: tuple[float, float, float, float] = (0.6, 0.6, 0.65, 1.0)
+    corners: tuple[Vector3, ...] = ()
+    contact: Contact | None = None
+
+    @property
+    def half_extents(self) -> Vector3:
+        """Half side lengths of the geom's bounding box, along the geom's own axes [m]."""
+        if self.shape in ("box", "convex"):
+            return (self.size[0], self.size[1], self.size[2])
+        radius = self.size[0]
+        along = radius if self.shape == "sphere" else self.size[1] + (radius if self.shape == "capsule" else 0.0)
+        return (radius, radius, along)
+
+    @property
+    def bounding_radius(self) -> float:
+        """Radius of the geom's bounding sphere, whose centre is the geom's origin [m]."""
+        if self.shape == "convex":
+            return max(math.hypot(*c) for c in self.corners)
+        return sum(self.size) if self.shape == "capsule" else math.hypot(*self.size)
+
+
+class Inertia(Value):
+    """Inertia of a thing whose geoms would give a wrong one.
+
+    Args:
+        centre: of mass, in the thing's frame [m].
+        moments: (xx, yy, zz, xy, xz, yz) about the centre, axes of the thing's frame [kg m2].
+    """
+
+    centre: Vector3
+    moments: tuple[float, float, float, float, float, float]
+
+
+class MeshFile(Value):
+    """Visual mesh of a thing, which is drawn; in collisions the thing's geoms stand for it.
+
+    Args:
+        path: of an STL, OBJ, PLY, OFF or GLB file; an OBJ's material and a GLB may have a texture.
+        scale: from the file's unit to metres.
+        up: direction of the thing's frame that usually points up; None where nobody says.
+    """
+
+    path: str
+    scale: float = 1.0
+    up: Vector3 | None = None
+
+
+class Feature(Value):
+    """Functional part of a thing: a hole, a peg, its tip, a surface, a cavity.
+
+    Args:
+        name: unique within the thing, e.g. "peg".
+        type: class as a CURIE, e.g. "vrps:Peg".
+        pose: in the thing's frame; z is the functional axis (along a peg towards its tip,
+            through a hole, out of a surface, out of a container's opening).
+        size: named lengths [m], e.g. {"radius": 0.003, "length": 0.138}.
+    """
+
+    name: str
+    type: str
+    pose: Pose = Pose()
+    size: dict[str, float] = field(default_factory=dict)
+
+
+class Filling(Value):
+    """Granular content of a thing's cavity at the start, or of its surface, where it has no cavity: small balls.
+
+    Args:
+        count: how many balls.
+        radius: of each [m].
+        mass: of each [kg].
+        friction: sliding friction coefficient.
+    """
+
+    count: int
+    radius: float
+    mass: float
+    friction: float = 0.4
+
+
+class Thing(Value):
+    """Object of the world.
+
+    Args:
+        name: unique in the world.
+        type: class as a CURIE, e.g. "shop:Hanger".
+        pose: in the world frame.
+        geoms, features: in the thing's frame.
+        mass: [kg]; None for things that are fixed to the world.
+        friction: sliding friction coefficient of its geoms.
+        inertia: how the mass is spread; None spreads it evenly over the geoms.
+        mesh: what the thing looks like; None where its geoms say it all.
+        joint: how it moves against what carries it; None for things that stand free or are fixed.
+        filling: what is loose in its cavity, or on its surface, at the start; None for nothing.
+        max_grip_force: that each finger may press it with [N]; None where nobody says.
+        notes: what was changed or concluded when the thing was made, for people: a mesh that was closed, a hole found.
+    """
+
+    name: str
+    type: str
+    pose: Pose
+    geoms: tuple[Geom, ...]
+    features: tuple[Feature, ...] = ()
+    mass: float | None = None
+    friction: float = 0.6
+    inertia: Inertia | None = None
+    mesh: MeshFile | None = None
+    notes: tuple[str, ...] = ()
+    joint: Joint | None = None
+    filling: Filling | None = None
+    max_grip_force: float | None = None
+
+    @property
+    def least_friction(self) -> float:
+        """Smallest sliding friction coefficient of the thing's geoms, without those of parts such as a tab."""
+        own = [self.friction if g.friction is None else g.friction for g in self.geoms if not g.part]
+        return min(own, default=self.friction)
+
+    @property
+    def movable(self) -> bool:
+        """Whether the thing can move: it has a mass, and is not fixed to the world."""
+        return self.mass is not None
+
+    @property
+    def furniture(self) -> bool:
+        """Whether the thing is furniture, which the map for perception contains: it is fixed, or mounted on a
+        joint, as a drawer is."""
+        return not self.movable or self.joint is not None
+
+    def moved_to(self, pose: Pose, carrier: Pose | None = None) -> Thing:
+        """Return the thing at another pose, and, if it is on a joint, with the joint value of that pose.
+
+        Args:
+            carrier: displacement of what it is mounted in, in the world frame; None where that has not moved.
+        """
+        if self.joint is None:
+            return replace(self, pose=pose)
+        value = self.joint.value + self.joint.between(self.pose if carrier is None else carrier * self.pose, pose)
+        return replace(self, pose=pose, joint=replace(self.joint, value=value))
+
+    def feature(self, type_: str) -> Feature | None:
+        """Return the first feature whose class is exactly ``type_``; None if there is none."""
+        return next((f for f in self.features if f.type == type_), None)
+
+
+class InHand(Value):
+    """Payload of a robot at the start of a run.
+
+    Args:
+        thing: its name.
+        tcp_to_thing: its pose in the frame of the tool centre point.
+        force: that each pad is ordered to press with [N].
+    """
+
+    thing: str
+    tcp_to_thing: Pose
+    force: float
+
+
+class RobotMount(Value):
+    """Robot in a world: which model, and where it is mounted.
+
+    Args:
+        name: of the mount, unique in the world.
+        type: of the robot, as a plugin declares it.
+        base: its base frame in the world.
+        joints: where the arm stands at the start [rad]; empty for its home posture.
+        opening: of its gripper at the start [m]; None for open.
+        file: that the robot comes from, where no plugin declares its type.
+        holds: what is in its hand at the start, whose pose in the world agrees; None for nothing.
+    """
+
+    name: str
+    type: str
+    base: Pose = Pose()
+    joints: tuple[float, ...] = ()
+    opening: float | None = None
+    file: RobotFile | None = None
+    holds: InHand | None = None
+
+
+class Physics(Value):
+    """Physics settings of the simulation, which scenarios may change.
+
+    Negative controls, which are scenarios that must fail, use other ones.
+
+    Defaults and their measured reasons: docs/explanation/simulation.md.
+
+    Args:
+        timestep: of the simulation [s].
+        cone: of friction, as MuJoCo names it.
+        noslip_iterations: of MuJoCo's no-slip solver.
+        impratio: friction to normal impedance.
+        pad_friction: sliding friction coefficient of the fingers.
+    """
+
+    timestep: float = 0.002
+    cone: Literal["elliptic", "pyramidal"] = "elliptic"
+    noslip_iterations: int = 5
+    impratio: float = 10.0
+    pad_friction: float = 0.9
+
+
+class Disturbance(Value):
+    """Errors of a real robot that the robot model used in planning lacks; drawn by cramlite/scenario/twin.py,
+    applied by the simulator.
+
+    Args:
+        force_noise: standard deviation of each raw reading of the wrist sensor [N]; torques get a twentieth [Nm].
+        force_bias: what its zero is off, sensor axes [N]; a tare takes it away.
+        force_turning: what it reads as if it were weight, base axes [N]: a tare takes it away until the wrist turns.
+        force_drift: how fast its zero wanders, sensor axes [N/s].
+        latency: from a measurement to what the program and force mode are told [s].
+        links: displacement of each link of the first robot from its nominal place [m].
+        joint_zeros: what each joint really stands at, less what its encoder says [rad].
+        backlash: width of each joint's play, behind its encoder [rad].
+        gripper_force: real grip force as a multiple of the commanded one.
+        centres: thing -> how far its centre of mass is from where its shape, or its inertia, has it, in its frame [m].
+        flange_mass: what the flange bears beside its gripper, and nobody tells [kg].
+        tool: how far the gripper is mounted from where it should be, in the flange's frame [m].
+    """
+
+    force_noise: float = 0.0
+    force_bias: Vector3 = (0.0, 0.0, 0.0)
+    force_turning: Vector3 = (0.0, 0.0, 0.0)
+    force_drift: Vector3 = (0.0, 0.0, 0.0)
+    latency: float = 0.0
+    links: tuple[Vector3, ...] = ()
+    joint_zeros: tuple[float, ...] = ()
+    backlash: float = 0.0
+    gripper_force: float = 1.0
+    centres: Mapping[str, Vector3] = field(default_factory=dict)
+    flange_mass: float = 0.0
+    tool: Vector3 = (0.0, 0.0, 0.0)
+
+
+class Camera(Value):
+    """Depth camera.
+
+    Args:
+        pose: its optical frame (z forward, x right, y down) in the world, or in the flange frame of ``mount``.
+        mount: the robot whose flange it is on; None for one that is fixed.
+        joints: of that robot when it looks [rad].
+        intrinsics: of its image.
+        noise: whether it errs as a stereo camera does; else depth and colour are exact.
+    """
+
+    pose: Pose
+    mount: str | None = None
+    joints: tuple[float, ...] = ()
+    intrinsics: Intrinsics = D435
+    noise: bool = True
+
+    @property
+    def name(self) -> str:
+        """Name of the camera in runs and episodes; no thing may have this name."""
+        return str(EntityName(self.mount or "world", "camera"))
+
+
+class World(Value):
+    """World model: all that a simulator needs to know of a scene, and nothing of how a task in it is solved.
+
+    Args:
+        things: furniture before what stands on it.
+        robots: the first one acts.
+        physics: settings of the simulation.
+        disturbance: what a real robot has and a planned one has not.
+        cameras: depth cameras, fixed ones and those on flanges.
+        poses: "camera" where nobody knows of anything that can be moved where it is, until a camera has seen it.
+        notes: what of a scene file could not be taken over, for people.
+        faults: that happen while a program runs.
+    """
+
+    things: tuple[Thing, ...]
+    robots: tuple[RobotMount, ...] = ()
+    physics: Physics = Physics()
+    disturbance: Disturbance = Disturbance()
+    cameras: tuple[Camera, ...] = ()
+    poses: Literal["known", "camera"] = "known"
+    notes: tuple[str, ...] = ()
+    faults: tuple[Fault, ...] = ()
+
+    def thing(self, name: str) -> Thing:
+        """Return the thing of that name.
+
+        Raises:
+            KeyError: there is none; the message lists those there are.
+        """
+        for thing in self.things:
+            if thing.name == name:
+                return thing
+        raise KeyError(f"no thing '{name}' in the world; there are: {', '.join(t.name for t in self.things)}")
+
+    def mounted_on(self, name: str) -> tuple[Thing, ...]:
+        """Return the things on joints that move along with a thing on a joint, such as the lever of a door."""
+        if self.thing(name).joint is None:
+            return ()
+        return tuple(t for t in self.things if t.joint is not None and t.joint.parent == name)
+
+    def features_of(self, name: str) -> tuple[Feature, ...]:
+        """Return the features of a thing, then those of the things that are mounted on it by joints and move along
+        with it."""
+        return tuple(f for t in (self.thing(name), *self.mounted_on(name)) for f in t.features)
+
+    def carrier_shift(self, name: str, poses: Mapping[str, Pose]) -> Pose:
+        """Return the displacement, in the world frame, of the body in which a thing on a joint is mounted; the
+        identity if no such body has moved.
+
+        Args:
+            poses: of things now, in the world frame.
+        """
+        joint = self.thing(name).joint
+        if joint is None or joint.parent not in poses:
+            return Pose()
+        return poses[joint.parent] * self.thing(joint.parent).pose.inverse()
+
+    def put(self, poses: Mapping[str, Pose]) -> World:
+        """Return the world with some things at other poses, and joint values that agree with them."""
+        things = (t.moved_to(poses[t.name], self.carrier_shift(t.name, poses)) if t.name in poses else t for t in self.things)
+        return replace(self, things=tuple(things))
+
+    def moved(self, poses: dict[str, Pose]) -> World:
+        """Return the world with some things at other poses."""
+        return replace(self, things=tuple(replace(t, pose=poses[t.name]) if t.name in poses else t for t in self.things))

@@ -1,0 +1,72 @@
+"""Values of the interpretation of a picture: its input, explanations of its parts by known models, and limits of their scores."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from cramlite.model import Floats, Mask, Pose, Thing, Value
+
+from .agreement import Picture
+from .appearance import Appearance
+
+
+class Reading(Value, eq=False):
+    """Explanation of a part of the picture by one known model at one pose.
+
+    Args:
+        appearance: of the model.
+        pose: of its frame in the world.
+        fit: 0 to 1, of its shape; colour: 0 to 1, of its printed texture.
+        reasons: clauses with numbers.
+    """
+
+    appearance: Appearance
+    pose: Pose
+    fit: float
+    colour: float
+    reasons: tuple[str, ...] = ()
+
+    @property
+    def score(self) -> float:
+        """Return the score of the explanation, fit^2 * colour, 0 to 1; the shape has the greater weight, as
+        light and blur change colours."""
+        return self.fit * self.fit * self.colour
+
+
+class Part(Value, eq=False):
+    """Part of the picture with its explanations, best first; none where no model explains it."""
+
+    mask: Mask
+    readings: tuple[Reading, ...]
+
+    @property
+    def score(self) -> float:
+        """Return the score of the best explanation of this part of the picture; 0 if nothing explains it."""
+        return self.readings[0].score if self.readings else 0.0
+
+
+class Scene(Value, eq=False):
+    """Input of interpretation: the picture, its points (height, width, 3) in the world [m], the
+    appearances of the known models, limits, the foreground, furniture, and the depth (height, width) at
+    which the robot would be seen [m], NaN at pixels without the robot."""
+
+    picture: Picture
+    points: Floats
+    appearances: tuple[Appearance, ...]
+    limits: Mapping[str, float]
+    front: Mask
+    fixtures: tuple[Thing, ...] = ()
+    robot: Floats | None = None
+
+
+def rarity(mask: Mask, limits: Mapping[str, float]) -> float:
+    """Return the factor by which limits of scores are lowered for a large part of the picture; 1 for a small part.
+
+    A wrong model seldom explains many pixels by chance.
+    """
+    return float(min(1.0, (limits["small"] / max(1, int(mask.sum()))) ** limits["rarer"]))
+
+
+def bad(mask: Mask, limits: Mapping[str, float]) -> float:
+    """Return the score below which a model does not explain a part of the picture."""
+    return limits["bad"] * rarity(mask, limits)
