@@ -19,9 +19,8 @@ from ..base.errors import NoSolution, UserError
 from ..base.value import Value
 from ..model.designator_name import task_of
 from ..model.fault import FaultKind
-from ..model.readings import Deviation, Notice
-from ..model.rollout import world_after_run
-from ..planning.budget import Budget, budget_of
+from ..model.run.readings import Deviation, Notice
+from ..model.run.rollout import world_after_run
 from ..planning.failure import brief_failure_text, failure_text
 from ..planning.search.budget import Budget, budget_of
 from ..planning.symbolic.planning_problem import planning_problem

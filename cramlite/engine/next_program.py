@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from ..base.value import Value
-from ..model.steps import MoveJoints
+from ..model.program.steps import MoveJoints
 from .proof import prove
 from .replanning import SLOW, Attempt, Round, way_back
 from .rest_of_program import may_be_finished, rest_of
@@ -19,10 +19,10 @@ from .rest_of_program import may_be_finished, rest_of
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from ..model.readings import Notice
-    from ..model.rollout import Rollout
-    from ..model.world import World
-    from ..planning.budget import Budget
+    from ..model.run.readings import Notice
+    from ..model.run.rollout import Rollout
+    from ..model.world.world import World
+    from ..planning.search.budget import Budget
     from ..planning.trace import Trace
     from ..plugin.catalogue import Knowledge
     from ..plugin.protocols import Candidate

@@ -18,9 +18,9 @@ from ...engine.next_program import BACK, Stopped, attempt_of, next_program
 from ...engine.read_belief import world_as_read
 from ...engine.replanning import Attempt, Round
 from ...model.geometry import Pose
-from ...model.readings import Deviation, Notice
-from ...planning.budget import budget_of
-from ...planning.planning_problem import planning_problem
+from ...model.run.readings import Deviation, Notice
+from ...planning.search.budget import budget_of
+from ...planning.symbolic.planning_problem import planning_problem
 from ...planning.task_goals import Goal
 from ...planning.trace import Trace
 from ...scenario.scenario import read_scenario
@@ -31,9 +31,9 @@ if TYPE_CHECKING:
     from ...engine.engine import Engine
     from ...engine.setting import Setting
     from ...engine.solution import Solution
-    from ...model.rollout import Rollout
-    from ...model.world import World
-    from ...planning.budget import Budget
+    from ...model.run.rollout import Rollout
+    from ...model.world.world import World
+    from ...planning.search.budget import Budget
     from ...plugin.protocols import Candidate
     from .protocol import Benchmark
 
