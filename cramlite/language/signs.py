@@ -27,8 +27,8 @@ class Signs:
 
     def of(self, piece: Words) -> Iterator[str]:
         """Yield the signs of a clause, each by its name in ``english.BINDING``."""
-        piece = tuple(w for w in piece if not adverb(w)) or piece
-        said, at = {*piece}, self.finite(piece)
+        said, piece = {*piece}, tuple(w for w in piece if not adverb(w)) or piece
+        at = self.finite(piece)
         subject = piece[: max(at, 0)]
         subject = subject[:-1] if len(subject) > 1 and subject[-1] in english.RELATIVE else subject
         person = bool({*piece[:1]} & english.PERSONS) or (bool({*piece[:1]} & english.POSSESSIVE) and not any(map(self.known, subject)))
