@@ -37,7 +37,7 @@ class Signs:
         named = {name: said & words for name, words in _NAMED.items()}
         tests = {
             "command": self.commands(piece), "request": self.requests(piece), "amount": self.measured(piece), "place": self.placed(piece),
-            "state": self.stated(piece), "thing": self.about(piece), "wish": self._wishes(piece),
+            "state": self.stated(piece), "about": self.about(piece), "wish": self._wishes(piece),
             "reported": self._reports(piece), "condition": bool({*piece[:2]} & english.PROVIDING),
             "known": any(map(self.known, subject)), "pronoun": self.about(subject),
             "noun": any(self.noun(w) and not self.known(w) for w in subject),
