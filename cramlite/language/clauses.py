@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from . import english
 from .english import Words, starts
-from .frames import Frame, Frames
+from .frames import Frames
 from .requests import AIMS, Found, RequestParser
 from .surface import RETRACT
 from .tree import Clause, Noun
@@ -147,7 +147,7 @@ class ClauseParser(RequestParser):
 
     def _clauses(self, at: int) -> tuple[Found, ...]:
         if at not in self._parsed:
-            ways = (self._imperative, self._fronted, self._wished, self._after, self._given, self._swapped, self._named)
+            ways = (self._imperative, self._wished, self._after, self._given, self._swapped, self._named)
             self._parsed[at] = tuple(dict.fromkeys(found for way in ways for found in way(at)))
         return self._parsed[at]
 
@@ -189,22 +189,6 @@ class ClauseParser(RequestParser):
                 if start != at or ends or self.words[end : end + 1] in ((",",), (":",)):
                     yield Clause("", (), noun), ends[0] if ends else end
                 yield from ((Clause("", (), noun, relation="base"), last) for last in starts(self.words, end, english.BASED))
-
-    def _fronted(self, at: int) -> Iterator[Found]:
-        """Yield requests with the place before the verb: "into the basket put the soup", "on the plate goes the cup"."""
-        for frame in self.frames.placing:
-            for start in starts(self.words, at, frame.prepositions):
-                for place, end in self._nouns.nouns(start, joined=False):
-                    for begin in {end, self._polite(end)[0]}:
-                        yield from self._behind_place(frame, place, self.words[at:start], begin)
-
-    def _behind_place(self, frame: Frame, place: Noun, words: Words, at: int) -> Iterator[Found]:
-        for other, verb, particle, end in self.frames.verbs(self.words, at):
-            if other == frame and not particle:
-                for theme, last in self._nouns.nouns(end):
-                    yield self._clause(frame, verb, theme, place, "phrase", words), last
-        for end in (*starts(self.words, at, english.BE), *starts(self.words, at, english.WISH)):
-            yield from ((self._clause(frame, (), theme, place, "phrase", words), last) for theme, last in self._nouns.nouns(end))
 
     def _remnants(self, since: int, at: int, before: tuple[Clause, ...], *, later: bool) -> Iterator[Found]:
         """Yield parts of a sentence that take their verb from the part before: "and the sauce in the tray", "but not in the bowl",

@@ -38,6 +38,7 @@ class Heard(Value):
         amount: with its unit.
         denied, obliged, firm: whether it is denied, said to be so in the end, and denied of a thing that was named before.
         copula: whether it is said to be so.
+        bare: whether no word tells how the thing shall be to the place.
     """
 
     verbs: tuple[tuple[Frame, Words, tuple[Words, ...]], ...] = ()
@@ -53,6 +54,7 @@ class Heard(Value):
     obliged: bool = False
     firm: bool = False
     copula: bool = False
+    bare: bool = False
 
 
 class FreeParser(ClauseParser):
@@ -195,7 +197,7 @@ class FreeParser(ClauseParser):
         elif heard.place is None and not heard.verbs and not heard.odd and heard.state is None and not heard.denied:
             for noun, end in self._nouns.nouns(k, joined=False):  # "can tray"
                 if noun.words and self._known(noun):
-                    place = replace(heard, place=noun, relation="phrase", words=("to",))
+                    place = replace(heard, place=noun, relation="phrase", words=("to",), bare=True)
                     yield from self._free(at, end, place)
         if heard.place is not None and heard.relation not in ("phrase", "under") and heard.beside is None:
             for start in starts(self.words, k, self.frames.prepositions):  # "near the first, on the floor"
@@ -253,7 +255,7 @@ class FreeParser(ClauseParser):
         elif not heard.odd:
             made = [self._clause(f, verb, heard.theme) for f in allowed if f in self.frames.unary]
         told = heard.copula and not heard.obliged and not heard.verbs
-        yield from (replace(c, denied=c.denied or heard.denied, odd=heard.odd, told=c.told or told) for c in made)
+        yield from (replace(c, denied=c.denied or heard.denied, odd=heard.odd, bare=heard.bare, told=c.told or told) for c in made)
 
     def _made_places(self, heard: Heard, verb: Words, allowed: list[Frame], light: bool) -> list[Clause]:
         assert heard.theme is not None and heard.place is not None

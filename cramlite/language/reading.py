@@ -51,11 +51,11 @@ class _Row(NamedTuple):
 class Reading:
     """Reading of a sentence: converts its clauses to goals about a scene.
 
-    In a ``brief`` reading, where verbs may be missing, a second goal about "it" is refused.
+    In a ``free`` reading, where verbs may be missing, a second place for "it" is refused.
     """
 
-    def __init__(self, resolver: Resolver, fluents: Fluents, *, brief: bool = False, free: bool = False) -> None:
-        self._brief, self._free = brief, free
+    def __init__(self, resolver: Resolver, fluents: Fluents, *, free: bool = False) -> None:
+        self._free = free
         self._its, self._fluents, self._places = resolver, fluents, Places(resolver)
         self._mentions = Mentions()
         self._announced: frozenset[str] = frozenset()
@@ -81,9 +81,8 @@ class Reading:
                 continue
             for row in rows:
                 same = [f for f in found if f.themes == row.themes and f.clause is not row.clause and f.literal.goal != row.literal.goal]
-                if not self._brief:
-                    moved = self._free and row.clause.place is not None and clause.relation == "phrase"
-                    same = [f for f in same if moved and f.clause.place is not None]
+                moved = self._free and row.clause.place is not None and clause.relation == "phrase"
+                same = [f for f in same if moved and f.clause.place is not None]
                 if (clause.theme.pronoun or clause.theme.elided) and any(not self._superseded(f, row, clauses, number) for f in same):
                     raise Refusal(
                         FALSE, f"'{row.literal.goal}' is a second goal for {listed([*row.themes], 'and')}; use a verb for each goal"

@@ -86,8 +86,6 @@ class RequestParser:
                     yield from self._purpose(theme, last)
                 elif self.words[last : last + len(particle)] == particle:
                     yield from self._complements(frame, (*verb, *particle), theme, last + len(particle))
-            if not particle:
-                yield from self._place_first(frame, verb, end)
 
     def _themes(self, frame: Frame, at: int) -> Iterator[tuple[Noun, int]]:
         for start in starts(self.words, at, frame.before) if frame.before else (at,):
@@ -213,13 +211,6 @@ class RequestParser:
             yield self._clause(frame, verb, theme, Noun(self._nouns.text(at, end), pronoun="origin"), "phrase"), end
         for word in {*self.words[at : at + 1]} & self._names & english.ASIDE if ("on",) in frame.prepositions else ():
             yield self._clause(frame, verb, theme, Noun(word, (word,)), "phrase", ("on",)), at + 1
-
-    def _place_first(self, frame: Frame, verb: Words, at: int) -> Iterator[Found]:
-        """Yield imperatives with the place before the object: "put on the plate the cup"."""
-        for start in starts(self.words, at, frame.prepositions):
-            for place, end in self._nouns.nouns(start, joined=False):
-                for theme, last in self._nouns.nouns(end):
-                    yield self._clause(frame, verb, theme, place, "phrase", self.words[at:start]), last
 
     def _amounts(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
         k = at

@@ -79,11 +79,11 @@ def understand(sentence: str, scene: SymbolicWorld, fluents: Fluents, view: str 
     refused: list[Refusal] = []
     names = resolver.labels.names
     variants = Surface(names, resolver.labels.kinds, frames.verb_ends, frames.preposition_ends).variants(words)
-    parsers = [ClauseParser(variant, frames, names) for variant in variants]
-    found = _meanings(parsers, resolver, fluents, refused) or _meanings(parsers, resolver, fluents, refused, brief=True)
+    parsers: list[ClauseParser] = [ClauseParser(variant, frames, names) for variant in variants]
+    found = _meanings(parsers, resolver, fluents, refused)
     if not found:
-        free = [FreeParser(variant, frames, resolver.labels) for variant in variants]
-        found = _meanings(free, resolver, fluents, [], brief=True, free=True)
+        parsers = [FreeParser(variant, frames, resolver.labels) for variant in variants]
+        found = _meanings(parsers, resolver, fluents, [] if refused else refused, free=True)
     words, parser = variants[0], parsers[0]
     if len(found) == 1:
         literals, left_out = next(iter(found.values()))
@@ -95,9 +95,8 @@ def understand(sentence: str, scene: SymbolicWorld, fluents: Fluents, view: str 
 
 
 def _meanings(
-    parsers: Sequence[ClauseParser], resolver: Resolver, fluents: Fluents, refused: list[Refusal], *,
-    brief: bool = False, free: bool = False,
-) -> dict[tuple[str, ...], tuple[tuple[Literal, ...], tuple[str, ...]]]:  # fmt: skip
+    parsers: Sequence[ClauseParser], resolver: Resolver, fluents: Fluents, refused: list[Refusal], *, free: bool = False
+) -> dict[tuple[str, ...], tuple[tuple[Literal, ...], tuple[str, ...]]]:
     """Return the goals of each reading of a sentence that makes sense in the scene; collect why the others do not.
 
     With the goals come the words from which they were understood, and those that were left out.
@@ -105,21 +104,21 @@ def _meanings(
     As little as possible is left out, and a description says no more than it takes to tell a thing apart: of several readings, those
     that leave out the fewest words, then those with the fewest needless relations.
     """
-    found: dict[tuple[str, ...], tuple[tuple[int, int], tuple[Literal, ...], tuple[str, ...]]] = {}
-    for parser, clauses in ((p, clauses) for p in parsers for clauses in p.readings(brief=brief)):
+    found: dict[tuple[str, ...], tuple[tuple[int, int, int], tuple[Literal, ...], tuple[str, ...]]] = {}
+    for parser, clauses in ((p, clauses) for p in parsers for clauses in p.readings(brief=free)):
         resolver.fresh()
-        reading = Reading(resolver, fluents, brief=brief and not free, free=free)
+        reading = Reading(resolver, fluents, free=free)
         try:
             literals = reading.literals(clauses)
             key = tuple(sorted(one.goal for one in literals))
             left_out = tuple(said for c in clauses for said in (c.said if c.relation in ("aside", "ahead") else "", c.odd) if said)
-            cost = sum(len(said.split()) for said in left_out), resolver.needless
+            cost = sum(len(said.split()) for said in left_out), sum(c.bare for c in clauses), resolver.needless
             if key not in found or cost < found[key][0]:
                 found[key] = cost, literals, left_out
         except Refusal as refusal:
             refused.append(refusal)
             parser.drop(tuple(clauses[: reading.at + 1]))
-    least = min((cost for cost, *_ in found.values()), default=(0, 0))
+    least = min((cost for cost, *_ in found.values()), default=(0, 0, 0))
     return {goals: (literals, left_out) for goals, (cost, literals, left_out) in found.items() if cost == least}
 
 

@@ -27,8 +27,8 @@ class Signs:
 
     def of(self, piece: Words) -> Iterator[str]:
         """Yield the signs of a clause, each by its name in ``english.BINDING``."""
-        piece = tuple(w for w in piece if not adverb(w)) or piece
-        said, at = {*piece}, self.finite(piece)
+        said, piece = {*piece}, tuple(w for w in piece if not adverb(w)) or piece
+        at = self.finite(piece)
         subject = piece[: max(at, 0)]
         subject = subject[:-1] if len(subject) > 1 and subject[-1] in english.RELATIVE else subject
         person = bool({*piece[:1]} & english.PERSONS) or (bool({*piece[:1]} & english.POSSESSIVE) and not any(map(self.known, subject)))
@@ -37,7 +37,7 @@ class Signs:
         named = {name: said & words for name, words in _NAMED.items()}
         tests = {
             "command": self.commands(piece), "request": self.requests(piece), "amount": self.measured(piece), "place": self.placed(piece),
-            "state": self.stated(piece), "thing": self.about(piece), "wish": self._wishes(piece),
+            "state": self.stated(piece), "about": self.about(piece), "wish": self._wishes(piece),
             "reported": self._reports(piece), "condition": bool({*piece[:2]} & english.PROVIDING),
             "known": any(map(self.known, subject)), "pronoun": self.about(subject),
             "noun": any(self.noun(w) and not self.known(w) for w in subject),

@@ -117,7 +117,7 @@ class Surface:
         """Return the index of the word after a noun phrase that is taken back, and that phrase: "no, not the can, the tin"."""
         for start in starts(words, at, english.DISMISSED):
             if words[(end := self._ended(words, start)) : end + 1] == (",",):
-                return end + 1, words[start:end]
+                return self._marked(words, end + 1), words[start:end]
         return at, ()
 
     def _corrected(self, before: Words, after: Words, denied: Words) -> tuple[Words, ...]:

@@ -81,6 +81,7 @@ class Clause(Value):
         paired: whether each theme has its own place: "respectively".
         given: whether it is a condition of the next request: "if the drawer is open".
         odd: a verb that is not known, of which the place or state tells the result.
+        bare: whether no word tells how the theme shall be to the place: "can, tray".
         either: whether it will do in the place of the one before.
         state: how the theme shall be there, as a goal phrase of it alone: "put the cup upside down onto the tray".
     """
@@ -100,4 +101,5 @@ class Clause(Value):
     paired: bool = False
     state: GoalPhrase | None = None
     odd: str = ""
+    bare: bool = False
     either: bool = False

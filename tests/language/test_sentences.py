@@ -77,6 +77,13 @@ def goals(name: str, sentence: str, view: str = "") -> tuple[str, ...]:
         ("The can should be on the tray, not in the basket.", ["can on tray"]),
         ("Turn the mug upside down and put it on the tray.", ["mug upside down", "mug on tray"]),
         ("Put the mug back where it was.", ["mug on floor"]),
+        ("Put the mug on the floor on the -y side of the jug.", ["mug on floor right of jug"]),
+        ("Take the can, no wait, not the can, the tin, and put that on the tray.", ["tin on tray"]),
+        ("On the tray lay you the mug.", ["mug on tray"]),
+        ("Open the drawer and place the tin therein.", ["drawer open", "tin in drawer"]),
+        ("Mug on the tray! Keep going, great work!", ["mug on tray"]),
+        ("Can, tray. Tin, drawer.", ["can on tray", "tin in drawer"]),
+        ("The tin is required in the drawer.", ["tin in drawer"]),
     ],
 )
 def test_what_is_said_of_a_kitchen(sentence: str, expected: list[str]) -> None:
@@ -95,6 +102,7 @@ def test_what_is_said_of_a_kitchen(sentence: str, expected: list[str]) -> None:
         ("put three tins into the metal basket", ["3 of Tin in metal"]),
         ("put each cube into the leftmost basket", ["cube_5 in paper", "cube_6 in paper", "cube_7 in paper"]),
         ("all the tins but tin three in metal", ["tin_1 in metal", "tin_2 in metal", "tin_4 in metal"]),
+        ("Tins 1, 2 and 3 in metal; tin 4 in wood.", ["tin_1 in metal", "tin_2 in metal", "tin_3 in metal", "tin_4 in wood"]),
         ("tins 1 and 2 in metal", ["tin_1 in metal", "tin_2 in metal"]),
         ("the third tin goes in wood", ["tin_3 in wood"]),
     ],

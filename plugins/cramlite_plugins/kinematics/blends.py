@@ -1,12 +1,13 @@
 """Blended joint-space paths: straight lines with parabolic corners, one law for planner and controller model.
 
-Within its blend radius, the distance of the tcp from the corner, a path leaves the straight joint-space lines for a
-parabola that touches both of them (linear segments with parabolic blends: Craig, Introduction to Robotics, 2005,
-section 7.3). UR documents that the arm does not stop in the zone and where the zone is (The URScript Programming
-Language, movej: "r: blend radius"), not the curve in it: this one is the model's.
+Within its blend radius, the distance of the tcp from the corner, a path leaves the straight joint-space lines
+for a parabola that touches both of them (linear segments with parabolic blends: Craig, Introduction to
+Robotics, 2005, section 7.3). UR documents that the arm does not stop in the zone and where the zone is (The
+URScript Programming Language, movej: "r: blend radius"), not the curve in it: this one is the model's.
 
-The parabola is run through evenly in its parameter: the acceleration is constant, and the speeds at its ends are those
-of the lines there. In between, the leading axis of each line follows a trapezoid from one speed to the next.
+The parabola is run through evenly in its parameter: the acceleration is constant, and the speeds at its ends
+are those of the lines there. In between, the leading axis of each line follows a trapezoid from one speed to
+the next.
 """
 
 from __future__ import annotations
@@ -60,7 +61,8 @@ class Straight(Value):
         return place
 
     def rate(self, time: float) -> float:
-        """Return the speed of the leading (farthest moving) joint at a time since the start of the line [rad/s]."""
+        """Return the speed of the leading (farthest moving) joint at a time since the start of the line
+        [rad/s]."""
         rest = self.length - time
         return min(self.top, self.first + self.acceleration * time, self.last + self.acceleration * rest)
 
@@ -86,15 +88,21 @@ class Corner(Value):
     def rate(self, time: float) -> float:
         """Return the largest joint speed at a time since the start of the blend [rad/s]."""
         u = min(time / self.length, 1.0)
-        return 2 * float(np.abs((1 - u) * (self.corner - self.start) + u * (self.goal - self.corner)).max()) / self.length
+        return (
+            2
+            * float(np.abs((1 - u) * (self.corner - self.start) + u * (self.goal - self.corner)).max())
+            / self.length
+        )
 
     @property
     def bend(self) -> Floats:
-        """Return half of the second derivative of the parabola by its parameter (n,) [rad]: start - 2 corner + goal."""
+        """Return half of the second derivative of the parabola by its parameter (n,) [rad]: start - 2
+        corner + goal."""
         return np.asarray(self.start - 2 * self.corner + self.goal)
 
     def sampled(self, deviation: float) -> list[Floats]:
-        """Sample the parabola, start included; its chords deviate by at most ``deviation`` in any joint [rad]."""
+        """Sample the parabola, start included; its chords deviate by at most ``deviation`` in any joint
+        [rad]."""
         count = max(1, math.ceil(math.sqrt(float(np.abs(self.bend).max()) / (4 * deviation))))
         return [self.at(k / count * self.length) for k in range(count + 1)]
 
@@ -104,7 +112,8 @@ Section = Straight | Corner
 
 
 def zone(tcp: Tcp, corner: Joints, other: Joints, radius: float) -> float | None:
-    """Compute the fraction of a joint-space line from a corner at which the tcp is ``radius`` [m] away from the corner.
+    """Compute the fraction of a joint-space line from a corner at which the tcp is ``radius`` [m] away from
+    the corner.
 
     Args:
         tcp: position (3,) [m] of the tcp at a joint position.
@@ -136,17 +145,23 @@ def rounded(
 
     Args:
         points: joint positions (n,), start included [rad].
-        zones: for each point but the first and last, the fraction of the line before it and of the line after it that
-            its blend takes; (0, 0) is a stop. The fractions of one line must not add up to more than 1.
+        zones: for each point but the first and last, the fraction of the line before it and of the line after
+            it that its blend takes; (0, 0) is a stop. The fractions of one line must not add up to more than
+            1.
         rates: speed and acceleration of the leading axis on each line [rad/s, rad/s2].
     """
     q = [np.asarray(p, dtype=float) for p in points]
     ends = [(0.0, 0.0), *zones, (0.0, 0.0)]
     corners = [
-        Corner(b + i * (a - b), b, b + o * (c - b), _least(b + i * (a - b), b, b + o * (c - b), before, after))
+        Corner(
+            b + i * (a - b), b, b + o * (c - b), _least(b + i * (a - b), b, b + o * (c - b), before, after)
+        )
         for (a, b, c), (i, o), before, after in zip(_triples(q), zones, rates, rates[1:], strict=False)
     ]
-    free = [leading(a, b) * max(0.0, 1 - o - i) for (a, b), (_, o), (i, _) in zip(pairwise(q), ends, ends[1:], strict=False)]
+    free = [
+        leading(a, b) * max(0.0, 1 - o - i)
+        for (a, b), (_, o), (i, _) in zip(pairwise(q), ends, ends[1:], strict=False)
+    ]
     corners = _reachable(corners, free, [a for _, a in rates])
     result: list[Section] = []
     for k, (speed, acceleration) in enumerate(rates):
@@ -167,7 +182,8 @@ def _triples(q: list[Floats]) -> list[tuple[Floats, Floats, Floats]]:
 def _least(
     start: Floats, corner: Floats, goal: Floats, before: tuple[float, float], after: tuple[float, float]
 ) -> float:
-    """The shortest time of a blend: speeds at both ends and the acceleration of each joint stay within the limits."""
+    """The shortest time of a blend: speeds at both ends and the acceleration of each joint stay within the
+    limits."""
     into, out = leading(start, corner), leading(corner, goal)
     if into == 0 or out == 0:
         return 0.0
@@ -202,7 +218,9 @@ def _reachable(corners: list[Corner], free: list[float], accelerations: list[flo
     return [Corner(c.start, c.corner, c.goal, t) for c, t in zip(corners, lengths, strict=True)]
 
 
-def _straight(start: Floats, goal: Floats, first: float, last: float, speed: float, acceleration: float) -> Straight:
+def _straight(
+    start: Floats, goal: Floats, first: float, last: float, speed: float, acceleration: float
+) -> Straight:
     """Fastest motion along a line with given speeds at its ends, a highest speed and an acceleration."""
     way = leading(start, goal)
     top = min(max(speed, first, last), math.sqrt(acceleration * way + (first**2 + last**2) / 2))

@@ -1,4 +1,5 @@
-"""Kinematics of arms: forward, Jacobian, and the inverse: all branches where a closed form is known, else many solutions.
+"""Kinematics of arms: forward, Jacobian, and the inverse: all branches where a closed form is known, else
+many solutions.
 
 Frames: poses are of the tool centre point (tcp, the pinch point of the gripper) in the
 robot's base frame. Joint positions are tuples in the order of ``robot.joints`` [rad].
@@ -38,11 +39,13 @@ SETTLING, SETTLED, FURTHEST = 40, 1e-3, 0.15
 BEYOND = -0.5
 """Cosine of a turn beyond which it is computed as a quaternion, in three times the time."""
 ASTRAY = 0.05
-"""Largest distance of a joint of a led arm from where it settles [rad]: in LIBERO the worst of 100 rests was."""
+"""Largest distance of a joint of a led arm from where it settles [rad]: in LIBERO the worst of 100 rests
+was."""
 LEADING = (0.1, 0.4)
 """Step between poses on the path of a tool that is led [m, rad]."""
 STEPS = (0.48, 0.06)
-"""Steps between the values at which the last of seven joints is locked [rad]: the second one where the first one finds no solution."""
+"""Steps between the values at which the last of seven joints is locked [rad]: the second one where the
+first one finds no solution."""
 
 
 def table(robot: Robot) -> Table:
@@ -52,7 +55,9 @@ def table(robot: Robot) -> Table:
         ValueError: the robot has none: its inverse has to be found numerically.
     """
     if robot.dh is None:
-        raise ValueError(f"robot '{robot.type}' has no Denavit-Hartenberg table, so it has no analytic kinematics")
+        raise ValueError(
+            f"robot '{robot.type}' has no Denavit-Hartenberg table, so it has no analytic kinematics"
+        )
     return robot.dh
 
 
@@ -93,7 +98,8 @@ def forward(robot: Robot, q: Sequence[float]) -> Pose:
 
 
 def jacobian(robot: Robot, q: Sequence[float]) -> Floats:
-    """Compute the geometric Jacobian (6, n) at the tcp in the base frame: rows linear [m/rad], then angular [rad/rad].
+    """Compute the geometric Jacobian (6, n) at the tcp in the base frame: rows linear [m/rad], then angular
+    [rad/rad].
 
     Column i is (z_i x (p - p_i), z_i) (Siciliano et al., 2009, equation 3.30).
     """
@@ -114,7 +120,9 @@ def twist(from_: Floats, to: Floats) -> Floats:
     x, y, z, cosine = (h - f) / 2, (c - g) / 2, (d - b) / 2, (a + e + i - 1) / 2
     sine = math.hypot(x, y, z)
     if cosine < BEYOND:
-        turn = Pose.from_matrix(to[:3, :3] @ from_[:3, :3].T).rotvec  # near half a turn the axis is not in these
+        turn = Pose.from_matrix(
+            to[:3, :3] @ from_[:3, :3].T
+        ).rotvec  # near half a turn the axis is not in these
     else:
         scale = math.atan2(sine, cosine) / sine if sine > 1e-12 else 1.0
         turn = (scale * x, scale * y, scale * z)
@@ -122,7 +130,8 @@ def twist(from_: Floats, to: Floats) -> Floats:
 
 
 def smallest_singular_value(robot: Robot, q: Sequence[float]) -> float:
-    """Return the smallest singular value of the Jacobian, lengths in units of the robot's reach: 0 at a singularity."""
+    """Return the smallest singular value of the Jacobian, lengths in units of the robot's reach: 0 at a
+    singularity."""
     scaled = jacobian(robot, q) / np.array([robot.reach] * 3 + [1.0] * 3)[:, None]
     return float(np.linalg.svd(scaled, compute_uv=False)[-1])
 
@@ -141,14 +150,16 @@ def conditioning(robot: Robot, q: Sequence[float]) -> float:
 
 
 def well_conditioned(robot: Robot, q: Sequence[float]) -> bool:
-    """Check whether joint positions are as far from a singularity as the robot must stay (``Robot.conditioning``)."""
+    """Check whether joint positions are as far from a singularity as the robot must stay
+    (``Robot.conditioning``)."""
     return not robot.conditioning or conditioning(robot, q) >= robot.conditioning
 
 
 def refine(
     robot: Robot, target: Pose, q: Sequence[float], steps: int = 6, held: int | None = None
 ) -> Joints | None:
-    """Refine a near inverse kinematics solution by Newton's method: q += J^+ twist, the least-norm step if redundant.
+    """Refine a near inverse kinematics solution by Newton's method: q += J^+ twist, the least-norm step if
+    redundant.
 
     Args:
         held: a joint that stays where it is.
@@ -172,7 +183,8 @@ def refine(
 
 @lru_cache(maxsize=512)
 def _solver(rows: Table, last: float | None = None) -> Any:
-    """Return the analytic inverse kinematics of a Denavit-Hartenberg table (EAIK: Ostermeier et al., IEEE RA-L 2024).
+    """Return the analytic inverse kinematics of a Denavit-Hartenberg table (EAIK: Ostermeier et al., IEEE
+    RA-L 2024).
 
     Of seven joints, the last one is locked at the angle ``last``.
     """
@@ -183,7 +195,8 @@ def _solver(rows: Table, last: float | None = None) -> Any:
 
 
 def has_closed_form(robot: Robot) -> bool:
-    """Check whether the inverse is known in closed form: of six joints whose axes meet or are parallel in a way that EAIK knows.
+    """Check whether the inverse is known in closed form: of six joints whose axes meet or are parallel in a
+    way that EAIK knows.
 
     Raises:
         ValueError: the robot has no DH table.
@@ -195,12 +208,14 @@ def has_closed_form(robot: Robot) -> bool:
 def inverse(robot: Robot, target: Pose, *, seed: Sequence[float] | None = None) -> tuple[Joints, ...]:
     """Solve inverse kinematics for the tcp: all solutions where a closed form is known, else many.
 
-    Of an arm that its controller leads by the tool (``Robot.posture``) it is the one that it takes, and no other.
+    Of an arm that its controller leads by the tool (``Robot.posture``) it is the one that it takes, and no
+    other.
 
-    Else every branch of the analytic solution is polished below 1e-6 m, and every whole turn that stays inside the joint limits is
-    a solution of its own. Of seven joints the last is locked at every value of a grid, where a closed form is known for the
-    others (``numeric_inverse`` for other arms), and the position nearest to the seed is looked for as well. Solutions nearer to a
-    singularity than the robot's ``conditioning`` are left out.
+    Else every branch of the analytic solution is polished below 1e-6 m, and every whole turn that stays
+    inside the joint limits is a solution of its own. Of seven joints the last is locked at every value of a
+    grid, where a closed form is known for the others (``numeric_inverse`` for other arms), and the position
+    nearest to the seed is looked for as well. Solutions nearer to a singularity than the robot's
+    ``conditioning`` are left out.
 
     Args:
         target: of the tcp in the base frame.
@@ -215,7 +230,11 @@ def inverse(robot: Robot, target: Pose, *, seed: Sequence[float] | None = None) 
     """
     near = robot.home if seed is None else tuple(seed)
     if robot.posture is not None:
-        branches = [q for q in (held_posture(robot, target),) if q and numeric_inverse.inside(robot, q) and well_conditioned(robot, q)]
+        branches = [
+            q
+            for q in (held_posture(robot, target),)
+            if q and numeric_inverse.inside(robot, q) and well_conditioned(robot, q)
+        ]
     elif has_closed_form(robot):
         branches = [q for q in _analytic(robot, target) if well_conditioned(robot, q)]
     else:
@@ -229,10 +248,12 @@ def inverse(robot: Robot, target: Pose, *, seed: Sequence[float] | None = None) 
 
 @lru_cache(maxsize=4096)
 def held_posture(robot: Robot, target: Pose) -> Joints | None:
-    """Solve inverse kinematics as a controller does that is given TCP poses and keeps the arm near ``Robot.posture``.
+    """Solve inverse kinematics as a controller does that is given TCP poses and keeps the arm near
+    ``Robot.posture``.
 
-    The posture task acts in the dynamically consistent null space of the tool's (Khatib, IEEE J-RA 1987), so the arm comes to rest
-    where no self-motion n has a share of what is left: n^T M (posture - q) = 0. Limits are not checked.
+    The posture task acts in the dynamically consistent null space of the tool's (Khatib, IEEE J-RA 1987), so
+    the arm comes to rest where no self-motion n has a share of what is left: n^T M (posture - q) = 0. Limits
+    are not checked.
 
     Returns:
         Joint positions; None where the tool cannot be led there from the posture.
@@ -260,7 +281,9 @@ def _led(robot: Robot, target: Pose, posture: Joints) -> Joints | None:
     start = forward(robot, posture)
     q: Joints | None = posture
     shift, turn = np.subtract(target.position, start.position), np.asarray((start.inverse() * target).rotvec)
-    count = max(1, math.ceil(np.linalg.norm(shift) / LEADING[0]), math.ceil(np.linalg.norm(turn) / LEADING[1]))
+    count = max(
+        1, math.ceil(np.linalg.norm(shift) / LEADING[0]), math.ceil(np.linalg.norm(turn) / LEADING[1])
+    )
     for part in np.arange(1, count) / count:
         x, y, z = (start.position + part * shift).tolist()
         turned = Pose((x, y, z), start.quaternion) * Pose.from_rotvec((0.0, 0.0, 0.0), part * turn)
@@ -277,7 +300,8 @@ def _self_motion(robot: Robot, q: Joints, way: Floats) -> Floats:
 
 
 def _from_root(robot: Robot, target: Pose) -> Pose:
-    """Pose of the flange in frame 0 of the Denavit-Hartenberg table, for a pose of the TCP in the base frame."""
+    """Pose of the flange in frame 0 of the Denavit-Hartenberg table, for a pose of the TCP in the base
+    frame."""
     return robot.root.inverse() * target * robot.gripper.tcp.inverse()
 
 
@@ -297,8 +321,14 @@ def _many(robot: Robot, target: Pose) -> tuple[Joints, ...]:
     again and again, from different seeds."""
     rows = table(robot)
     if len(rows) == 7 and _solver(rows, 0.0).hasKnownDecomposition():
-        grids = [] if reach_shortfall(robot, target) else [numeric_inverse.grid(robot.limits[-1], step) for step in STEPS]
-        return _well(robot, next((found for values in grids if (found := tuple(_locked(robot, target, values)))), ()))
+        grids = (
+            []
+            if reach_shortfall(robot, target)
+            else [numeric_inverse.grid(robot.limits[-1], step) for step in STEPS]
+        )
+        return _well(
+            robot, next((found for values in grids if (found := tuple(_locked(robot, target, values)))), ())
+        )
 
     def exact(q: Sequence[float], held: int | None) -> Joints | None:
         return refine(robot, target, q, steps=8, held=held)
@@ -317,26 +347,35 @@ def _locked(robot: Robot, target: Pose, values: Iterable[float]) -> Iterator[Joi
     for last in values:
         here: list[Joints] = []
         solved = _solver(table(robot), last).IK(wrist)
-        exact = [] if not np.size(solved.Q) else np.atleast_2d(solved.Q)[~np.atleast_1d(np.array(solved.is_LS, dtype=bool))]
+        exact = (
+            []
+            if not np.size(solved.Q)
+            else np.atleast_2d(solved.Q)[~np.atleast_1d(np.array(solved.is_LS, dtype=bool))]
+        )
         for raw in exact:
             for turned in _turns(robot, tuple(raw.tolist())):
                 found = refine(robot, target, turned, held=len(turned) - 1)
-                if found and numeric_inverse.inside(robot, found) and not any(_same(found, other) for other in here):
+                if (
+                    found
+                    and numeric_inverse.inside(robot, found)
+                    and not any(_same(found, other) for other in here)
+                ):
                     here.append(found)
         yield from here
 
 
 def nearest_branch(robot: Robot, target: Pose, seed: Sequence[float]) -> Joints | None:
-    """Solve inverse kinematics on the branch of joint position ``seed``, by Newton's method from it; joint limits
-    are not checked."""
+    """Solve inverse kinematics on the branch of joint position ``seed``, by Newton's method from it; joint
+    limits are not checked."""
     return refine(robot, target, seed, steps=12)
 
 
 def nearest_solution(robot: Robot, target: Pose, seed: Sequence[float]) -> Joints | None:
-    """Solve inverse kinematics as near to joint position ``seed`` as possible, on any branch; singular positions
-    are solutions, too.
+    """Solve inverse kinematics as near to joint position ``seed`` as possible, on any branch; singular
+    positions are solutions, too.
 
-    Newton's method finds what is near; from farther away it ends on any branch or on none, and the closed form is asked.
+    Newton's method finds what is near; from farther away it ends on any branch or on none, and the closed
+    form is asked.
     """
     own = nearest_branch(robot, target, seed)
     if not has_closed_form(robot) or (own is not None and max(map(abs, map(sub, own, seed))) < NEAR):
@@ -349,7 +388,8 @@ def _same(a: Joints, b: Joints) -> bool:
 
 
 def _turns(robot: Robot, q: Joints) -> list[Joints]:
-    """Joint positions that differ from the given one by whole turns, wherever the limits allow it; the given one included."""
+    """Joint positions that differ from the given one by whole turns, wherever the limits allow it; the
+    given one included."""
     choices = []
     for value, (low, high) in zip(q, robot.limits, strict=True):
         first, last = math.ceil((low - value) / TURN - 1e-12), math.floor((high - value) / TURN + 1e-12)
@@ -361,7 +401,11 @@ def why_no_inverse(robot: Robot, target: Pose) -> str:
     """Explain in words and numbers why ``inverse`` has no solution for a pose."""
     if short := reach_shortfall(robot, target):
         return short
-    if robot.posture is not None and (q := held_posture(robot, target)) and (outside := out_of_limits(robot, q)):
+    if (
+        robot.posture is not None
+        and (q := held_posture(robot, target))
+        and (outside := out_of_limits(robot, q))
+    ):
         return f"with the tool led there, {outside}"
     found = inverse(replace(robot, conditioning=0.0), target) if robot.conditioning else ()
     if not found:
@@ -381,25 +425,35 @@ def reach_gap(robot: Robot, target: Pose) -> tuple[float, str]:
 
     It is (0, "") for a pose within reach.
 
-    For a six-axis arm whose joints 2 to 4 are parallel, the wrist centre (the origin of frame 5, on
-    the axis of joint 6 behind the flange) lies within the annulus that both links and the
-    offset along joint 4 span around the shoulder (Hawkins, Analytic Inverse Kinematics for the
-    Universal Robots UR-5/UR-10 Arms, 2013). For other arms the root of the last axis lies within what the joints
-    before it span around joint 2 (``numeric_inverse.span``).
+    For a six-axis arm whose joints 2 to 4 are parallel, the wrist centre (the origin of frame 5, on the axis
+    of joint 6 behind the flange) lies within the annulus that both links and the offset along joint 4 span
+    around the shoulder (Hawkins, Analytic Inverse Kinematics for the Universal Robots UR-5/UR-10 Arms, 2013).
+    For other arms the root of the last axis lies within what the joints before it span around joint 2
+    (``numeric_inverse.span``).
     """
     rows = table(robot)
     wrist = _from_root(robot, target) * Pose((0.0, 0.0, -rows[-1][1]))
     x, y, z = wrist.position
     if len(rows) != 6 or not _parallel(rows):
         out, most = math.hypot(x, y, z - rows[0][1]), abs(rows[0][0]) + numeric_inverse.span(robot)
-        return (out - most, f"wrist at {out:.3f} m > {most:.3f} m from the shoulder of '{robot.type}'") if out > most else (0.0, "")
+        return (
+            (out - most, f"wrist at {out:.3f} m > {most:.3f} m from the shoulder of '{robot.type}'")
+            if out > most
+            else (0.0, "")
+        )
     around, side = math.hypot(x, y), abs(rows[1][1] + rows[2][1] + rows[3][1])
     if around < side:
-        return around - side, f"wrist centre {around:.3f} m < {side:.3f} m from the base axis of '{robot.type}'"
+        return (
+            around - side,
+            f"wrist centre {around:.3f} m < {side:.3f} m from the base axis of '{robot.type}'",
+        )
     out = math.hypot(math.sqrt(around**2 - side**2), z - rows[0][1])
     links, elbow = abs(rows[1][0]) + abs(rows[2][0]), abs(rows[4][1])
     if out > links + elbow:
-        return out - links - elbow, f"wrist centre at {out:.3f} m > {links + elbow:.3f} m of arm '{robot.type}'"
+        return (
+            out - links - elbow,
+            f"wrist centre at {out:.3f} m > {links + elbow:.3f} m of arm '{robot.type}'",
+        )
     return 0.0, ""
 
 

@@ -1,9 +1,11 @@
-"""Inverse kinematics of arms without a solution in closed form: many starts, then a sweep of a redundant joint.
+"""Inverse kinematics of arms without a solution in closed form: many starts, then a sweep of a redundant
+joint.
 
-Each start is led to the pose by a differential inverse kinematics problem with joint limits (mink: Zakka, 2024; a quadratic
-program a step). An arm with more than six joints can still move while its tool rests, so from each solution the last joint
-is put at every value of a grid, one after the other, and the other joints follow (Newton's method). The starts are drawn
-once and for all: the same pose has the same solutions in every process.
+Each start is led to the pose by a differential inverse kinematics problem with joint limits (mink: Zakka,
+2024; a quadratic program a step). An arm with more than six joints can still move while its tool rests, so
+from each solution the last joint is put at every value of a grid, one after the other, and the other joints
+follow (Newton's method). The starts are drawn once and for all: the same pose has the same solutions in every
+process.
 """
 
 from __future__ import annotations
@@ -34,7 +36,8 @@ SAME = 1e-4  # two solutions nearer than this are one [rad]
 
 
 def solutions(robot: Robot, flange: Pose, refine: Refine) -> list[Joints]:
-    """Solve inverse kinematics for the flange in the base frame: joint positions inside the limits, unordered."""
+    """Solve inverse kinematics for the flange in the base frame: joint positions inside the limits,
+    unordered."""
     found: list[Joints] = []
     for start in _reached(robot, flange):
         exact = refine(start, None)
@@ -52,7 +55,8 @@ def inside(robot: Robot, q: Sequence[float]) -> bool:
 
 
 def grid(limits: tuple[float, float], step: float) -> list[float]:
-    """Return the values at which a redundant joint is put [rad]: evenly between its limits, these included, some ``step`` apart."""
+    """Return the values at which a redundant joint is put [rad]: evenly between its limits, these
+    included, some ``step`` apart."""
     low, high = limits
     values: list[float] = np.linspace(low, high, round((high - low) / step) + 1).tolist()
     return values
@@ -120,8 +124,8 @@ def span(robot: Robot) -> float:
     """Compute the largest distance of the wrist (origin of the last axis) from the origin of joint 2, within
     the joint limits [m].
 
-    Each joint in turn is put where the distance is largest, until none can make it larger: its square depends on one
-    joint's angle t as A + B cos t + C sin t, whose largest value within limits is known.
+    Each joint in turn is put where the distance is largest, until none can make it larger: its square depends
+    on one joint's angle t as A + B cos t + C sin t, whose largest value within limits is known.
     """
     dh = robot.dh
     assert dh is not None

@@ -1,10 +1,10 @@
 """Durations of motions under the trapezoidal velocity profile that the controller model executes.
 
-A ``MoveJoints`` stops at each of its points that is not rounded (``blends``). Between two points all joints start and stop
-together: the leading axis, the one with the longest way D = max |dq|, follows a trapezoid of
-speed v and acceleration a, and every other joint the same profile scaled to its own way.
-That is the documented behaviour of movej without blends (The URScript Programming Language,
-movej: "v: joint speed of leading axis", "a: joint acceleration of leading axis"):
+A ``MoveJoints`` stops at each of its points that is not rounded (``blends``). Between two points all joints
+start and stop together: the leading axis, the one with the longest way D = max |dq|, follows a trapezoid of
+speed v and acceleration a, and every other joint the same profile scaled to its own way. That is the
+documented behaviour of movej without blends (The URScript Programming Language, movej: "v: joint speed of
+leading axis", "a: joint acceleration of leading axis"):
 
     D >= v^2 / a (trapezoid): T = D / v + v / a
     D <  v^2 / a (triangle):  T = 2 sqrt(D / a)
@@ -34,14 +34,17 @@ def trapezoid(way: float, speed: float, acceleration: float) -> float:
         ValueError: a speed or acceleration that is not positive, or a negative way.
     """
     if way < 0 or speed <= 0 or acceleration <= 0:
-        raise ValueError(f"way {way}, speed {speed}, acceleration {acceleration}: need way >= 0 and the others > 0")
+        raise ValueError(
+            f"way {way}, speed {speed}, acceleration {acceleration}: need way >= 0 and the others > 0"
+        )
     if way >= speed**2 / acceleration:
         return way / speed + speed / acceleration
     return 2 * math.sqrt(way / acceleration)
 
 
 def profile_position(time: float, way: float, speed: float, acceleration: float) -> float:
-    """Compute the distance covered by a trapezoidal profile after ``time`` [s], clamped to 0 .. ``way`` [m or rad]."""
+    """Compute the distance covered by a trapezoidal profile after ``time`` [s], clamped to 0 .. ``way`` [m
+    or rad]."""
     total = trapezoid(way, speed, acceleration)
     if time <= 0 or way == 0:
         return 0.0
@@ -60,8 +63,8 @@ def profile_for_duration(way: float, time: float, acceleration: float) -> tuple[
     """Compute the speed and acceleration of a velocity profile that covers a distance from rest to rest in a
     given time.
 
-    The acceleration is kept if it suffices: T = D / v + v / a gives v = (a T - sqrt(a^2 T^2 - 4 a D)) / 2. Otherwise it
-    is a triangle with a = 4 D / T^2.
+    The acceleration is kept if it suffices: T = D / v + v / a gives v = (a T - sqrt(a^2 T^2 - 4 a D)) / 2.
+    Otherwise it is a triangle with a = 4 D / T^2.
     """
     root = (acceleration * time) ** 2 - 4 * acceleration * way
     if root < 0:
@@ -89,7 +92,9 @@ def duration(path: Sequence[Sequence[float]], speed: float, acceleration: float)
     return sum(segment_times(path, speed, acceleration))
 
 
-def joint_speed_excess(robot: Robot, path: Sequence[Sequence[float]], ways: Sequence[float], speed: float) -> str:
+def joint_speed_excess(
+    robot: Robot, path: Sequence[Sequence[float]], ways: Sequence[float], speed: float
+) -> str:
     """Name the joint that exceeds its speed limit on a straight tcp motion.
 
     Between two samples the tcp moves ds, so joint i runs at |dq_i| / ds * speed.
@@ -114,11 +119,13 @@ def joint_speed_excess(robot: Robot, path: Sequence[Sequence[float]], ways: Sequ
 
 
 STEADY = 0.8
-"""Share of a joint's speed limit that motions are planned with: an arm that is streamed to catches up in steps, and was seen at 2.63 rad/s
-where 2.17 rad/s were asked."""
+"""Share of a joint's speed limit that motions are planned with: an arm that is streamed to catches up in
+steps, and was seen at 2.63 rad/s where 2.17 rad/s were asked."""
 
 
-def steady_speed(robot: Robot, path: Sequence[Sequence[float]], way: float, speed: float, least: float) -> float:
+def steady_speed(
+    robot: Robot, path: Sequence[Sequence[float]], way: float, speed: float, least: float
+) -> float:
     """Compute the speed of a straight tcp motion at which no joint comes near its limit.
 
     Args:

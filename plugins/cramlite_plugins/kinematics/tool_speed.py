@@ -17,8 +17,8 @@ from .timing import leading
 CHORD = 0.05
 """Turn of the leading axis between two looks at the tool [rad]."""
 KEPT = 0.9
-"""Share of the limit that motions are planned with: the tool was measured at most 3 % faster than this bound says, over 66 programs,
-and 5 % with an arm at 2.5 times the usual pace."""
+"""Share of the limit that motions are planned with: the tool was measured at most 3 % faster than this
+bound says, over 66 programs, and 5 % with an arm at 2.5 times the usual pace."""
 DIGIT = 1e-3
 """Digit to which lowered speeds of a leading axis are rounded [rad/s]."""
 
@@ -45,7 +45,8 @@ def passable_speed(robot: Robot, path: Sequence[Sequence[float]], speed: float, 
 
     Args:
         path: joint positions, the start included [rad].
-        speed, acceleration: that are wanted [rad/s, rad/s2]; a short way from rest to rest is too short for more than sqrt(a D).
+        speed, acceleration: that are wanted [rad/s, rad/s2]; a short way from rest to rest is too short for
+            more than sqrt(a D).
     """
     way = tool_way(robot, path)
     top = min(speed, math.sqrt(acceleration * sum(leading(a, b) for a, b in pairwise(path))))

@@ -1,8 +1,9 @@
 """Antipodal grasps on a shape of primitives: contact pairs by exact ray casting, and room for the hand.
 
-A line along the closing direction meets each convex primitive in one interval; the union of the intervals around
-the pinch point ends in the contact pair. Pads can hold it when both normals lie in the friction cone about the line
-(Nguyen, Constructing Force-Closure Grasps, IJRR 7(3), 1988). Tool frame: z approach, y closing, as ``cramlite.model.Gripper``.
+A line along the closing direction meets each convex primitive in one interval; the union of the intervals
+around the pinch point ends in the contact pair. Pads can hold it when both normals lie in the friction cone
+about the line (Nguyen, Constructing Force-Closure Grasps, IJRR 7(3), 1988). Tool frame: z approach, y
+closing, as ``cramlite.model.Gripper``.
 """
 
 from __future__ import annotations
@@ -44,7 +45,10 @@ class Hands(Value):
     @classmethod
     def at(cls, poses: Sequence[Pose]) -> Hands:
         """Stack TCP poses, each of a possible grasp, into arrays of positions and axes."""
-        return cls(np.array([p.position for p in poses]).reshape(-1, 3), np.array([p.rotation for p in poses]).reshape(-1, 3, 3))
+        return cls(
+            np.array([p.position for p in poses]).reshape(-1, 3),
+            np.array([p.rotation for p in poses]).reshape(-1, 3, 3),
+        )
 
     @property
     def approach(self) -> Floats:
@@ -72,7 +76,8 @@ class Pinches(Value):
     through the TCP.
 
     Args:
-        low, high: of the contacts from the TCP along the closing direction (n,) [m]; inf and -inf where the line misses the shape there.
+        low, high: of the contacts from the TCP along the closing direction (n,) [m]; inf and -inf where the
+            line misses the shape there.
         slant: the larger angle of a contact normal to the closing direction (n,) [rad].
     """
 
@@ -82,7 +87,8 @@ class Pinches(Value):
 
     @property
     def width(self) -> Floats:
-        """Distance between the two contacts on each closing line (n,) [m]; -inf where the line meets nothing."""
+        """Distance between the two contacts on each closing line (n,) [m]; -inf where the line meets
+        nothing."""
         return self.high - self.low
 
 
@@ -99,7 +105,8 @@ def pinches(shape: Body, hands: Hands) -> Pinches:
 
 
 def _around(low: Floats, high: Floats) -> tuple[Span, tuple[NDArray[np.intp], NDArray[np.intp]]]:
-    """Return for each line the interval around its point t = 0 that is inside material, and the geoms at both ends.
+    """Return for each line the interval around its point t = 0 that is inside material, and the geoms at both
+    ends.
 
     Geoms that touch each other on the line are joined.
     """
@@ -117,15 +124,20 @@ def _around(low: Floats, high: Floats) -> tuple[Span, tuple[NDArray[np.intp], ND
 
 
 def clear(shape: Body, hands: Hands, openings: Floats, gripper: Gripper) -> NDArray[np.bool_]:
-    """Check whether fingers at these openings (n,) [m], and the palm, meet nothing at a pose and on the straight way to it."""
+    """Check whether fingers at these openings (n,) [m], and the palm, meet nothing at a pose and on the
+    straight way to it."""
     half, reach = gripper.pad[0] / 2, gripper.pad[1] / 2
     free = np.ones(len(openings), bool)
     for side in (1.0, -1.0):
         fingers = hands.moved((reach - SAMPLES) / 2, side * (openings + FINGER) / 2)
-        met = overlaps(shape, fingers.positions, fingers.turns, np.array([half, FINGER / 2, (reach + SAMPLES) / 2]))
+        met = overlaps(
+            shape, fingers.positions, fingers.turns, np.array([half, FINGER / 2, (reach + SAMPLES) / 2])
+        )
         for row, geom in zip(*np.nonzero(met), strict=True):
             if free[row]:
-                free[row] = shape.geoms[geom].shape != "box" and not _meets(shape.geoms[geom], fingers, row, _finger(gripper))
+                free[row] = shape.geoms[geom].shape != "box" and not _meets(
+                    shape.geoms[geom], fingers, row, _finger(gripper)
+                )
     palms = hands.moved(-(SAMPLES + gripper.depth) / 2)
     met = overlaps(shape, palms.positions, palms.turns, np.array([PALM, PALM, (SAMPLES - gripper.depth) / 2]))
     for row, geom in zip(*np.nonzero(met), strict=True):
@@ -139,11 +151,15 @@ def caught(shape: Body, hands: Hands, widths: Floats, gripper: Gripper) -> NDArr
 
     That part is within a pad's length behind the rear edge of the pad's face, but apart from that edge.
 
-    A thing that is released there in the air falls onto the pad, and comes along with the hand as it withdraws.
+    A thing that is released there in the air falls onto the pad, and comes along with the hand as it
+    withdraws.
     """
     inside, found = np.minimum(FACE, widths / 4), np.zeros(len(widths), bool)
     for side, across in itertools.product((0.5, -0.5), (-0.4, 0.0, 0.4)):
-        edges = hands.moved(-gripper.pad[1] / 2, side * (widths - 2 * inside)).positions + across * gripper.pad[0] * hands.turns[:, :, 0]
+        edges = (
+            hands.moved(-gripper.pad[1] / 2, side * (widths - 2 * inside)).positions
+            + across * gripper.pad[0] * hands.turns[:, :, 0]
+        )
         low, high = intervals(shape, edges, -hands.approach)
         behind, within = (low > SKIN) & (low < gripper.pad[1]), (low <= SKIN) & (high > SKIN)
         found |= behind.any(axis=1) & ~within.any(axis=1)
@@ -158,8 +174,8 @@ def _meets(geom: Geom, hands: Hands, row: int, segments: tuple[Floats, Floats]) 
 
 @lru_cache(maxsize=16)
 def _finger(gripper: Gripper) -> tuple[Floats, Floats]:
-    """Line segments (starts, ends) along each axis that fill the volume swept by a finger, in the frame of the
-    volume's middle: too dense for a wall to fit between them."""
+    """Line segments (starts, ends) along each axis that fill the volume swept by a finger, in the frame of
+    the volume's middle: too dense for a wall to fit between them."""
     half, long = gripper.pad[0] / 2, (gripper.pad[1] / 2 + SAMPLES) / 2
     across, thick = np.linspace(-half, half, 4), (np.array([0.0, 0.3, 0.65, 1.0]) - 0.5) * FINGER
     along = np.arange(long, -long, -STEP)
@@ -171,7 +187,8 @@ def _finger(gripper: Gripper) -> tuple[Floats, Floats]:
 
 @lru_cache(maxsize=16)
 def _palm(gripper: Gripper) -> tuple[Floats, Floats]:
-    """Line segments (starts, ends) that fill the volume swept by the palm, in the frame of the volume's middle."""
+    """Line segments (starts, ends) that fill the volume swept by the palm, in the frame of the volume's
+    middle."""
     long, segments = (SAMPLES - gripper.depth) / 2, []
     turns = [(PALM * math.cos(a), PALM * math.sin(a)) for a in np.linspace(0, math.tau, 12, endpoint=False)]
     for share, (x, y) in itertools.product((0.35, 0.7, 1.0), turns):
@@ -182,7 +199,8 @@ def _palm(gripper: Gripper) -> tuple[Floats, Floats]:
 
 
 def shallow(pose: Pose, near: float, far: float, gripper: Gripper) -> Pose | None:
-    """Move a TCP pose back until the pads end before the far side of a geom; None if they do already, or cannot.
+    """Move a TCP pose back until the pads end before the far side of a geom; None if they do already, or
+    cannot.
 
     So a thin thing is gripped that lies on a table.
 
@@ -264,14 +282,17 @@ def _ball_frames(geom: Geom, depth: float) -> Iterator[tuple[Pose, str]]:
 
 
 def coverage(shape: Body, hands: Hands, widths: Floats, gripper: Gripper) -> Floats:
-    """Return the share of the pad (n,), sampled by rays along the closing direction, that meets the shape between the pads."""
+    """Return the share of the pad (n,), sampled by rays along the closing direction, that meets the shape
+    between the pads."""
     half, reach = 0.45 * gripper.pad[0], 0.45 * gripper.pad[1]
     grid = np.array([(x, 0.0, z) for x in np.linspace(-half, half, 3) for z in np.linspace(-reach, reach, 3)])
     points = hands.positions[:, None] + np.einsum("nij,gj->ngi", hands.turns, grid)
     low, high = intervals(shape, points.reshape(-1, 3), np.repeat(hands.closing, len(grid), axis=0))
     inner = np.repeat(widths, len(grid))
     between = (high > -inner[:, None] / 2) & (low < inner[:, None] / 2)
-    met = np.where(between, high, -np.inf).max(axis=1, initial=-np.inf) - np.where(between, low, np.inf).min(axis=1, initial=np.inf)
+    met = np.where(between, high, -np.inf).max(axis=1, initial=-np.inf) - np.where(between, low, np.inf).min(
+        axis=1, initial=np.inf
+    )
     return np.asarray((met > inner - 0.004).reshape(-1, len(grid)).mean(axis=1))
 
 

@@ -15,8 +15,10 @@ ANGLES = (180.0, 90.0, -90.0, 0.0)
 
 
 def slants(rise: float, share: float = 1.0) -> Iterator[tuple[str, Floats]]:
-    """Generate displacements (3,) [m] of the hand with their names: up by ``rise``, and to each of several sides
-    by ``share`` of that."""
+    """Generate displacements (3,) [m] of the hand with their names: up by ``rise``, and to each of several
+    sides by ``share`` of that."""
     for angle in ANGLES:
-        way: Floats = rise * np.array([share * math.cos(math.radians(angle)), share * math.sin(math.radians(angle)), 1.0])
+        way: Floats = rise * np.array(
+            [share * math.cos(math.radians(angle)), share * math.sin(math.radians(angle)), 1.0]
+        )
         yield f"aside at {angle:.0f} deg", way

@@ -1,10 +1,11 @@
 """Grasps of a thing where it is, the likeliest to succeed first: each of its grips, with the hand as it is
 and turned by 180 deg.
 
-Those with room for the whole hand, there, before and when it lifts, which leave its holes open, come first; those of a hand that leans
-come after all others, and those by the ends of the pads after these. Among these decide the
-lever and the part of the pads (``grips``), how far the hand turns to get there, and whether pads that cannot press harder keep the
-thing from turning between them. Inverse kinematics and collisions are looked at one by one.
+Those with room for the whole hand, there, before and when it lifts, which leave its holes open, come first;
+those of a hand that leans come after all others, and those by the ends of the pads after these. Among these
+decide the lever and the part of the pads (``grips``), how far the hand turns to get there, and whether pads
+that cannot press harder keep the thing from turning between them. Inverse kinematics and collisions are
+looked at one by one.
 """
 
 from __future__ import annotations
@@ -47,12 +48,13 @@ from .reached import Arm, Leg
 
 STANDOFF = 0.10  # pre-grasp distance [m]: the longest finger pad and the tab of a product fit in between
 ALONG = (1.0, 0.75, 0.5, 0.25)
-"""Parts of a way in from aside at which the hand may not touch the thing; the rest is as long as open fingers are apart from it."""
+"""Parts of a way in from aside at which the hand may not touch the thing; the rest is as long as open
+fingers are apart from it."""
 LIFTED = 0.10  # height to which most grasped things are then picked up [m]
 HALF_TURN = Pose((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
 PER_RADIAN = 0.005
-"""Cost of a radian that the hand turns [m]. Of the two ways round the nearer one comes first: half a turn more drives a last axis that
-starts in the middle of its range into its stop."""
+"""Cost of a radian that the hand turns [m]. Of the two ways round the nearer one comes first: half a turn
+more drives a last axis that starts in the middle of its range into its stop."""
 PER_LOAD, MOST_LOAD = 0.02, 5.0
 """Cost of each time the force that the pads lack to keep a thing from turning [m], and up to how many."""
 
@@ -66,7 +68,8 @@ class Grasp(Value):
         opening: of the fingers on the way there, the least that will do [m].
         load: force that each pad needs to hold the weight and its moment, in shares of the gripper's most.
         name: for people.
-        tight: whether boxes about the parts of the hand meet something there, before it or above it; the hand itself may not.
+        tight: whether boxes about the parts of the hand meet something there, before it or above it; the hand
+            itself may not.
     """
 
     grip: Grip
@@ -95,7 +98,9 @@ def grasps(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     grips = ranked(thing, gripper, pair_friction(belief.world.physics.pad_friction, thing.least_friction))
     rims = pinched.pinches(thing, belief, context)
     if not grips and not rims:
-        raise Unresolvable(why_none(thing, gripper), (location.of or "",), blocking=(), remedy=too_wide(thing, gripper))
+        raise Unresolvable(
+            why_none(thing, gripper), (location.of or "",), blocking=(), remedy=too_wide(thing, gripper)
+        )
     arm = Arm(belief, context)
     ordered = _in_order(grips, thing, belief, context, HandRoom.about(thing, belief, arm.scene()))
     if not ordered and not rims:
@@ -108,11 +113,19 @@ def grasps(location: Location, belief: Belief, context: Context) -> Iterator[Gro
         led = arm.led(grasp.legs(thing.name, grasp.opening))
         if isinstance(led, Refused):
             yield led.of(grasp.name)
-            if led.where is Stage.BEFORE:  # wider fingers have less room at the thing, from wherever they come
-                yield from _from_aside(grasp, thing.name, cost, next(_openings(grasp, thing, belief, gripper)), arm)
+            if (
+                led.where is Stage.BEFORE
+            ):  # wider fingers have less room at the thing, from wherever they come
+                yield from _from_aside(
+                    grasp, thing.name, cost, next(_openings(grasp, thing, belief, gripper)), arm
+                )
             continue
         openings = _openings(grasp, thing, belief, gripper)
-        wide = (o for o in openings if all(arm.of(g).free(q) for g, q in zip(grasp.legs(thing.name, o), led, strict=True)))
+        wide = (
+            o
+            for o in openings
+            if all(arm.of(g).free(q) for g, q in zip(grasp.legs(thing.name, o), led, strict=True))
+        )
         place = _place(grasp, grasp.before, next(wide, grasp.opening), thing.name)
         yield Grounding(place, _says(grasp), cost, key=grasp.name, anew=True)
     yield from pinched_at
@@ -151,11 +164,15 @@ def _says(grasp: Grasp) -> str:
 def _openings(grasp: Grasp, thing: Thing, belief: Belief, gripper: Gripper) -> Iterator[float]:
     """Openings of the fingers for a grasp without obstacles [m], best first.
 
-    Around a thing whose pose is given not as wide as they can: they take 0.1 s to close by 10 mm. A thing that is 4 mm from where it is
-    believed to be, and turned by 5 deg, is pushed by a pad that passes it by 5 mm.
+    Around a thing whose pose is given not as wide as they can: they take 0.1 s to close by 10 mm. A thing
+    that is 4 mm from where it is believed to be, and turned by 5 deg, is pushed by a pad that passes it by 5
+    mm.
     """
     hand, most = antipodal.Hands.at([grasp.grip.pose]), gripper.opening[1]
-    if belief.poses[thing.name].sigma > 0 and antipodal.clear(rays.body(thing.geoms), hand, np.array([most]), gripper).all():
+    if (
+        belief.poses[thing.name].sigma > 0
+        and antipodal.clear(rays.body(thing.geoms), hand, np.array([most]), gripper).all()
+    ):
         yield most
     yield grasp.grip.width + grasp.grip.slack
 
@@ -172,14 +189,21 @@ def _in_order(
     pose, here, most = belief.pose(thing.name), tcp(belief, context), context.robot.gripper.opening[1]
     loads, found = _loads(grips, thing, belief, context), []
     for grip, load in zip(grips, loads.tolist(), strict=True):
-        ways = ((grip.name, pose * grip.pose), (f"{grip.name}, turned half way", pose * grip.pose * HALF_TURN))
+        ways = (
+            (grip.name, pose * grip.pose),
+            (f"{grip.name}, turned half way", pose * grip.pose * HALF_TURN),
+        )
         turned = sorted((here.distance(at)[1], name, at) for name, at in ways)
         for k, (angle, name, at) in enumerate(turned):
-            cost = grip.cost + AGAIN * k + PER_RADIAN * angle + PER_LOAD * min(max(load - 1.0, 0.0), MOST_LOAD)
+            cost = (
+                grip.cost + AGAIN * k + PER_RADIAN * angle + PER_LOAD * min(max(load - 1.0, 0.0), MOST_LOAD)
+            )
             found.append((cost, grip, Grasp(grip, at, min(grip.width + SLACK, most), load, name)))
     hands, openings = antipodal.Hands.at([g.at for *_, g in found]), np.array([g.opening for *_, g in found])
     own = room.meets(room.own, hands, openings, 0.0)
-    up = antipodal.Hands(hands.positions + LIFTED * belief.base().inverse().rotate((0.0, 0.0, 1.0)), hands.turns)
+    up = antipodal.Hands(
+        hands.positions + LIFTED * belief.base().inverse().rotate((0.0, 0.0, 1.0)), hands.turns
+    )
     others = room.in_a_hole(hands, most)  # when it opens around what is threaded
     for there in (hands, hands.moved(-STANDOFF), up):
         others |= room.meets(room.others, there, openings, CLEARANCE)
@@ -190,7 +214,9 @@ def _in_order(
         if not it:
             alike.setdefault((stays_out, f[1].late, no), []).append(f)
     order = itertools.product((False, True), kinds, (False, True))
-    return [(cost, replace(grasp, tight=key[-1])) for key in order for cost, grasp in varied(alike.get(key, ()))]
+    return [
+        (cost, replace(grasp, tight=key[-1])) for key in order for cost, grasp in varied(alike.get(key, ()))
+    ]
 
 
 def _loads(grips: Sequence[Grip], thing: Thing, belief: Belief, context: Context) -> Floats:

@@ -1,7 +1,8 @@
-"""Grips of a thing, wherever it is: contact pairs on a thing's primitives that fit between the fingers, ranked and explained.
+"""Grips of a thing, wherever it is: contact pairs on a thing's primitives that fit between the fingers,
+ranked and explained.
 
-Boxes offer their opposite faces, cylinders and capsules their sides and ends, spheres any diameter, the convex parts of
-meshes their faces (``surfaces``); ``antipodal`` checks each against the whole shape.
+Boxes offer their opposite faces, cylinders and capsules their sides and ends, spheres any diameter, the
+convex parts of meshes their faces (``surfaces``); ``antipodal`` checks each against the whole shape.
 """
 
 from __future__ import annotations
@@ -30,17 +31,19 @@ WIDE = 0.03  # and so much wider if it can be: a hand that is 10 mm off does not
 ENOUGH = 0.015  # with more than this a hand is hardly ever off by half of it [m]
 LEAST_SLACK = 0.004  # a thing that leaves less than this does not go between the pads of a known pose [m]
 PARALLEL = math.radians(1)
-"""Angle between contact normals up to which faces count as parallel, and need no friction to stay between the pads."""
+"""Angle between contact normals up to which faces count as parallel, and need no friction to stay between
+the pads."""
 MARGIN = 0.004  # pads end this far inside a face's edge [m]
 AGAIN = 0.008  # [m]
 CAUGHT = 0.02  # more than the way round, another turn about the approach, and a further one of one likeness together [m]
 MANY = 3  # parts of a thing beyond which equal grasps on them count once
 SHIFTS = (0.0, 0.5, 1.0, -0.5, -1.0)  # along a face, as fractions of what the pads leave
 LEAN = math.radians(30)
-"""Lean of a hand about the line between its pads, where it has no room over a box, or where the wrist would be too far away."""
+"""Lean of a hand about the line between its pads, where it has no room over a box, or where the wrist
+would be too far away."""
 BARE = 0.05
-"""Cost of a pad that nothing covers [m]: a carton's ridge, 7 mm high, slipped out of pads that it covered by a ninth, and not out of
-others 18 mm beside its centre of mass that it covered whole."""
+"""Cost of a pad that nothing covers [m]: a carton's ridge, 7 mm high, slipped out of pads that it covered
+by a ninth, and not out of others 18 mm beside its centre of mass that it covered whole."""
 PER_LEAN = 0.06
 """Cost of a radian of lean [m]."""
 
@@ -59,10 +62,12 @@ class Grip(Value):
         slant: angle of the contact normals to the closing direction [rad].
         coverage: share of the pad that the shape fills.
         ahead: how far before the TCP the contact pair is [m].
-        slack: wider than the contacts that the thing itself lets the fingers approach, both sides together, up to ``WIDE`` [m].
+        slack: wider than the contacts that the thing itself lets the fingers approach, both sides together,
+            up to ``WIDE`` [m].
         lean: of the hand about the line between its pads [rad].
         caught: whether a pad is below some of the thing that catches on it when it is let go.
-        ends: whether no more than the ends of the pads are on it: a palm that is 6 mm higher is over what stands as high as the thing.
+        ends: whether no more than the ends of the pads are on it: a palm that is 6 mm higher is over what
+            stands as high as the thing.
     """
 
     pose: Pose
@@ -112,7 +117,11 @@ def ranked(thing: Thing, gripper: Gripper, friction: float) -> list[Grip]:
 
 @lru_cache(maxsize=64)
 def _ranked(
-    geoms: tuple[Geom, ...], centre: tuple[float, ...], handles: tuple[Pose, ...], gripper: Gripper, friction: float
+    geoms: tuple[Geom, ...],
+    centre: tuple[float, ...],
+    handles: tuple[Pose, ...],
+    gripper: Gripper,
+    friction: float,
 ) -> tuple[Grip, ...]:
     shape, middle, cone = rays.body(geoms), np.asarray(centre), max(math.atan(friction), PARALLEL)
     proposed = [*candidates(geoms, gripper), *_across_parts(shape, middle, handles, gripper, cone)]
@@ -121,8 +130,8 @@ def _ranked(
 
 
 def varied(grips: Iterable[tuple[float, Grip, T]]) -> list[tuple[float, T]]:
-    """Sort values by the costs of the grasps that they come with; a grasp costs ``AGAIN`` more for each similar
-    one before it."""
+    """Sort values by the costs of the grasps that they come with; a grasp costs ``AGAIN`` more for each
+    similar one before it."""
     seen: dict[tuple[float, ...], int] = {}
     keyed = []
     for k, (cost, grip, what) in enumerate(sorted(grips, key=lambda x: (round(x[0], 4), x[1].name))):
@@ -196,7 +205,9 @@ def _of_geom(geom: Geom, gripper: Gripper) -> Iterator[Grip]:
 def too_wide(thing: Thing, gripper: Gripper) -> Remedy | None:
     """Return the remedy if a side of a thing is wider than the hand opens; None if no side is."""
     limit = gripper.opening[1] - LEAST_SLACK
-    sides = sorted(float(side) for side in np.ptp(corners(thing, Pose((0, 0, 0))), axis=0)) if thing.geoms else []
+    sides = (
+        sorted(float(side) for side in np.ptp(corners(thing, Pose((0, 0, 0))), axis=0)) if thing.geoms else []
+    )
     wide = [side for side in sides if side > limit]
     if not wide:
         return None
@@ -228,8 +239,11 @@ def _thinnest(geom: Geom) -> float:
     return 2 * min(geom.size) if geom.shape == "box" else 2 * geom.size[0]
 
 
-def _checked(shape: rays.Body, centre: Floats, grips: Sequence[Grip], gripper: Gripper, cone: float) -> list[Grip]:
-    """Return the grips that fit between the fingers, hold by friction and leave room for the hand, on the whole shape.
+def _checked(
+    shape: rays.Body, centre: Floats, grips: Sequence[Grip], gripper: Gripper, cone: float
+) -> list[Grip]:
+    """Return the grips that fit between the fingers, hold by friction and leave room for the hand, on the
+    whole shape.
 
     On shapes of many parts, only one of several equal grips is kept.
     """
@@ -240,7 +254,9 @@ def _checked(shape: rays.Body, centre: Floats, grips: Sequence[Grip], gripper: G
     rows = np.flatnonzero(fits)
     hands, widths = proposed.of(rows).moved(0.0, found.low[rows] + found.width[rows] / 2), found.width[rows]
     if len(shape.geoms) > MANY:
-        kinds = [grips[k].ends for k in rows.tolist()]  # those by the ends of the pads are less than a cell behind others
+        kinds = [
+            grips[k].ends for k in rows.tolist()
+        ]  # those by the ends of the pads are less than a cell behind others
         _, first = np.unique(np.column_stack([_cells(hands), kinds]), axis=0, return_index=True)
         first.sort()
         rows, hands, widths = rows[first], hands.of(first), widths[first]
@@ -248,14 +264,23 @@ def _checked(shape: rays.Body, centre: Floats, grips: Sequence[Grip], gripper: G
     rows, hands, widths = rows[free], hands.of(free), widths[free]
     covered = antipodal.coverage(shape, hands, widths, gripper)
     wide = np.minimum(widths + WIDE, most)
-    slacks = np.where(antipodal.clear(shape, hands, wide, gripper), wide, np.minimum(widths + SLACK, most)) - widths
+    slacks = (
+        np.where(antipodal.clear(shape, hands, wide, gripper), wide, np.minimum(widths + SLACK, most))
+        - widths
+    )
     off = np.einsum("nij,ni->nj", hands.turns, centre - hands.positions)
     levers = np.abs(off[:, 0]) + 0.3 * np.maximum(0.0, np.abs(off[:, 1]) - widths / 2)
     hung = antipodal.caught(shape, hands, widths, gripper)
     columns = (np.asarray(v).tolist() for v in (rows, widths, levers, covered, slacks, hung))
     return [
         replace(
-            grips[k], pose=_at(grips[k].pose, p), width=width, lever=lever, slant=float(found.slant[k]), coverage=cover, slack=slack,
+            grips[k],
+            pose=_at(grips[k].pose, p),
+            width=width,
+            lever=lever,
+            slant=float(found.slant[k]),
+            coverage=cover,
+            slack=slack,
             caught=hangs,
         )
         for p, k, width, lever, cover, slack, hangs in zip(hands.positions, *columns, strict=True)
@@ -291,11 +316,20 @@ def _of_box(geom: Geom, gripper: Gripper) -> Iterator[Grip]:
 
 def _leaning(grip: Grip, lean: float) -> Grip:
     turn = Pose.from_rotvec((0.0, 0.0, 0.0), (0.0, lean, 0.0))
-    return replace(grip, pose=grip.pose * turn, name=f"{grip.name}, leaning {math.degrees(lean):+.0f} deg", lean=lean)
+    return replace(
+        grip, pose=grip.pose * turn, name=f"{grip.name}, leaning {math.degrees(lean):+.0f} deg", lean=lean
+    )
 
 
 def _grip(
-    geom: Geom, closing: int, approach: int, sign: float, along: int, offset: float, width: float, depth: float
+    geom: Geom,
+    closing: int,
+    approach: int,
+    sign: float,
+    along: int,
+    offset: float,
+    width: float,
+    depth: float,
 ) -> Grip:
     """Grip of a box: TCP z points into the box and TCP y across it; the hand is as deep as it goes, at most
     to the middle."""

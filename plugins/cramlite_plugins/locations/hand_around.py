@@ -33,13 +33,22 @@ class HandAround:
         refused = refusal(f"the bar is {1000 * width:.0f} mm thick, as wide as the hand opens")
         before = at * Pose((0, 0, -STANDOFF))
         most = self.arm.context.robot.gripper.opening[1]
-        for opening in dict.fromkeys(round(min(width + s, most), 4) for s in SLACK if width + SLACK[-1] <= most):
+        for opening in dict.fromkeys(
+            round(min(width + s, most), 4) for s in SLACK if width + SLACK[-1] <= most
+        ):
             bare = self.arm.scene((), opening, room)
             there = self.arm.at(Leg(at, (self.thing.name,), opening))
             if not isinstance(there, Refused) and not bare.free(there):
                 there = refusal(bare.why(there), collision=bare.collision(there))
             off = there if isinstance(there, Refused) else self.arm.at(Leg(before, opening=opening), there)
             if not isinstance(off, Refused):
-                return Place(at, before, opening, tuple(at.rotate((0, 0, 1))), thing=self.thing.name, grip=GripFacts(width))
+                return Place(
+                    at,
+                    before,
+                    opening,
+                    tuple(at.rotate((0, 0, 1))),
+                    thing=self.thing.name,
+                    grip=GripFacts(width),
+                )
             refused = off
         return refused

@@ -1,9 +1,10 @@
 """Check whether a hand has room at a grasp: boxes around the parts of the hand's model against the obstacles
 around a thing.
 
-Exact for hands and surroundings of boxes, on the safe side for others: a mesh is in two boxes, as it lies and along the tool, and where
-one of them is free, the mesh is. Fingers have a flat side to the gap, and meshes lie askew in their own frames. Hundreds of grasps are
-looked at in the time of one or two inverse kinematics, and those with room are tried first.
+Exact for hands and surroundings of boxes, on the safe side for others: a mesh is in two boxes, as it lies and
+along the tool, and where one of them is free, the mesh is. Fingers have a flat side to the gap, and meshes
+lie askew in their own frames. Hundreds of grasps are looked at in the time of one or two inverse kinematics,
+and those with room are tried first.
 """
 
 from __future__ import annotations
@@ -60,7 +61,9 @@ class HandRoom(Value, dict=True):
     def about(cls, thing: Thing, belief: Belief, scene: PlanningScene) -> HandRoom:
         """Return the shapes around a thing, where it is believed to be, for hands that grasp it."""
         pose, (low, high) = belief.pose(thing.name), box_around(thing.geoms)
-        near = _around(pose.apply((low + high) / 2), float(np.linalg.norm(high - low)) / 2 + AROUND, thing.name, belief)
+        near = _around(
+            pose.apply((low + high) / 2), float(np.linalg.norm(high - low)) / 2 + AROUND, thing.name, belief
+        )
         own = [replace(g, pose=pose * g.pose) for g in thing.geoms]
         columns = [replace(g, pose=pose * g.pose) for g in map(_column, thing.features) if g is not None]
         return cls(scene, rays.body(own), rays.body(near), rays.body(columns))
@@ -71,7 +74,9 @@ class HandRoom(Value, dict=True):
         those around it."""
         thing, pose = belief.world.thing(whole), belief.pose(whole)
         low, high = box_around(thing.geoms)
-        near = _around(pose.apply((low + high) / 2), float(np.linalg.norm(high - low)) + AROUND, payload, belief)
+        near = _around(
+            pose.apply((low + high) / 2), float(np.linalg.norm(high - low)) + AROUND, payload, belief
+        )
         return cls(scene, rays.body([]), rays.body(near), rays.body([]))
 
     def in_a_hole(self, hands: Hands, opening: float) -> NDArray[np.bool_]:
@@ -110,14 +115,18 @@ def _around(centre: Floats, reach: float, without: str, belief: Belief) -> list[
     for other in belief.world.things:
         at = belief.pose(other.name) if other.name in belief.poses else base * other.pose
         every += [replace(g, pose=at * g.pose) for g in other.geoms if other.name != without]
-    return [g for g in every if np.linalg.norm(np.asarray(g.pose.position) - centre) < reach + g.bounding_radius]
+    return [
+        g for g in every if np.linalg.norm(np.asarray(g.pose.position) - centre) < reach + g.bounding_radius
+    ]
 
 
 def _reaches_into(shape: rays.Body, hands: Hands, part: Part, distance: float) -> NDArray[np.bool_]:
     """Whether a part of the hand may be nearer to a shape than a distance [m], for each TCP pose (n,)."""
     met = np.ones((len(hands.positions), len(shape.geoms)), bool)
     for box in part:
-        met &= overlaps(shape, hands.positions + hands.turns @ box.centre, hands.turns @ box.turn, box.half + distance)
+        met &= overlaps(
+            shape, hands.positions + hands.turns @ box.centre, hands.turns @ box.turn, box.half + distance
+        )
     return np.asarray(met.any(axis=1))
 
 
@@ -127,7 +136,11 @@ def _column(hole: Feature) -> Geom | None:
     if hole.type != HOLE or "diameter" not in hole.size:
         return None
     half = hole.size["diameter"] / 2
-    return Geom("box", (half, half, AROUND), hole.pose) if "width" in hole.size else Geom("cylinder", (half, AROUND), hole.pose)
+    return (
+        Geom("box", (half, half, AROUND), hole.pose)
+        if "width" in hole.size
+        else Geom("cylinder", (half, AROUND), hole.pose)
+    )
 
 
 def _parts_of(scene: Any) -> list[Part]:
@@ -136,7 +149,11 @@ def _parts_of(scene: Any) -> list[Part]:
     tool = Pose.from_matrix(data.site_xmat[scene.index.tcp].reshape(3, 3)).rotation
     at, found = data.site_xpos[scene.index.tcp], []
     for g in np.flatnonzero(scene.moved[:, -1] > 0).tolist():
-        turn, place, box = tool.T @ data.geom_xmat[g].reshape(3, 3), tool.T @ (data.geom_xpos[g] - at), model.geom_aabb[g]
+        turn, place, box = (
+            tool.T @ data.geom_xmat[g].reshape(3, 3),
+            tool.T @ (data.geom_xpos[g] - at),
+            model.geom_aabb[g],
+        )
         boxes = [_Box(place + turn @ box[:3], turn, box[3:].copy())]
         if model.geom_type[g] == mujoco.mjtGeom.mjGEOM_MESH:
             boxes.append(_along_tool(place + _corners(model, g) @ turn.T))

@@ -9,7 +9,18 @@ from collections.abc import Iterator
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, CarriedAlong, Estimate, Feature, Floats, Joint, Location, Place, Pose, Thing
+from cramlite.model import (
+    Belief,
+    CarriedAlong,
+    Estimate,
+    Feature,
+    Floats,
+    Joint,
+    Location,
+    Place,
+    Pose,
+    Thing,
+)
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..motion_planning.reach import bound, causes, held_pose, led_by, tcp
@@ -25,27 +36,32 @@ from .parameters import Handle, JointWay, Turned, asked
 TIPS = 0.006  # how much farther out the pads also take it, where their ends come too near to the front behind [m]
 ROOM = 0.006  # about the hand, without which a grip comes last [m]: streamed arms come to rest within 4 mm
 TILTS = (0.0, 30.0, -30.0, 45.0, -45.0, 60.0, -60.0)
-"""Turns of the hand about the bar [deg]: a low drawer is reached from above, a door beside a wall from its free side."""
+"""Turns of the hand about the bar [deg]: a low drawer is reached from above, a door beside a wall from its
+free side."""
 LEANS = (15.0, -15.0, 30.0, -30.0)
-"""Turns along the bar [deg], by the tips, as the palm comes near to it: last, for arms that straight on to it are folded or stretched."""
+"""Turns along the bar [deg], by the tips, as the palm comes near to it: last, for arms that straight on to
+it are folded or stretched."""
 CHORD = 0.001  # between a corner and the next a path is off the arc of a hinge by so much at most [m]: the arm gives way sideways
 TURN = math.radians(45)  # and turns no further [rad]
 CLOSED, AJAR = 0.005, 0.08
-"""Shares of the range that a joint is closed to: by its handle, all but what friction leaves; pushed, so far that the rest is felt."""
+"""Shares of the range that a joint is closed to: by its handle, all but what friction leaves; pushed, so
+far that the rest is felt."""
 LEFT = 0.015
 """Last part of the way of a hand that pushes a door or a drawer of 0.16 m [m], left to be felt."""
 OPENED = (0.95, 0.9)
 """Shares of the range that something is opened to: as far as the arm comes, short of the stop."""
 BEGUN = (0.4, 0.3, 0.25, 0.2, 0.175, 0.15)
-"""Shares that a door is drawn ajar to by its handle, to be pushed on from inside: as far as the arm comes. Of 2.1 rad the least is 0.3 rad,
-75 mm at a handle 0.25 m from the hinge: closed fingers 32 mm thick still get in behind it."""
+"""Shares that a door is drawn ajar to by its handle, to be pushed on from inside: as far as the arm comes.
+Of 2.1 rad the least is 0.3 rad, 75 mm at a handle 0.25 m from the hinge: closed fingers 32 mm thick still
+get in behind it."""
 CLOSER = (0.35, 0.5, 0.65, 0.75)
 """Shares that a door is led to by its handle, to be pushed shut from there: as far as the arm comes."""
 PUSHED_ON = (*OPENED, 0.85, 0.8)
 """Shares of the range to push on to: as far as the arm comes, and at least as far as by the handle."""
 PRESSED = math.radians(2.0)
-"""Turn of the hand beyond the stop of a knob [rad]: streamed arms come to rest within 0.02 rad. Knobs of 1 kg m2 that were not
-pressed there sprang back from it by 3 mrad, and glided on by 2 mrad once they were let go of."""
+"""Turn of the hand beyond the stop of a knob [rad]: streamed arms come to rest within 0.02 rad. Knobs of 1
+kg m2 that were not pressed there sprang back from it by 3 mrad, and glided on by 2 mrad once they were let
+go of."""
 TURNED = (0.97, 0.6, 0.4)
 """Shares that a knob is turned on to: as far as the wrist turns; from a fifth on it counts as on."""
 
@@ -57,7 +73,14 @@ def handle_grasps(location: Location, belief: Belief, context: Context) -> Itera
     door = belief.thing(entity)
     lever = lever_of(location, door, belief) if asked(location, Handle).lever else None
     if lever is not None:  # before any pose of the hand is tried
-        freeing(location, lever, asked(location, Handle).least or 1.0, belief.poses[lever.name].pose, belief, context)
+        freeing(
+            location,
+            lever,
+            asked(location, Handle).least or 1.0,
+            belief.poses[lever.name].pose,
+            belief,
+            context,
+        )
     thing = lever or door
     handle = belief.feature(thing.name, "cram:Handle")
     if handle is None or thing.joint is None:
@@ -71,8 +94,15 @@ def handle_grasps(location: Location, belief: Belief, context: Context) -> Itera
     for k, (tilt, turn, lean, back) in enumerate(ways):
         across = _across(thing.joint, handle, tilt, turn, lean)
         width = 2 * handle.size["radius"] if tilt == 0.0 else _thickness(thing, across)
-        said = (f", tilted {tilt:+.0f} deg" if tilt else "", f", leaning {lean:+.0f} deg" if lean else "", ", by the tips" if back else "")
-        name, at = f"across the handle, turned {turn:.0f} deg{''.join(said)}", belief.pose(thing.name) * across * Pose((0, 0, -back))
+        said = (
+            f", tilted {tilt:+.0f} deg" if tilt else "",
+            f", leaning {lean:+.0f} deg" if lean else "",
+            ", by the tips" if back else "",
+        )
+        name, at = (
+            f"across the handle, turned {turn:.0f} deg{''.join(said)}",
+            belief.pose(thing.name) * across * Pose((0, 0, -back)),
+        )
         found = hand.around(at, width, ROOM)
         if isinstance(found, Place):
             yield _held(name, found, 0.1 * k)
@@ -94,12 +124,20 @@ def check_way(location: Location, thing: Thing, belief: Belief, context: Context
     value = joint_value(belief, thing.name, belief.base() * belief.pose(thing.name))
     goal = joint.lower + least * (joint.upper - joint.lower)
     if goal > value and (met := met_on_its_way(thing, value, goal, belief, context)):
-        drives = context.limits.may_push and not isinstance(driven_along(thing, value, goal, belief, context), Refused)
+        drives = context.limits.may_push and not isinstance(
+            driven_along(thing, value, goal, belief, context), Refused
+        )
         if drives and asked(location, Handle).drives:
             return
-        put = (n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing in met.in_the_way and v.leaves_thing)
+        put = (
+            n
+            for n, v in context.bindings.items()
+            if isinstance(v, Place) and v.thing in met.in_the_way and v.leaves_thing
+        )
         levers = belief.world.mounted_on(thing.name)  # one of them may free the way
-        ways = led_by(location, context) if drives or levers else ()  # else moving what is in the way is all that helps
+        ways = (
+            led_by(location, context) if drives or levers else ()
+        )  # else moving what is in the way is all that helps
         raise met.impossible(met.reason, (location.of or "", *put, *ways))
 
 
@@ -109,7 +147,8 @@ def _held(name: str, place: Place, cost: float) -> Grounding:
 
 
 def _across(joint: Joint, handle: Feature, tilt: float, turn: float, lean: float) -> Pose:
-    """TCP pose at a handle, in the thing's frame: z into the handle, y across its bar; then turned about x, z and y [deg]."""
+    """TCP pose at a handle, in the thing's frame: z into the handle, y across its bar; then turned about
+    x, z and y [deg]."""
     # the handle's z comes out, and its x is along the bar of a door, across that of a drawer
     across = handle.pose.rotate((0, 1, 0) if joint.kind == "hinge" else (1, 0, 0))
     into = handle.pose.rotate((0, 0, -1))
@@ -133,43 +172,63 @@ def joint_way(location: Location, belief: Belief, context: Context) -> Iterator[
     closed fingers against its front."""
     thing, joint, now, there = _jointed(location, belief, context)
     if (said := asked(location, JointWay)).lever and location.relation == "opened":
-        for k, goal in enumerate(freeing(location, thing, said.share or 1.0, belief.base() * now, belief, context)):
+        for k, goal in enumerate(
+            freeing(location, thing, said.share or 1.0, belief.base() * now, belief, context)
+        ):
             yield _led(thing, joint, belief, context, now, _share(joint, goal), 0.0, 0.1 * k)
         return
-    held, pressed = belief.held is not None, PRESSED if location.relation != "opened" and asked(location, JointWay).turned else 0.0
+    held, pressed = (
+        belief.held is not None,
+        PRESSED if location.relation != "opened" and asked(location, JointWay).turned else 0.0,
+    )
     for k, share in enumerate(_shares(location, joint, now.inverse() * tcp(belief, context), held, there)):
         led = _led(thing, joint, belief, context, now, share, pressed, 0.1 * k)
         yield _driving(led, thing, now, belief, context) if asked(location, JointWay).drives else led
 
 
 def turn_on(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate the hand's path that turns a held thing about its joint by a given angle, from its present joint
-    value."""
+    """Generate the hand's path that turns a held thing about its joint by a given angle, from its present
+    joint value."""
     thing, joint, now, there = _jointed(location, belief, context)
     by = float(np.dot(asked(location, Turned).turn, joint.pose.rotate((0.0, 0.0, 1.0))))
     share = there + by / (joint.upper - joint.lower)
     if joint.kind != "hinge" or not 0.0 <= share <= 1.0:
         left = math.degrees((1.0 - there if by > 0 else there) * (joint.upper - joint.lower))
-        said = f"{math.degrees(abs(by)):.0f} deg are asked for, {left:.0f} deg are left" if joint.kind == "hinge" else "it slides"
-        raise Unresolvable(f"'{thing.name}' cannot be turned as asked: {said}", causes(location, context), blocking=())
+        said = (
+            f"{math.degrees(abs(by)):.0f} deg are asked for, {left:.0f} deg are left"
+            if joint.kind == "hinge"
+            else "it slides"
+        )
+        raise Unresolvable(
+            f"'{thing.name}' cannot be turned as asked: {said}", causes(location, context), blocking=()
+        )
     yield _led(thing, joint, belief, context, now, share, 0.0, 0.0)
 
 
 def _jointed(location: Location, belief: Belief, context: Context) -> tuple[Thing, Joint, Pose, float]:
-    """Thing on a joint, the joint, the thing's pose in the base frame, and the share of the joint's range that it is at."""
+    """Thing on a joint, the joint, the thing's pose in the base frame, and the share of the joint's range
+    that it is at."""
     entity = bound(context, location.of)
     thing = belief.thing(entity)
     thing = lever_of(location, thing, belief) if location.parameters.get("lever") else thing
     held = belief.held is not None and belief.held.thing == thing.name
-    by_lever = belief.held is not None and belief.held.thing in {t.name for t in belief.world.mounted_on(thing.name)}
+    by_lever = belief.held is not None and belief.held.thing in {
+        t.name for t in belief.world.mounted_on(thing.name)
+    }
     if thing.joint is None or (belief.held is not None and not held and not by_lever):
-        raise Unresolvable(f"'{entity}' must have a joint, and the hand must hold no other thing", causes(location, context), blocking=())
+        raise Unresolvable(
+            f"'{entity}' must have a joint, and the hand must hold no other thing",
+            causes(location, context),
+            blocking=(),
+        )
     now = held_pose(belief, context) if held else belief.pose(thing.name)
     there = joint_value(belief, thing.name, belief.base() * now) - thing.joint.lower
     return thing, thing.joint, now, there / (thing.joint.upper - thing.joint.lower)
 
 
-def _driving(led: Grounding, thing: Thing, now: Pose, belief: Belief, context: Context) -> Grounding | Refused:
+def _driving(
+    led: Grounding, thing: Thing, now: Pose, belief: Belief, context: Context
+) -> Grounding | Refused:
     """Path of a drawer with the distance that it pushes each loose thing ahead of it; or a refusal with the
     obstacles."""
     there, place = Estimate(belief.base() * now), led.value
@@ -200,7 +259,9 @@ def _shares(location: Location, joint: Joint, hand: Pose, held: bool, there: flo
         return TURNED if said.turned else OPENED
     if said.lever:
         return (_share(joint, joint.rest),)
-    if location.relation == "stop" or said.turned:  # a knob is off at its stop, where others may want it exactly
+    if (
+        location.relation == "stop" or said.turned
+    ):  # a knob is off at its stop, where others may want it exactly
         return (0.0,)
     return (CLOSED if held else ajar(joint, hand),)
 
@@ -227,7 +288,14 @@ def lever(joint: Joint, hand: Pose) -> float:
 
 
 def _led(
-    thing: Thing, joint: Joint, belief: Belief, context: Context, now: Pose, share: float, pressed: float, cost: float
+    thing: Thing,
+    joint: Joint,
+    belief: Belief,
+    context: Context,
+    now: Pose,
+    share: float,
+    pressed: float,
+    cost: float,
 ) -> Grounding:
     """Path on which a hand moves a thing along its joint to a share of the joint's range; at the thing's stop
     the hand goes on by ``pressed`` [m, rad]."""
@@ -240,7 +308,8 @@ def _led(
 
 
 def along_joint(thing: Thing, belief: Belief, hand: Pose, share: float) -> tuple[Pose, ...]:
-    """Return the TCP poses in the base frame that keep a pushing hand at a thing while its joint goes to a share of its range."""
+    """Return the TCP poses in the base frame that keep a pushing hand at a thing while its joint goes to a
+    share of its range."""
     assert thing.joint is not None
     joint, now = thing.joint, belief.pose(thing.name)
     goal = joint.lower + share * (joint.upper - joint.lower)
@@ -250,8 +319,9 @@ def along_joint(thing: Thing, belief: Belief, hand: Pose, share: float) -> tuple
 def way_along(joint: Joint, now: Pose, hand: Pose) -> Floats:
     """Return the direction (3,) in which a hand at a drawer or door begins to move when the joint closes.
 
-    Of a door it is not that into its front: at a handle that stands 40 mm before it the two were 14 deg apart, and fingers that went into
-    the front, held to the bar by friction, pressed 14 N along the door without feeling 3 N into it.
+    Of a door it is not that into its front: at a handle that stands 40 mm before it the two were 14 deg
+    apart, and fingers that went into the front, held to the bar by friction, pressed 14 N along the door
+    without feeling 3 N into it.
 
     Args:
         now: of the thing, in the same frame as the hand.

@@ -1,4 +1,5 @@
-"""Motion of a drawer or a door along its joint, and the obstacles that it would meet; the hand is left out."""
+"""Motion of a drawer or a door along its joint, and the obstacles that it would meet; the hand is left
+out."""
 
 from __future__ import annotations
 
@@ -24,9 +25,11 @@ LEVEL = 0.1  # what a drawer drives along must not be lifted or pressed down: si
 OVER = 0.002  # what a thing stands on it is while it is driven along: resting contacts are some hundredths of a millimetre deep [m]
 
 
-def met_on_its_way(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> Refused | None:
-    """Return the refusal of a thing's motion along its joint from a value to a goal [m, rad]: it states the first
-    obstacle of the thing and its payload, and lists all obstacles as blocking.
+def met_on_its_way(
+    thing: Thing, value: float, goal: float, belief: Belief, context: Context
+) -> Refused | None:
+    """Return the refusal of a thing's motion along its joint from a value to a goal [m, rad]: it states the
+    first obstacle of the thing and its payload, and lists all obstacles as blocking.
 
     None if the way is free, or if something touches the thing already, since planned paths then judge better.
     """
@@ -36,7 +39,9 @@ def met_on_its_way(thing: Thing, value: float, goal: float, belief: Belief, cont
         return None
     gone, first = min(met.items(), key=lambda found: found[0])
     far = f"{1000 * gone:.0f} mm" if thing.joint.kind == "slide" else f"{math.degrees(gone):.0f} deg"
-    return replace(first, reason=f"after {far} of its own motion {first.reason}", blocking=all_of(met.values()))
+    return replace(
+        first, reason=f"after {far} of its own motion {first.reason}", blocking=all_of(met.values())
+    )
 
 
 def _met(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> dict[float, Refused]:
@@ -46,14 +51,21 @@ def _met(thing: Thing, value: float, goal: float, belief: Belief, context: Conte
     The result is empty if something touches the thing at the start.
     """
     assert thing.joint is not None
-    joint, now, way, step = thing.joint, belief.pose(thing.name), goal - value, STEPS[thing.joint.kind == "hinge"]
+    joint, now, way, step = (
+        thing.joint,
+        belief.pose(thing.name),
+        goal - value,
+        STEPS[thing.joint.kind == "hinge"],
+    )
     count = max(1, math.ceil(abs(way) / step))
     poses = [belief.base() * joint.moved(now, way * k / count) for k in range(count + 1)]
     met = {abs(way) * k / count: no for k, no in enumerate(_met_at(poses, thing.name, belief, context)) if no}
     return {} if 0.0 in met else met
 
 
-def _met_at(poses: Sequence[Pose], name: str, belief: Belief, context: Context, touch: Iterable[str] = ()) -> list[Refused | None]:
+def _met_at(
+    poses: Sequence[Pose], name: str, belief: Belief, context: Context, touch: Iterable[str] = ()
+) -> list[Refused | None]:
     """Obstacles of a thing and its load at each of several poses in the world, as if the thing were not at
     its present pose."""
     held = Held(name, Pose(), 0.0, carries=carried_along(belief, name))
@@ -66,7 +78,9 @@ def _met_at(poses: Sequence[Pose], name: str, belief: Belief, context: Context, 
     return [met(there) for there in poses]
 
 
-def driven_along(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> Mapping[str, float] | Refused:
+def driven_along(
+    thing: Thing, value: float, goal: float, belief: Belief, context: Context
+) -> Mapping[str, float] | Refused:
     """Return the distance by which a level drawer pushes each loose thing ahead of it between two joint
     values [m]; {} if it pushes none.
 
@@ -80,13 +94,19 @@ def driven_along(thing: Thing, value: float, goal: float, belief: Belief, contex
         if thing.joint.kind != "slide" or abs(line[2]) > LEVEL or not names or names & found.keys():
             return first
         if inside := next((name for name in sorted(names) if belief.relates("in", name)), ""):
-            return replace(first, reason=f"{first.reason}; '{inside}' is in '{belief.relates('in', inside)}', and not pushed out of it")
+            return replace(
+                first,
+                reason=f"{first.reason}; '{inside}' is in '{belief.relates('in', inside)}', and not pushed out of it",
+            )
         if tips := next((name for name in sorted(names) if _tips(name, thing, line, after)), ""):
             return replace(first, reason=f"{first.reason}; pushed along, '{tips}' would tip over")
         found |= dict.fromkeys(names, abs(goal - value) - gone + AHEAD)
         for name in names:
             after = gone_along(after, name, line * found[name])
-    into = (_driven_into(name, line * way, (thing.name, *found), belief, after, context) for name, way in found.items())
+    into = (
+        _driven_into(name, line * way, (thing.name, *found), belief, after, context)
+        for name, way in found.items()
+    )
     return next((no for no in into if no), None) or found
 
 
@@ -109,8 +129,11 @@ def _direction(thing: Thing, way: float, belief: Belief) -> Floats:
     return axis
 
 
-def _driven_into(name: str, way: Floats, along: tuple[str, ...], begin: Belief, end: Belief, context: Context) -> Refused | None:
-    """Return the refusal if a thing that a drawer drives along its support hits something; None if it does not.
+def _driven_into(
+    name: str, way: Floats, along: tuple[str, ...], begin: Belief, end: Belief, context: Context
+) -> Refused | None:
+    """Return the refusal if a thing that a drawer drives along its support hits something; None if it does
+    not.
 
     Things that move along are left out. ``way`` is the displacement (3,) in the base frame [m].
     """

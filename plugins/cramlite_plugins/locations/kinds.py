@@ -1,7 +1,7 @@
 """Kinds of locations: relation, reference object, parameters and the function that grounds it.
 
-One table for the search, for ``cramlite.testing`` and for the page docs/reference/locations.md. The functions' modules are imported
-when a relation is first asked for.
+One table for the search, for ``cramlite.testing`` and for the page docs/reference/locations.md. The
+functions' modules are imported when a relation is first asked for.
 """
 
 from __future__ import annotations
@@ -39,7 +39,9 @@ class Lazy(Value):
 
     def __call__(self, location: Location, belief: Belief, context: Context) -> Groundings:
         """Import the function that grounds locations of this kind, and call it."""
-        found: Groundings = getattr(importlib.import_module(f".{self.module}", __package__), self.function)(location, belief, context)
+        found: Groundings = getattr(importlib.import_module(f".{self.module}", __package__), self.function)(
+            location, belief, context
+        )
         return found
 
 

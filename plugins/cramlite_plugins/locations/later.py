@@ -25,7 +25,8 @@ def closes(name: str, put: str, context: Context) -> bool:
 
 
 def goes_on(put: str, context: Context) -> bool:
-    """Check whether a later task is about other things than the payload, and the first such task opens nothing.
+    """Check whether a later task is about other things than the payload, and the first such task opens
+    nothing.
 
     Opening would need more room.
     """
@@ -57,7 +58,12 @@ def puts_into(entity: str, belief: Belief, context: Context) -> tuple[str, ...]:
     for task in context.later:
         named = {role: thing_of(name) for role, name in task.entities.items()}
         thing = named.get("Locatum", "")
-        if named.get("Relatum") == into and thing not in (held, into) and not belief.relates("in", thing) and thing in belief.poses:
+        if (
+            named.get("Relatum") == into
+            and thing not in (held, into)
+            and not belief.relates("in", thing)
+            and thing in belief.poses
+        ):
             found[thing] = None
     return tuple(found)
 

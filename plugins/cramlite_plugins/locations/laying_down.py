@@ -1,7 +1,8 @@
-"""Laying down of a thing that hangs from the fingers at its rim: its far side is put down first, then the hand lowers its near side.
+"""Laying down of a thing that hangs from the fingers at its rim: its far side is put down first, then the
+hand lowers its near side.
 
-The hand keeps its attitude, in which it took hold of the thing where that lay: as its far side is held up by what it is put onto, the thing
-turns back between the pads as it swung when it was lifted.
+The hand keeps its attitude, in which it took hold of the thing where that lay: as its far side is held up by
+what it is put onto, the thing turns back between the pads as it swung when it was lifted.
 """
 
 from __future__ import annotations
@@ -23,16 +24,19 @@ PART = math.radians(10.0)  # of the turn on each line: the chord of an arc of 0.
 OVER = 0.001  # the surface its lowest point is led along [m]
 ABOVE = 0.03  # the first contact the way begins [m]
 LEFT = 0.008
-"""Rest of the hand's way down when it lets go [m]: pads creep down a rim that becomes flat, 7 mm before the hand is as low
-as where it took hold, and would then press the near side down and the far one up."""
+"""Rest of the hand's way down when it lets go [m]: pads creep down a rim that becomes flat, 7 mm before
+the hand is as low as where it took hold, and would then press the near side down and the far one up."""
 PRESSED = 0.003  # below its first contact the edge of a hanging thing is led [m]: so far off may an arm be
 EDGE = 0.0005  # points that are no higher than this over the lowest one touch as well [m]
 
 Spots = Callable[[Location, Belief, Context], Iterator[Grounding | Refused]]
 
 
-def laid_down(location: Location, belief: Belief, context: Context, spots: Spots) -> Iterator[Grounding | Refused]:
-    """Yield placements that lay down a payload which hangs from the fingers, each with the path on which it turns.
+def laid_down(
+    location: Location, belief: Belief, context: Context, spots: Spots
+) -> Iterator[Grounding | Refused]:
+    """Yield placements that lay down a payload which hangs from the fingers, each with the path on which it
+    turns.
 
     Args:
         spots: placements of what is held fast.
@@ -44,8 +48,8 @@ def laid_down(location: Location, belief: Belief, context: Context, spots: Spots
 
 
 def hung(answer: Grounding | Refused, held: Held) -> Grounding | Refused:
-    """Change a placement such that a hanging payload is released as it hangs, without being turned in the hand
-    before."""
+    """Change a placement such that a hanging payload is released as it hangs, without being turned in the
+    hand before."""
     if isinstance(answer, Refused) or held.swing is None:
         return answer
     place, hangs = answer.value, held.tcp_to_thing
@@ -59,7 +63,8 @@ def hung(answer: Grounding | Refused, held: Held) -> Grounding | Refused:
 
 
 def _led(answer: Grounding, location: Location, belief: Belief, context: Context) -> Grounding | Refused:
-    """Placement with the path that lays the payload down, or the refusal if the arm cannot follow that path."""
+    """Placement with the path that lays the payload down, or the refusal if the arm cannot follow that
+    path."""
     held, place = belief.held, answer.value
     assert held is not None and held.swing is not None
     lies = shift(place.pose, (0.0, 0.0, OVER - place.release.height_m))
@@ -71,7 +76,10 @@ def _led(answer: Grounding, location: Location, belief: Belief, context: Context
     settles = (hand * swing.start).inverse() * lies * held.swing.start * place.release.settles
     shares, way = rolled(thing, hand, swing, below)
     before, seed = shift(way[0], (0.0, 0.0, ABOVE)), belief.joints
-    for share, hand, touch in ((1.0, before, ()), *((s, h, (onto,)) for s, h in zip(shares, way, strict=True))):
+    for share, hand, touch in (
+        (1.0, before, ()),
+        *((s, h, (onto,)) for s, h in zip(shares, way, strict=True)),
+    ):
         there = replace(belief, held=replace(held, tcp_to_thing=swing.at(share)))
         scene = make_scene(there, context, touch, clearance=0.0, hand=False)
         found = collision_free_ik(scene, context, hand, seed)
@@ -100,7 +108,9 @@ def released(shares: list[float], hands: list[Pose]) -> tuple[float, Pose]:
     return share, Pose((x, y, z), hands[-1].quaternion)
 
 
-def rolled(thing: Thing, lies: Pose, swing: Swing, below: tuple[Thing, Pose] | None = None) -> tuple[list[float], list[Pose]]:
+def rolled(
+    thing: Thing, lies: Pose, swing: Swing, below: tuple[Thing, Pose] | None = None
+) -> tuple[list[float], list[Pose]]:
     """Return TCP poses that lay a hanging thing down as it rolls over its lowest edge, with shares of the
     swing from 1 (hanging) to 0 (lying).
 
@@ -125,8 +135,8 @@ def rolled(thing: Thing, lies: Pose, swing: Swing, below: tuple[Thing, Pose] | N
 
 
 def _resting(thing: Thing, turned: Pose, before: Pose, floor: float) -> Pose:
-    """Pose of a thing that has rolled on the floor to another orientation: its now lowest edge is on the floor,
-    where that edge was before."""
+    """Pose of a thing that has rolled on the floor to another orientation: its now lowest edge is on the
+    floor, where that edge was before."""
     points: Floats = corners(thing, turned)
     low = points[:, 2].min()
     edge = points[:, 2] < low + EDGE
@@ -139,6 +149,9 @@ def _angle(swing: Swing) -> float:
 
 
 def dropped(thing: Thing, hand: Pose, swing: Swing) -> float:
-    """Return how much farther below the hand the payload's lowest point is when it hangs than when it lies [m]."""
-    lowest: Sequence[float] = [float(np.min(corners(thing, hand * at)[:, 2])) for at in (swing.start, swing.end)]
+    """Return how much farther below the hand the payload's lowest point is when it hangs than when it lies
+    [m]."""
+    lowest: Sequence[float] = [
+        float(np.min(corners(thing, hand * at)[:, 2])) for at in (swing.start, swing.end)
+    ]
     return lowest[0] - lowest[1]

@@ -15,8 +15,8 @@ from .joint_way import met_on_its_way
 STEP = math.radians(5.0)
 """Between the angles that are looked at [rad]."""
 BEYOND = math.radians(10.0)
-"""How much further a lever is turned than to where its door comes free [rad]: a hand that holds it against a spring gives way by some
-millimetres, and 10 deg at 75 mm are 13 mm."""
+"""How much further a lever is turned than to where its door comes free [rad]: a hand that holds it against
+a spring gives way by some millimetres, and 10 deg at 75 mm are 13 mm."""
 
 
 def lever_of(location: Location, thing: Thing, belief: Belief) -> Thing:
@@ -31,10 +31,14 @@ def lever_of(location: Location, thing: Thing, belief: Belief) -> Thing:
     raise Unresolvable(f"no lever is mounted on '{thing.name}'", (location.of or "",), blocking=())
 
 
-def freeing(location: Location, lever: Thing, least: float, now: Pose, belief: Belief, context: Context) -> list[float]:
-    """Return the values [rad] to which a lever can be turned so that its door can open: at most one upwards and one downwards.
+def freeing(
+    location: Location, lever: Thing, least: float, now: Pose, belief: Belief, context: Context
+) -> list[float]:
+    """Return the values [rad] to which a lever can be turned so that its door can open: at most one upwards
+    and one downwards.
 
-    Each is ``BEYOND`` farther than the first value found at which the door's way is free, as far as the lever's range allows.
+    Each is ``BEYOND`` farther than the first value found at which the door's way is free, as far as the
+    lever's range allows.
 
     Args:
         least: share of the range of the door's joint that it must open to.
@@ -46,28 +50,41 @@ def freeing(location: Location, lever: Thing, least: float, now: Pose, belief: B
     assert lever.joint is not None
     joint, begin = lever.joint, joint_value(belief, lever.name, now)
     if _met(lever, begin, least, now, belief, context) is None:
-        raise Unresolvable(f"'{lever.joint.parent}' can be opened with '{lever.name}' as it is", (location.of or "",), blocking=())
+        raise Unresolvable(
+            f"'{lever.joint.parent}' can be opened with '{lever.name}' as it is",
+            (location.of or "",),
+            blocking=(),
+        )
     found = list[float]()
     for end in (joint.upper, joint.lower):
         way = end - begin
-        values = (begin + math.copysign(min(k * STEP, abs(way)), way) for k in range(1, math.ceil(abs(way) / STEP) + 1))
+        values = (
+            begin + math.copysign(min(k * STEP, abs(way)), way)
+            for k in range(1, math.ceil(abs(way) / STEP) + 1)
+        )
         free = next((v for v in values if _met(lever, v, least, now, belief, context) is None), None)
         if free is not None:
             found.append(min(max(free + math.copysign(BEYOND, way), joint.lower), joint.upper))
     if not found:
         met = _met(lever, joint.upper, least, now, belief, context)
-        reason = f"however far '{lever.name}' is turned, '{joint.parent}' is stopped {met.reason if met else ''}"
+        reason = (
+            f"however far '{lever.name}' is turned, '{joint.parent}' is stopped {met.reason if met else ''}"
+        )
         raise Unresolvable(reason, (location.of or "",), blocking=met.blocking if met else ())
     return found
 
 
-def _met(lever: Thing, value: float, least: float, now: Pose, belief: Belief, context: Context) -> Refused | None:
-    """Refusal of a door's opening motion with the door's lever turned to a joint value; None if nothing is in the
-    way."""
+def _met(
+    lever: Thing, value: float, least: float, now: Pose, belief: Belief, context: Context
+) -> Refused | None:
+    """Refusal of a door's opening motion with the door's lever turned to a joint value; None if nothing is
+    in the way."""
     assert lever.joint is not None
     door = belief.world.thing(lever.joint.parent)
     assert door.joint is not None
     turned = Estimate(lever.joint.moved(now, value - joint_value(belief, lever.name, now)))
     there = joint_value(belief, door.name, belief.poses[door.name].pose)
     goal = door.joint.lower + least * (door.joint.upper - door.joint.lower)
-    return met_on_its_way(door, there, goal, replace(belief, held=None, poses={**belief.poses, lever.name: turned}), context)
+    return met_on_its_way(
+        door, there, goal, replace(belief, held=None, poses={**belief.poses, lever.name: turned}), context
+    )

@@ -17,8 +17,8 @@ from ..shapes.bounds import support
 from .reached import Arm, Candidate, Leg, reached
 
 GAPS = (0.03, 0.06)
-"""Gaps between two things that are near one another [m]: more than paths keep, and with half of most things that fit a hand
-less than ``NEAR``."""
+"""Gaps between two things that are near one another [m]: more than paths keep, and with half of most
+things that fit a hand less than ``NEAR``."""
 TURNS = (0.0, 45.0, -45.0, 90.0, -90.0)  # of the hand about the vertical, from facing it [deg]
 PER_TURN = 0.1  # cost of a radian of turn, as in placing
 PER_METRE = 1.0  # cost of the way there: the nearest place that is near is near enough
@@ -30,12 +30,18 @@ def near_thing(location: Location, belief: Belief, context: Context) -> Iterator
     What fails later at one place fails in all turns and at all distances of its side, and each of those would
     be searched.
     """
-    there, entity, hand = reference_pose(belief, location, context), bound(context, location.of), tcp(belief, context)
+    there, entity, hand = (
+        reference_pose(belief, location, context),
+        bound(context, location.of),
+        tcp(belief, context),
+    )
     to_body = belief.held.tcp_to_thing if belief.held else Pose()
     options = []
     for side, name, point, gap in _around(entity, there, hand * to_body, belief):
         if gap >= NEAR:
-            reason = f"its middle would be {1000 * gap:.0f} mm away; less than {1000 * NEAR:.0f} mm count as near"
+            reason = (
+                f"its middle would be {1000 * gap:.0f} mm away; less than {1000 * NEAR:.0f} mm count as near"
+            )
             yield Refused(name, reason, numbers={"gap_m": gap, "limit_m": NEAR}, blocking=())
             continue
         facing = math.atan2(point[1], point[0]) - math.atan2(hand.position[1], hand.position[0])
@@ -45,8 +51,12 @@ def near_thing(location: Location, belief: Belief, context: Context) -> Iterator
             pose = shift(body, point) * to_body.inverse()
             cost = PER_METRE * math.dist(pose.position, hand.position) + PER_TURN * abs(math.radians(yaw))
             said = f"{name} '{entity}', turned {yaw:+.0f} deg"
-            options.append((cost, said, Candidate(said, Place(pose, pose), (Leg(pose),), cost=cost, group=side)))
-    yield from reached((candidate for *_, candidate in sorted(options, key=lambda option: option[:2])), Arm(belief, context))
+            options.append(
+                (cost, said, Candidate(said, Place(pose, pose), (Leg(pose),), cost=cost, group=side))
+            )
+    yield from reached(
+        (candidate for *_, candidate in sorted(options, key=lambda option: option[:2])), Arm(belief, context)
+    )
 
 
 def _around(entity: str, there: Pose, body: Pose, belief: Belief) -> Iterator[tuple[str, str, Floats, float]]:
@@ -56,7 +66,13 @@ def _around(entity: str, there: Pose, body: Pose, belief: Belief) -> Iterator[tu
     out = np.array([*there.position[:2], 0.0]) / max(math.hypot(*there.position[:2]), 1e-9)
     side, up = np.array([-out[1], out[0], 0.0]), np.array([0.0, 0.0, 1.0])
     middle = np.array([support(thing, there, w) - support(thing, there, -w) for w in np.eye(3)]) / 2
-    for name, way in (("above", up), ("before", -out), ("left of", side), ("right of", -side), ("below", -up)):
+    for name, way in (
+        ("above", up),
+        ("before", -out),
+        ("left of", side),
+        ("right of", -side),
+        ("below", -up),
+    ):
         own = support(held, Pose((0, 0, 0), body.quaternion), -way) if held else 0.0
         reach = support(thing, there, way) - float(middle @ way)
         for gap in GAPS:

@@ -49,15 +49,31 @@ def _grounded(entity: str, wanted: Object, belief: Belief, context: Context) -> 
     """
     there = [t.name for t in belief.world.things]
     if thing_of(entity) not in there:  # it was taken away since the task was given
-        return Refused(entity, f"no thing of this name is in the believed world, which has {', '.join(there) or 'nothing'}", blocking=())
+        return Refused(
+            entity,
+            f"no thing of this name is in the believed world, which has {', '.join(there) or 'nothing'}",
+            blocking=(),
+        )
     fit = _fit(entity, wanted, belief, context)
     if isinstance(fit, Refused):
         return fit
-    gap, reach = _gap(belief.thing(entity), belief), context.robot.reach + math.hypot(*context.robot.gripper.tcp.position)
+    gap, reach = (
+        _gap(belief.thing(entity), belief),
+        context.robot.reach + math.hypot(*context.robot.gripper.tcp.position),
+    )
     if gap > reach:
-        reason = f"nearest point at {gap:.2f} m > {reach:.2f} m reach of arm '{context.robot.type}' with gripper"
+        reason = (
+            f"nearest point at {gap:.2f} m > {reach:.2f} m reach of arm '{context.robot.type}' with gripper"
+        )
         numbers = {"gap_m": gap, "limit_m": reach}
-        return Refused(entity, reason, 4, numbers=numbers, blocking=(), remedy=too_far(entity, gap - reach, context.robot))
+        return Refused(
+            entity,
+            reason,
+            4,
+            numbers=numbers,
+            blocking=(),
+            remedy=too_far(entity, gap - reach, context.robot),
+        )
     return fit
 
 
@@ -69,12 +85,16 @@ def _fit(entity: str, wanted: Object, belief: Belief, context: Context) -> Groun
     if taken is not None:
         few = _too_few(wanted, belief, context)
         remedy = Remedy(f"few {wanted.name}", f"'{wanted.name}' has nothing left{few}") if few else None
-        return Refused(entity, f"the entity has another role already: {taken}{few}", because=(taken,), remedy=remedy)
+        return Refused(
+            entity, f"the entity has another role already: {taken}{few}", because=(taken,), remedy=remedy
+        )
     has = [own] if feature else [f.type for f in belief.world.features_of(thing.name)]
     for need in wanted.features:
         if not any(classes.is_a(f, need) for f in has):
             return Refused(
-                entity, f"{own} without the {need} that the tasks need; it has {', '.join(has) or 'no features'}", 1
+                entity,
+                f"{own} without the {need} that the tasks need; it has {', '.join(has) or 'no features'}",
+                1,
             )
     for need in wanted.affords:
         if not classes.affords(own, need):
@@ -98,16 +118,22 @@ def _too_few(wanted: Object, belief: Belief, context: Context) -> str:
 
 
 def _meets(thing: Thing, kinds: tuple[str, ...], wanted: Object, belief: Belief, context: Context) -> bool:
-    """Whether a thing has the wanted features and affordances, and one of the wanted classes if there are any."""
+    """Whether a thing has the wanted features and affordances, and one of the wanted classes if there are
+    any."""
     classes = context.taxonomy
     return (
         (not kinds or any(classes.is_a(thing.type, k) for k in kinds))
-        and all(any(classes.is_a(f.type, need) for f in belief.world.features_of(thing.name)) for need in wanted.features)
+        and all(
+            any(classes.is_a(f.type, need) for f in belief.world.features_of(thing.name))
+            for need in wanted.features
+        )
         and all(classes.affords(thing.type, need) for need in wanted.affords)
     )
 
 
-def _classed(entity: str, own: str, wanted: Object, belief: Belief, context: Context, *, part: bool) -> Grounding | Refused:
+def _classed(
+    entity: str, own: str, wanted: Object, belief: Belief, context: Context, *, part: bool
+) -> Grounding | Refused:
     """Grounding of a designator by an entity: asked for by name, of a wanted class, or a substitute with the
     needed features and affordances; else a refusal."""
     if wanted.entity:
@@ -122,7 +148,9 @@ def _classed(entity: str, own: str, wanted: Object, belief: Belief, context: Con
         say = f"nothing in the world is a {kinds} for '{wanted.name}': add one, name another thing, or correct its class ('type')"
         return Refused(entity, f"{own} is no {kinds}", 3, remedy=Remedy(f"kind {wanted.name}", say))
     needs = ", ".join((*wanted.features, *wanted.affords))
-    return Grounding(entity, f"substitute: {own} is no {types[0]}, but has the {needs} that the tasks need", SUBSTITUTE)
+    return Grounding(
+        entity, f"substitute: {own} is no {types[0]}, but has the {needs} that the tasks need", SUBSTITUTE
+    )
 
 
 def _classes(wanted: Object, belief: Belief, context: Context) -> tuple[str, ...]:
@@ -131,7 +159,9 @@ def _classes(wanted: Object, belief: Belief, context: Context) -> tuple[str, ...
     A class that only the designator's name suggests counts if the world has a thing of that class which plays
     no other role.
     """
-    taken = {v for k, v in context.bindings.items() if k != wanted.name and isinstance(v, str)}  # others stand for places and looks
+    taken = {
+        v for k, v in context.bindings.items() if k != wanted.name and isinstance(v, str)
+    }  # others stand for places and looks
     free = [t.type for t in belief.world.things if t.name not in taken]
     there = any(context.taxonomy.is_a(t, like) for t in free for like in wanted.like)
     return wanted.types or (wanted.like if there else ())
@@ -143,5 +173,7 @@ def _gap(thing: Thing, belief: Belief) -> float:
     if belief.at is not None or (belief.held and belief.held.thing == thing.name):
         return 0.0
     centre = belief.pose(thing.name).position
-    radius = max((math.dist((0, 0, 0), g.pose.position) + g.bounding_radius for g in thing.geoms), default=0.0)
+    radius = max(
+        (math.dist((0, 0, 0), g.pose.position) + g.bounding_radius for g in thing.geoms), default=0.0
+    )
     return math.hypot(*centre) - radius

@@ -13,7 +13,8 @@ class Where(Value):
     """Constraints on a placement, as scenarios write them under ``where``.
 
     Args:
-        near, left_of, right_of, in_front_of, behind: another thing; sides are those of the robot's base, which looks along x.
+        near, left_of, right_of, in_front_of, behind: another thing; sides are those of the robot's base,
+            which looks along x.
         within: distance from ``near``, from middle to middle, seen from above [m].
         visible_from: "camera", or a point in the world [m].
         attitude: direction of the payload's z axis.
@@ -95,7 +96,8 @@ class JointWay(Value):
         ajar: share below which the way ends, at the most.
         turned: whether it is a knob or a switch that is turned.
         drives: whether what stands in the way is driven along; the place says how far.
-        lever: whether it is the thing's lever that is turned: opened, so far that the thing can open to ``share``; closed, back.
+        lever: whether it is the thing's lever that is turned: opened, so far that the thing can open to
+            ``share``; closed, back.
     """
 
     share: float = 0.0

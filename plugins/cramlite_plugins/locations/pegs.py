@@ -55,7 +55,8 @@ class Peg(Value):
 
     @property
     def onto(self) -> Floats:
-        """Return the way of a hole onto the peg as displacements (5, 3) [m], one after the other, from the peg's tip.
+        """Return the way of a hole onto the peg as displacements (5, 3) [m], one after the other, from the
+        peg's tip.
 
         They lead out in front of the tip, back to it, past the peg's bend, along the peg, and down onto it.
         """
@@ -68,7 +69,8 @@ class Peg(Value):
 
     @property
     def to_middle(self) -> Floats:
-        """Return the upward shift (3,) [m] that brings the hole's centre to the peg's axis, so that no rim jams."""
+        """Return the upward shift (3,) [m] that brings the hole's centre to the peg's axis, so that no rim
+        jams."""
         sunk = float(self.root[2] + self.along * self.axis[2] - self.hole[2])
         return np.array([0.0, 0.0, min(max(sunk, 0.0), self.play)])
 
@@ -86,13 +88,17 @@ def extract(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     rest = peg.length - peg.along
     steps = (peg.to_middle, peg.axis * rest, peg.over_tip, peg.axis * CLEAR)
     yield traverse(
-        location, belief, context, np.cumsum(steps, axis=0), f"{1000 * rest:.0f} mm along the peg, over its tip"
+        location,
+        belief,
+        context,
+        np.cumsum(steps, axis=0),
+        f"{1000 * rest:.0f} mm along the peg, over its tip",
     )
 
 
 def insert(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate the path of a payload's hole onto a peg, for each way to turn it: in front of the peg's tip, at the
-    tip, past the tip's bend, along the peg, and down onto it.
+    """Generate the path of a payload's hole onto a peg, for each way to turn it: in front of the peg's tip,
+    at the tip, past the tip's bend, along the peg, and down onto it.
 
     The path's corners are the last four; ``fit`` has the radial play and the way to push from tip to deep.
     """
@@ -100,7 +106,9 @@ def insert(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     steps = peg.onto
     centres = peg.root + peg.axis * peg.length + peg.over_tip + np.cumsum(steps, axis=0)
     depth = float(np.linalg.norm(steps[3]))
-    fit = PegFit(peg.play, depth + float(peg.over_tip @ peg.axis), _feet(peg, bound(context, location.of), belief))
+    fit = PegFit(
+        peg.play, depth + float(peg.over_tip @ peg.axis), _feet(peg, bound(context, location.of), belief)
+    )
 
     def candidates() -> Iterator[Candidate]:
         for side, hole in _ways_round(peg, belief, context):
@@ -135,13 +143,18 @@ def _feet(peg: Peg, owner: str, belief: Belief) -> tuple[str, ...]:
     if not stands(peg.axis):
         return ()
     apart = {owner, belief.held.thing if belief.held else ""}
-    return tuple(t.name for t in belief.world.things if t.name not in apart and _reaches(belief.pose(t.name), t, peg))
+    return tuple(
+        t.name for t in belief.world.things if t.name not in apart and _reaches(belief.pose(t.name), t, peg)
+    )
 
 
 def _reaches(pose: Pose, thing: Thing, peg: Peg) -> bool:
     inverse = pose.inverse()
     root, down = np.asarray(inverse.apply(_three(peg.root))), np.asarray(inverse.rotate(_three(-peg.axis)))
-    return any(low <= SHORT and high >= -GAP for low, high, _ in ray_casting.spans(ray_casting.body(thing.geoms), root, down))
+    return any(
+        low <= SHORT and high >= -GAP
+        for low, high, _ in ray_casting.spans(ray_casting.body(thing.geoms), root, down)
+    )
 
 
 def _three(vector: Floats) -> Vector3:
@@ -163,9 +176,13 @@ def _ways_round(peg: Peg, belief: Belief, context: Context) -> Iterator[tuple[st
     facing = math.copysign(1.0, float(now.rotation[:, 2] @ peg.axis)) * peg.axis
     first = Pose.from_axes((0.0, 0.0, 0.0), facing, now.rotation[:, 0] if peg.side is None else peg.side)
     count = TURNS if peg.side is None else 4
-    turned = [first * Pose.from_rotvec((0.0, 0.0, 0.0), (0.0, 0.0, math.tau * k / count)) for k in range(count)]
+    turned = [
+        first * Pose.from_rotvec((0.0, 0.0, 0.0), (0.0, 0.0, math.tau * k / count)) for k in range(count)
+    ]
     for pose in sorted(turned, key=lambda p: -float(p.rotation[:, 0] @ now.rotation[:, 0])):
-        degrees = math.degrees(math.acos(max(-1.0, min(1.0, float(pose.rotation[:, 0] @ now.rotation[:, 0])))))
+        degrees = math.degrees(
+            math.acos(max(-1.0, min(1.0, float(pose.rotation[:, 0] @ now.rotation[:, 0]))))
+        )
         around = math.copysign(degrees, float(np.cross(now.rotation[:, 0], pose.rotation[:, 0]) @ peg.axis))
         yield f"{around:+.0f} deg round", pose
 
@@ -191,7 +208,9 @@ def _legs(location: Location, context: Context, corners: list[Pose]) -> Iterator
     On all legs but the first the payload may touch the peg, but the hand may not.
     """
     near = Leg(corners[0], (bound(context, location.of),), clearance=0.0, hand=False)
-    for stage, pose in zip(("before the tip", "at the tip", "past its bend", "on the peg", "let down"), corners, strict=True):
+    for stage, pose in zip(
+        ("before the tip", "at the tip", "past its bend", "on the peg", "let down"), corners, strict=True
+    ):
         yield replace(near, pose=pose, said=stage) if pose is not corners[0] else Leg(pose, said=stage)
 
 
@@ -227,7 +246,9 @@ def find_peg(location: Location, belief: Belief, context: Context) -> Peg:
             f"hole {held.name}", f"the hole of '{held.name}' lacks {1000 * short:.1f} mm for the peg of '{owner.name}': take a wider "
             f"hole or a thinner peg", short,
         )  # fmt: skip
-        raise Unresolvable(reason, causes(location, context), {"hole_m": diameter, "peg_m": thickness}, remedy=wider)
+        raise Unresolvable(
+            reason, causes(location, context), {"hole_m": diameter, "peg_m": thickness}, remedy=wider
+        )
     base, length = belief.pose(owner.name), peg.size["length"]
     root = base * peg.pose
     end = root.apply((0, 0, length))

@@ -1,7 +1,7 @@
 """Antipodal lines across a shape, between which two pads may close, found on the faces of its convex parts.
 
-Each face gives points; the line through a point along the face's normal, where it leaves the whole shape on the other side,
-is a contact pair. Lines near the centre of mass come first, and one of many alike is enough.
+Each face gives points; the line through a point along the face's normal, where it leaves the whole shape on
+the other side, is a contact pair. Lines near the centre of mass come first, and one of many alike is enough.
 """
 
 from __future__ import annotations
@@ -56,8 +56,8 @@ def lines(
 
 
 def _cell(point: Floats, way: Floats) -> tuple[float, ...]:
-    """Key that is equal for similar antipodal lines: through points of the same cube of side ``CELL``, with like
-    or opposite directions."""
+    """Key that is equal for similar antipodal lines: through points of the same cube of side ``CELL``,
+    with like or opposite directions."""
     sign = -1.0 if tuple(np.round(way, 1)) < (0.0, 0.0, 0.0) else 1.0
     return (*np.round(point / CELL).tolist(), *(sign * np.round(5 * way)).tolist())
 
@@ -81,8 +81,8 @@ def _spread(found: list[PinchLine]) -> list[PinchLine]:
 
 
 def frames(line: PinchLine) -> Iterator[tuple[Pose, str]]:
-    """Yield TCP frames on an antipodal line, one for each direction in which the hand may approach it, downwards
-    first."""
+    """Yield TCP frames on an antipodal line, one for each direction in which the hand may approach it,
+    downwards first."""
     up = np.array([0.0, 0.0, 1.0]) if abs(line.way[2]) < 0.9 else np.array([1.0, 0.0, 0.0])
     first = up - (up @ line.way) * line.way
     first /= np.linalg.norm(first)
@@ -90,7 +90,10 @@ def frames(line: PinchLine) -> Iterator[tuple[Pose, str]]:
     for k in sorted(range(SIDES), key=lambda k: min(k, SIDES - k)):
         angle = math.tau * k / SIDES
         z = -(math.cos(angle) * first + math.sin(angle) * second)
-        yield Pose.from_axes(tuple(line.middle), z, np.cross(line.way, z)), f"{_says(-z)}, closing {_axis(line.way)}"
+        yield (
+            Pose.from_axes(tuple(line.middle), z, np.cross(line.way, z)),
+            f"{_says(-z)}, closing {_axis(line.way)}",
+        )
 
 
 def _ways(normal: Floats, cone: float) -> Iterator[Floats]:
@@ -107,7 +110,12 @@ def _ways(normal: Floats, cone: float) -> Iterator[Floats]:
 
 
 def _lines(
-    shape: rays.Body, pairs: list[tuple[Floats, Floats]], centre: Floats, gripper: Gripper, slack: float, cone: float
+    shape: rays.Body,
+    pairs: list[tuple[Floats, Floats]],
+    centre: Floats,
+    gripper: Gripper,
+    slack: float,
+    cone: float,
 ) -> list[PinchLine]:
     points, ways = (np.array(column) for column in zip(*pairs, strict=True))
     turns = np.repeat(ways[:, :, None], 3, axis=2)  # only the closing direction matters
@@ -116,7 +124,10 @@ def _lines(
     fits = (found.width > 0) & (found.width + slack <= gripper.opening[1]) & (found.slant <= cone)
     rows = np.flatnonzero(fits)
     middles = hands.positions[rows] + (found.low[rows] + found.width[rows] / 2)[:, None] * ways[rows]
-    return [_line(m, ways[k], float(found.width[k]), float(found.slant[k]), centre) for m, k in zip(middles, rows, strict=True)]
+    return [
+        _line(m, ways[k], float(found.width[k]), float(found.slant[k]), centre)
+        for m, k in zip(middles, rows, strict=True)
+    ]
 
 
 def _line(middle: Floats, way: Floats, width: float, slant: float, centre: Floats) -> PinchLine:

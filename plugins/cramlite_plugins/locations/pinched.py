@@ -39,4 +39,6 @@ def _candidate(pinch: RimPinch, thing: str, arm: Arm) -> Candidate:
     )  # fmt: skip
     cost = COST + PER_RADIAN * tcp(arm.belief, arm.context).distance(pinch.at)[1]
     legs = Leg(pinch.at, (thing,), OPENING, 0.0), Leg(before, opening=OPENING)
-    return Candidate(pinch.name, place, legs, f"{pinch.name}: it swings down as it is lifted", cost, anew=True)
+    return Candidate(
+        pinch.name, place, legs, f"{pinch.name}: it swings down as it is lifted", cost, anew=True
+    )

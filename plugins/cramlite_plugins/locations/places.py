@@ -20,7 +20,11 @@ from .parameters import Along, Back, Up, asked
 from .reached import Arm, Candidate, Leg, reached
 
 Groundings = Iterator[Grounding | Refused]
-BACK = (0.12, 0.08, 0.05)  # retreat distances that are tried [m]: the longest frees the pads of a 2F-85, 38 mm long
+BACK = (
+    0.12,
+    0.08,
+    0.05,
+)  # retreat distances that are tried [m]: the longest frees the pads of a 2F-85, 38 mm long
 DIRECTIONS = (0.0, 180.0, 90.0, -90.0)  # of a slide, in the base frame [deg]
 SHARES = (1.0, 0.7, 0.4)  # of its height that a lift leads aside, where straight up something is in the way
 OFF = 0.03  # what it lay on a thing hangs when it is lifted [m]: room for the path that goes on from there
@@ -31,11 +35,16 @@ ALONG = (0.1, 0.2, 0.3, 0.45, 0.65, 1.0)
 def home(location: Location, belief: Belief, context: Context) -> Groundings:
     """Generate a single answer for a location: the robot's home joint position and the TCP pose there."""
     pose = forward(context.robot, context.robot.home)
-    yield Grounding(Place(pose, pose, joints=context.robot.home), f"the home position of '{context.robot.type}'", key="home")
+    yield Grounding(
+        Place(pose, pose, joints=context.robot.home),
+        f"the home position of '{context.robot.type}'",
+        key="home",
+    )
 
 
 def retreat(location: Location, belief: Belief, context: Context) -> Groundings:
-    """Generate poses to which the hand can retreat from where it is: back along its pointing direction, or up."""
+    """Generate poses to which the hand can retreat from where it is: back along its pointing direction, or
+    up."""
     yield from _reachable(ways_back(tcp(belief, context), asked(location, Back).straight), belief, context)
 
 
@@ -69,20 +78,29 @@ def _until_it_hangs(here: Pose, height: float, belief: Belief, swing: Swing, con
     assert belief.held is not None
     needed = dropped(belief.world.thing(belief.held.thing), here, swing) + OFF
     hanging = replace(belief, held=replace(belief.held, tcp_to_thing=swing.end))
-    ways = [(f"{1000 * h:.0f} mm up", shift(here, (0, 0, h))) for h in dict.fromkeys((max(height, needed), needed))]
+    ways = [
+        (f"{1000 * h:.0f} mm up", shift(here, (0, 0, h)))
+        for h in dict.fromkeys((max(height, needed), needed))
+    ]
     yield from _reachable(ways, hanging, context)
 
 
 def _out_from_under(here: Pose, heights: Sequence[float], belief: Belief, context: Context) -> Groundings:
-    """Yield lifts up and aside along which hand and payload are free; those that keep the clearance come first.
+    """Yield lifts up and aside along which hand and payload are free; those that keep the clearance come
+    first.
 
-    Few where one straight up is free: what comes next fails for them as for that, unless that ends too near to something.
+    Few where one straight up is free: what comes next fails for them as for that, unless that ends too near
+    to something.
     """
     height, first, arm, done = heights[0], len(heights), Arm(belief, context), set[str]()
     keeping, touching = Leg(here), Leg(here, clearance=0.0)
     straight = any(arm.free_along(touching, np.array([0.0, 0.0, h]), ALONG) for h in heights)
     shares = SHARES[:1] if straight else SHARES
-    ways = [(f"{height * 1000:.0f} mm up, and {1000 * s * height:.0f} mm {side}", w) for s in shares for side, w in slants(height, s)]
+    ways = [
+        (f"{height * 1000:.0f} mm up, and {1000 * s * height:.0f} mm {side}", w)
+        for s in shares
+        for side, w in slants(height, s)
+    ]
     for leg, (name, way) in itertools.product((keeping, touching), ways):
         if name not in done and arm.free_along(leg, way, ALONG):
             done.add(name)
@@ -91,7 +109,8 @@ def _out_from_under(here: Pose, heights: Sequence[float], belief: Belief, contex
 
 
 def _reachable(options: list[tuple[str, Pose]], belief: Belief, context: Context) -> Groundings:
-    """Groundings of the named poses that the arm reaches free of collision, in order, and refusals of the others."""
+    """Groundings of the named poses that the arm reaches free of collision, in order, and refusals of the
+    others."""
     ends = (Candidate(name, Place(pose, pose), (Leg(pose),)) for name, pose in options)
     for answer in reached(ends, Arm(belief, context)):
         yield replace(answer, because=led_here(context)) if isinstance(answer, Refused) else answer
@@ -107,4 +126,6 @@ def slide(location: Location, belief: Belief, context: Context) -> Groundings:
             yield traverse(location, belief, context, [way], name, float(k))
         except Unresolvable as blocked:
             seen = blocked.collision if isinstance(blocked.collision, Collision) else None
-            yield Refused(name, blocked.reason, because=led_here(context), blocking=blocked.blocking, collision=seen)
+            yield Refused(
+                name, blocked.reason, because=led_here(context), blocking=blocked.blocking, collision=seen
+            )

@@ -1,7 +1,8 @@
 """Pouring poses: the rim of the held vessel over an opening, and the poses in which it tilts about its rim.
 
-The lip, the point of the rim over which the contents leave, stays over one point of the other vessel. While the vessel
-is upright all of it is below its rim, so the lip begins higher, and comes down as the vessel tilts.
+The lip, the point of the rim over which the contents leave, stays over one point of the other vessel. While
+the vessel is upright all of it is below its rim, so the lip begins higher, and comes down as the vessel
+tilts.
 """
 
 from __future__ import annotations
@@ -19,9 +20,20 @@ from ..shapes.bounds import lowest
 from .parameters import Tilting, asked
 from .reached import Arm, Candidate, Leg, reached
 
-TURNS = (0.0, 90.0, -90.0, 45.0, -45.0, 135.0, -135.0, 180.0)  # of lips about the vessel, of its headings [deg]
+TURNS = (
+    0.0,
+    90.0,
+    -90.0,
+    45.0,
+    -45.0,
+    135.0,
+    -135.0,
+    180.0,
+)  # of lips about the vessel, of its headings [deg]
 CLEAR = 0.015  # of the vessel above the other one's rim [m]
-SHORT = 0.3  # the lip is this share of the opening's radius before its middle: what leaves it flies on (measured)
+SHORT = (
+    0.3  # the lip is this share of the opening's radius before its middle: what leaves it flies on (measured)
+)
 STEP = math.radians(6)  # between two poses of a path [rad]
 
 
@@ -37,8 +49,12 @@ def pour(location: Location, belief: Belief, context: Context) -> Iterator[Groun
     def candidates() -> Iterator[Candidate]:
         for lip, heading in _ways(now, target):
             name = f"over its rim at {math.degrees(lip):+.0f} deg, towards {math.degrees(heading):+.0f} deg"
-            path = tuple(p * hand for p in tilted(source, lip, heading, target, opening, asked(location, Tilting)))
-            yield Candidate(name, Place(path[0], path[0], path=path, thing=source.name), (Leg(path[0], along=path[1:]),))
+            path = tuple(
+                p * hand for p in tilted(source, lip, heading, target, opening, asked(location, Tilting))
+            )
+            yield Candidate(
+                name, Place(path[0], path[0], path=path, thing=source.name), (Leg(path[0], along=path[1:]),)
+            )
 
     yield from reached(candidates(), Arm(belief, context))
 
@@ -76,7 +92,9 @@ def tilted(
     """
     cavity = source.feature("cram:Cavity")
     assert cavity is not None
-    rim = np.asarray(cavity.pose.apply((*(radius(cavity, lip) * v for v in (math.cos(lip), math.sin(lip))), 0.0)))
+    rim = np.asarray(
+        cavity.pose.apply((*(radius(cavity, lip) * v for v in (math.cos(lip), math.sin(lip))), 0.0))
+    )
     way = np.array([math.cos(heading), math.sin(heading), 0.0])
     over = np.asarray(target.position) - SHORT * radius(opening, heading) * way
     stand = Pose.from_rotvec((0, 0, 0), (0, 0, heading - lip))
@@ -95,4 +113,6 @@ def radius(cavity: Feature, azimuth: float) -> float:
     if "radius" in cavity.size:
         return cavity.size["radius"]
     half = (cavity.size["width"] / 2, cavity.size["depth"] / 2)
-    return min(h / max(abs(v), 1e-9) for h, v in zip(half, (math.cos(azimuth), math.sin(azimuth)), strict=True))
+    return min(
+        h / max(abs(v), 1e-9) for h, v in zip(half, (math.cos(azimuth), math.sin(azimuth)), strict=True)
+    )

@@ -53,7 +53,9 @@ class Leg(Value):
 
     def refused(self, no: Refused) -> Refused:
         """Return a refusal with the stage of the motion, such as "at the grasp", put before its reason."""
-        return replace(no, reason=f"{self.said}: {no.reason}" if self.said else no.reason, where=self.where or no.where)
+        return replace(
+            no, reason=f"{self.said}: {no.reason}" if self.said else no.reason, where=self.where or no.where
+        )
 
 
 class Candidate(Value):
@@ -85,7 +87,8 @@ class Candidate(Value):
 
 
 class Arm:
-    """Reachability checks of an arm in a belief: free joint positions at TCP poses, with planning scenes that are kept."""
+    """Reachability checks of an arm in a belief: free joint positions at TCP poses, with planning scenes
+    that are kept."""
 
     def __init__(self, belief: Belief, context: Context) -> None:
         self.belief, self.context = belief, context
@@ -93,12 +96,19 @@ class Arm:
         self._kept = lru_cache(SCENES)(self._built)
 
     def scene(
-        self, touching: tuple[str, ...] = (), opening: float | None = None, clearance: float | None = None, hand: bool = True
+        self,
+        touching: tuple[str, ...] = (),
+        opening: float | None = None,
+        clearance: float | None = None,
+        hand: bool = True,
     ) -> PlanningScene:
-        """Return the planning scene in which hand and payload may touch some entities; it is made once and reused."""
+        """Return the planning scene in which hand and payload may touch some entities; it is made once and
+        reused."""
         return self._scene(touching, opening, clearance, hand)
 
-    def _made(self, touching: tuple[str, ...], opening: float | None, clearance: float | None, hand: bool) -> PlanningScene:
+    def _made(
+        self, touching: tuple[str, ...], opening: float | None, clearance: float | None, hand: bool
+    ) -> PlanningScene:
         closed = self._kept(touching, clearance, hand)
         return closed if opening is None else closed.opened(opening)
 
@@ -117,7 +127,9 @@ class Arm:
         """
         if (no := self._hand_met(leg)) is not None:
             return leg.refused(no)
-        there = collision_free_ik(self.of(leg), self.context, leg.pose, self.belief.joints if seed is None else seed)
+        there = collision_free_ik(
+            self.of(leg), self.context, leg.pose, self.belief.joints if seed is None else seed
+        )
         if not isinstance(there, Refused) and leg.along:
             line = plan_straight_line(self.of(leg), self.context.robot, there, leg.along)
             there = line if isinstance(line, Refused) else there
@@ -173,7 +185,8 @@ def reached(candidates: Iterable[Candidate | Refused], arm: Arm) -> Iterator[Gro
 
 
 def objection(candidate: Candidate, arm: Arm) -> Refused | None:
-    """Return why the arm cannot go to a proposed place, or why the place fails a check of its own; None if neither applies."""
+    """Return why the arm cannot go to a proposed place, or why the place fails a check of its own; None if
+    neither applies."""
     led = arm.led(candidate.legs)
     if isinstance(led, Refused):
         return led

@@ -1,13 +1,16 @@
-"""Pinches across a slanted rim: grips of a flat thing, such as a plate, on a support that hands cannot go below.
+"""Pinches across a slanted rim: grips of a flat thing, such as a plate, on a support that hands cannot go
+below.
 
-Hands are broad along their closing direction: over a table one leans by no more than some 20 deg, and no pad comes below a rim that
-slopes by 19 deg. Its upper face then meets the tips of one finger, and its edge the pad of the other one. Fingers that close on a slope
-turn it until it is flat between them: the thing's far side is held up by what it lies on, and swings down once the hand lifts. How it
-hangs then follows from the rim alone: its middle plane is between the pads, as far up them as its edge was (``cramlite.model.Swing``).
+Hands are broad along their closing direction: over a table one leans by no more than some 20 deg, and no pad
+comes below a rim that slopes by 19 deg. Its upper face then meets the tips of one finger, and its edge the
+pad of the other one. Fingers that close on a slope turn it until it is flat between them: the thing's far
+side is held up by what it lies on, and swings down once the hand lifts. How it hangs then follows from the
+rim alone: its middle plane is between the pads, as far up them as its edge was (``cramlite.model.Swing``).
 
-Measured in plain MuJoCo with LIBERO's plate, 11.5 g, and its Panda, leaning by 10 to 15 deg, the tips on the slope's middle or 3 mm
-below or above it: 27 of 27 came up with the friction that robosuite states (pads 2), and 25 of 27 with .9, of which 22 were laid down
-within 12 mm; the three others had the tips 3 mm above it. With a friction of .5 to .7 two of four came up, with less none of six.
+Measured in plain MuJoCo with LIBERO's plate, 11.5 g, and its Panda, leaning by 10 to 15 deg, the tips on the
+slope's middle or 3 mm below or above it: 27 of 27 came up with the friction that robosuite states (pads 2),
+and 25 of 27 with .9, of which 22 were laid down within 12 mm; the three others had the tips 3 mm above it.
+With a friction of .5 to .7 two of four came up, with less none of six.
 """
 
 from __future__ import annotations
@@ -24,10 +27,11 @@ from ..shapes.bounds import centre_of_mass
 from ..shapes.convex import hull_planes
 
 SLOPES = math.radians(8.0), math.radians(50.0)
-"""Slopes of a rim, from level, that are pinched: what is flatter gives the tips nothing to turn it by, and what is steeper is gripped as a
-wall."""
+"""Slopes of a rim, from level, that are pinched: what is flatter gives the tips nothing to turn it by, and
+what is steeper is gripped as a wall."""
 LEANS = (math.radians(15.0), math.radians(12.0))
-"""Outward leans of the hand: at 20 deg the outer corner of a Panda's finger is in the table, at 10 deg every third pinch slides off."""
+"""Outward leans of the hand: at 20 deg the outer corner of a Panda's finger is in the table, at 10 deg
+every third pinch slides off."""
 THICKEST = 0.012  # largest thickness of a rim [m]: half of open fingers' room on both sides
 SHORTEST, LONGEST = 0.015, 0.06  # along the slope [m]: pads need something to lie on
 DEEPER = 0.003  # than the slope's upper face in its middle the tips go [m]: of those 3 mm above it a third was lost
@@ -90,10 +94,14 @@ def rim_pinches(thing: Thing, pose: Pose, gripper: Gripper, friction: float) -> 
 
 
 def _rim(geom: Geom, pose: Pose, centre: Floats) -> Rim | None:
-    """Return a part of a thing as a rim; None where it is too thick, too short or too long, or does not rise away
-    from the thing's middle."""
+    """Return a part of a thing as a rim; None where it is too thick, too short or too long, or does not
+    rise away from the thing's middle."""
     slab = _slab(geom, pose)
-    if slab is None or slab[1] > THICKEST or not SLOPES[0] < (slope := math.acos(min(1.0, float(slab[0][2])))) < SLOPES[1]:
+    if (
+        slab is None
+        or slab[1] > THICKEST
+        or not SLOPES[0] < (slope := math.acos(min(1.0, float(slab[0][2])))) < SLOPES[1]
+    ):
         return None
     normal, thick, corners = slab
     out = _level(-normal)
@@ -110,7 +118,8 @@ def _level(way: Floats) -> Floats:
 
 
 def _slab(geom: Geom, pose: Pose) -> tuple[Floats, float, Floats] | None:
-    """Thinnest direction of a box or hull as a unit vector that points up, its thickness that way [m], and its corners (n, 3)."""
+    """Thinnest direction of a box or hull as a unit vector that points up, its thickness that way [m], and
+    its corners (n, 3)."""
     there = pose * geom.pose
     if geom.shape == "box":
         k = int(np.argmin(geom.size))
@@ -145,7 +154,8 @@ def _pinch(rim: Rim, lean: float, side: float, pose: Pose, gripper: Gripper) -> 
 
 
 def _centred(rim: Rim, at: Pose, pose: Pose, tips: float) -> tuple[Rim, Pose]:
-    """Rim and pose of a thing after a pinch: one finger has pushed the edge inwards until the other finger touches the slope.
+    """Rim and pose of a thing after a pinch: one finger has pushed the edge inwards until the other finger
+    touches the slope.
 
     The finger tips are ``tips`` [m] ahead of the TCP.
     """
@@ -153,7 +163,9 @@ def _centred(rim: Rim, at: Pose, pose: Pose, tips: float) -> tuple[Rim, Pose]:
     edge, face = hand.apply(rim.edge), hand.apply(rim.middle + rim.thick / 2 * rim.normal)
     up, inwards = hand.rotate(rim.up), -hand.rotate(out)
     steep = up[1] / up[2]
-    met = face[1] - (face[2] - tips) * steep  # where the slope is at the height of the tips, across the fingers
+    met = (
+        face[1] - (face[2] - tips) * steep
+    )  # where the slope is at the height of the tips, across the fingers
     moves = inwards[1] - inwards[2] * steep
     by = -(edge[1] + met) / (inwards[1] + moves)
     shift = -out * max(float(by), 0.0)
@@ -164,12 +176,17 @@ def _centred(rim: Rim, at: Pose, pose: Pose, tips: float) -> tuple[Rim, Pose]:
 def _swing(rim: Rim, pose: Pose, at: Pose) -> Swing:
     """Swing of a plate in the hand that lifts it, from how it lies until its rim is flat between the pads.
 
-    The outer end of the rim then points to the palm, and comes as far up the pads as the rim's lower edge was.
+    The outer end of the rim then points to the palm, and comes as far up the pads as the rim's lower edge
+    was.
     """
     end, hand = rim.middle + rim.half * rim.up, at.inverse()
     up, lies = hand.rotate(rim.up), hand * pose
-    angle = math.atan2(float(np.cross(up, (0.0, 0.0, -1.0))[0]), float(-up[2]))  # about the hand's x, which is level
-    turned = (Pose.from_rotvec((0.0, 0.0, 0.0), (angle, 0.0, 0.0)) * Pose((0.0, 0.0, 0.0), lies.quaternion)).quaternion
+    angle = math.atan2(
+        float(np.cross(up, (0.0, 0.0, -1.0))[0]), float(-up[2])
+    )  # about the hand's x, which is level
+    turned = (
+        Pose.from_rotvec((0.0, 0.0, 0.0), (angle, 0.0, 0.0)) * Pose((0.0, 0.0, 0.0), lies.quaternion)
+    ).quaternion
     local = pose.inverse().apply(end)
     held = np.array([float(hand.apply(end)[0]), 0.0, float(hand.apply(rim.edge)[2])])
     x, y, z = (held - Pose((0.0, 0.0, 0.0), turned).apply(local)).tolist()

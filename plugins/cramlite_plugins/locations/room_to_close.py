@@ -17,7 +17,10 @@ from .handles import ajar
 from .later import closes
 
 SHUT = 0.05  # share of its range up to which a thing counts as closed
-STEPS = 0.01, math.radians(2.0)  # between the values of a joint that are looked at [m, rad]: a door's edge goes on by less than it is thick
+STEPS = (
+    0.01,
+    math.radians(2.0),
+)  # between the values of a joint that are looked at [m, rad]: a door's edge goes on by less than it is thick
 
 
 def first_met(put: str, after: Belief, context: Context, clearance: float | None) -> Refused | None:
@@ -35,7 +38,9 @@ def first_met(put: str, after: Belief, context: Context, clearance: float | None
     return None
 
 
-def _met(closing: Thing, put: str, after: Belief, context: Context, clearance: float | None) -> Refused | None:
+def _met(
+    closing: Thing, put: str, after: Belief, context: Context, clearance: float | None
+) -> Refused | None:
     """Return the first contact of a placed thing with a thing that closes, or with furniture if it moves
     along with that thing."""
     assert closing.joint is not None
@@ -46,9 +51,17 @@ def _met(closing: Thing, put: str, after: Belief, context: Context, clearance: f
     handle = closing.feature("cram:Handle")
     end = joint.lower + (ajar(joint, handle.pose) if handle and clearance is None else 0.0) * whole
     along = put in carried_along(after, closing.name)
-    beside = [t.name for t in after.world.things if (t.name != put and (t.name == closing.name) == along) or (along and not t.furniture)]
-    beside += [] if along else ["arm"]  # what stays is then moved about the one that closes, and the arm is elsewhere
-    scene = make_scene(after.grasped(Held(put, Pose(), 0.0)), context, beside, clearance=0.0 if along else clearance or 0.0)
+    beside = [
+        t.name
+        for t in after.world.things
+        if (t.name != put and (t.name == closing.name) == along) or (along and not t.furniture)
+    ]
+    beside += (
+        [] if along else ["arm"]
+    )  # what stays is then moved about the one that closes, and the arm is elsewhere
+    scene = make_scene(
+        after.grasped(Held(put, Pose(), 0.0)), context, beside, clearance=0.0 if along else clearance or 0.0
+    )
     for left, moved in _on_its_way(joint, at, value, end):
         no = scene.met(moved * at.inverse() * here if along else at * moved.inverse() * here, hand=False)
         if no is not None:
@@ -61,8 +74,8 @@ def _met(closing: Thing, put: str, after: Belief, context: Context, clearance: f
 
 
 def _on_its_way(joint: Joint, at: Pose, value: float, end: float) -> Iterator[tuple[float, Pose]]:
-    """Yield positions at which to check a closing door or drawer: how far it is open [m, rad], and its pose in
-    the world.
+    """Yield positions at which to check a closing door or drawer: how far it is open [m, rad], and its pose
+    in the world.
 
     The end comes first, since most contacts are there.
     """

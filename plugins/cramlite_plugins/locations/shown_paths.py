@@ -35,28 +35,47 @@ def followed(location: Location, belief: Belief, context: Context) -> Iterator[G
         return
     frame = path.anchor.frame((f.type, f.pose, f.size) for f in about.features)
     if frame is None:
-        raise Unresolvable(f"'{about.name}' has no {path.anchor.part}, relative to which the path was demonstrated", (location.of or "",))
-    pose, hand, under = reference_pose(belief, location, context) * frame[0], belief.held.tcp_to_thing.inverse(), foot(thing.geoms)
+        raise Unresolvable(
+            f"'{about.name}' has no {path.anchor.part}, relative to which the path was demonstrated",
+            (location.of or "",),
+        )
+    pose, hand, under = (
+        reference_pose(belief, location, context) * frame[0],
+        belief.held.tcp_to_thing.inverse(),
+        foot(thing.geoms),
+    )
     touching = (about.name,) if path.touching else ()
     turns = TURNS if path.heading is None else _aimed(thing, now, path.heading + _yaw(pose))
 
     def candidates() -> Iterator[Candidate]:
         for degrees, (name, corners) in itertools.product(turns, ways(path)):
-            turned = Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(degrees))) * Pose((0, 0, 0), now.quaternion)
+            turned = Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(degrees))) * Pose(
+                (0, 0, 0), now.quaternion
+            )
             below = np.asarray(turned.rotate(under))
-            places = [np.asarray(pose.apply((x * frame[1], y * frame[1], z))) - below for x, y, z in corners.tolist()]
+            places = [
+                np.asarray(pose.apply((x * frame[1], y * frame[1], z))) - below
+                for x, y, z in corners.tolist()
+            ]
             way = tuple(Pose(tuple(p.tolist()), turned.quaternion) * hand for p in places)
             before = shift(way[0], (0.0, 0.0, path.stand_off))
-            legs = (Leg(before, along=way[:1], touching=touching), Leg(way[0], touching, clearance=0.0, along=way[1:]))
+            legs = (
+                Leg(before, along=way[:1], touching=touching),
+                Leg(way[0], touching, clearance=0.0, along=way[1:]),
+            )
             rounds = path.times if path.closed else 1
-            place = Place(way[0], before, path=way[1:], approach=(0.0, 0.0, -1.0), thing=about.name, rounds=rounds)
+            place = Place(
+                way[0], before, path=way[1:], approach=(0.0, 0.0, -1.0), thing=about.name, rounds=rounds
+            )
             yield Candidate(f"{name}, turned by {degrees:+.0f} deg", place, legs)
 
     for answer in reached(candidates(), Arm(belief, context)):
         yield replace(answer, because=taken_at(belief, context)) if isinstance(answer, Refused) else answer
 
 
-def _in_place(path: ShownPath, payload: Thing, now: Pose, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+def _in_place(
+    path: ShownPath, payload: Thing, now: Pose, belief: Belief, context: Context
+) -> Iterator[Grounding | Refused]:
     """Generate repeated motions along a path from the payload's present place, with the path turned to
     several headings."""
     assert belief.held is not None
@@ -67,7 +86,11 @@ def _in_place(path: ShownPath, payload: Thing, now: Pose, belief: Belief, contex
             corners = path.corners @ Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(degrees))).rotation.T
             way = tuple(shift(now, c) * hand for c in corners)
             place = Place(way[0], way[0], path=way[1:], thing=payload.name, rounds=path.times)
-            yield Candidate(f"about its own place, headed {degrees:+.0f} deg", place, (Leg(way[0], clearance=0.0, along=way[1:]),))
+            yield Candidate(
+                f"about its own place, headed {degrees:+.0f} deg",
+                place,
+                (Leg(way[0], clearance=0.0, along=way[1:]),),
+            )
 
     for answer in reached(candidates(), Arm(belief, context)):
         yield replace(answer, because=taken_at(belief, context)) if isinstance(answer, Refused) else answer
@@ -79,7 +102,8 @@ def _yaw(frame: Pose) -> float:
 
 
 def _aimed(payload: Thing, now: Pose, heading: float) -> tuple[float, ...]:
-    """Turns about the vertical that bring a payload's x axis to a heading [deg]; a box looks the same after half a turn."""
+    """Turns about the vertical that bring a payload's x axis to a heading [deg]; a box looks the same
+    after half a turn."""
     turn = math.degrees(math.remainder(heading - _yaw(now), math.tau))
     alike = len(payload.geoms) == 1 and payload.geoms[0].shape == "box"
     return (turn, math.remainder(turn + 180.0, 360.0)) if alike else (turn,)
@@ -98,4 +122,7 @@ def ways(path: ShownPath) -> Iterator[tuple[str, Floats]]:
     ring = corners[:-1]
     for k, back in itertools.product(range(STARTS), (False, True) if path.either else (False,)):
         begun = np.roll(ring[::-1] if back else ring, -(k * len(ring) // STARTS), axis=0)
-        yield f"one round{' backwards' if back else ''} from start {k} of {STARTS}", np.concatenate([begun, begun[:1]])
+        yield (
+            f"one round{' backwards' if back else ''} from start {k} of {STARTS}",
+            np.concatenate([begun, begun[:1]]),
+        )

@@ -1,11 +1,11 @@
 """Base placements of a mobile robot near a thing, such that the arm reaches the things of the next tasks, and
 sees them.
 
-Places around the target are taken in the order of their cost: the way there, and how far they are from the distance
-at which an arm works best. Each is refused, with the reason, unless the whole robot stands clear of everything
-with its arm as it is, is at the destination, reaches every target from there (a grasp of what can be taken with an empty
-hand, else a point over it), and, where it has a camera on its flange, can bring that to a view of the target that nothing
-blocks.
+Places around the target are taken in the order of their cost: the way there, and how far they are from the
+distance at which an arm works best. Each is refused, with the reason, unless the whole robot stands clear of
+everything with its arm as it is, is at the destination, reaches every target from there (a grasp of what can
+be taken with an empty hand, else a point over it), and, where it has a camera on its flange, can bring that
+to a view of the target that nothing blocks.
 """
 
 from __future__ import annotations
@@ -30,7 +30,10 @@ from .viewpoints import views
 
 DISTANCES = (0.45, 0.55, 0.65, 0.75)  # of the arm's axis from the target [m]
 BEST = 0.60  # two thirds of a UR5e's reach with its gripper pointing down [m]
-BEARINGS, ASIDE = 16, (0.0, 30.0, -30.0, 90.0, -90.0)  # places around, and where the target is from ahead [deg]
+BEARINGS, ASIDE = (
+    16,
+    (0.0, 30.0, -30.0, 90.0, -90.0),
+)  # places around, and where the target is from ahead [deg]
 PER_METRE, PER_RADIAN = 0.10, 0.05  # cost of the way there and of a target that is not ahead
 GRASPS = 12  # number of grasps of one thing that are tried at one stand
 OVER, TURNS = 0.15, 8  # of the tool over a target that is not grasped [m], and about the vertical
@@ -65,7 +68,9 @@ def stands(location: Location, belief: Belief, context: Context) -> Iterator[Gro
             continue
         what = " and ".join(f"'{t.thing}'" for t in targets)
         seen = ", in view of its camera" if context.camera is not None and context.camera.mount else ""
-        reason = f"{name}: {what} within reach{seen}, {math.dist(here.position, stand.position):.2f} m from here"
+        reason = (
+            f"{name}: {what} within reach{seen}, {math.dist(here.position, stand.position):.2f} m from here"
+        )
         yield Grounding(Stand(stand, destination), reason, cost, key=name)
 
 
@@ -77,9 +82,13 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[Targe
             thing = thing_of(entity)
             if thing in belief.poses and thing not in found:
                 graspable = belief.held is None and belief.world.thing(thing).movable
-                found[thing] = Target(role.name, thing, graspable and not any(t.grasped for t in found.values()))
+                found[thing] = Target(
+                    role.name, thing, graspable and not any(t.grasped for t in found.values())
+                )
     destination = thing_of(str(context.bindings[location.of])) if location.of else ""
-    return list(found.values()) or [Target(location.of or "", destination, belief.world.thing(destination).movable)]
+    return list(found.values()) or [
+        Target(location.of or "", destination, belief.world.thing(destination).movable)
+    ]
 
 
 def _around(target: Pose, base: Pose) -> list[tuple[float, str, Pose]]:
@@ -103,7 +112,8 @@ def _around(target: Pose, base: Pose) -> list[tuple[float, str, Pose]]:
 def _checked(
     stand: Pose, there: Belief, destination: str, targets: list[Target], floor: Ground, context: Context
 ) -> tuple[int, str]:
-    """Number of checks that a pose of the platform passes, and why it fails the next one; "" if it passes all."""
+    """Number of checks that a pose of the platform passes, and why it fails the next one; "" if it passes
+    all."""
     if blocked := floor.hit(at(stand)):
         return 0, blocked
     if (gap := _gap(stand, destination, there, context)) > BESIDE:
@@ -123,7 +133,10 @@ def _gap(stand: Pose, thing: str, there: Belief, context: Context) -> float:
     length, width, _ = context.robot.platform.size
     low, high = _box(there, thing)
     return apart(
-        stand, ((-length / 2, -width / 2, 0.0), (length / 2, width / 2, 0.0)), there.poses[thing].pose, (low, high)
+        stand,
+        ((-length / 2, -width / 2, 0.0), (length / 2, width / 2, 0.0)),
+        there.poses[thing].pose,
+        (low, high),
     )
 
 
@@ -137,7 +150,8 @@ def _grasp(target: Target, there: Belief, context: Context) -> str:
 
 
 def _over(target: Target, there: Belief, context: Context) -> str:
-    """Why the tool cannot be brought to just above a thing, or in front of it on the robot's side; "" where it can."""
+    """Why the tool cannot be brought to just above a thing, or in front of it on the robot's side; ""
+    where it can."""
     arm, point = Arm(there, context), np.asarray(_middle(there, target).position)
     ahead = np.array([point[0], point[1], 0.0]) / max(float(np.hypot(point[0], point[1])), 1e-6)
     turns = [(math.cos(a), math.sin(a), 0.0) for a in (math.tau * k / TURNS for k in range(TURNS))]
@@ -183,7 +197,8 @@ def _box(belief: Belief, thing: str) -> tuple[Vector3, Vector3]:
 
 
 def _unseen(target: Target, there: Belief, context: Context) -> str:
-    """Why the camera on the flange cannot be brought to a free view of a thing; "" where it can, or there is no such camera."""
+    """Why the camera on the flange cannot be brought to a free view of a thing; "" where it can, or there
+    is no such camera."""
     if context.camera is None or context.camera.mount is None:
         return ""
     return _none(views(Location("", "view", target.variable), there, context), "")

@@ -1,4 +1,5 @@
-"""Poses in which the empty hand touches a surface: above its middle, pointing down, turned so that the arm reaches."""
+"""Poses in which the empty hand touches a surface: above its middle, pointing down, turned so that the arm
+reaches."""
 
 from __future__ import annotations
 
@@ -11,7 +12,14 @@ from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from ..motion_planning.reach import bound, shift
 from .reached import Arm, Candidate, Leg, reached
 
-YAWS = (0.0, 90.0, -90.0, 180.0, 45.0, -45.0)  # turns about the vertical that are tried, from facing away [deg]
+YAWS = (
+    0.0,
+    90.0,
+    -90.0,
+    180.0,
+    45.0,
+    -45.0,
+)  # turns about the vertical that are tried, from facing away [deg]
 ABOVE, ALMOST = 0.06, 0.005  # finger tips above the surface at the stand-off, and where feeling begins [m]
 DOWN = Pose((0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0))  # the tool's z axis down, its x axis ahead
 
@@ -35,5 +43,10 @@ def _turned(entity: str, at: Pose, facing: float) -> Iterator[Candidate]:
         turn = Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(facing + yaw))) * DOWN
         pose = Pose(at.position, turn.quaternion)
         place = Place(pose, shift(pose, (0, 0, ABOVE)), approach=(0.0, 0.0, -1.0), thing=thing)
-        legs = Leg(place.before, said="above it", where=Stage.BEFORE), Leg(pose, (thing,), said="at it", where=Stage.POSE)
-        yield Candidate(f"turned {yaw:+.0f} deg", place, legs, f"the finger tips touch the middle of '{entity}'")
+        legs = (
+            Leg(place.before, said="above it", where=Stage.BEFORE),
+            Leg(pose, (thing,), said="at it", where=Stage.POSE),
+        )
+        yield Candidate(
+            f"turned {yaw:+.0f} deg", place, legs, f"the finger tips touch the middle of '{entity}'"
+        )

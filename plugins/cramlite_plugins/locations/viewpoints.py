@@ -39,11 +39,16 @@ BELOW = 0.08  # what hangs from a peg is about that far below it [m]
 def views(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
     """Generate hand poses from which the camera on the flange sees certain things."""
     if context.camera is None or context.camera.mount is None:
-        raise Unresolvable("the robot has no camera on its flange; the scenario's 'camera' says where one is", ("",))
+        raise Unresolvable(
+            "the robot has no camera on its flange; the scenario's 'camera' says where one is", ("",)
+        )
     around = asked(location, Sight).around or (bound(context, location.of),)
     points = np.array([p for name in around for p in _points(belief, name)])
     heights = INTO if all(_cavity(belief.thing(name)) for name in around) else HEIGHTS
-    eyes = (_candidate(k, name, eye, points, around, belief, context) for k, (name, eye) in enumerate(_eyes(points.mean(axis=0), heights)))
+    eyes = (
+        _candidate(k, name, eye, points, around, belief, context)
+        for k, (name, eye) in enumerate(_eyes(points.mean(axis=0), heights))
+    )
     yield from reached(eyes, Arm(belief, context))
 
 
@@ -78,7 +83,8 @@ def _points(belief: Belief, entity: str) -> Sequence[Sequence[float]]:
 
 
 def _cavity(thing: Thing) -> Feature | None:
-    """Cavity of a thing that is only a container; None for a thing with a peg or a surface as well, and for one without a cavity."""
+    """Cavity of a thing that is only a container; None for a thing with a peg or a surface as well, and
+    for one without a cavity."""
     if any(f.type in ("vrps:Peg", "vrps:SurfaceFeature") for f in thing.features):
         return None
     return thing.feature("cram:Cavity")
@@ -87,14 +93,17 @@ def _cavity(thing: Thing) -> Feature | None:
 def _floor(opening: Pose, size: Mapping[str, float]) -> Floats:
     """Middle and corners (5, 3) of the inner part of a cavity's cross-section half way up, which the camera
     looks at; ``opening`` is the pose of its opening, z outwards."""
-    x, y = (FLOOR * (size[side] / 2 if side in size else size.get("radius", 0.0)) for side in ("width", "depth"))
+    x, y = (
+        FLOOR * (size[side] / 2 if side in size else size.get("radius", 0.0)) for side in ("width", "depth")
+    )
     corners = [(0, 0), (x, y), (x, -y), (-x, y), (-x, -y)]
     points: Floats = opening.apply([(a, b, -size.get("height", 0.0) / 2) for a, b in corners])
     return points
 
 
 def _eyes(target: Floats, heights: Sequence[float]) -> Iterator[tuple[str, Floats]]:
-    """Yield candidate positions of a camera around its target, on the robot's side, each with a name for people."""
+    """Yield candidate positions of a camera around its target, on the robot's side, each with a name for
+    people."""
     towards = math.atan2(-target[1], -target[0])
     for distance, height, side in itertools.product(DISTANCES, heights, SIDES):
         a, h = towards + math.radians(side), math.radians(height)
@@ -131,8 +140,8 @@ def _hidden(eye: Floats, around: Sequence[str], belief: Belief) -> str:
 
 
 def _seen_of(belief: Belief, entity: str) -> Floats:
-    """Points of a thing that should be seen, base frame: those of a peg that are in view; else the middle of the box around
-    the thing and its corners, drawn in by a tenth."""
+    """Points of a thing that should be seen, base frame: those of a peg that are in view; else the middle
+    of the box around the thing and its corners, drawn in by a tenth."""
     thing = belief.thing(entity)
     if thing.feature("vrps:Peg") is not None or _cavity(thing):
         return np.array(_points(belief, entity))

@@ -1,12 +1,13 @@
 """Motion planning of a mobile base: the whole robot among things, its arm held still, and paths on the floor.
 
-Every shape of the robot is grown by the clearance (the platform's only sideways: it stands on the floor), in a copy of
-the planning model in which only robot and things collide; one collision check then answers for a place. A leg is looked at
-every ``STEP``: no point of the robot moves further between two looks than the clearance.
+Every shape of the robot is grown by the clearance (the platform's only sideways: it stands on the floor), in
+a copy of the planning model in which only robot and things collide; one collision check then answers for a
+place. A leg is looked at every ``STEP``: no point of the robot moves further between two looks than the
+clearance.
 
 A way is one leg, or a turn and a leg, or is found by A* (Hart, Nilsson and Raphael 1968) on a lattice around
-one end, and then shortened. Two such searches, one from each end, take turns: an end that is shut in is soon known.
-Nothing is drawn at random.
+one end, and then shortened. Two such searches, one from each end, take turns: an end that is shut in is soon
+known. Nothing is drawn at random.
 """
 
 from __future__ import annotations
@@ -125,7 +126,9 @@ def _grow(model: Any, platform: int, by: float) -> None:
             model.geom_size[g] += by * grows
             model.geom_rbound[g] += by * CORNER
             model.geom_aabb[g, 3:] += by
-    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_MIDPHASE)  # its boxes are those of the model as it was
+    model.opt.disableflags |= int(
+        mujoco.mjtDisableBit.mjDSBL_MIDPHASE
+    )  # its boxes are those of the model as it was
 
 
 def level(place: Vector3) -> Pose:
@@ -135,7 +138,8 @@ def level(place: Vector3) -> Pose:
 
 
 def unwound(place: Vector3, near: Vector3) -> Vector3:
-    """Add whole turns to the yaw of a place (x, y, yaw), so that it is nearest to the yaw of another place."""
+    """Add whole turns to the yaw of a place (x, y, yaw), so that it is nearest to the yaw of another
+    place."""
     turns = round((near[2] - place[2]) / math.tau)
     return place[0], place[1], place[2] + turns * math.tau
 
@@ -181,8 +185,8 @@ Cell = tuple[int, int, int]
 
 
 class _Search:
-    """A* search for a base path on the lattice around the start, up to a place from which a straight leg leads to
-    the goal.
+    """A* search for a base path on the lattice around the start, up to a place from which a straight leg
+    leads to the goal.
 
     Args:
         floor: what is asked whether places and legs are free.
@@ -283,7 +287,9 @@ def _shortened(floor: Ground, places: list[Vector3]) -> list[Vector3]:
     leg first."""
     done, k = [places[0]], 0
     while k < len(places) - 1:
-        k = next(j for j in range(len(places) - 1, k, -1) if j == k + 1 or not floor.leg(places[k], places[j]))
+        k = next(
+            j for j in range(len(places) - 1, k, -1) if j == k + 1 or not floor.leg(places[k], places[j])
+        )
         done.append(places[k])
     return done
 

@@ -46,24 +46,30 @@ if TYPE_CHECKING:
 HAND = "effector"
 """Names of parts of the hand in collisions: "effector/left"."""
 SAME = 0.001, 0.01  # a pose is reached already within this [m, rad]
-COARSE = 0.025, 0.1  # steps of the quick look whether a line can follow [m, rad]; the line itself is checked finely
+COARSE = (
+    0.025,
+    0.1,
+)  # steps of the quick look whether a line can follow [m, rad]; the line itself is checked finely
 
 
 def why_no_straight_line(joints: Any, place: Place, context: Context, scene: Any) -> Refused | None:
     """Return why the arm cannot go straight from the stand-off to the place without a jump in its joints;
     None if it can.
 
-    An empty hand must also be free there, but for the thing of the place; where something is held, what it may touch
-    on its way is up to the motion that follows.
+    An empty hand must also be free there, but for the thing of the place; where something is held, what it
+    may touch on its way is up to the motion that follows.
     """
     if near(place.before, place.pose):
         return None
-    line = plan_straight_line(scene, context.robot, joints, [*place.via, place.pose], step_m=COARSE[0], step_rad=COARSE[1])
+    line = plan_straight_line(
+        scene, context.robot, joints, [*place.via, place.pose], step_m=COARSE[0], step_rad=COARSE[1]
+    )
     return line if isinstance(line, Refused) else None
 
 
 def line(motion: Motion, belief: Belief, context: Context, targets: list[Pose]) -> Any:
-    """Plan straight lines of the tcp from where it is through targets in the base frame; joint positions, checked [rad].
+    """Plan straight lines of the tcp from where it is through targets in the base frame; joint positions,
+    checked [rad].
 
     Raises:
         Unresolvable: out of reach, singular, or something is in the way.
@@ -88,10 +94,18 @@ def _refused(said: str, motion: Motion, belief: Belief, context: Context, no: Re
     if motion.to is None or no.collision is None or any(thing_of(n) == no.collision.robot for n in pair):
         return no.impossible(said)
     things = {thing_of(n) for n in pair}
-    on_joint = {t.name for t in belief.world.things if t.joint is not None} & things if HAND not in things else set()
-    places = (n for n, v in context.bindings.items() if isinstance(v, Place) and (n == motion.to.name or v.thing not in on_joint))
+    on_joint = (
+        {t.name for t in belief.world.things if t.joint is not None} & things if HAND not in things else set()
+    )
+    places = (
+        n
+        for n, v in context.bindings.items()
+        if isinstance(v, Place) and (n == motion.to.name or v.thing not in on_joint)
+    )
     objects = (n for n, v in context.bindings.items() if isinstance(v, str))
-    return Unresolvable.because_of_earlier_tasks(said, (*places, *objects), blocking=no.blocking, collision=no.collision, remedy=no.remedy)
+    return Unresolvable.because_of_earlier_tasks(
+        said, (*places, *objects), blocking=no.blocking, collision=no.collision, remedy=no.remedy
+    )
 
 
 def near(a: Pose, b: Pose) -> bool:
@@ -102,9 +116,10 @@ def near(a: Pose, b: Pose) -> bool:
 
 JUMP = 0.25  # a joint that turns further between two samples passes a singularity [rad]
 LEAST = 0.03
-"""Smallest singular value that a straight motion keeps: below it the controller, which starts a little off the plan and gives
-way to forces, finds no inverse solution some millimetres aside. Of ten programs that thread a product onto a hanger those
-with 0.017 and less needed up to four attempts, those with 0.08 and more none (tests/benchmarks/hang_onto_hanger.py)."""
+"""Smallest singular value that a straight motion keeps: below it the controller, which starts a little off
+the plan and gives way to forces, finds no inverse solution some millimetres aside. Of ten programs that
+thread a product onto a hanger those with 0.017 and less needed up to four attempts, those with 0.08 and
+more none (tests/benchmarks/hang_onto_hanger.py)."""
 
 
 class JointPath(Value):
@@ -230,7 +245,8 @@ def _singular(robot: Robot, q: Joints) -> str:
 
 
 def _stopped(scene: PlanningScene, points: Sequence[Joints]) -> tuple[int, Refused] | None:
-    """Return how many joint positions come before the first collision of a path, with its refusal; None for a free path.
+    """Return how many joint positions come before the first collision of a path, with its refusal; None for a
+    free path.
 
     The refusal names the things that must be moved.
     """

@@ -1,9 +1,9 @@
 """Inflated collision models: one MuJoCo collision check of bigger shapes finds every pair that is near.
 
-A contact margin would do the same in theory. In MuJoCo 4.0.0 it does not: of 15,000 random pairs of boxes nearer than
-the margin 1,078 gave no contact, the nearest at 1.0 mm, and the distances of cylinders come out up to 0.6 mm too large.
-Overlaps are always found, so each shape grows by half of the distance, and ``mj_geomDistance``, which agrees with Coal
-to 1e-6 m, measures the few pairs that then overlap.
+A contact margin would do the same in theory. In MuJoCo 4.0.0 it does not: of 15,000 random pairs of boxes
+nearer than the margin 1,078 gave no contact, the nearest at 1.0 mm, and the distances of cylinders come out
+up to 0.6 mm too large. Overlaps are always found, so each shape grows by half of the distance, and
+``mj_geomDistance``, which agrees with Coal to 1e-6 m, measures the few pairs that then overlap.
 """
 
 from __future__ import annotations
@@ -23,8 +23,9 @@ MESH = int(mujoco.mjtGeom.mjGEOM_MESH)
 # were missed without it was missed (300 arm positions, two hulls), and this is a little more.
 MESH_MARGIN = 0.6
 COARSE = 1e-4
-"""Tolerance of collision detection between grown shapes [m], which are that much bigger: it finds no pair too few, and which of them are
-nearer than asked is measured exactly. With MuJoCo's 1e-6 a position that is blocked takes a quarter longer."""
+"""Tolerance of collision detection between grown shapes [m], which are that much bigger: it finds no pair
+too few, and which of them are nearer than asked is measured exactly. With MuJoCo's 1e-6 a position that is
+blocked takes a quarter longer."""
 GROWS = np.zeros((int(mujoco.mjtGeom.mjGEOM_MESH) + 1, 3))  # sizes of a geom that are lengths, by type
 GROWS[int(mujoco.mjtGeom.mjGEOM_SPHERE), :1] = GROWS[int(mujoco.mjtGeom.mjGEOM_CYLINDER), :2] = 1.0
 GROWS[int(mujoco.mjtGeom.mjGEOM_CAPSULE), :2] = GROWS[int(mujoco.mjtGeom.mjGEOM_BOX), :3] = 1.0
@@ -42,7 +43,8 @@ class Inflated(Value):
     model: Any
 
     def near(self, data: Any) -> set[tuple[int, int]]:
-        """Return the pairs of geoms that may be near; forward kinematics must have been computed in ``data``."""
+        """Return the pairs of geoms that may be near; forward kinematics must have been computed in
+        ``data``."""
         mujoco.mj_collision(self.model, data)
         return {(g, h) for g, h in data.contact.geom.tolist()} if data.ncon else set()
 

@@ -92,9 +92,9 @@ def rates(line: JointLine, half: float, movers: Movers, data: Any, bounds: Float
 
     They hold along the part of the line that is within the share ``half`` of it from the state in ``data``.
 
-    The lever is the distance of the geom's centre p from the axis u through a, |p - a|^2 - ((p - a) u)^2 under
-    a root, and its bounding radius. It grows by no more than the way G that the geom itself moves:
-    G = sum_j (lever_j + G) w_j for joints that turn by w_j.
+    The lever is the distance of the geom's centre p from the axis u through a, |p - a|^2 - ((p - a) u)^2
+    under a root, and its bounding radius. It grows by no more than the way G that the geom itself moves: G =
+    sum_j (lever_j + G) w_j for joints that turn by w_j.
 
     Args:
         bounds: bounding radius of each geom (geoms,) [m].

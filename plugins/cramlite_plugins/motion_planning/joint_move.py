@@ -1,4 +1,5 @@
-"""Motions through joint positions as steps of a program, slowed where the tool would be faster than it may be."""
+"""Motions through joint positions as steps of a program, slowed where the tool would be faster than it may
+be."""
 
 from __future__ import annotations
 
@@ -10,7 +11,11 @@ from ..kinematics.tool_speed import passable_speed
 
 
 def joint_move(
-    motion: Motion, robot: Robot, points: Sequence[tuple[float, ...]], pace: tuple[float, float], radii: Sequence[float] = ()
+    motion: Motion,
+    robot: Robot,
+    points: Sequence[tuple[float, ...]],
+    pace: tuple[float, float],
+    radii: Sequence[float] = (),
 ) -> MoveJoints:
     """Return the program step that carries out a motion along joint positions.
 
@@ -20,6 +25,10 @@ def joint_move(
         radii: of the corners [m].
     """
     speed = passable_speed(robot, points, *pace)
-    slower = f"{speed:g} instead of {pace[0]:g} rad/s, as the tool goes {TOOL_SPEED:g} m/s at most" if speed < pace[0] else ""
+    slower = (
+        f"{speed:g} instead of {pace[0]:g} rad/s, as the tool goes {TOOL_SPEED:g} m/s at most"
+        if speed < pace[0]
+        else ""
+    )
     comment = "; ".join(filter(None, (motion.reason, slower)))
     return MoveJoints(tuple(points[1:]), speed, pace[1], tuple(radii), origin=motion.name, comment=comment)

@@ -23,8 +23,8 @@ COAXIAL = 1e-6  # distance and turn [m, rad] within which a round geom's axis is
 class Movers(Value):
     """Tables (geoms, joints) that tell which joints of an arm move which geoms: 1 where one does, else 0.
 
-    A round geom about a joint's own axis stays as it is when that joint turns: its own link's last joint then does not move it, and
-    the first joint beyond it brings nothing nearer to it.
+    A round geom about a joint's own axis stays as it is when that joint turns: its own link's last joint then
+    does not move it, and the first joint beyond it brings nothing nearer to it.
 
     Args:
         moved: 1 where the joint is above the geom in the kinematic tree.
@@ -37,7 +37,8 @@ class Movers(Value):
     still: Floats
 
     def apart(self) -> Floats:
-        """Return a table (geoms, geoms): for each pair of geoms, the number of joints that move one geom against the other."""
+        """Return a table (geoms, geoms): for each pair of geoms, the number of joints that move one geom
+        against the other."""
         one = self.turned @ self.still.T
         both: Floats = one + one.T
         return both
@@ -57,7 +58,11 @@ def movers(compiled: Compiled, index: RobotIndex) -> Movers:
             body = int(model.body_parentid[body])
     about, above = _round_about(compiled, joints), moved.sum(axis=1).astype(int)[:, None]
     column = np.arange(len(bodies))[None, :]
-    return Movers(moved, moved * (1.0 - about * (column == above - 1)), (1.0 - moved) * (1.0 - about * (column == above)))
+    return Movers(
+        moved,
+        moved * (1.0 - about * (column == above - 1)),
+        (1.0 - moved) * (1.0 - about * (column == above)),
+    )
 
 
 def _round_about(compiled: Compiled, joints: Sequence[int]) -> Floats:
@@ -75,7 +80,11 @@ def _round_about(compiled: Compiled, joints: Sequence[int]) -> Floats:
 
 
 def required_distances(
-    compiled: Compiled, movers: Movers, allowed: Pairs, clearance: float, wider: Mapping[str, float] = MappingProxyType({})
+    compiled: Compiled,
+    movers: Movers,
+    allowed: Pairs,
+    clearance: float,
+    wider: Mapping[str, float] = MappingProxyType({}),
 ) -> Floats:
     """Return the distance (geoms, geoms) [m] that each pair of geoms must keep.
 

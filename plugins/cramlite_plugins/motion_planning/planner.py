@@ -1,7 +1,9 @@
-"""Sampling-based planning of collision-free joint paths: RRTConnect over all inverse solutions, then shortened.
+"""Sampling-based planning of collision-free joint paths: RRTConnect over all inverse solutions, then
+shortened.
 
-Lines are only probed while a path is looked for and shortened: of the many that are tried few are used. Those of the path are then
-checked all along, and where one is blocked between two probes a way around is looked for between its ends.
+Lines are only probed while a path is looked for and shortened: of the many that are tried few are used. Those
+of the path are then checked all along, and where one is blocked between two probes a way around is looked for
+between its ends.
 
 Every decision depends on counted work (tree extensions, shortening attempts), never on the
 clock: the same seed gives the same path. The wall clock only ends a run that is far
@@ -31,17 +33,21 @@ from .space import FreeLines, Joints, Probed, Space, refusal
 GOALS = 16  # nearest free inverse solutions that are used as goals
 DIRECT = 6  # nearest of them that a straight line is tried to
 FARTHER = 2.0
-"""A straight line that takes so many times as long as one to a nearer goal would, were it free, is compared with ways around what is
-there: with an arm that turns over where a peg is beside the straight way."""
+"""A straight line that takes so many times as long as one to a nearer goal would, were it free, is
+compared with ways around what is there: with an arm that turns over where a peg is beside the straight
+way."""
 MARGINS = (2.0, math.pi, 2 * math.pi)
-"""Margins around start and goals within which each round samples [rad]. In 6,000 samples 3 of 16 queries in cages were solved within 1 rad
-and 16 within pi; two cages took half of the samples within 2 rad, and were hardly ever solved within 2 pi."""
+"""Margins around start and goals within which each round samples [rad]. In 6,000 samples 3 of 16 queries
+in cages were solved within 1 rad and 16 within pi; two cages took half of the samples within 2 rad, and
+were hardly ever solved within 2 pi."""
 AROUND, MENDED = 1.0, 100
-"""Margin around the ends of a blocked part of a line within which a way around is sampled [rad], and the number of samples."""
+"""Margin around the ends of a blocked part of a line within which a way around is sampled [rad], and the
+number of samples."""
 AGAIN = 20  # attempts to shorten a path that such ways were put into
 AWAY, AWAYS = 0.05, 500
-"""Length of a short way [rad, largest joint difference], and in how many directions one is looked for. Where none is free no tree can
-grow: 4,000 extensions then took 2 s, and 500 ways take 15 ms (a drawer at its walls, in which a thing is held by mistake)."""
+"""Length of a short way [rad, largest joint difference], and in how many directions one is looked for.
+Where none is free no tree can grow: 4,000 extensions then took 2 s, and 500 ways take 15 ms (a drawer at
+its walls, in which a thing is held by mistake)."""
 SAFETY_S = 120.0  # wall time after which a query is cut and marked truncated
 
 
@@ -105,7 +111,11 @@ def plan(
     if straight is not None:
         most = straight.duration / FARTHER
         nearer = [(k, q) for k, q in chosen if duration((origin, q), *law) < most]
-        around = _around(eased, origin, nearer, law, seed, samples // len(MARGINS), attempts) if nearer else straight
+        around = (
+            _around(eased, origin, nearer, law, seed, samples // len(MARGINS), attempts)
+            if nearer
+            else straight
+        )
         return around if isinstance(around, Path) and around.duration < straight.duration else straight
     return _around(eased, origin, chosen, law, seed, samples, attempts)
 
@@ -122,12 +132,20 @@ def _straight(scene: Space, origin: Joints, goals: Goals, law: tuple[float, floa
 
 
 def _around(
-    scene: Space, origin: Joints, goals: Goals, law: tuple[float, float], seed: int, samples: int, attempts: int
+    scene: Space,
+    origin: Joints,
+    goals: Goals,
+    law: tuple[float, float],
+    seed: int,
+    samples: int,
+    attempts: int,
 ) -> Path | Refused:
     """Find a path to any of the goals that leads through sampled joint positions."""
     if no := _enclosed(scene, origin, [q for _, q in goals]):
         return no
-    first, path, spent, truncated = _search(scene, origin, [q for _, q in goals], law, seed, samples, attempts)
+    first, path, spent, truncated = _search(
+        scene, origin, [q for _, q in goals], law, seed, samples, attempts
+    )
     if not path:
         return _no_path(scene, origin, goals[0][1], spent, truncated)
     index = next(i for i, q in goals if q == path[-1])
@@ -136,7 +154,8 @@ def _around(
 
 
 def start_blocked(scene: Space, start: Joints) -> Refused | None:
-    """Return why no motion can begin at a joint position, such as a limit or a deep collision; None if one can."""
+    """Return why no motion can begin at a joint position, such as a limit or a deep collision; None if one
+    can."""
     eased = scene.relaxed([start])
     reason = eased.why(start)
     if not reason:
@@ -199,7 +218,8 @@ def _enclosed(scene: Space, origin: Joints, goals: Sequence[Joints]) -> Refused 
 
 
 def _leaves(scene: Space, q: Joints) -> bool:
-    """Whether at least one of some short joint-space lines from a joint position, in random directions, is free."""
+    """Whether at least one of some short joint-space lines from a joint position, in random directions, is
+    free."""
     return any(scene.line_free(q, end) for end in _ways(q))
 
 
@@ -218,11 +238,19 @@ def _no_path(scene: Space, origin: Joints, goal: Joints, spent: int, truncated: 
     at = [a + (part or 0.0) * (b - a) for a, b in zip(origin, goal, strict=True)]
     cut = f" (cut after {SAFETY_S:.0f} s of wall time)" if truncated else ""
     said = f"no path in {spent} samples{cut}; the straight way is blocked: {scene.why(at)}"
-    return refusal(said, samples=spent, truncated=float(truncated), blocking=None, collision=scene.collision(at))
+    return refusal(
+        said, samples=spent, truncated=float(truncated), blocking=None, collision=scene.collision(at)
+    )
 
 
 def _search(
-    scene: Space, origin: Joints, goals: list[Joints], law: tuple[float, float], seed: int, samples: int, attempts: int
+    scene: Space,
+    origin: Joints,
+    goals: list[Joints],
+    law: tuple[float, float],
+    seed: int,
+    samples: int,
+    attempts: int,
 ) -> tuple[Points, Points, int, bool]:
     """Search for a path: the first one found, the shortened one, the number of samples used, and whether it
     was cut short.
@@ -236,7 +264,9 @@ def _search(
     for number, margin in enumerate(MARGINS, 1):
         share = (samples - spent) // 2 if number < len(MARGINS) else samples - spent
         query = 1 + (seed * 3 + number) % (2**31 - 2)
-        found = connected(scene, lines, origin, goals, _box(scene, [origin, *goals], margin), query, share, ends)
+        found = connected(
+            scene, lines, origin, goals, _box(scene, [origin, *goals], margin), query, share, ends
+        )
         spent += found.samples
         if found.points is not None:
             short = shortened(lines, found.points, *law, seed=seed, attempts=attempts)

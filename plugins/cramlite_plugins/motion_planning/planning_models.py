@@ -1,4 +1,5 @@
-"""Cache of planning models: most scenes of a search differ only by the poses of movable things and by the fingers.
+"""Cache of planning models: most scenes of a search differ only by the poses of movable things and by the
+fingers.
 
 A movable thing is free in a planning model, so where it is belongs to the state and not to the model.
 """
@@ -17,14 +18,15 @@ from .inflated import Inflated, inflated
 from .pairs import Movers, movers
 
 MODELS = 16
-"""Planning models that are kept: one for each thing in the hand at each grasp, and one for the empty hand; for a scene of
-200 hulls some 2 MB each."""
+"""Planning models that are kept: one for each thing in the hand at each grasp, and one for the empty hand;
+for a scene of 200 hulls some 2 MB each."""
 LEVELS = 4
 """Inflated copies of each planning model that are kept."""
 
 
 def planning_model(world: World, robots: Mapping[str, Robot], carried: Mapping[str, Carried]) -> Compiled:
-    """Return the planning model of a world, compiled the first time; its things stand where that world has them.
+    """Return the planning model of a world, compiled the first time; its things stand where that world has
+    them.
 
     Args:
         robots: descriptions by type name.
@@ -33,12 +35,19 @@ def planning_model(world: World, robots: Mapping[str, Robot], carried: Mapping[s
     Raises:
         UserError: the world does not compile.
     """
-    return _model(Itself(world), tuple((t, Itself(r)) for t, r in sorted(robots.items())), tuple(sorted(carried.items())))
+    return _model(
+        Itself(world),
+        tuple((t, Itself(r)) for t, r in sorted(robots.items())),
+        tuple(sorted(carried.items())),
+    )
 
 
 @lru_cache(maxsize=MODELS)
 def _model(
-    world: Itself[World], robots: tuple[tuple[str, Itself[Robot]], ...], carried: tuple[tuple[str, Carried], ...]) -> Compiled:
+    world: Itself[World],
+    robots: tuple[tuple[str, Itself[Robot]], ...],
+    carried: tuple[tuple[str, Carried], ...],
+) -> Compiled:
     return compile_world(world.it, {t: r.it for t, r in robots}, planning=True, carried=dict(carried))
 
 

@@ -1,4 +1,5 @@
-"""Planning scene: collision and clearance of joint positions and of the straight joint-space lines between them.
+"""Planning scene: collision and clearance of joint positions and of the straight joint-space lines between
+them.
 
 A planning model (``simulation.compile``) has no capsule that MuJoCo would miss across a plate, and
 only what moves with the arm can touch anything. ``inflated`` copies of it, in which every shape is bigger,
@@ -7,10 +8,10 @@ margin in place of the bigger shapes misses boxes and overestimates the distance
 
 A line between two joint positions is not sampled on a grid: coarse intervals are looked at first, at their
 middle. Joint i turning by dq_i moves no point of a geom by more than r_i |dq_i|, where r_i is the largest
-distance of that geom from the joint's axis, so the line is free to both sides as far as every pair at distance d
-has sum_i r_i |dq_i| < d, i over the joints between the two geoms; the rest of the interval is looked at again
-(after the adaptive bisection of Schwarzer, Saha and Latombe, IEEE T-RO 21(3), 2005). A share of the clearance is
-left everywhere in between. Parabolas between lines are checked in the same way.
+distance of that geom from the joint's axis, so the line is free to both sides as far as every pair at
+distance d has sum_i r_i |dq_i| < d, i over the joints between the two geoms; the rest of the interval is
+looked at again (after the adaptive bisection of Schwarzer, Saha and Latombe, IEEE T-RO 21(3), 2005). A share
+of the clearance is left everywhere in between. Parabolas between lines are checked in the same way.
 """
 
 from __future__ import annotations
@@ -43,15 +44,18 @@ HORIZON = 0.05  # distances above this are not told apart [m]
 CLEARANCE = 0.005  # asked for on planned paths [m]: with none, 6 of 200 rechecked paths clip
 KEPT = 0.3  # share of the needed distance that is kept between two checks, too
 LEVELS = (0.012, 0.025)
-"""Further distances that one check can rule out at once [m]. With 0.05 m a check takes four times as long: links of an arm are always
-that near to each other."""
+"""Further distances that one check can rule out at once [m]. With 0.05 m a check takes four times as long:
+links of an arm are always that near to each other."""
 TOUCH = 0.0003  # depth of a resting contact in MuJoCo that a start or goal may have [m]
 LEANS = 0.001  # the same of a start that a straight line leaves [m]: things lean on their neighbours by .3 mm and more
 NEAR = 0.35  # the neighbourhood of a start or goal that touches something, largest joint difference [rad]
 FAR = 0.1  # up to where distances of near pairs are measured [m]
 KNOWN = 1024  # joint positions of which a scene remembers whether they are free
 TINY = 1e-9  # approach of a pair below which no distance is too small [m]
-SMALLEST = 0.002  # shortest interval of a line, largest joint difference [rad]: only counts near such contacts
+SMALLEST = (
+    0.002  # shortest interval of a line, largest joint difference [rad]: only counts near such contacts
+)
+
 
 class PlanningScene(Value):
     """Planning scene: a robot among things; make one with ``scene``.
@@ -71,7 +75,8 @@ class PlanningScene(Value):
         held: what moves with the tool -> its pose in the tcp frame.
         displaced: things that are not where the world had them -> pose in the world.
         anchors: joint positions with the pairs that are closer there than needed, and how close.
-        known: joint positions that were looked at, and whether they are free: trees, shortcuts and checks end at the same ones.
+        known: joint positions that were looked at, and whether they are free: trees, shortcuts and checks end
+            at the same ones.
     """
 
     compiled: Compiled
@@ -121,9 +126,11 @@ class PlanningScene(Value):
         return self.known[key]
 
     def met(self, tcp: Pose, hand: bool = True) -> Refused | None:
-        """Return the obstacle too near to the hand or its payload, with the tcp at a pose in the world; None for none.
+        """Return the obstacle too near to the hand or its payload, with the tcp at a pose in the world; None
+        for none.
 
-        Then no joint position for the pose is free, which is known without one: of the hand there is no state to draw.
+        Then no joint position for the pose is free, which is known without one: of the hand there is no state
+        to draw.
 
         Args:
             hand: whether the hand is there; without it what it holds is, whoever may hold it.
@@ -137,8 +144,16 @@ class PlanningScene(Value):
         way = (tcp * self.index.pose(data).inverse()).matrix
         data.geom_xpos[rigid] = data.geom_xpos[rigid] @ way[:3, :3].T + way[:3, 3]
         data.geom_xmat[rigid] = (way[:3, :3] @ data.geom_xmat[rigid].reshape(-1, 3, 3)).reshape(-1, 9)
-        pairs = [(g, h) for g, h in self.levels[0].near_apart(data) if (rigid[g] and still[h]) or (rigid[h] and still[g])]
-        far = [(mujoco.mj_geomDistance(model, data, g, h, FAR, None), g, h) for g, h in pairs if self.need.item(g, h) > -math.inf]
+        pairs = [
+            (g, h)
+            for g, h in self.levels[0].near_apart(data)
+            if (rigid[g] and still[h]) or (rigid[h] and still[g])
+        ]
+        far = [
+            (mujoco.mj_geomDistance(model, data, g, h, FAR, None), g, h)
+            for g, h in pairs
+            if self.need.item(g, h) > -math.inf
+        ]
         close = sorted((d, g, h) for d, g, h in far if d < self.need.item(g, h))
         if not close:
             return None
@@ -148,7 +163,11 @@ class PlanningScene(Value):
         named = list(dict.fromkeys(pair[:2] for pair in touch))[:2]
         reason = ", ".join(str(self._state(self.robot.home, *deepest[names])) for names in named)
         there = {name: tcp * pose for name, pose in self.held.items()}
-        drawn = None if hand else replace(self._state(self.robot.home, *touch[0]), held={}, moved={**self.displaced, **there})
+        drawn = (
+            None
+            if hand
+            else replace(self._state(self.robot.home, *touch[0]), held={}, moved={**self.displaced, **there})
+        )
         return refusal(reason, blocking=() if "" in loose else (tuple(sorted(loose)),), collision=drawn)
 
     def line_free(self, a: Position, b: Position) -> bool:
@@ -159,7 +178,8 @@ class PlanningScene(Value):
         return self._clear(JointLine(a, b))
 
     def blend_free(self, start: Floats, corner: Floats, goal: Floats) -> bool:
-        """Check that the parabola that rounds the corner of a joint path is free; the positions at its ends are known to be free."""
+        """Check that the parabola that rounds the corner of a joint path is free; the positions at its
+        ends are known to be free."""
         return self._clear(JointBlend(start, corner, goal))
 
     def _clear(self, line: JointLine) -> bool:
@@ -173,11 +193,13 @@ class PlanningScene(Value):
         return True
 
     def line_probed(self, a: Position, b: Position) -> bool:
-        """Check that the end of a joint-space line and samples on it, ``PROBED`` apart, are free; between samples it may be blocked."""
+        """Check that the end of a joint-space line and samples on it, ``PROBED`` apart, are free; between
+        samples it may be blocked."""
         return self.free(b) and all(map(self._keeps, JointLine(a, b).probes()))
 
     def blocked(self, a: Position, b: Position) -> float | None:
-        """Return the fraction of the straight joint-space line where it is first blocked; None when it is free."""
+        """Return the fraction of the straight joint-space line where it is first blocked; None when it is
+        free."""
         if not self.free(a):
             return 0.0
         line = JointLine(a, b)
@@ -187,8 +209,8 @@ class PlanningScene(Value):
     def collisions(self, q: Position) -> tuple[tuple[str, str, float], ...]:
         """Return the pairs that are closer than their required distance: (one, other, depth), deepest first.
 
-        Depth is positive inside each other and negative for a distance that is too small [m]. Names are those of
-        ``Owner.touch``: "thing", "thing/part", "effector/left", "mount/link".
+        Depth is positive inside each other and negative for a distance that is too small [m]. Names are those
+        of ``Owner.touch``: "thing", "thing/part", "effector/left", "mount/link".
         """
         found: dict[tuple[str, str], float] = {}
         for g, h, d in self._look(q, self.levels[0]):
@@ -202,7 +224,10 @@ class PlanningScene(Value):
 
         At most ``HORIZON``, negative inside each other.
         """
-        return min((d for _, _, d in self._look(q, inflated(self.compiled.model, self.movers.apart(), HORIZON))), default=HORIZON)
+        return min(
+            (d for _, _, d in self._look(q, inflated(self.compiled.model, self.movers.apart(), HORIZON))),
+            default=HORIZON,
+        )
 
     def why(self, q: Position) -> str:
         """Explain in words and numbers why a joint position is not free; "" if it is free."""
@@ -220,25 +245,38 @@ class PlanningScene(Value):
     def _state(self, q: Position, one: str, other: str, depth: float) -> Collision:
         base = next(m.base for m in self.compiled.world.robots if m.name == self.index.name)
         joints = tuple(round(float(v), 6) for v in q)
-        return Collision(one, other, depth, self.index.name, base, joints, self.opening, dict(self.held), dict(self.displaced))
+        return Collision(
+            one,
+            other,
+            depth,
+            self.index.name,
+            base,
+            joints,
+            self.opening,
+            dict(self.held),
+            dict(self.displaced),
+        )
 
     def blocking(self, q: Position) -> tuple[str, ...]:
         """Return the things, sorted, all of which must be moved before a joint position can be free.
 
-        None where it stays blocked whatever tasks move: by the robot, by what is fixed or held, or by a limit.
+        None where it stays blocked whatever tasks move: by the robot, by what is fixed or held, or by a
+        limit.
         """
         close = (p for p in self._look(q, self.levels[0]) if p[2] < self._needed(q, *p[:2]))
         loose = {self._loose(g, h) for g, h, _ in close} if self._inside(q) else set()
         return () if "" in loose else tuple(sorted(loose))
 
     def _loose(self, *pair: int) -> str:
-        """The thing of a pair of geoms that is not in the hand and that a task could move; "" where there is none."""
+        """The thing of a pair of geoms that is not in the hand and that a task could move; "" where there
+        is none."""
         world, owners = self.compiled.world, self.compiled.owners
         still = (owners[g].name for g in pair if owners[g].kind == "thing" and not self.moved[g].any())
         return next((n for n in still if world.thing(n).movable or world.thing(n).joint is not None), "")
 
     def relaxed(self, anchors: Sequence[Position], start: Position | None = None) -> PlanningScene:
-        """Return this scene with less clearance required near some joint positions (``anchors``): no more than the arm has there.
+        """Return this scene with less clearance required near some joint positions (``anchors``): no more
+        than the arm has there.
 
         Args:
             start: anchor in which contacts may be as deep as those of things that lean on one another.
@@ -247,12 +285,20 @@ class PlanningScene(Value):
         return replace(self, anchors=tuple((q, closer) for q, closer in found if closer), known={})
 
     def at(self, poses: Mapping[str, Pose]) -> PlanningScene:
-        """Return the same scene with movable things elsewhere; poses in the world. A held thing stays in the hand."""
+        """Return the same scene with movable things elsewhere; poses in the world. A held thing stays in
+        the hand."""
         data = mujoco.MjData(self.compiled.model)
         data.qpos[:] = self.data.qpos
         for name, pose in poses.items():
             self.compiled.place(data, name, pose)
-        return replace(self, data=data, joints=joint_view(data, self.index), displaced={**self.displaced, **poses}, anchors=(), known={})
+        return replace(
+            self,
+            data=data,
+            joints=joint_view(data, self.index),
+            displaced={**self.displaced, **poses},
+            anchors=(),
+            known={},
+        )
 
     def tcp(self, q: Position) -> Pose:
         """Return the pose of the tcp in the world frame."""
@@ -305,7 +351,8 @@ class PlanningScene(Value):
         """Yield pairs (one, other, distance) of those geom pairs that may not touch, with the distance
         between their shapes [m].
 
-        Each is measured when it is asked for: the first one that is too close ends most checks of blocked positions.
+        Each is measured when it is asked for: the first one that is too close ends most checks of blocked
+        positions.
         """
         model, data, need = self.compiled.model, self.data, self.need
         for g, h in near:
@@ -320,12 +367,14 @@ class PlanningScene(Value):
         return need
 
     def _anchor(self, q: Position, deepest: float = TOUCH) -> tuple[Joints, Mapping[tuple[int, int], float]]:
-        near = {(g, h): d - 1e-5 for g, h, d in self._look(q, self.levels[0]) if -deepest <= d < self.need[g, h]}
+        near = {
+            (g, h): d - 1e-5 for g, h, d in self._look(q, self.levels[0]) if -deepest <= d < self.need[g, h]
+        }
         return tuple(float(v) for v in q), near
 
     def _judge(self, line: JointLine, part: Part) -> list[Part] | None:
-        """Check the middle of a part of a joint-space line: return the smaller parts that must still be checked,
-        None if the middle is blocked.
+        """Check the middle of a part of a joint-space line: return the smaller parts that must still be
+        checked, None if the middle is blocked.
 
         The distances at the middle clear a part of the line to both sides, too.
         """
@@ -352,11 +401,15 @@ class PlanningScene(Value):
             return []
         count = max(1, math.ceil((half - clear) / (2 * reach)))
         step = (half - clear) / count
-        before, after = [low + k * step for k in range(count)], [middle + clear + k * step for k in range(count)]
+        before, after = (
+            [low + k * step for k in range(count)],
+            [middle + clear + k * step for k in range(count)],
+        )
         return [(at, at + step, known) for at in before + after]
 
     def _first(self, line: JointLine, part: Part) -> float | None:
-        """Return where the arm is first blocked on a part of a joint-space line, as a share 0 to 1 of the line; None if nowhere."""
+        """Return where the arm is first blocked on a part of a joint-space line, as a share 0 to 1 of the
+        line; None if nowhere."""
         halves = self._judge(line, part)
         low, high, rates = part
         if halves is None:
@@ -373,5 +426,3 @@ def joint_view(data: Any, index: RobotIndex) -> Floats:
     it moves the joints."""
     joints: Floats = data.qpos[index.joints[0] : index.joints[0] + len(index.joints)]
     return joints
-
-

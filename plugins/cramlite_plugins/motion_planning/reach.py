@@ -22,11 +22,11 @@ from .too_far import no_inverse
 
 Joints = tuple[float, ...]
 SIGMAS = 2.0
-"""Standard deviations of a thing's position that paths keep from it beyond their clearance: 98 % of normal errors along the
-line between two bodies are smaller."""
+"""Standard deviations of a thing's position that paths keep from it beyond their clearance: 98 % of normal
+errors along the line between two bodies are smaller."""
 WIDEST = 0.01
-"""Largest clearance for an uncertain pose [m]; less certain things, such as those in a basket, are kept in place
-by something else."""
+"""Largest clearance for an uncertain pose [m]; less certain things, such as those in a basket, are kept in
+place by something else."""
 TRIED = 24  # nearest inverse solutions that are looked at: eight branches with their nearest turns
 
 
@@ -65,10 +65,14 @@ def make_scene(
     poses = {name: e.pose for name, e in belief.poses.items() if belief.world.thing(name).movable}
     held = belief.in_hand()
     movers = ("effector", *held) if hand else held
-    pairs = frozenset(frozenset((m, t)) for m in movers for e in touch for t in _touchable(belief, e) if m != t)
+    pairs = frozenset(
+        frozenset((m, t)) for m in movers for e in touch for t in _touchable(belief, e) if m != t
+    )
     jointed = [t for t in belief.world.things if t.name in held and t.joint is not None]
     pairs |= frozenset(frozenset((t.name, name)) for t in jointed for name in mounts(t, belief.world))
-    extra: dict[str, Any] = {"wider": uncertainty_margins(belief)} if clearance is None else {"clearance": clearance}
+    extra: dict[str, Any] = (
+        {"wider": uncertainty_margins(belief)} if clearance is None else {"clearance": clearance}
+    )
     width = belief.opening if opening is None else opening
     robots = {context.robot.type: context.robot}
     return scene(
@@ -110,8 +114,8 @@ def touched(names: Iterable[str], context: Context) -> list[str]:
 
 
 def collision_free_ik(place: PlanningScene, context: Context, pose: Pose, seed: Joints) -> Joints | Refused:
-    """Return the collision-free inverse kinematics solution nearest to joint position ``seed``; or the reason for
-    none, and the obstacles.
+    """Return the collision-free inverse kinematics solution nearest to joint position ``seed``; or the reason
+    for none, and the obstacles.
 
     Args:
         pose: of the TCP in the base frame.
@@ -152,7 +156,12 @@ def shift(pose: Pose, by: ArrayLike) -> Pose:
 
 
 def traverse(
-    location: Location, belief: Belief, context: Context, shifts: Iterable[ArrayLike], name: str, cost: float = 0.0
+    location: Location,
+    belief: Belief,
+    context: Context,
+    shifts: Iterable[ArrayLike],
+    name: str,
+    cost: float = 0.0,
 ) -> Grounding:
     """Return a path of translations of the TCP [m] from where it is; every corner must be reachable.
 
@@ -168,7 +177,9 @@ def traverse(
             said = f"corner {k} of {len(path)} of '{name}': {there.reason}"
             raise there.impossible(said, causes(location, context))
         seed = there
-    return Grounding(Place(path[0], path[0], path=path, thing=bound(context, location.of)), name, cost, key=name)
+    return Grounding(
+        Place(path[0], path[0], path=path, thing=bound(context, location.of)), name, cost, key=name
+    )
 
 
 def causes(location: Location, context: Context) -> tuple[str, ...]:
@@ -176,13 +187,20 @@ def causes(location: Location, context: Context) -> tuple[str, ...]:
 
     Every place it was led to, the grasp among them, and the reference object.
     """
-    return (*(name for name, value in context.bindings.items() if isinstance(value, Place)), location.of or "")
+    return (
+        *(name for name, value in context.bindings.items() if isinstance(value, Place)),
+        location.of or "",
+    )
 
 
 def taken_at(belief: Belief, context: Context) -> tuple[str, ...]:
     """Return the names of the payload's grasps, on which its pose in the hand depends."""
     held = belief.held.thing if belief.held else ""
-    return tuple(n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing == held and v.grip is not None)
+    return tuple(
+        n
+        for n, v in context.bindings.items()
+        if isinstance(v, Place) and v.thing == held and v.grip is not None
+    )
 
 
 def led_by(location: Location, context: Context) -> tuple[str, ...]:
@@ -190,14 +208,17 @@ def led_by(location: Location, context: Context) -> tuple[str, ...]:
 
     Another way of doing such a task may have a free motion.
     """
-    leading = (m for m in context.agenda if isinstance(m, Motion) and m.to is not None and m.to.name == location.name)
+    leading = (
+        m for m in context.agenda if isinstance(m, Motion) and m.to is not None and m.to.name == location.name
+    )
     return tuple(dict.fromkeys(whole for m in leading for whole in [*enclosing_names(m.name)][1:2]))
 
 
 def led_here(context: Context) -> tuple[str, ...]:
     """Return the names of the earlier choices that led the hand to its present pose.
 
-    A way to a pose nearby depends on them: the last place, and earlier ones of the same thing, such as the grasp of a released payload.
+    A way to a pose nearby depends on them: the last place, and earlier ones of the same thing, such as the
+    grasp of a released payload.
     """
     places = {name: value.thing for name, value in context.bindings.items() if isinstance(value, Place)}
     last = next(reversed(places.values()), "")

@@ -55,7 +55,11 @@ def _largest(
         ends = [scene.tip(corner + share * (other - corner)) for other in (before, after)]
         room = min(math.dist(centre, ends[0]) - slack, math.dist(centre, ends[1]))
         radius = math.floor(room / DIGIT - 1e-6) * DIGIT
-        zones = [zone(scene.tip, corner, other, radius) for other in (before, after)] if radius >= SMALL else [None]
+        zones = (
+            [zone(scene.tip, corner, other, radius) for other in (before, after)]
+            if radius >= SMALL
+            else [None]
+        )
         if None in zones:
             continue
         into, out = float(zones[0] or 0.0), float(zones[1] or 0.0)

@@ -1,7 +1,7 @@
 """Queries of OMPL's RRTConnect between joint positions.
 
-OMPL's generator is global to the process, so queries of one process run one after the other. Every decision depends on counted work:
-the wall clock only ends a run that is far beyond any normal one.
+OMPL's generator is global to the process, so queries of one process run one after the other. Every decision
+depends on counted work: the wall clock only ends a run that is far beyond any normal one.
 
 Source: Kuffner and LaValle, RRT-Connect, ICRA 2000; OMPL (Sucan, Moll, Kavraki, 2012).
 """
@@ -20,7 +20,8 @@ from cramlite.plugin import checkpoint, stop_asked
 from .space import FreeLines, Joints, Space
 
 RANGE = 0.5
-"""Longest tree extension [rad]. Of 16 queries in cages 16 were solved with it in 6,000 samples, 15 with 1.0 and 12 with 0.3."""
+"""Longest tree extension [rad]. Of 16 queries in cages 16 were solved with it in 6,000 samples, 15 with
+1.0 and 12 with 0.3."""
 
 
 class Answer(Value):
@@ -82,8 +83,8 @@ def _query(
     scene: Space, lines: FreeLines, origin: Joints, goals: Sequence[Joints], box: Sequence[tuple[float, float]],
     seed: int, budget: int, ends: float,
 ) -> Answer:  # fmt: skip
-    """Run one path query of OMPL. All objects of OMPL are local to this function, and none refers back to it, so
-    that all are freed at its end."""
+    """Run one path query of OMPL. All objects of OMPL are local to this function, and none refers back to
+    it, so that all are freed at its end."""
     from ompl import base, geometric, util
 
     util.setLogLevel(util.LogLevel.LOG_NONE)

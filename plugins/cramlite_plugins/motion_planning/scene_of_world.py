@@ -1,4 +1,5 @@
-"""Planning scenes of a world: which things move with the arm, what may touch, and which distances are kept."""
+"""Planning scenes of a world: which things move with the arm, what may touch, and which distances are
+kept."""
 
 from __future__ import annotations
 
@@ -45,8 +46,8 @@ def scene(
         poses: where things are now, in the world frame; those not named are where the world has them.
         held: thing -> its pose in the tcp frame: moves with the tool and may touch the gripper.
         opening: distance between the pads [m]; None is fully open.
-        allowed: unordered pairs of names that may touch: "thing", "thing/part", "effector", "effector/left", "arm" or
-            "mount/link". A pair allows every part of what it names.
+        allowed: unordered pairs of names that may touch: "thing", "thing/part", "effector", "effector/left",
+            "arm" or "mount/link". A pair allows every part of what it names.
         clearance: distance that every other pair must keep [m], up to ``HORIZON``.
         wider: thing -> what is kept from it beyond the clearance [m]; both together up to ``HORIZON``.
 
@@ -70,7 +71,11 @@ def scene(
     need = required_distances(compiled, movers, allowed, clearance, wider)
     distances = (most, *(v for v in LEVELS if v > most))
     levels = tuple(inflated_model(kept, mount, v) for v in distances)
-    displaced = {name: pose for name, pose in (poses or {}).items() if pose != world.thing(name).pose and name not in held}
+    displaced = {
+        name: pose
+        for name, pose in (poses or {}).items()
+        if pose != world.thing(name).pose and name not in held
+    }
     return PlanningScene(
         compiled, index, data, joint_view(data, index), need, movers, first, levels, KEPT * most, [0], width, held, displaced
     )  # fmt: skip

@@ -57,7 +57,9 @@ def _skip_corners(scene: FreeLines, path: Points, speed: float, acceleration: fl
     result, i = [path[0]], 0
     while i < len(path) - 1:
         for j in range(len(path) - 1, i, -1):
-            gain = duration(path[i : j + 1], speed, acceleration) - duration((path[i], path[j]), speed, acceleration)
+            gain = duration(path[i : j + 1], speed, acceleration) - duration(
+                (path[i], path[j]), speed, acceleration
+            )
             if j == i + 1 or (gain > 0 and scene.line_free(path[i], path[j])):
                 result.append(path[j])
                 i = j
@@ -92,7 +94,8 @@ def _cut(
 def _pull(
     path: Points, rng: np.random.Generator, speed: float, acceleration: float
 ) -> tuple[Points, list[tuple[Joints, Joints]]]:
-    """Move one corner towards the line between its neighbours, each joint by a random share of the distance."""
+    """Move one corner towards the line between its neighbours, each joint by a random share of the
+    distance."""
     k = int(rng.integers(1, len(path) - 1))
     a, b, c = (np.asarray(p) for p in path[k - 1 : k + 2])
     line = a + (c - a) * rng.uniform(0.2, 0.8)

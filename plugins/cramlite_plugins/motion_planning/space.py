@@ -22,7 +22,8 @@ class FreeBlends(FreeLines, Protocol):
     """Interface of a joint space in which the corners of a path are rounded off."""
 
     def blend_free(self, start: Floats, corner: Floats, goal: Floats) -> bool:
-        """Check that the parabola that rounds the corner of a joint path is free; the positions at its ends are known to be free."""
+        """Check that the parabola that rounds the corner of a joint path is free; the positions at its
+        ends are known to be free."""
 
     def tip(self, q: Sequence[float] | Floats) -> Floats:
         """Return the position (3,) of the tcp [m]."""
@@ -43,7 +44,8 @@ class Space(FreeBlends, Protocol):
         """Check whether the arm is inside its limits and keeps its clearance at a joint position [rad]."""
 
     def blocked(self, a: Sequence[float], b: Sequence[float]) -> float | None:
-        """Return the fraction of the straight joint-space line where it is first blocked; None when it is free."""
+        """Return the fraction of the straight joint-space line where it is first blocked; None when it is
+        free."""
 
     def why(self, q: Sequence[float]) -> str:
         """Explain in words and numbers why a joint position is not free; "" if it is free."""
@@ -57,11 +59,13 @@ class Space(FreeBlends, Protocol):
         limits."""
 
     def relaxed(self, anchors: Sequence[Sequence[float]]) -> Space:
-        """Return this scene with less clearance required near some joint positions (``anchors``): no more than the arm has there."""
+        """Return this scene with less clearance required near some joint positions (``anchors``): no more
+        than the arm has there."""
 
 
 class Probed(Value):
-    """Space in which lines are checked only at places some distance apart; a path found in it needs a full check later.
+    """Space in which lines are checked only at places some distance apart; a path found in it needs a full
+    check later.
 
     Args:
         space: in which states are looked at.
@@ -75,23 +79,30 @@ class Probed(Value):
 
 
 def all_of(stopped: Collection[Refused]) -> tuple[tuple[str, ...], ...]:
-    """Return the things that must all be moved to free a way on which several refusals lie, as one set; () if no task can move
-    some obstacle on it."""
+    """Return the things that must all be moved to free a way on which several refusals lie, as one set; ()
+    if no task can move some obstacle on it."""
     if not all(no.blocking for no in stopped):
         return ()
     return (tuple(sorted(frozenset[str]().union(*(no.in_the_way for no in stopped)))),)
 
 
 def refusal(
-    reason: str, *, blocking: InTheWay = (), collision: Collision | None = None, remedy: Remedy | None = None, **numbers: float
+    reason: str,
+    *,
+    blocking: InTheWay = (),
+    collision: Collision | None = None,
+    remedy: Remedy | None = None,
+    **numbers: float,
 ) -> Refused:
-    """Make a refusal without the name of the alternative that it refuses; the name is added later (see ``Refused.of``).
+    """Make a refusal without the name of the alternative that it refuses; the name is added later (see
+    ``Refused.of``).
 
     Args:
         reason: a clause with numbers.
         blocking: the movable things that are in the way; None where that is not known.
         collision: the state that the reason speaks of, where that is a collision.
         remedy: what is missing and what to try.
-        numbers: "samples" of a search, "truncated" where the wall clock ended it, "fraction" of a straight motion that was reached.
+        numbers: "samples" of a search, "truncated" where the wall clock ended it, "fraction" of a straight
+            motion that was reached.
     """
     return Refused("", reason, numbers=numbers, blocking=blocking, collision=collision, remedy=remedy)

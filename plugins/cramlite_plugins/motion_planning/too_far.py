@@ -25,5 +25,9 @@ def no_inverse(robot: Robot, pose: Pose) -> Remedy | None:
 
 def _says(gap: float, robot: Robot) -> str:
     far = f"{abs(gap):.2f} m" if abs(gap) >= NEAR else f"{math.ceil(1000 * abs(gap))} mm"
-    how, to = (f"{far} out of reach of", "nearer") if gap > 0 else (f"{far} too near to the base of", "farther away")
+    how, to = (
+        (f"{far} out of reach of", "nearer")
+        if gap > 0
+        else (f"{far} too near to the base of", "farther away")
+    )
     return f"is {how} arm '{robot.type}': move it at least so much {to}, {NEARER}"

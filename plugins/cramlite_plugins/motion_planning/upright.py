@@ -1,10 +1,12 @@
-"""Transfers under an orientation constraint: a joint-space line if it keeps the load upright, else straight tcp lines.
+"""Transfers under an orientation constraint: a joint-space line if it keeps the load upright, else straight
+tcp lines.
 
-How far a load may tilt is knowledge (``cram:tiltLimitDeg`` of its class). A sampling planner hardly ever stays in so
-thin a set; straight lines between upright poses stay in it by themselves, on the branch that the arm is on. They lead
-up, over and down: straight over, or around the robot's base, as high as it takes; and where something hangs over the end, down before
-that, nearer to the robot, and on to it. Joint-space lines between points of such a way
-are shortened and rounded off as other transfers are, as far as they keep the load upright, too: they stop nowhere.
+How far a load may tilt is knowledge (``cram:tiltLimitDeg`` of its class). A sampling planner hardly ever
+stays in so thin a set; straight lines between upright poses stay in it by themselves, on the branch that the
+arm is on. They lead up, over and down: straight over, or around the robot's base, as high as it takes; and
+where something hangs over the end, down before that, nearer to the robot, and on to it. Joint-space lines
+between points of such a way are shortened and rounded off as other transfers are, as far as they keep the
+load upright, too: they stop nowhere.
 """
 
 from __future__ import annotations
@@ -33,11 +35,19 @@ from .space import Joints, refusal
 
 PROPERTY = "cram:tiltLimitDeg"
 LIFTS = (0.0, 0.1, 0.2, 0.3)  # how far above the higher end the load is carried [m], tried in this order
-BEFORE = (0.0, 0.12)  # nearer to the robot the load comes down [m], tried in this order: the second is more than half of what hands carry
+BEFORE = (
+    0.0,
+    0.12,
+)  # nearer to the robot the load comes down [m], tried in this order: the second is more than half of what hands carry
 ARC = 0.5  # between two corners of a way around the base, about its axis [rad]
 STEP = 0.02, 0.05  # of the look at the tilt along a way [m, rad]; of a joint-space line the second
-SPEED, ACCELERATION = 0.2, 0.5  # of the tcp [m/s, m/s2]: a level surface then tilts by atan(0.5 / 9.81) = 3 degrees
-SLACK = math.radians(0.5)  # how far an executed tilt may be from a planned one: the servo's lag is below 7 mrad
+SPEED, ACCELERATION = (
+    0.2,
+    0.5,
+)  # of the tcp [m/s, m/s2]: a level surface then tilts by atan(0.5 / 9.81) = 3 degrees
+SLACK = math.radians(
+    0.5
+)  # how far an executed tilt may be from a planned one: the servo's lag is below 7 mrad
 
 
 DEVIATION = 0.0005  # of chords on which a load is looked at from a blend's parabola, in any joint [rad]
@@ -79,11 +89,15 @@ class UprightScene(Value):
     carry: Load
 
     def line_free(self, a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> bool:
-        """Check whether the straight joint-space line from a free position is free, and the load upright all along it."""
-        return all(map(self._keeps, resampled((tuple(a), tuple(b)), STEP[1]).tolist())) and self.scene.line_free(a, b)
+        """Check whether the straight joint-space line from a free position is free, and the load upright
+        all along it."""
+        return all(
+            map(self._keeps, resampled((tuple(a), tuple(b)), STEP[1]).tolist())
+        ) and self.scene.line_free(a, b)
 
     def blend_free(self, start: Floats, corner: Floats, goal: Floats) -> bool:
-        """Check whether the parabola between two free positions is free, and the load upright all along it."""
+        """Check whether the parabola between two free positions is free, and the load upright all along
+        it."""
         curve = Corner(start, corner, goal, 1.0).sampled(DEVIATION)
         places = resampled([tuple(q.tolist()) for q in curve], STEP[1])
         return all(map(self._keeps, places.tolist())) and self.scene.blend_free(start, corner, goal)
@@ -127,16 +141,28 @@ def carried(
     """
     here, there = forward(context.robot, belief.joints), forward(context.robot, goals[0])
     if carry.tilt(there) > carry.limit:
-        raise Unresolvable(f"at the stand-off of {motion.to} {_tilted(carry, carry.tilt(there))}", _causes(motion, context), blocking=())
+        raise Unresolvable(
+            f"at the stand-off of {motion.to} {_tilted(carry, carry.tilt(there))}",
+            _causes(motion, context),
+            blocking=(),
+        )
     about = f"'{carry.thing}' at most {math.degrees(carry.limit + SLACK):.0f} deg from upright ({PROPERTY})"
     if no := start_blocked(scene, belief.joints):
-        raise Unresolvable(f"no path to {motion.to}: {no.reason}", blocking=no.blocking, collision=no.collision)
+        raise Unresolvable(
+            f"no path to {motion.to}: {no.reason}", blocking=no.blocking, collision=no.collision
+        )
     for goal in goals:
         eased = scene.relaxed([belief.joints, goal])
         if UprightScene(eased, carry).line_free(belief.joints, goal):
             step = joint_move(motion, context.robot, (belief.joints, goal), pace)
             seconds = duration((belief.joints, goal), step.speed, step.acceleration)
-            yield Grounding((step,), f"one line, {seconds:.1f} s, {about}", seconds / 100, belief.moved(goal), key=f"{goal}")
+            yield Grounding(
+                (step,),
+                f"one line, {seconds:.1f} s, {about}",
+                seconds / 100,
+                belief.moved(goal),
+                key=f"{goal}",
+            )
             break
     yield from _over(motion, place, belief, context, carry, scene, (here, there), about, pace)
 
@@ -145,8 +171,8 @@ def _over(
     motion: Motion, place: Place, belief: Belief, context: Context, carry: Load, scene: PlanningScene, ends: tuple[Pose, Pose],
     about: str, pace: tuple[float, float],
 ) -> Iterator[Grounding]:  # fmt: skip
-    """Yield motions on the first free path that lifts a load, carries it across and lowers it: one with rounded
-    corners, and one of straight lines of the tcp."""
+    """Yield motions on the first free path that lifts a load, carries it across and lowers it: one with
+    rounded corners, and one of straight lines of the tcp."""
     nearest, blocking = refusal("none"), dict[str | tuple[str, ...], None]()
     for before, lift, around in product(BEFORE, LIFTS, (False, True)):
         corners = waypoints_over(*ends, carry.up, lift, around, before)
@@ -162,10 +188,18 @@ def _over(
         lengths = [a.distance(b)[0] for a, b in pairwise((ends[0], *corners))]
         seconds = sum(trapezoid(v, SPEED, ACCELERATION) for v in lengths)
         reason = f"{len(steps)} straight lines, {seconds:.1f} s, {about}"
-        yield Grounding(steps, reason, 0.05 + seconds / 100, belief.moved(found[-1][-1]), key=f"over {lift} {around} {before}")
+        yield Grounding(
+            steps,
+            reason,
+            0.05 + seconds / 100,
+            belief.moved(found[-1][-1]),
+            key=f"over {lift} {around} {before}",
+        )
         return
     reason = f"no way to {motion.to} keeps {about}; the last one tried: {nearest.reason}"
-    raise Unresolvable(reason, _causes(motion, context), blocking=tuple(blocking), collision=nearest.collision)
+    raise Unresolvable(
+        reason, _causes(motion, context), blocking=tuple(blocking), collision=nearest.collision
+    )
 
 
 @lru_cache(maxsize=256)
@@ -185,7 +219,8 @@ def _rounded_off(
     motion: Motion, belief: Belief, context: Context, carry: Load, scene: PlanningScene, lines: Sequence[Sequence[Joints]],
     about: str, pace: tuple[float, float],
 ) -> Iterator[Grounding]:  # fmt: skip
-    """Yield one joint-space motion close to straight lines of the tcp, if such a motion keeps the payload upright.
+    """Yield one joint-space motion close to straight lines of the tcp, if such a motion keeps the payload
+    upright.
 
     Args:
         lines: joint positions along each of them.
@@ -217,8 +252,11 @@ def _chords(space: UprightScene, line: Sequence[Joints]) -> list[Joints] | None:
     return None if halves[0] is None or halves[1] is None else [*halves[0], *halves[1]]
 
 
-def waypoints_over(here: Pose, there: Pose, up: Sequence[float], lift: float, around: bool, before: float = 0.0) -> list[Pose]:
-    """Return the waypoints of a transfer up, across and down: poses of the tcp in the base frame, the start left out.
+def waypoints_over(
+    here: Pose, there: Pose, up: Sequence[float], lift: float, around: bool, before: float = 0.0
+) -> list[Pose]:
+    """Return the waypoints of a transfer up, across and down: poses of the tcp in the base frame, the start
+    left out.
 
     Args:
         up: the vertical; a way around turns about the base's z axis.
@@ -256,8 +294,14 @@ def _arc(a: Pose, b: Pose) -> list[Pose]:
     corners = []
     for k in range(1, count):
         part = k / count
-        angle, radius, pose = angles[0] + part * turn, radii[0] + part * (radii[1] - radii[0]), interpolate(a, b, part)
-        corners.append(Pose((radius * math.cos(angle), radius * math.sin(angle), pose.position[2]), pose.quaternion))
+        angle, radius, pose = (
+            angles[0] + part * turn,
+            radii[0] + part * (radii[1] - radii[0]),
+            interpolate(a, b, part),
+        )
+        corners.append(
+            Pose((radius * math.cos(angle), radius * math.sin(angle), pose.position[2]), pose.quaternion)
+        )
     return corners
 
 
@@ -270,7 +314,10 @@ def _followed(
     worst = max(carry.tilt(p) for p in sampled(here, corners, *STEP))
     if worst > carry.limit:
         return refusal(_tilted(carry, worst))
-    for follow in (_quickly, partial(_closely, scene)):  # whether the arm can follow is known sooner than whether it is free
+    for follow in (
+        _quickly,
+        partial(_closely, scene),
+    ):  # whether the arm can follow is known sooner than whether it is free
         q, result = belief.joints, list[Sequence[Joints]]()
         for corner in corners:
             found = follow(context.robot, q, corner)

@@ -1,9 +1,9 @@
-"""How far primitives and things reach in a direction (support function), and the space that they take: boxes, corners,
-volume.
+"""How far primitives and things reach in a direction (support function), and the space that they take: boxes,
+corners, volume.
 
-The support function of a convex shape says how far it reaches in a direction, max over its points x of x . way
-(Ericson: Real-Time Collision Detection, 2005, section 9.5); boxes around shapes follow from it. Radii and half-lengths
-are those of ``cramlite.model.Geom``.
+The support function of a convex shape says how far it reaches in a direction, max over its points x of x .
+way (Ericson: Real-Time Collision Detection, 2005, section 9.5); boxes around shapes follow from it. Radii and
+half-lengths are those of ``cramlite.model.Geom``.
 """
 
 from __future__ import annotations
@@ -32,7 +32,11 @@ def support(thing: Thing, pose: Pose, way: ArrayLike) -> float:
     function, in the frame of the pose."""
     direction = np.asarray(way, dtype=float)
     points, round_ = _parts(Itself(thing.geoms))
-    along = [float((points @ (pose.rotation.T @ direction)).max() + np.asarray(pose.position) @ direction)] if len(points) else []
+    along = (
+        [float((points @ (pose.rotation.T @ direction)).max() + np.asarray(pose.position) @ direction)]
+        if len(points)
+        else []
+    )
     return max([*along, *(_support(geom, pose, direction) for geom in round_)])
 
 
@@ -45,12 +49,14 @@ def _parts(geoms: Itself[tuple[Geom, ...]]) -> tuple[Floats, tuple[Geom, ...]]:
 
 
 def lowest(thing: Thing, pose: Pose) -> float:
-    """Height of a thing's lowest point above its own origin [m], turned as in a pose whose parent frame's z is up."""
+    """Height of a thing's lowest point above its own origin [m], turned as in a pose whose parent frame's
+    z is up."""
     return -support(thing, Pose((0.0, 0.0, 0.0), pose.quaternion), (0.0, 0.0, -1.0))
 
 
 def height(thing: Thing, pose: Pose) -> float:
-    """Height of a thing [m], from its lowest point to its highest, turned as in a pose whose parent frame's z is up."""
+    """Height of a thing [m], from its lowest point to its highest, turned as in a pose whose parent
+    frame's z is up."""
     return support(thing, pose, (0.0, 0.0, 1.0)) + support(thing, pose, (0.0, 0.0, -1.0))
 
 
@@ -85,14 +91,14 @@ def extents(geoms: Iterable[Geom]) -> Vector3:
 
 
 def corners(thing: Thing, pose: Pose) -> Floats:
-    """Points (n, 3) whose convex hull holds a thing at a pose [m]: corners of hulls and boxes, and of the boxes around
-    round primitives along their own axes."""
+    """Points (n, 3) whose convex hull holds a thing at a pose [m]: corners of hulls and boxes, and of the
+    boxes around round primitives along their own axes."""
     return np.concatenate([_corners(geom, pose) for geom in thing.geoms])
 
 
 def near(thing: Thing, pose: Pose, area: tuple[float, float, float, float]) -> bool:
-    """Check whether a thing's bounding ball about its origin is over, in or under a rectangle; if not, no point
-    of the thing is.
+    """Check whether a thing's bounding ball about its origin is over, in or under a rectangle; if not, no
+    point of the thing is.
 
     Args:
         pose: of the thing in the frame of the rectangle.
@@ -151,7 +157,8 @@ def _corners(geom: Geom, pose: Pose) -> Floats:
 
 
 def centre_of_mass(thing: Thing) -> Vector3:
-    """Centre of mass in the thing's frame [m]: the stated one, else of the body's geoms with an even density."""
+    """Centre of mass in the thing's frame [m]: the stated one, else of the body's geoms with an even
+    density."""
     if thing.inertia is not None:
         return thing.inertia.centre
     body = [g for g in thing.geoms if not g.part] or list(thing.geoms)

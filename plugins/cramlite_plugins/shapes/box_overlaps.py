@@ -1,4 +1,5 @@
-"""Overlaps of many boxes with the convex parts of a body, by separating axes (Gottschalk, Lin and Manocha, SIGGRAPH 1996)."""
+"""Overlaps of many boxes with the convex parts of a body, by separating axes (Gottschalk, Lin and Manocha,
+SIGGRAPH 1996)."""
 
 from __future__ import annotations
 
@@ -34,7 +35,9 @@ def overlaps(shape: Body, centres: Floats, turns: Floats, half: Floats) -> NDArr
     own = np.array([g.pose.rotation for g in shape.geoms])[parts]
     sizes = np.array([g.half_extents for g in shape.geoms])[parts]
     between = np.einsum("kij,ki->kj", turns[rows], shape.centres[parts] - centres[rows])
-    found[rows, parts] = _meet(between, np.einsum("kij,kil->kjl", turns[rows], own), np.asarray(half) - SKIN, sizes)
+    found[rows, parts] = _meet(
+        between, np.einsum("kij,kil->kjl", turns[rows], own), np.asarray(half) - SKIN, sizes
+    )
     return found
 
 

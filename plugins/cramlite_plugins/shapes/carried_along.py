@@ -25,7 +25,8 @@ def carried_along(belief: Belief, name: str) -> dict[str, Estimate]:
     """Find the things that move along when a thing is moved, directly or through others: poses in the
     thing's frame.
 
-    What tasks or the scenario said to be in, on or hung on something is; of all else geometry says where it is.
+    What tasks or the scenario said to be in, on or hung on something is; of all else geometry says where it
+    is.
     """
     there = belief.poses[name].pose.inverse()
     found, new = list[str](), [name]
@@ -46,9 +47,11 @@ def pushed_along(belief: Belief, place: Place) -> Belief:
     return gone_along(belief, place.thing, place.carried.pushed_m * np.asarray(place.approach))
 
 
-def gone_along(belief: Belief, name: str, way: Floats, sigma: float = 0.0, source: str = CAME_ALONG) -> Belief:
-    """Return a belief in which a thing and all that moves along with it have moved by a vector (3,) in the base frame
-    [m], each with ``sigma`` more uncertainty."""
+def gone_along(
+    belief: Belief, name: str, way: Floats, sigma: float = 0.0, source: str = CAME_ALONG
+) -> Belief:
+    """Return a belief in which a thing and all that moves along with it have moved by a vector (3,) in the
+    base frame [m], each with ``sigma`` more uncertainty."""
     known, with_it = belief.poses[name], carried_along(belief, name)
     x, y, z = (np.asarray(known.pose.position) + np.asarray(belief.base().rotate(way))).tolist()
     there = Pose((x, y, z), known.pose.quaternion)
@@ -58,8 +61,8 @@ def gone_along(belief: Belief, name: str, way: Floats, sigma: float = 0.0, sourc
 
 
 def driven_before(belief: Belief, place: Place, way: Floats) -> Belief:
-    """Return a belief in which the things that a thing pushes ahead of itself on the way to its place have moved along
-    with it.
+    """Return a belief in which the things that a thing pushes ahead of itself on the way to its place have
+    moved along with it.
 
     ``way`` is the unit vector (3,) of this motion in the base frame.
     """
@@ -79,7 +82,9 @@ def _directly(belief: Belief, name: str) -> Iterator[str]:
     for thing in belief.world.things:
         if thing.movable and thing.joint is None and thing.name in belief.poses and thing.name != name:
             said = {thing_of(place) for p, one, place in belief.relations if one == thing.name and p in AT}
-            if name in said or (not said and (_is_in(belief, thing, carrier) or _stands_on(belief, thing, carrier))):
+            if name in said or (
+                not said and (_is_in(belief, thing, carrier) or _stands_on(belief, thing, carrier))
+            ):
                 yield thing.name
 
 

@@ -1,8 +1,8 @@
 """Cavities of things, found from their shape: the parts that would hold water, and the largest box in
 each.
 
-The thing is seen from above on a grid. Water is poured over it and runs off (priority flood: Barnes, Lehman, Mulla, Computers
-and Geosciences 62, 2014); what stays is as deep as the lowest place of the rim around it.
+The thing is seen from above on a grid. Water is poured over it and runs off (priority flood: Barnes, Lehman,
+Mulla, Computers and Geosciences 62, 2014); what stays is as deep as the lowest place of the rim around it.
 """
 
 from __future__ import annotations
@@ -32,7 +32,8 @@ def cavity(thing: Thing, pose: Pose) -> Feature | None:
         pose: of the thing in a frame whose z is up.
 
     Returns:
-        A ``cram:Cavity``: its pose is at the rim, z up; width, depth and height [m] of a box that fits into it.
+        A ``cram:Cavity``: its pose is at the rim, z up; width, depth and height [m] of a box that fits into
+        it.
     """
     up = np.round(pose.inverse().rotate((0.0, 0.0, 1.0)), 6)
     frame = Pose.from_axes((0, 0, 0), up, (1.0, 0.0, 0.0) if abs(up[0]) < 0.9 else (0.0, 1.0, 0.0))
@@ -60,7 +61,8 @@ def _placed(geoms: tuple[Geom, ...], turned: Pose) -> tuple[Geom, ...]:
 
 
 def heights(geoms: tuple[Geom, ...], turned: Pose, xs: Floats, ys: Floats) -> Floats:
-    """Return the height of the highest point of geoms over each cell of a grid; slits of one or two cells are filled.
+    """Return the height of the highest point of geoms over each cell of a grid; slits of one or two cells are
+    filled.
 
     Args:
         turned: pose of the geoms' thing in a frame whose z is up.
@@ -74,7 +76,9 @@ def heights(geoms: tuple[Geom, ...], turned: Pose, xs: Floats, ys: Floats) -> Fl
     x, y = np.meshgrid(xs, ys, indexing="ij")
     top = np.full(x.shape, -math.inf)
     for geom in geoms:
-        planes = hull_planes(tuple(map(tuple, np.round((turned * geom.pose).apply(_points(geom)), 7).tolist())))
+        planes = hull_planes(
+            tuple(map(tuple, np.round((turned * geom.pose).apply(_points(geom)), 7).tolist()))
+        )
         low, high = np.full(x.shape, -math.inf), np.full(x.shape, math.inf)
         for a, b, c, d in planes:
             rest = -(a * x + b * y + d)
@@ -105,8 +109,8 @@ def _points(geom: Geom) -> Floats:
 
 
 def _largest_pool(top: Floats, step: float) -> tuple[float, float, tuple[int, int, int, int]] | None:
-    """Hollow of a height map that would hold the most water: its water level, floor height, and largest box as row and
-    column ranges."""
+    """Hollow of a height map that would hold the most water: its water level, floor height, and largest
+    box as row and column ranges."""
     from scipy.ndimage import label
 
     water = _flooded(top)
@@ -127,7 +131,9 @@ def _flooded(top: Floats) -> Floats:
     edge of the grid."""
     level = np.full(top.shape, math.inf)
     rows, columns = top.shape
-    edge = [(i, j) for i in range(rows) for j in range(columns) if i in (0, rows - 1) or j in (0, columns - 1)]
+    edge = [
+        (i, j) for i in range(rows) for j in range(columns) if i in (0, rows - 1) or j in (0, columns - 1)
+    ]
     heap = [(float(top[c]), c) for c in edge]
     for height, cell in heap:
         level[cell] = height

@@ -9,11 +9,11 @@ import numpy as np
 from cramlite.model import Belief, Feature, Filling, Floats, Rollout, Thing
 
 SHARE, SPILLED = 0.9, 0.1
-"""Shares of the contents: the least one that has to arrive when they are poured, and the largest one that may be lost
-beside; measured, see Pouring."""
+"""Shares of the contents: the least one that has to arrive when they are poured, and the largest one that
+may be lost beside; measured, see Pouring."""
 PACKED = 0.55
-"""Loosely packed balls fill this share of a space (Onoda and Liniger, Random loose packings of uniform spheres and the
-dilatancy onset, Physical Review Letters 64, 1990)."""
+"""Loosely packed balls fill this share of a space (Onoda and Liniger, Random loose packings of uniform
+spheres and the dilatancy onset, Physical Review Letters 64, 1990)."""
 LEVEL = 0.99
 """Least vertical share of the z axis of a face from which grains do not roll: 8 deg."""
 LYING = 4.0
@@ -69,7 +69,11 @@ def are_in_cavity(thing: Thing, poses: Floats, centres: Floats) -> Floats:
     size = cavity.size
     x, y, z = np.moveaxis(_local(poses, cavity, centres), -1, 0)
     round_ = "radius" in size
-    across = np.hypot(x, y) <= size["radius"] if round_ else (abs(x) <= size["width"] / 2) & (abs(y) <= size["depth"] / 2)
+    across = (
+        np.hypot(x, y) <= size["radius"]
+        if round_
+        else (abs(x) <= size["width"] / 2) & (abs(y) <= size["depth"] / 2)
+    )
     return np.asarray(across & (z <= 0.0) & (z >= -size["height"]))
 
 
@@ -87,11 +91,14 @@ def lain_on(thing: Thing) -> Feature | None:
     """
     if thing.feature("cram:Cavity") is not None:
         return None
-    return next((f for f in thing.features if f.type == "vrps:SurfaceFeature" and f.pose.rotation[2, 2] > LEVEL), None)
+    return next(
+        (f for f in thing.features if f.type == "vrps:SurfaceFeature" and f.pose.rotation[2, 2] > LEVEL), None
+    )
 
 
 def on_its_surface(rollout: Rollout, thing: str) -> Floats:
-    """Count the grains that still lie on a thing's upper face, sample by sample (N,); 0 for a thing with a cavity."""
+    """Count the grains that still lie on a thing's upper face, sample by sample (N,); 0 for a thing with a
+    cavity."""
     grains, its = rollout.grains[thing], rollout.world.thing(thing)
     surface = lain_on(its)
     if surface is None or its.filling is None:
@@ -102,9 +109,12 @@ def on_its_surface(rollout: Rollout, thing: str) -> Floats:
 
 
 def _local(poses: Floats, feature: Feature, centres: Floats) -> Floats:
-    """Transform points (N, count, 3) from the world to the frame of a feature of a thing with poses (N, 7) [m]."""
+    """Transform points (N, count, 3) from the world to the frame of a feature of a thing with poses (N, 7)
+    [m]."""
     from scipy.spatial.transform import Rotation
 
     rows = np.repeat(poses, centres.shape[1], axis=0)
-    inside = Rotation.from_quat(rows[:, 3:], scalar_first=True).inv().apply(centres.reshape(-1, 3) - rows[:, :3])
+    inside = (
+        Rotation.from_quat(rows[:, 3:], scalar_first=True).inv().apply(centres.reshape(-1, 3) - rows[:, :3])
+    )
     return np.asarray(feature.pose.inverse().apply(inside)).reshape(centres.shape)

@@ -1,12 +1,13 @@
-"""Convex hulls, and convex decomposition of a mesh that keeps its holes: simulators collide a mesh by its convex hull.
+"""Convex hulls, and convex decomposition of a mesh that keeps its holes: simulators collide a mesh by its
+convex hull.
 
-Approximate convex decomposition by planes: the piece whose hull adds most volume is cut by the candidate plane that leaves
-the least, until every hull follows its piece (the greedy form of Wei et al., CoACD, ACM TOG 41(4), 2022). Round holes are
-cut into wedges about their axis first, because a plane never follows a circle: the hull of a wedge of angle a reaches
-r (1 - cos(a / 2)) into a hole of radius r, 0.08 mm into one of 9 mm.
+Approximate convex decomposition by planes: the piece whose hull adds most volume is cut by the candidate
+plane that leaves the least, until every hull follows its piece (the greedy form of Wei et al., CoACD, ACM TOG
+41(4), 2022). Round holes are cut into wedges about their axis first, because a plane never follows a circle:
+the hull of a wedge of angle a reaches r (1 - cos(a / 2)) into a hole of radius r, 0.08 mm into one of 9 mm.
 
-Of libraries: coacd 1.0.14 aborts the process by a failed assertion on a mug made by a boolean (measured), and vhacdx
-works on voxels of a wall's thickness. Cuts are manifold3d's, which are exact and always closed.
+Of libraries: coacd 1.0.14 aborts the process by a failed assertion on a mug made by a boolean (measured), and
+vhacdx works on voxels of a wall's thickness. Cuts are manifold3d's, which are exact and always closed.
 """
 
 from __future__ import annotations
@@ -51,7 +52,8 @@ Plane = tuple[Floats, float]  # unit normal n and offset d: n x = d
 
 @lru_cache(maxsize=4096)
 def hull_planes(corners: tuple[Vector3, ...]) -> Floats:
-    """Compute the planes (n, 4) of the convex hull of points: outward unit normal and offset, n x + d <= 0 inside."""
+    """Compute the planes (n, 4) of the convex hull of points: outward unit normal and offset, n x + d <= 0
+    inside."""
     from scipy.spatial import ConvexHull
 
     checkpoint()
@@ -83,7 +85,10 @@ def parts(vertices: Floats, faces: Any, bores: Sequence[Bore] = ()) -> list[Floa
     box = np.asarray(np.stack([vertices.min(axis=0), vertices.max(axis=0)]))
     pieces += _connected(body)
     hulls = [_corners(p) for p in _refined(pieces, light, box.mean(axis=0))]
-    return sorted((h for h in hulls if h is not None), key=lambda h: (-hull_volume(tuple(map(tuple, h.tolist()))), h.tolist()))
+    return sorted(
+        (h for h in hulls if h is not None),
+        key=lambda h: (-hull_volume(tuple(map(tuple, h.tolist()))), h.tolist()),
+    )
 
 
 def solid(vertices: Floats, faces: Any) -> Any:
@@ -166,8 +171,8 @@ def _cut(piece: Any, centre: Floats) -> list[Any]:
 
 
 def _planes(piece: Any, centre: Floats) -> Iterator[Plane]:
-    """Planes that may cut a piece: across the axes, where hollows are deepest and in between; tilted ones through a
-    given centre; and along concave edges."""
+    """Planes that may cut a piece: across the axes, where hollows are deepest and in between; tilted ones
+    through a given centre; and along concave edges."""
     mesh = piece.to_mesh64()
     points, depths = np.asarray(mesh.vert_properties)[:, :3], _depths(piece)
     low, high = points.min(axis=0), points.max(axis=0)
@@ -215,7 +220,9 @@ def _wedges(bore: Bore) -> Iterator[Any]:
     for k in range(SECTORS):
         turns = [math.tau * (k + s) / SECTORS for s in (0, 1)]
         corners = [(0.0, 0.0), *((outer * math.cos(a), outer * math.sin(a)) for a in turns)]
-        prism = manifold3d.Manifold.extrude(manifold3d.CrossSection([corners]), height).translate((0, 0, -height / 2))
+        prism = manifold3d.Manifold.extrude(manifold3d.CrossSection([corners]), height).translate(
+            (0, 0, -height / 2)
+        )
         yield _placed(prism, bore)
 
 
@@ -235,7 +242,9 @@ def _corners(piece: Any) -> Floats | None:
     """Corners of the convex hull of one piece of a mesh; None for a piece of almost no volume."""
     from scipy.spatial import ConvexHull, QhullError
 
-    points = np.round(np.asarray(piece.hull().simplify(2e-5).to_mesh64().vert_properties)[:, :3] / FINEST) * FINEST
+    points = (
+        np.round(np.asarray(piece.hull().simplify(2e-5).to_mesh64().vert_properties)[:, :3] / FINEST) * FINEST
+    )
     try:
         hull = ConvexHull(points)
     except (QhullError, ValueError):

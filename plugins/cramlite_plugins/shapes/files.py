@@ -42,7 +42,9 @@ def read(path: Path, scale: float = 1.0, *, materials: bool = False) -> Any:
     import trimesh
 
     try:
-        with warnings.catch_warnings():  # of numbers that it rounds before anybody has looked at them, as _check_size does
+        with (
+            warnings.catch_warnings()
+        ):  # of numbers that it rounds before anybody has looked at them, as _check_size does
             warnings.simplefilter("ignore", RuntimeWarning)
             options = {"process": False} if materials else {"skip_materials": True}
             mesh = trimesh.load_mesh(str(path), file_type=path.suffix[1:].lower(), **options)
@@ -50,12 +52,16 @@ def read(path: Path, scale: float = 1.0, *, materials: bool = False) -> Any:
         reason = f"{type(error).__name__}: {' '.join(str(error).split())[:120]}"
         raise UserError(f"mesh '{path}' cannot be read ({reason}); export it anew as binary STL") from error
     if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces):
-        raise UserError(f"mesh '{path}' is empty: it has no triangles; export the surface, not only points or curves")
+        raise UserError(
+            f"mesh '{path}' is empty: it has no triangles; export the surface, not only points or curves"
+        )
     if len(mesh.faces) > MOST_FACES:
         raise UserError(_too_many(path, len(mesh.faces)))
     if not np.isfinite(mesh.vertices).all():
         bad = int((~np.isfinite(mesh.vertices)).any(axis=1).sum())
-        raise UserError(f"mesh '{path}': {bad} of {len(mesh.vertices)} vertices are not finite; export it anew")
+        raise UserError(
+            f"mesh '{path}': {bad} of {len(mesh.vertices)} vertices are not finite; export it anew"
+        )
     if scale != 1.0:
         mesh.apply_scale(scale)
     _check_size(path, mesh.extents, scale)
@@ -78,7 +84,9 @@ def closed(mesh: Any, where: str) -> Closed:
     _weld(mesh)
     turned = _outward(mesh)
     if _usable(mesh):
-        return Closed(mesh, (f"{where}: faces pointed inwards or both ways; turned outwards",) if turned else ())
+        return Closed(
+            mesh, (f"{where}: faces pointed inwards or both ways; turned outwards",) if turned else ()
+        )
     edges = _open_edges(mesh)
     for fans in (False, True):
         filled = mesh.copy()
@@ -86,7 +94,9 @@ def closed(mesh: Any, where: str) -> Closed:
         _outward(filled)
         if _usable(filled):
             added = len(filled.faces) - len(mesh.faces)
-            return Closed(filled, (f"{where}: not watertight, {edges} open edges; closed by adding {added} faces",))
+            return Closed(
+                filled, (f"{where}: not watertight, {edges} open edges; closed by adding {added} faces",)
+            )
     hull = mesh.convex_hull
     if hull.volume <= 0:
         raise UserError(f"{where}: its {len(mesh.faces)} faces enclose no volume; give the shape a thickness")
@@ -99,14 +109,22 @@ def closed(mesh: Any, where: str) -> Closed:
 
 def _check_file(path: Path) -> None:
     if path.suffix[1:].lower() not in KINDS:
-        raise UserError(f"mesh '{path}': there is no reader for '{path.suffix}'; {nearest(path.suffix[1:].lower(), KINDS)}")
+        raise UserError(
+            f"mesh '{path}': there is no reader for '{path.suffix}'; {nearest(path.suffix[1:].lower(), KINDS)}"
+        )
     if not path.is_file():
-        beside = [p.name for p in path.parent.glob("*") if p.suffix[1:].lower() in KINDS] if path.parent.is_dir() else []
+        beside = (
+            [p.name for p in path.parent.glob("*") if p.suffix[1:].lower() in KINDS]
+            if path.parent.is_dir()
+            else []
+        )
         raise UserError(f"mesh '{path}': there is no such file; beside it, {nearest(path.name, beside)}")
     size = path.stat().st_size
     if size == 0:
         raise UserError(f"mesh '{path}' is empty: 0 bytes; export it anew")
-    faces = (size - 84) // 50 if path.suffix.lower() == ".stl" else size // 60  # 50 bytes a face; text takes more
+    faces = (
+        (size - 84) // 50 if path.suffix.lower() == ".stl" else size // 60
+    )  # 50 bytes a face; text takes more
     if faces > 4 * MOST_FACES or size > MOST_BYTES:
         raise UserError(_too_many(path, faces, "about "))
 
@@ -122,7 +140,9 @@ def _check_size(path: Path, extents: Any, scale: float) -> None:
     sides = " x ".join(f"{v:.4g}" for v in extents)
     largest, flat = float(max(extents)), float(min(extents))
     if largest > LARGEST:
-        guess = next((f for n, f in (("mm", 1e-3), ("cm", 1e-2)) if largest * f <= 2.0), LARGEST / largest / 10)
+        guess = next(
+            (f for n, f in (("mm", 1e-3), ("cm", 1e-2)) if largest * f <= 2.0), LARGEST / largest / 10
+        )
         unit = {1e-3: "millimetres", 1e-2: "centimetres"}.get(guess, "another unit")
         raise UserError(
             f"mesh '{path}' is {sides} m large; things are up to {LARGEST:g} m. If the file is in {unit}, write"
@@ -162,7 +182,9 @@ def _joined(mesh: Any) -> Any | None:
         found = solid(mesh.vertices, mesh.faces).to_mesh64()
     except ValueError:
         return None
-    whole = trimesh.Trimesh(np.asarray(found.vert_properties)[:, :3], np.asarray(found.tri_verts), process=False)
+    whole = trimesh.Trimesh(
+        np.asarray(found.vert_properties)[:, :3], np.asarray(found.tri_verts), process=False
+    )
     return whole
 
 

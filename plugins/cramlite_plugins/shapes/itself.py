@@ -1,4 +1,5 @@
-"""Objects as keys of remembered results, compared by identity: comparing contents would take as long as computing the result anew."""
+"""Objects as keys of remembered results, compared by identity: comparing contents would take as long as
+computing the result anew."""
 
 from __future__ import annotations
 

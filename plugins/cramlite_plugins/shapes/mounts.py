@@ -1,4 +1,5 @@
-"""Search for the mounts of a drawer or a door: the stated mount, and furniture whose bounding box meets the thing's."""
+"""Search for the mounts of a drawer or a door: the stated mount, and furniture whose bounding box meets
+the thing's."""
 
 from __future__ import annotations
 
@@ -13,9 +14,9 @@ def mounts(thing: Thing, world: World) -> tuple[str, ...]:
     """Find the mounts of a thing on a joint: the stated one, and furniture whose axis-aligned box meets the
     thing's.
 
-    Of a thing on a thing that moves on a joint, such as a lever on a door, the stated one alone.
-    Rails and hinges lead it clear of that, and it may run against its stop there. Of furniture on joints only what is mounted in the
-    same thing counts, as the next drawer is; a latch on the jamb is an obstacle.
+    Of a thing on a thing that moves on a joint, such as a lever on a door, the stated one alone. Rails and
+    hinges lead it clear of that, and it may run against its stop there. Of furniture on joints only what is
+    mounted in the same thing counts, as the next drawer is; a latch on the jamb is an obstacle.
     """
     if thing.joint is None:
         return ()

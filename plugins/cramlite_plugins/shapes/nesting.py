@@ -1,8 +1,8 @@
 """Resting place of a thing on a support that is not level: a bowl in a bowl, a mug within the rim of a plate.
 
-Both are seen from above on a grid: the lower one's upper side, and the upper one's lower side. Let down straight, the thing stops
-where the two first meet. Beside that place it may get lower, as a bowl slides into the middle of another; it is put where it
-cannot, and stands on all that is then within ``SETTLES``.
+Both are seen from above on a grid: the lower one's upper side, and the upper one's lower side. Let down
+straight, the thing stops where the two first meet. Beside that place it may get lower, as a bowl slides into
+the middle of another; it is put where it cannot, and stands on all that is then within ``SETTLES``.
 """
 
 from __future__ import annotations
@@ -27,8 +27,9 @@ CELLS = 8
 LOWER = 1e-4
 """Least gain of height for which a thing is put farther aside [m]."""
 SETTLES = 0.004
-"""Distance at the first contact within which further parts come to touch as the thing settles [m]: a bowl of 100 mm that meets another on
-one side leans over by 2 deg, until it does on the other. Bowls made of boxes fit into one another no better."""
+"""Distance at the first contact within which further parts come to touch as the thing settles [m]: a bowl
+of 100 mm that meets another on one side leans over by 2 deg, until it does on the other. Bowls made of
+boxes fit into one another no better."""
 OVERTURNED = Pose.from_rotvec((0, 0, 0), (math.pi, 0, 0))
 
 
@@ -41,7 +42,8 @@ def nested(thing: Thing, pose: Pose, below: Thing, at: Pose) -> Surface | None:
         at: its pose in the same frame.
 
     Returns:
-        A level surface, as high as the thing's lowest point will be, under its centre of mass: the hull of where the two touch.
+        A level surface, as high as the thing's lowest point will be, under its centre of mass: the hull of
+        where the two touch.
     """
     xs, ys, own, under = _seen(thing, pose, below, at)
     low = float(corners(thing, pose)[:, 2].min())
@@ -66,7 +68,11 @@ def touching(thing: Thing, pose: Pose, below: Thing, at: Pose) -> Any:
     gap = _gap(own, under, CELLS, CELLS)
     rise = float(gap.max())
     rows, columns = np.nonzero(gap > rise - SETTLES) if math.isfinite(rise) else ((), ())
-    return shapely.MultiPoint(np.column_stack([xs[rows], ys[columns]])).convex_hull if len(rows) else shapely.Point()
+    return (
+        shapely.MultiPoint(np.column_stack([xs[rows], ys[columns]])).convex_hull
+        if len(rows)
+        else shapely.Point()
+    )
 
 
 def room_under(thing: Thing, pose: Pose, below: Thing, at: Pose) -> float:
@@ -86,7 +92,12 @@ def _seen(thing: Thing, pose: Pose, below: Thing, at: Pose) -> tuple[Floats, Flo
     points = corners(thing, pose)
     (left, near, _), (right, far, _) = points.min(axis=0), points.max(axis=0)
     xs, ys = np.arange(left, right, STEP) + STEP / 2, np.arange(near, far, STEP) + STEP / 2
-    return xs, ys, heights(thing.geoms, OVERTURNED * pose, xs, -ys), heights(below.geoms, at, _wider(xs), _wider(ys))
+    return (
+        xs,
+        ys,
+        heights(thing.geoms, OVERTURNED * pose, xs, -ys),
+        heights(below.geoms, at, _wider(xs), _wider(ys)),
+    )
 
 
 def _wider(cells: Floats) -> Floats:
@@ -95,7 +106,8 @@ def _wider(cells: Floats) -> Floats:
 
 
 def _gap(own: Floats, under: Floats, i: int, j: int) -> Floats:
-    """Return the height of the support above a thing's underside in each grid cell (n, m) [m], with the thing shifted by whole cells.
+    """Return the height of the support above a thing's underside in each grid cell (n, m) [m], with the thing
+    shifted by whole cells.
 
     The thing is not shifted for i = j = ``CELLS``.
     """
@@ -104,13 +116,15 @@ def _gap(own: Floats, under: Floats, i: int, j: int) -> Floats:
 
 
 def _lowest(own: Floats, under: Floats) -> tuple[int, int]:
-    """Horizontal shift of a thing in grid cells at which it comes to lie lowest on the thing below it, found by descent
-    from zero shift."""
+    """Horizontal shift of a thing in grid cells at which it comes to lie lowest on the thing below it,
+    found by descent from zero shift."""
     at = (CELLS, CELLS)
     rise = float(_gap(own, under, *at).max())
     while True:
         beside = [(at[0] + i, at[1] + j) for i, j in product((-1, 0, 1), repeat=2) if (i, j) != (0, 0)]
-        found = [(float(_gap(own, under, *b).max()), b) for b in beside if min(b) >= 0 and max(b) <= 2 * CELLS]
+        found = [
+            (float(_gap(own, under, *b).max()), b) for b in beside if min(b) >= 0 and max(b) <= 2 * CELLS
+        ]
         lower = min((f for f in found if math.isfinite(f[0])), default=(math.inf, at))
         if lower[0] > rise - LOWER:
             return at

@@ -1,7 +1,7 @@
 """Openings through a closed shape: round holes to hang it by, and handles, found in its silhouettes.
 
-Looked along an axis, an opening is a hole in the silhouette. A silhouette's hole is what is open all the way, so no cavity
-is mistaken for a hole.
+Looked along an axis, an opening is a hole in the silhouette. A silhouette's hole is what is open all the way,
+so no cavity is mistaken for a hole.
 """
 
 from __future__ import annotations
@@ -95,14 +95,18 @@ def _squared(hole: Feature, bore: Bore, side: Floats) -> Feature:
     """Square hole as a feature: its y axis is perpendicular to the side that is farthest from the centre
     of mass."""
     up = hole.pose.rotation[:, 1]
-    across = max((side, -side, np.cross(bore.axis, side), -np.cross(bore.axis, side)), key=lambda v: float(v @ up))
+    across = max(
+        (side, -side, np.cross(bore.axis, side), -np.cross(bore.axis, side)), key=lambda v: float(v @ up)
+    )
     pose = Pose.from_axes(hole.pose.position, bore.axis, np.cross(across, bore.axis))
     return replace(hole, pose=pose, size={**hole.size, "width": 2 * bore.radius})
 
 
 def _rings(body: Any, frame: Floats) -> list[Floats]:
     """The rings (n, 2) of a silhouette; those of its holes have a negative area."""
-    return [np.asarray(r) for r in body.transform(np.column_stack([frame.T, np.zeros(3)])).project().to_polygons()]
+    return [
+        np.asarray(r) for r in body.transform(np.column_stack([frame.T, np.zeros(3)])).project().to_polygons()
+    ]
 
 
 def _numbered(opening: Opening, found: list[Opening]) -> Opening:
@@ -182,7 +186,8 @@ def _handle(body: Any, frame: Floats, ring: Floats, outer: list[Floats], bore: B
 
 
 def _reach(body: Any, frame: Floats, middle: Floats, radius: float) -> tuple[float, float]:
-    """Lowest and highest coordinate of a body's material along an axis, within a radius of a line parallel to the axis."""
+    """Lowest and highest coordinate of a body's material along an axis, within a radius of a line parallel
+    to the axis."""
     turned = body.transform(np.column_stack([frame.T, np.zeros(3)]))
     column = manifold3d.Manifold.cylinder(20.0, radius, -1.0, 32, True).translate((*middle.tolist(), 0.0))
     box = (turned ^ column).bounding_box()
@@ -218,4 +223,9 @@ def _distance(point: Floats, ring: Floats) -> float:
 def _dense(ring: Floats, step: float = 0.002) -> Floats:
     """Points along a polygon, no more than a step apart [m]."""
     sides = zip(ring, np.roll(ring, -1, axis=0), strict=True)
-    return np.concatenate([a + (b - a) * np.linspace(0, 1, max(2, math.ceil(np.linalg.norm(b - a) / step)))[:, None] for a, b in sides])
+    return np.concatenate(
+        [
+            a + (b - a) * np.linspace(0, 1, max(2, math.ceil(np.linalg.norm(b - a) / step)))[:, None]
+            for a, b in sides
+        ]
+    )

@@ -1,7 +1,8 @@
 """Fit of a hole on a peg: round ones by their radius, square ones by their width.
 
-The size of a ``vrps:Peg`` is its ``radius`` and ``length``, that of a ``vrps:Hole`` its ``diameter`` (the widest round rod that
-goes through) and ``depth``. Either is square if it has a ``width``, too; then the x and y axes of its pose are along its sides.
+The size of a ``vrps:Peg`` is its ``radius`` and ``length``, that of a ``vrps:Hole`` its ``diameter`` (the
+widest round rod that goes through) and ``depth``. Either is square if it has a ``width``, too; then the x and
+y axes of its pose are along its sides.
 """
 
 from __future__ import annotations
@@ -11,12 +12,14 @@ import math
 from cramlite.model import Feature, Floats
 
 PLAY = 0.0003  # least radial play of a hole on a peg that moves [m]: MuJoCo's resting contact depth
-STANDING = math.cos(math.radians(20.0))  # lean below which a peg stands: a threaded thing sinks to its root by itself
+STANDING = math.cos(
+    math.radians(20.0)
+)  # lean below which a peg stands: a threaded thing sinks to its root by itself
 
 
 def play(hole: Feature, peg: Feature) -> float:
-    """Return the radial play of a hole on a peg [m], side along side if both are square; negative if the hole does not go
-    over the peg."""
+    """Return the radial play of a hole on a peg [m], side along side if both are square; negative if the
+    hole does not go over the peg."""
     if aligned(hole, peg):
         return (hole.size["width"] - peg.size["width"]) / 2
     round_it = peg.size["width"] / math.sqrt(2) if "width" in peg.size else peg.size["radius"]

@@ -1,4 +1,5 @@
-"""Ray casting against a body of convex primitives: exact intervals of many lines and segments inside it at once."""
+"""Ray casting against a body of convex primitives: exact intervals of many lines and segments inside it at
+once."""
 
 from __future__ import annotations
 
@@ -31,7 +32,8 @@ def body(geoms: Iterable[Geom]) -> Body:
 
 
 def spans(body: Body, point: Floats, way: Floats) -> Iterator[tuple[float, float, Geom]]:
-    """Compute where a line through a point, along a unit vector, enters and leaves each geom [m from the point]."""
+    """Compute where a line through a point, along a unit vector, enters and leaves each geom [m from the
+    point]."""
     low, high = intervals(body, np.reshape(point, (1, 3)), np.reshape(way, (1, 3)))
     for k in np.flatnonzero(low[0] < high[0]).tolist():
         yield float(low[0, k]), float(high[0, k]), body.geoms[k]
@@ -41,7 +43,8 @@ def intervals(body: Body, points: Floats, ways: Floats) -> tuple[Floats, Floats]
     """Compute where lines through points (n, 3) along unit vectors (n, 3) enter and leave each geom.
 
     Returns:
-        Two arrays (n, geoms) [m from the points]; inf and -inf where a line misses a geom, or is in it for no more than ``SKIN``.
+        Two arrays (n, geoms) [m from the points]; inf and -inf where a line misses a geom, or is in it for no
+        more than ``SKIN``.
     """
     shape = len(points), len(body.geoms)
     low, high = np.full(shape, np.inf), np.full(shape, -np.inf)
@@ -108,7 +111,11 @@ def _between(p: Floats, d: Floats, faces: Floats) -> Span:
 
 def _ball(p: Floats, d: Floats, radius: float) -> Span:
     """Intervals of lines p + t d inside a sphere of a radius: the roots of |p + t d| = r."""
-    a, b, c = np.einsum("ij,ij->i", d, d), np.einsum("ij,ij->i", p, d), np.einsum("ij,ij->i", p, p) - radius * radius
+    a, b, c = (
+        np.einsum("ij,ij->i", d, d),
+        np.einsum("ij,ij->i", p, d),
+        np.einsum("ij,ij->i", p, p) - radius * radius,
+    )
     along, safe = a < 1e-9, np.where(a < 1e-9, 1.0, a)
     root = b * b - a * c
     met, way = np.where(along, c < 0, root > 0), np.sqrt(np.maximum(root, 0.0))

@@ -14,7 +14,8 @@ from .surfaces import FLAT, Surface, surfaces
 
 LEAST = 0.03  # of room between a surface and what is over it [m]: a slit holds nothing
 COVERED = ((0.0, 0.0), (0.5, 0.5), (0.5, -0.5), (-0.5, 0.5), (-0.5, -0.5))
-"""Points of a cavity that are all under its roof, as shares of its half sides: the handle of a basket is over the middle alone."""
+"""Points of a cavity that are all under its roof, as shares of its half sides: the handle of a basket is
+over the middle alone."""
 UP = np.array([0.0, 0.0, 1.0])
 AXES = ((1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, -1.0, 0.0))
 
@@ -81,7 +82,8 @@ def open_sides(thing: Thing, pose: Pose, surface: Surface, height: float) -> lis
 
 
 def _edge(surface: Surface, way: Floats) -> float:
-    """Distance from the middle of a surface to the end of the box around its area, along one of its axes [m]."""
+    """Distance from the middle of a surface to the end of the box around its area, along one of its axes
+    [m]."""
     low, high = np.reshape(surface.area.bounds, (2, 2))
     x, y = surface.pose.inverse().rotate(way)[:2].tolist()
     return float((abs(x), abs(y)) @ (high - low) / 2)

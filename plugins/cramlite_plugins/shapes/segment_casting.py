@@ -40,7 +40,8 @@ def planes(geom: Geom) -> Floats:
 
 
 def _in_planes(p: Floats, d: Floats, faces: Floats) -> NDArray[np.bool_]:
-    """Whether each segment p .. p + d has a part inside a convex shape, deeper than ``SKIN`` below each of its faces."""
+    """Whether each segment p .. p + d has a part inside a convex shape, deeper than ``SKIN`` below each of
+    its faces."""
     slope, height = d @ faces[:, :3].T, p @ faces[:, :3].T + faces[:, 3] + SKIN
     level = np.abs(slope) < 1e-12
     at = -height / np.where(level, 1.0, slope)
@@ -59,7 +60,9 @@ def _in_slab(p: Floats, d: Floats, half: float) -> tuple[Floats, Floats]:
     one, two = (-half - p) / safe, (half - p) / safe
     low, high = np.clip(np.minimum(one, two), 0.0, 1.0), np.clip(np.maximum(one, two), 0.0, 1.0)
     outside = level & (np.abs(p) > half)
-    return np.where(level, np.where(outside, 1.0, 0.0), low), np.where(level, np.where(outside, 0.0, 1.0), high)
+    return np.where(level, np.where(outside, 1.0, 0.0), low), np.where(
+        level, np.where(outside, 0.0, 1.0), high
+    )
 
 
 def _from(p: Floats, d: Floats, centre: Floats) -> Floats:

@@ -46,8 +46,8 @@ class Shape(Value):
 def shape_of(path: Path, scale: float = 1.0) -> Shape:
     """Return the shape of a mesh file; the same for the same content, wherever the file is.
 
-    It is kept in ``$XDG_CACHE_HOME/cramlite/shapes`` (``~/.cache`` without it), or computed anew where that cannot be
-    written.
+    It is kept in ``$XDG_CACHE_HOME/cramlite/shapes`` (``~/.cache`` without it), or computed anew where that
+    cannot be written.
 
     Raises:
         UserError: the file cannot be used (``files.read``, ``files.closed``).
@@ -100,7 +100,9 @@ def from_mesh(mesh: Any, notes: Sequence[str] = ()) -> Shape:
     from .convex import hull_volume
 
     if mesh.volume < 1e-10:
-        raise UserError(f"the mesh encloses {1e9 * mesh.volume:.3f} mm3, which is nothing; give the shape a thickness")
+        raise UserError(
+            f"the mesh encloses {1e9 * mesh.volume:.3f} mm3, which is nothing; give the shape a thickness"
+        )
     simple, said = _simplified(mesh)
     found = openings.openings(simple)
     bores = [o.bore for o in found if o.round]
@@ -126,12 +128,17 @@ def _simplified(mesh: Any) -> tuple[Any, tuple[str, ...]]:
     from .convex import solid
 
     less = solid(mesh.vertices, mesh.faces).simplify(SIMPLER).to_mesh64()
-    simple = trimesh.Trimesh(np.asarray(less.vert_properties)[:, :3], np.asarray(less.tri_verts), process=False)
-    return simple, (f"{len(mesh.faces):,} faces simplified to {len(simple.faces):,} within {1000 * SIMPLER:g} mm",)
+    simple = trimesh.Trimesh(
+        np.asarray(less.vert_properties)[:, :3], np.asarray(less.tri_verts), process=False
+    )
+    return simple, (
+        f"{len(mesh.faces):,} faces simplified to {len(simple.faces):,} within {1000 * SIMPLER:g} mm",
+    )
 
 
 def _unless_all_hole(geoms: tuple[Geom, ...]) -> tuple[Geom, ...]:
-    """Return the parts of a shape; if most of their volume is labelled as the rim of a hole, as in a ring, without the labels.
+    """Return the parts of a shape; if most of their volume is labelled as the rim of a hole, as in a ring,
+    without the labels.
 
     The rim of a hole is not gripped, and some part must be.
     """
@@ -165,7 +172,13 @@ def _geom(corners: Floats, part: str) -> Geom:
     low, high = corners.min(axis=0), corners.max(axis=0)
     centre = np.round((low + high) / 2, 6)
     local = np.round(corners - centre, 6)
-    return Geom("convex", _three(np.abs(local).max(axis=0)), Pose(_three(centre)), part, corners=tuple(map(_three, local)))
+    return Geom(
+        "convex",
+        _three(np.abs(local).max(axis=0)),
+        Pose(_three(centre)),
+        part,
+        corners=tuple(map(_three, local)),
+    )
 
 
 def _three(values: Any) -> tuple[float, float, float]:

@@ -1,4 +1,5 @@
-"""Textured surfaces of mesh files: triangles, their place in an image, and the colour of any point on them."""
+"""Textured surfaces of mesh files: triangles, their place in an image, and the colour of any point on
+them."""
 
 from __future__ import annotations
 
@@ -14,9 +15,11 @@ FINDER = 0.002
 """Mean distance of the points that find the triangle at a place [m], if ``MOST`` of them suffice."""
 MOST = 60_000
 NEAR = 4
-"""Points whose triangles are looked at: where triangles are smaller than ``FINDER``, the nearest point may be the neighbour's."""
+"""Points whose triangles are looked at: where triangles are smaller than ``FINDER``, the nearest point may
+be the neighbour's."""
 TURNED = 0.005
-"""Distance that a difference of 1 rad between normals of triangles counts for [m]: it tells both sides of an edge, and of a thin wall."""
+"""Distance that a difference of 1 rad between normals of triangles counts for [m]: it tells both sides of
+an edge, and of a thin wall."""
 
 
 class Skin(Value, eq=False, dict=True):
@@ -24,7 +27,8 @@ class Skin(Value, eq=False, dict=True):
 
     Args:
         corners: (F, 3, 3) of the triangles [m].
-        places: (F, 3, 2) of the corners in the image, 0 to 1; the first number to the right, the second upwards.
+        places: (F, 3, 2) of the corners in the image, 0 to 1; the first number to the right, the second
+            upwards.
         image: (height, width, 3) uint8.
     """
 
@@ -73,10 +77,13 @@ class Skin(Value, eq=False, dict=True):
         chosen = near[rows, best]
         share = trimesh.triangles.points_to_barycentric(self.corners[chosen], on, method="cross")
         share = np.clip(np.nan_to_num(share, nan=1 / 3), 0.0, 1.0)
-        return self.looked_up(np.einsum("nk,nkj->nj", share / share.sum(1, keepdims=True), self.places[chosen]))
+        return self.looked_up(
+            np.einsum("nk,nkj->nj", share / share.sum(1, keepdims=True), self.places[chosen])
+        )
 
     def looked_up(self, places: Floats) -> Floats:
-        """Return the colours (N, 3), 0 to 255, at places (N, 2) of the image, which repeats beyond its borders."""
+        """Return the colours (N, 3), 0 to 255, at places (N, 2) of the image, which repeats beyond its
+        borders."""
         height, width = self.image.shape[:2]
         inside = places - np.floor(places)
         inside = np.where((inside == 0.0) & (places != 0.0), 1.0, inside)

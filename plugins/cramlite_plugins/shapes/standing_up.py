@@ -36,7 +36,9 @@ def stood_up(thing: Thing, pose: Pose) -> Pose:
     down = pose.rotate(normals[face])
     axis = np.cross(down, _DOWN)
     x, y, z = (axis / np.linalg.norm(axis) * leaning[face]).tolist()
-    return Pose(pose.position, (Pose.from_rotvec((0, 0, 0), (x, y, z)) * Pose((0, 0, 0), pose.quaternion)).quaternion)
+    return Pose(
+        pose.position, (Pose.from_rotvec((0, 0, 0), (x, y, z)) * Pose((0, 0, 0), pose.quaternion)).quaternion
+    )
 
 
 def carrying_faces(thing: Thing) -> list[Floats]:

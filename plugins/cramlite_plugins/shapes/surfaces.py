@@ -1,9 +1,9 @@
 """Surfaces of things: level upper faces, the things on them, and whether a thing that is released on one
 stays there.
 
-A face is level where its normal is within ``LEVEL`` of the vertical, and faces that lie in one plane within ``FLAT`` are
-one surface: the rim of a pot is one, of twelve boxes. Boxes and cylinders have them analytically, hulls by their planes;
-balls and capsules have none.
+A face is level where its normal is within ``LEVEL`` of the vertical, and faces that lie in one plane within
+``FLAT`` are one surface: the rim of a pot is one, of twelve boxes. Boxes and cylinders have them
+analytically, hulls by their planes; balls and capsules have none.
 """
 
 from __future__ import annotations
@@ -23,16 +23,18 @@ from .convex import hull_planes
 from .itself import Itself
 
 FLAT = 0.002
-"""Faces of one surface lie in one plane within this, and this near to its lowest point a thing touches what is under it [m]."""
+"""Faces of one surface lie in one plane within this, and this near to its lowest point a thing touches
+what is under it [m]."""
 LEVEL = math.atan(0.2) / 2
-"""Largest lean of a surface: wood on wood slides at 11.3 deg (a friction of .2), and half of that is left. A plate whose floor is made
-of boxes that lean by 1.5 deg, and that lies on a box at 3.7 deg, has one."""
+"""Largest lean of a surface: wood on wood slides at 11.3 deg (a friction of .2), and half of that is left.
+A plate whose floor is made of boxes that lean by 1.5 deg, and that lies on a box at 3.7 deg, has one."""
 EDGE = 0.005
 """Least distance of a centre of mass from its support's border [m]."""
 SURFACE = "vrps:SurfaceFeature"
 FINE, HEIGHT = 4, 5
-"""Decimals to which it is told apart how a thing leans, and between which heights it is looked at [m]: 0.01 mm at the far end of a thing
-of 0.2 m. Surfaces lean by as much, so that what is turned on one does not quite lean as before."""
+"""Decimals to which it is told apart how a thing leans, and between which heights it is looked at [m]:
+0.01 mm at the far end of a thing of 0.2 m. Surfaces lean by as much, so that what is turned on one does
+not quite lean as before."""
 _ROUND = 8
 """Points of a quarter of a circle."""
 
@@ -73,7 +75,11 @@ def surfaces(thing: Thing, pose: Pose, part: str = "") -> tuple[Surface, ...]:
     """
     up = tuple(float(v) for v in np.round(pose.inverse().rotate((0.0, 0.0, 1.0)), 6))
     features = (f for f in thing.features if f.name == part and f.type == SURFACE)
-    own = tuple(_stated(f) for f in features if f.pose.rotation[:, 2] @ np.array(up) > math.cos(LEVEL)) if part else ()
+    own = (
+        tuple(_stated(f) for f in features if f.pose.rotation[:, 2] @ np.array(up) > math.cos(LEVEL))
+        if part
+        else ()
+    )
     found = own or _upper_faces(thing.geoms, up, part)
     return tuple(Surface(pose * s.pose, s.area) for s in found)
 
@@ -116,7 +122,10 @@ def _upper_faces(geoms: tuple[Geom, ...], up: Vector3, part: str) -> tuple[Surfa
     faces = [f for g in geoms if part in ("", g.part) for f in _level_faces(g, np.asarray(up))]
     planes: list[tuple[Pose, list[Floats]]] = []
     for points in sorted(faces, key=lambda p: -_extent(p, up)):
-        into = next((group for frame, group in planes if np.abs(frame.inverse().apply(points)[:, 2]).max() <= FLAT), None)
+        into = next(
+            (group for frame, group in planes if np.abs(frame.inverse().apply(points)[:, 2]).max() <= FLAT),
+            None,
+        )
         if into is None:
             planes.append((_frame(points, up), [points]))
         else:
@@ -127,7 +136,9 @@ def _upper_faces(geoms: tuple[Geom, ...], up: Vector3, part: str) -> tuple[Surfa
 
 def _extent(points: Floats, up: Vector3) -> float:
     """Area of a face [m2], rounded so that faces of nearly the same size count as equal."""
-    return round(float(shapely.MultiPoint(_frame(points, up).inverse().apply(points)[:, :2]).convex_hull.area), 9)
+    return round(
+        float(shapely.MultiPoint(_frame(points, up).inverse().apply(points)[:, :2]).convex_hull.area), 9
+    )
 
 
 def _height(surface: Surface, up: Vector3) -> float:
@@ -135,8 +146,8 @@ def _height(surface: Surface, up: Vector3) -> float:
 
 
 def _frame(points: Floats, up: Vector3) -> Pose:
-    """Frame on a face: z along the face's upward normal, x as near as possible to the thing's x axis, or to its y axis
-    if x is nearly normal."""
+    """Frame on a face: z along the face's upward normal, x as near as possible to the thing's x axis, or
+    to its y axis if x is nearly normal."""
     middle = points.mean(axis=0)
     normal = np.linalg.svd(points - middle)[2][2]
     normal = normal if normal @ np.asarray(up) > 0 else -normal
@@ -162,7 +173,9 @@ def _level_faces(geom: Geom, up: Floats) -> Iterator[Floats]:
     elif geom.shape == "cylinder" and abs(way[2]) >= math.cos(LEVEL):
         angles = np.linspace(0, math.tau, 4 * _ROUND, endpoint=False)
         height = np.full_like(angles, math.copysign(geom.size[1], way[2]))
-        yield geom.pose.apply(np.column_stack([geom.size[0] * np.cos(angles), geom.size[0] * np.sin(angles), height]))
+        yield geom.pose.apply(
+            np.column_stack([geom.size[0] * np.cos(angles), geom.size[0] * np.sin(angles), height])
+        )
     elif geom.shape == "convex":
         points = np.asarray(geom.corners)
         for plane in hull_planes(geom.corners):
@@ -190,8 +203,11 @@ def footprint(thing: Thing, pose: Pose, low: float = -math.inf, high: float = ma
 
 
 def filled(outline: Area) -> Area:
-    """Fill the holes of an outline, such as gaps between the boxes of a bowl, into which nothing else would fit."""
-    return shapely.union_all([shapely.Polygon(part.exterior) for part in getattr(outline, "geoms", (outline,))])
+    """Fill the holes of an outline, such as gaps between the boxes of a bowl, into which nothing else
+    would fit."""
+    return shapely.union_all(
+        [shapely.Polygon(part.exterior) for part in getattr(outline, "geoms", (outline,))]
+    )
 
 
 def _footprint(geoms: tuple[Geom, ...], pose: Pose, low: float, high: float) -> Area:
@@ -206,7 +222,8 @@ def _footprint(geoms: tuple[Geom, ...], pose: Pose, low: float, high: float) -> 
 
 @lru_cache(maxsize=512)
 def _turns_alike(geoms: Itself[tuple[Geom, ...]]) -> bool:
-    """Whether a thing's outline can be computed once and turned about the vertical: only if all its geoms have flat faces.
+    """Whether a thing's outline can be computed once and turned about the vertical: only if all its geoms
+    have flat faces.
 
     The outline of a round geom is a polygon in place of its curves, for which this is not exact.
     """
@@ -222,7 +239,8 @@ def _up(pose: Pose) -> Vector3:
 
 @lru_cache(maxsize=512)
 def _leaning(up: Vector3) -> Pose:
-    """Shortest rotation that turns a direction vertically up; half a turn about x if it points straight down."""
+    """Shortest rotation that turns a direction vertically up; half a turn about x if it points straight
+    down."""
     x, y, z = up
     sine = math.hypot(x, y)
     if sine == 0.0:
@@ -250,13 +268,17 @@ def _between(points: Floats, low: float, high: float) -> Floats:
             continue
         up, down = points[above > 0], points[above < 0]
         share = (above[above > 0][:, None] / (above[above > 0][:, None] - above[above < 0]))[..., None]
-        cut = (up[:, None] + share * (down - up[:, None])).reshape(-1, 3)  # of all lines between the two sides: edges and inner ones
+        cut = (up[:, None] + share * (down - up[:, None])).reshape(
+            -1, 3
+        )  # of all lines between the two sides: edges and inner ones
         points = np.vstack([points[above >= 0], cut])
     return points
 
 
 def _outline(geom: Geom, there: Pose, points: Floats) -> Area:
-    upright = geom.shape == "sphere" or (geom.shape in ("cylinder", "capsule") and abs(there.rotation[2, 2]) > 1 - 1e-6)
+    upright = geom.shape == "sphere" or (
+        geom.shape in ("cylinder", "capsule") and abs(there.rotation[2, 2]) > 1 - 1e-6
+    )
     if upright:
         return shapely.Point(*there.position[:2]).buffer(geom.size[0], _ROUND)
     return shapely.MultiPoint(points[:, :2]).convex_hull
@@ -289,7 +311,9 @@ def _level_lowest(geom: Geom, pose: Pose, low: float) -> Area | None:
     if geom.shape == "cylinder":
         angles = np.linspace(0, math.tau, 4 * _ROUND, endpoint=False)
         ring = np.column_stack([geom.size[0] * np.cos(angles), geom.size[0] * np.sin(angles)])
-        points = there.apply(np.vstack([np.column_stack([ring, np.full(len(ring), s * geom.size[1])]) for s in (-1, 1)]))
+        points = there.apply(
+            np.vstack([np.column_stack([ring, np.full(len(ring), s * geom.size[1])]) for s in (-1, 1)])
+        )
     elif geom.shape in ("sphere", "capsule"):
         ends = (0.0,) if geom.shape == "sphere" else (-geom.size[1], geom.size[1])
         points = np.array([there.apply((0.0, 0.0, z)) - (0.0, 0.0, geom.size[0]) for z in ends])
@@ -303,8 +327,8 @@ def inset(standing: Standing, area: Area) -> tuple[float, float]:
     """Return the distance of a centre of mass inside its support's border [m], negative outside, and the
     least distance that is needed.
 
-    What supports it is the hull of what touches the area. It should be by ``EDGE``, or, of what stands on less, by half of
-    what its own support leaves it.
+    What supports it is the hull of what touches the area. It should be by ``EDGE``, or, of what stands on
+    less, by half of what its own support leaves it.
     """
     own, under = _depth(standing.centre, standing.area), standing.area.intersection(area).convex_hull
     wanted = min(EDGE, own / 2) if own > 0 else EDGE
@@ -331,7 +355,10 @@ def resting_height(thing: Thing, pose: Pose, others: Iterable[tuple[Thing, Pose]
     for other, at in others:
         for surface in surfaces(other, at):
             local = surface.pose.inverse() * pose
-            if surface.pose.position[2] <= bottom + SUNK and inset(standing(thing, local), surface.area)[0] > 0:
+            if (
+                surface.pose.position[2] <= bottom + SUNK
+                and inset(standing(thing, local), surface.area)[0] > 0
+            ):
                 found.append((surface.pose.position[2], other.name))
     return max(found)
 

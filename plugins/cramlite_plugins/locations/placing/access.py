@@ -1,4 +1,5 @@
-"""Access of hand and payload to a target: obstacles around it and over it, and whether the payload gets in upright."""
+"""Access of hand and payload to a target: obstacles around it and over it, and whether the payload gets in
+upright."""
 
 from __future__ import annotations
 
@@ -35,7 +36,11 @@ one in which all must be free: a gap of less than 30 mm at 0.1 m, such as around
 way out for a hand."""
 RISE = 0.12
 """Rise of a way into an opening [m]: twice as deep as drawers of desks are."""
-LOWS = (0.01, 0.02, 0.03)  # of its lowest point over the floor of a cavity at the end of one, which may be a little higher than stated [m]
+LOWS = (
+    0.01,
+    0.02,
+    0.03,
+)  # of its lowest point over the floor of a cavity at the end of one, which may be a little higher than stated [m]
 PITCH = 0.02  # between positions in an opening at which one is looked for [m]
 COVERS = 0.3  # over an opening what covers it is looked for [m]: as high as a thing is carried
 
@@ -48,9 +53,14 @@ def check_open(asked: Sequence[Query]) -> None:
         Unresolvable: there is no way out: a door is shut, or what is over an opening is on all sides.
     """
     first = asked[0]
-    doors = [t.name for t in first.belief.world.things if t.joint is not None and t.name in first.belief.poses]
+    doors = [
+        t.name for t in first.belief.world.things if t.joint is not None and t.name in first.belief.poses
+    ]
     if doors and all(math.isfinite(q.room) for q in asked):
-        amid = (replace(q, target=replace(q.target, pose=q.target.pose * Pose((0.0, 0.0, q.room / 2)))) for q in asked)
+        amid = (
+            replace(q, target=replace(q.target, pose=q.target.pose * Pose((0.0, 0.0, q.room / 2))))
+            for q in asked
+        )
         around, what = [closed_in(q, [first.whole.name, *doors], OUT) for q in amid], "it"
     elif first.depth and not is_roofed(first) and covered(first).covers:
         around, what = [closed_in(first)], "its opening"
@@ -73,17 +83,23 @@ def closed_in(query: Query, by: Sequence[str] = (), far: float = HAND) -> tuple[
         far: how long ways are [m].
     """
     x, y, x1, y1 = (bound / 2 for bound in query.target.area.bounds)
-    starts = query.target.pose.apply(np.array([(0.0, 0.0, 0.0), (x, y, 0.0), (x, y1, 0.0), (x1, y, 0.0), (x1, y1, 0.0)]))
+    starts = query.target.pose.apply(
+        np.array([(0.0, 0.0, 0.0), (x, y, 0.0), (x, y1, 0.0), (x1, y, 0.0), (x1, y1, 0.0)])
+    )
     directions = _directions()
     points, ways = np.repeat(starts, DIRECTIONS, axis=0), np.tile(directions, (len(starts), 1))
     stopped, around = np.zeros(len(points), dtype=bool), list[str]()
     for name in sorted(by or query.belief.poses.keys() - {query.thing.name}):
         to = query.belief.pose(name).inverse()
-        low, high = rays.intervals(rays.body(query.belief.world.thing(name).geoms), to.apply(points), to.rotate(ways))
+        low, high = rays.intervals(
+            rays.body(query.belief.world.thing(name).geoms), to.apply(points), to.rotate(ways)
+        )
         met = ((low < far) & (high > 0.0)).any(axis=1)
         around += [name] if met.any() else []
         stopped |= met
-    blocked = (directions @ directions.T > BESIDE).astype(np.float32) @ stopped.reshape(len(starts), DIRECTIONS).T.astype(np.float32)
+    blocked = (directions @ directions.T > BESIDE).astype(np.float32) @ stopped.reshape(
+        len(starts), DIRECTIONS
+    ).T.astype(np.float32)
     return tuple(around) if (blocked > 0).all() else ()
 
 
@@ -96,12 +112,14 @@ def _directions() -> Floats:
 
 
 def over_floor(query: Query, turned: Pose, offset: tuple[float, float], over: float) -> Pose:
-    """Return the pose in the base frame of a thing with a given orientation, its outline's middle over a position of an
-    opening, its lowest point at a height over the floor [m]."""
+    """Return the pose in the base frame of a thing with a given orientation, its outline's middle over a
+    position of an opening, its lowest point at a height over the floor [m]."""
     points = corners(query.thing, Pose((0.0, 0.0, 0.0), turned.quaternion))
     low, high = points.min(axis=0), points.max(axis=0)
     x, y, z = query.target.pose.apply((*offset, over - query.depth))
-    return Pose((float(x - (low + high)[0] / 2), float(y - (low + high)[1] / 2), float(z - low[2])), turned.quaternion)
+    return Pose(
+        (float(x - (low + high)[0] / 2), float(y - (low + high)[1] / 2), float(z - low[2])), turned.quaternion
+    )
 
 
 def goes_in_upright(query: Query, now: Pose) -> bool:
@@ -113,7 +131,11 @@ def goes_in_upright(query: Query, now: Pose) -> bool:
     ways = [np.array((0.0, 0.0, RISE)), *(way for _, way in slants(RISE))]
     spots = product(*(np.arange(low[k], high[k] + PITCH, PITCH).tolist() for k in (0, 1)))
     ends = [over_floor(query, now, spot, over) for spot, over in product(spots, LOWS)]
-    led = (Placement("", end, at := query.hand(end), shift(at, way), 0.0, led=True) for end in ends for way in ways)
+    led = (
+        Placement("", end, at := query.hand(end), shift(at, way), 0.0, led=True)
+        for end in ends
+        for way in ways
+    )
     return any(not let_in(one, query) for one in led)
 
 
@@ -136,7 +158,10 @@ def _too_narrow(thing: str, into: str, belief: Belief, context: Context) -> bool
     held, now = belief.thing(thing), belief.pose(thing)
     half = float(np.min(np.ptp(corners(held, now), axis=0)[:2])) / 2
     for target, depth in openings(belief.thing(into), belief.pose(into)):
-        core, bare = target.area.buffer(-half), Query(held, into, target, Arm(belief, context), Where(), depth=depth)
+        core, bare = (
+            target.area.buffer(-half),
+            Query(held, into, target, Arm(belief, context), Where(), depth=depth),
+        )
         if not core.is_empty and free_area(core, [o.area for o in covers(bare, COVERS)], half).is_empty:
             return True
     return False

@@ -21,30 +21,41 @@ from .query import Query
 QUARTER = math.pi / 2
 SIDES_DOWN = tuple(
     Pose.from_rotvec((0.0, 0.0, 0.0), v)
-    for v in ((0, 0, 0), (QUARTER, 0, 0), (-QUARTER, 0, 0), (0, QUARTER, 0), (0, -QUARTER, 0), (math.pi, 0, 0))
+    for v in (
+        (0, 0, 0),
+        (QUARTER, 0, 0),
+        (-QUARTER, 0, 0),
+        (0, QUARTER, 0),
+        (0, -QUARTER, 0),
+        (math.pi, 0, 0),
+    )
 )
 """Turns of a thing by which each side of the box around it comes to face down."""
 SHARES = (0.0, 0.15, -0.15, 0.3, -0.3, 0.45, -0.45)
-"""Positions above a support at which a thing is let go of, from its middle, as shares of its length and width."""
+"""Positions above a support at which a thing is let go of, from its middle, as shares of its length and
+width."""
 DROPS = 80
 """Simulated drops of a query at most, some 30 ms each."""
 LARGE = 0.5
 """Share of an outline that is level in a table or a shelf, and not in a rack."""
 SURE = 0.002
-"""Distance of an origin at rest from each side of its region [m]: contacts give way by some 0.5 mm, one simulator's by
-more than another's."""
+"""Distance of an origin at rest from each side of its region [m]: contacts give way by some 0.5 mm, one
+simulator's by more than another's."""
 LEANS = (16.0, 20.0, 24.0, 12.0)  # from upright [deg]
 PITCH = 0.002  # between positions across a cavity [m]
 ASTRAY = 0.003
-"""Error of the place at which a thing is let go of [m]: an arm has arrived within 4 mm, and mostly is nearer."""
+"""Error of the place at which a thing is let go of [m]: an arm has arrived within 4 mm, and mostly is
+nearer."""
 LEANING_DROPS = 60
 """Positions and attitudes that are let go of: up to ten times each, of some 10 ms."""
 NEAR_FLOOR = 0.03
-"""Largest height of a thing's lowest point over the floor at its release [m]: a thing that would lie on the walls is higher."""
+"""Largest height of a thing's lowest point over the floor at its release [m]: a thing that would lie on
+the walls is higher."""
 CLOSE = 0.001
 """Clearance from the walls at the release [m]: afterwards the thing leans against them."""
 PALM_UP = math.sin(math.radians(20.0))
-"""Largest upward part of the hand's approach: with more the hand would be under its thing, and in the support."""
+"""Largest upward part of the hand's approach: with more the hand would be under its thing, and in the
+support."""
 
 
 def is_uneven(query: Query) -> bool:
@@ -80,7 +91,11 @@ def _over(query: Query) -> list[tuple[float, float]]:
     below, at, target = query.whole, query.at, query.target
     frame = _level(at)
     corners_of_it = np.insert(shapely.get_coordinates(target.area), 2, 0.0, axis=1)
-    points: Floats = frame.inverse().apply(target.pose.apply(corners_of_it)) if query.uneven else corners(below, frame.inverse() * at)
+    points: Floats = (
+        frame.inverse().apply(target.pose.apply(corners_of_it))
+        if query.uneven
+        else corners(below, frame.inverse() * at)
+    )
     low, high = points.min(axis=0), points.max(axis=0)
     middle, size = (low + high) / 2, high - low
     shifts = dict.fromkeys(shift for s in SHARES for shift in ((0.0, s), (s, 0.0)))
@@ -116,7 +131,13 @@ def must_lean(query: Query, now: Pose) -> str:
         return ""
     below, (x, y, top) = query.whole, query.target.pose.position
     height, _ = resting_height(query.thing, Pose((x, y, top), now.quaternion), [(below, query.at)])
-    by = height + support(query.thing, Pose((0.0, 0.0, 0.0), now.quaternion), (0.0, 0.0, -1.0)) - top + query.depth - query.lowest
+    by = (
+        height
+        + support(query.thing, Pose((0.0, 0.0, 0.0), now.quaternion), (0.0, 0.0, -1.0))
+        - top
+        + query.depth
+        - query.lowest
+    )
     if by >= 0 or not math.isfinite(by):
         return ""
     return f"its origin would be {-1000 * by:.0f} mm below '{query.where.region}' of '{below.name}' if it stood there in this orientation"
@@ -132,7 +153,9 @@ def leaning(query: Query, now: Pose) -> Iterator[Pose]:
     below, at = query.whole, query.at
     let_go = (let_down(query.thing, start, below, at) for start in _starts(query, now))
     for pose in islice((p for p in let_go if p is not None and _stands(query, p)), LEANING_DROPS):
-        if all(end is not None and _inside(query, end) for end in rests(query.thing, pose, below, at, ASTRAY)):
+        if all(
+            end is not None and _inside(query, end) for end in rests(query.thing, pose, below, at, ASTRAY)
+        ):
             yield pose
 
 
@@ -170,7 +193,8 @@ def along_walls(query: Query, now: Pose) -> list[Pose]:
 
 
 def extent(query: Query, turned: Pose) -> tuple[Floats, Floats]:
-    """Return the lowest and highest corner (3,) [m] of the turned payload along the opening's axes, from the payload's origin."""
+    """Return the lowest and highest corner (3,) [m] of the turned payload along the opening's axes, from
+    the payload's origin."""
     to = Pose((0.0, 0.0, 0.0), query.target.pose.quaternion).inverse()
     points = corners(query.thing, to * Pose((0.0, 0.0, 0.0), turned.quaternion))
     return points.min(axis=0), points.max(axis=0)
@@ -185,4 +209,6 @@ def _stands(query: Query, pose: Pose) -> bool:
 def _inside(query: Query, end: Pose) -> bool:
     """Whether the origin of a payload at rest is inside its region by at least ``SURE``."""
     x, y, z = map(float, query.target.pose.inverse().apply(end.position))
-    return SURE - query.depth <= z <= RIM - SURE and bool(query.target.area.buffer(-SURE).covers(shapely.Point(x, y)))
+    return SURE - query.depth <= z <= RIM - SURE and bool(
+        query.target.area.buffer(-SURE).covers(shapely.Point(x, y))
+    )

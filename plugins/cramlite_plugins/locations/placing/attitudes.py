@@ -1,5 +1,5 @@
-"""Orientations of a payload in a hand that points into the target from the side: upright, and leaning with its
-far edge down."""
+"""Orientations of a payload in a hand that points into the target from the side: upright, and leaning with
+its far edge down."""
 
 from __future__ import annotations
 
@@ -18,10 +18,11 @@ from .stable_poses import TURNLESS
 
 PITCHES = (0.0, 20.0)  # of a hand that points inwards, downwards [deg]
 LEVEL_FINGERS, UPRIGHT_FINGERS = ((0.0, 1.0, 0.0), (0.0, -1.0, 0.0)), ((0.0, 0.0, 1.0), (0.0, 0.0, -1.0))
-"""Closing directions of a hand that points into a target from the side: fingers level, or one above the other."""
+"""Closing directions of a hand that points into a target from the side: fingers level, or one above the
+other."""
 STEEPER = (0.0, 10.0, 20.0, 30.0, 40.0, 50.0)
-"""Pitches of a hand whose fingers are one above the other [deg]: a hand is broad in that direction, and over a floor it has
-room only from above."""
+"""Pitches of a hand whose fingers are one above the other [deg]: a hand is broad in that direction, and
+over a floor it has room only from above."""
 FLAT_FALL = math.radians(32.0)  # lean of a flat thing from lying, from which it falls flat once released
 
 
@@ -29,8 +30,8 @@ def attitudes(query: Query, upright: Pose) -> Iterator[tuple[str, Pose]]:
     """Generate orientations of a payload for its release: upright, and as held by a hand that points into the
     target from the side.
 
-    One that hangs from the fingers is released with its far edge down. Each has a kind of placement: "on" or "within" for a payload
-    that then stands, "dropped" for one that falls over.
+    One that hangs from the fingers is released with its far edge down. Each has a kind of placement: "on" or
+    "within" for a payload that then stands, "dropped" for one that falls over.
     """
     turned = not query.where.attitude and query.thing.filling is None and not query.held.carries
     stands = "within" if query.depth else "on"
@@ -45,7 +46,8 @@ def attitudes(query: Query, upright: Pose) -> Iterator[tuple[str, Pose]]:
 
 
 def far_edge_down(query: Query) -> Iterator[tuple[float, Pose]]:
-    """Generate orientations of a payload in a hand with one finger above the other, each with its lean from lying flat [rad].
+    """Generate orientations of a payload in a hand with one finger above the other, each with its lean from
+    lying flat [rad].
 
     The lean is at most ``FLAT_FALL``. The hand points along x, and the less downwards the earlier it comes.
     """
@@ -60,8 +62,8 @@ def far_edge_down(query: Query) -> Iterator[tuple[float, Pose]]:
 
 
 def _face(query: Query) -> Floats | None:
-    """Outward normal (3,) of the face on which a hanging payload lay when it was grasped; None if no face is fit
-    to lie on."""
+    """Outward normal (3,) of the face on which a hanging payload lay when it was grasped; None if no face
+    is fit to lie on."""
     faces, swing = carrying_faces(query.thing), query.held.swing
     if swing is None:
         return None
@@ -76,4 +78,7 @@ def _pointing(query: Query, pitch: float, across: Vector3) -> Pose:
         across: direction (3,) nearest to which the fingers close.
     """
     ahead = (math.cos(math.radians(pitch)), 0.0, -math.sin(math.radians(pitch)))
-    return Pose.from_axes(query.hand(query.now).position, ahead, np.cross(across, ahead)) * query.held.tcp_to_thing
+    return (
+        Pose.from_axes(query.hand(query.now).position, ahead, np.cross(across, ahead))
+        * query.held.tcp_to_thing
+    )

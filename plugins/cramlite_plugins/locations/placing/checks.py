@@ -34,8 +34,11 @@ SIDES: Mapping[str, tuple[int, float]] = {
 }  # fmt: skip
 """Axis of the robot's base and the sign of what lies on that side: x leads forwards, y to the left."""
 OFF_WALLS = 0.008
-"""Distance of an outline from the walls between which the thing is let down [m]: a streamed arm is up to 5 mm off its path."""
-WELL_IN = 0.008  # of an origin from the edge of its region [m]: a thing that is let go shifts by a few millimetres
+"""Distance of an outline from the walls between which the thing is let down [m]: a streamed arm is up to 5
+mm off its path."""
+WELL_IN = (
+    0.008  # of an origin from the edge of its region [m]: a thing that is let go shifts by a few millimetres
+)
 WITHIN = 0.002  # of an origin at rest from both ends of its region's height [m]: the validator of goals asks for half of that
 LEVEL = 45.0  # of closing or approach direction from level, up to which something falls out of a hand [deg]: friction of 1 holds on less
 STANDS = math.radians(3.0)  # what leans by no more has come to stand
@@ -74,7 +77,8 @@ def supported(placement: Placement, query: Query) -> str:
 
 
 def _sunk(placement: Placement, query: Query) -> bool:
-    """Whether the payload's centre of mass comes to rest below the rim of a hollow, so that it cannot fall out."""
+    """Whether the payload's centre of mass comes to rest below the rim of a hollow, so that it cannot fall
+    out."""
     hollow = query.under.feature("cram:Cavity") if query.under else None
     if query.under is None or hollow is None:
         return False
@@ -95,7 +99,9 @@ def clear(placement: Placement, query: Query) -> str | Refused:
             said = f"its outline would overlap that of '{found.name}' and the gap around it by {1e4 * overlap:.1f} cm2"
             more = f"there is no room for '{query.thing.name}' beside '{found.name}' on or in '{query.entity}': their outlines and the gap"
             says = f"{more} between them overlap by {1e4 * overlap:.1f} cm2: have '{found.name}' put elsewhere, or name another place"
-            return refusal(said, blocking=query.standing_there(), remedy=Remedy(f"room {query.entity}", says, overlap))
+            return refusal(
+                said, blocking=query.standing_there(), remedy=Remedy(f"room {query.entity}", says, overlap)
+            )
     return ""
 
 
@@ -104,14 +110,17 @@ def inside(placement: Placement, query: Query) -> str | Refused:
     there is room for one."""
     outline = footprint(query.thing, query.target.pose.inverse() * placement.thing)
     (low, left, high, right), (x, y, x1, y1) = outline.bounds, query.target.area.bounds
-    gap = min(OFF_WALLS, *(max(0.0, room) / 4 for room in _play(outline, query)))  # with half of the room to choose from
+    gap = min(
+        OFF_WALLS, *(max(0.0, room) / 4 for room in _play(outline, query))
+    )  # with half of the room to choose from
     if query.target.area.buffer(-gap).covers(outline):
         return ""
     if query.target.area.covers(outline):
         least = 1000 * query.target.area.boundary.distance(outline)
         return f"only {least:.0f} mm from the walls of '{query.entity}', {1000 * gap:.0f} mm is needed"
     out, across, room, side = max(
-        (max(x - low, high - x1), high - low, x1 - x, "width"), (max(y - left, right - y1), right - left, y1 - y, "depth")
+        (max(x - low, high - x1), high - low, x1 - x, "width"),
+        (max(y - left, right - y1), right - left, y1 - y, "depth"),
     )
     if out <= 0:
         beside = 1e4 * float(outline.difference(query.target.area).area)
@@ -136,7 +145,8 @@ def _play(outline: Any, query: Query) -> tuple[float, float]:
 
 
 def falls(placement: Placement, query: Query) -> str:
-    """Check that the released payload falls out of the hand, and stays neither on the lower finger nor on the palm."""
+    """Check that the released payload falls out of the hand, and stays neither on the lower finger nor on
+    the palm."""
     fingers, ahead = (float(placement.pose.rotate(axis)[2]) for axis in ((0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
     for what, up in (("the lower finger", abs(fingers)), ("the palm below it", ahead)):
         if (steep := math.degrees(math.asin(max(-1.0, min(1.0, up))))) > LEVEL:
@@ -163,7 +173,8 @@ def in_region(placement: Placement, query: Query) -> str | Refused:
 
 
 def _region_missed(thing: Pose, height: float, query: Query) -> str | Refused:
-    """Return why a payload's origin, once lowered by a height [m], would be outside the wanted region; "" if it would be inside."""
+    """Return why a payload's origin, once lowered by a height [m], would be outside the wanted region; ""
+    if it would be inside."""
     region, (x, y, z) = query.where.region, (query.target.pose.inverse() * thing).position
     at, area = shapely.Point(x, y), query.target.area
     by = float(area.boundary.distance(at)) if area.covers(at) else -float(area.distance(at))
@@ -176,7 +187,10 @@ def _region_missed(thing: Pose, height: float, query: Query) -> str | Refused:
     over = 0.0 if query.depth else z - height - feature.size.get("height", math.inf) + WITHIN
     if over <= 0:
         return ""
-    what, reaches = f"'{thing_of(query.entity)}/{region}'", f"reaches {1000 * feature.size['height']:.0f} mm above the surface under it"
+    what, reaches = (
+        f"'{thing_of(query.entity)}/{region}'",
+        f"reaches {1000 * feature.size['height']:.0f} mm above the surface under it",
+    )
     more = f"{what} {reaches}, {1000 * over:.0f} mm too little for the origin of '{query.thing.name}'"
     says = f"{more}: name the thing itself or a higher region, or make the site of this region higher"
     said = f"its origin would be {1000 * over:.0f} mm too high for {what}, which {reaches}"
@@ -202,7 +216,11 @@ def _too_low(query: Query, z: float) -> str:
     """Reason why a payload's origin at a height ``z`` over the target's face [m] is too low for the wanted
     region, which may begin above the face; "" if it is not."""
     low = query.lowest + WITHIN - z if query.lowest else 0.0
-    return f"its origin would be {1000 * low:.0f} mm too low for '{query.where.region}' in this orientation" if low > 0 else ""
+    return (
+        f"its origin would be {1000 * low:.0f} mm too low for '{query.where.region}' in this orientation"
+        if low > 0
+        else ""
+    )
 
 
 def near(placement: Placement, query: Query) -> str:
@@ -212,11 +230,14 @@ def near(placement: Placement, query: Query) -> str:
         return ""
     gap = math.dist(placement.thing.position[:2], query.belief.pose(other).position[:2])
     within = query.where.within
-    return "" if gap <= within else f"{1000 * gap:.0f} mm from '{other}', up to {1000 * within:.0f} mm are near"
+    return (
+        "" if gap <= within else f"{1000 * gap:.0f} mm from '{other}', up to {1000 * within:.0f} mm are near"
+    )
 
 
 def beside(placement: Placement, query: Query) -> str:
-    """Check that the placement is on the side of other things that the query asks for, in the base frame: x forwards, y to the left."""
+    """Check that the placement is on the side of other things that the query asks for, in the base frame:
+    x forwards, y to the left."""
     for side, (axis, sign) in SIDES.items():
         other = getattr(query.where, side)
         if not other:
@@ -239,14 +260,18 @@ def room(placement: Placement, query: Query) -> str | Refused:
     no = _met(placement, query, True)
     if no is not None or placement.led or not query.covers:
         return no or ""
-    out, over = np.subtract(placement.before.position, placement.pose.position), query.arm.scene(clearance=0.0)
+    out, over = (
+        np.subtract(placement.before.position, placement.pose.position),
+        query.arm.scene(clearance=0.0),
+    )
     ways = (query.belief.base() * shift(placement.pose, part * out) for part in PARTS[1:-1])
     no = next((no for way in ways if (no := over.met(way)) is not None), None)
     return replace(no, reason=f"on its way down: {no.reason}", where=Stage.BEFORE) if no else ""
 
 
 def _met(placement: Placement, query: Query, hand: bool) -> Refused | None:
-    """Return a refusal if the payload (or the hand, if ``hand``) would meet an obstacle on the way to the place.
+    """Return a refusal if the payload (or the hand, if ``hand``) would meet an obstacle on the way to the
+    place.
 
     A pose out of reach is left to another check.
     """
@@ -264,7 +289,11 @@ def _at(placement: Placement, pose: Pose, no: Refused) -> Refused:
     """Prefix the reason of a refusal with the pose of a placement that it is about: "at the stand-off" or
     "at the place"."""
     where = Stage.BEFORE if pose == placement.before else Stage.POSE
-    return replace(no, reason=f"{'at the stand-off' if where is Stage.BEFORE else 'at the place'}: {no.reason}", where=where)
+    return replace(
+        no,
+        reason=f"{'at the stand-off' if where is Stage.BEFORE else 'at the place'}: {no.reason}",
+        where=where,
+    )
 
 
 def reachable(placement: Placement, query: Query) -> str | Refused:
@@ -273,14 +302,16 @@ def reachable(placement: Placement, query: Query) -> str | Refused:
     robot = query.context.robot
     for pose in (placement.before, placement.pose):
         if not inverse(robot, pose, seed=query.belief.joints):
-            no = refusal(why_no_inverse(robot, pose), blocking=query.standing_there(), remedy=no_inverse(robot, pose))
+            no = refusal(
+                why_no_inverse(robot, pose), blocking=query.standing_there(), remedy=no_inverse(robot, pose)
+            )
             return _at(placement, pose, no)
     return ""
 
 
 def collision_free(placement: Placement, query: Query) -> str | Refused:
-    """Check that arm and payload are free of collision at the placement and above it; on a way that leads aside or turns,
-    all along it."""
+    """Check that arm and payload are free of collision at the placement and above it; on a way that leads
+    aside or turns, all along it."""
     pose, before, back = placement.pose, placement.before, placement.back
     if placement.led:
         legs = [Leg(pose, along=(*reversed(placement.through), before), said="on its way out")]
@@ -304,13 +335,16 @@ def opened(placement: Placement, query: Query) -> float | Refused:
     low = lowered(placement, query)
     found = [(width, query.arm.at(query.let_down(low, width))) for width in query.openings[:1]]
     for width in query.openings[1:]:
-        found += [(width, query.arm.at(query.let_down(low, width)))] if isinstance(found[-1][1], Refused) else []
+        found += (
+            [(width, query.arm.at(query.let_down(low, width)))] if isinstance(found[-1][1], Refused) else []
+        )
     width, there = found[-1]
     return there if isinstance(there, Refused) else width
 
 
 def lowered(placement: Placement, query: Query) -> Pose:
-    """Return the TCP pose at the release; before it, a payload that is put onto something is lowered to its support."""
+    """Return the TCP pose at the release; before it, a payload that is put onto something is lowered to
+    its support."""
     return placement.pose if query.depth else shift(placement.pose, (0.0, 0.0, -placement.height))
 
 
@@ -324,8 +358,8 @@ def hand_off(placement: Placement, query: Query) -> str | Refused:
 
 
 def rests_there(placement: Placement, query: Query) -> str | Refused:
-    """Check in simulation that a payload which is released leaning, or dropped, comes to rest in the opening or
-    at its place, wherever it is released nearby."""
+    """Check in simulation that a payload which is released leaning, or dropped, comes to rest in the
+    opening or at its place, wherever it is released nearby."""
     there = placement.kind == "dropped"
     if placement.lies is None or placement.kind not in ("in", "dropped"):
         return ""
@@ -351,7 +385,10 @@ def at_rest(placement: Placement, query: Query) -> Placement:
     """
     if room(placement, query) or not inverse(query.context.robot, placement.pose, seed=query.belief.joints):
         return placement  # checks say so
-    return replace(placement, lies=next(rests(query.thing, placement.thing, query.around, query.at, OFF_PATH, there=True)))
+    return replace(
+        placement,
+        lies=next(rests(query.thing, placement.thing, query.around, query.at, OFF_PATH, there=True)),
+    )
 
 
 def dropped(placement: Placement, query: Query) -> str | Refused:
@@ -364,14 +401,17 @@ def dropped(placement: Placement, query: Query) -> str | Refused:
 def _astray(end: Pose | None, query: Query) -> str | Refused:
     """Say why a payload would come to rest at a wrong place; "" if the place is right.
 
-    Its origin must be in the wanted region, or, where no region is wanted, its centre of mass over the target.
+    Its origin must be in the wanted region, or, where no region is wanted, its centre of mass over the
+    target.
     """
     if end is None:
         return "it may come to rest nowhere near"
     to = query.target.pose.inverse() * end
     if query.where.region:
         sunk = query.depth and not -query.depth <= to.position[2] <= 0.0
-        return "its origin comes to rest above or below its region" if sunk else _region_missed(end, 0.0, query)
+        return (
+            "its origin comes to rest above or below its region" if sunk else _region_missed(end, 0.0, query)
+        )
     centre = shapely.Point(*to.apply(centre_of_mass(query.thing))[:2])
     return "" if query.target.area.covers(centre) else f"it comes to rest beside '{query.entity}'"
 
@@ -384,7 +424,14 @@ def lying_there(placement: Placement, query: Query) -> str | Refused:
 
 
 SHAPES: Mapping[str, Mapping[str, Check]] = {
-    "on": {"supported": supported, "clear": clear, "near": near, "beside": beside, "in its region": in_region, "let in": let_in},
+    "on": {
+        "supported": supported,
+        "clear": clear,
+        "near": near,
+        "beside": beside,
+        "in its region": in_region,
+        "let in": let_in,
+    },
     "in": {"inside": inside, "falls": falls, "near": near, "beside": beside, "in its region": in_region},
     "within": {"near": near, "beside": beside, "in its region": in_region, "let in": let_in},
     "dropped": {"near": near, "beside": beside, "let in": let_in},

@@ -26,22 +26,30 @@ from ..room_to_close import first_met
 from .checks import Check, lowered
 from .query import Placement, Query
 
-TIGHT = 100.0  # cost of a place that comes after all others, since it leaves little room for what is to be closed
+TIGHT = (
+    100.0  # cost of a place that comes after all others, since it leaves little room for what is to be closed
+)
 
 
 def room_to_close(placement: Placement, query: Query) -> str | Refused:
-    """Check that doors and drawers that later tasks close still have room to close after this placement, with what is in them.
+    """Check that doors and drawers that later tasks close still have room to close after this placement, with
+    what is in them.
 
-    What the hand pushes farther in, before it leaves, may stand in the way until then. Later tasks are looked at only where
-    something would be met, so that what follows elsewhere holds whatever they are.
+    What the hand pushes farther in, before it leaves, may stand in the way until then. Later tasks are looked
+    at only where something would be met, so that what follows elsewhere holds whatever they are.
     """
     no = _stopped(placement, query, None) if is_tight(placement, query) else None
     return "" if no is None or _goes_farther_in(placement, query) else no
 
 
 def _goes_farther_in(placement: Placement, query: Query) -> bool:
-    """Whether the hand that put the payload under a roof can push it on until it is clear of what later tasks close."""
-    ahead = level_ahead(placement.pose) if math.isfinite(query.room) and retracts_from(query.thing.name, query.context) else None
+    """Whether the hand that put the payload under a roof can push it on until it is clear of what later
+    tasks close."""
+    ahead = (
+        level_ahead(placement.pose)
+        if math.isfinite(query.room) and retracts_from(query.thing.name, query.context)
+        else None
+    )
     if ahead is None:
         return False
     after, base = let_go(placement, query), query.belief.base()
@@ -51,8 +59,8 @@ def _goes_farther_in(placement: Placement, query: Query) -> bool:
 
 
 def is_tight(placement: Placement, query: Query) -> bool:
-    """Check whether the payload would stop a drawer or door that later tasks close, at its place or after a small
-    shift at its release."""
+    """Check whether the payload would stop a drawer or door that later tasks close, at its place or after
+    a small shift at its release."""
     return _tight(Itself(placement), Itself(query))
 
 
@@ -69,7 +77,9 @@ def let_go(placement: Placement, query: Query) -> Belief:
     """Return the belief after the payload's release at the placement."""
     pose = fallen(query.belief, query.belief.base() * placement.rests)
     there = ("in" if query.depth else "on", query.thing.name, thing_of(query.entity))
-    return query.belief.released(Estimate(pose, 0.0, "predicted: let go there"), query.held.opening).related(there)
+    return query.belief.released(Estimate(pose, 0.0, "predicted: let go there"), query.held.opening).related(
+        there
+    )
 
 
 def room_to_leave(placement: Placement, query: Query) -> str | Refused:
@@ -93,7 +103,9 @@ def _blocked(placement: Placement, query: Query) -> Refused | None:
     """Refusal of the retreat on which the hand collides least deeply; None if one retreat is free."""
     after, thing, opening = Arm(let_go(placement, query), query.context), query.thing.name, query.openings[-1]
     found = list[Refused]()
-    for name, pose in reversed(ways_back(lowered(placement, query))):  # the shortest first, which has most room
+    for name, pose in reversed(
+        ways_back(lowered(placement, query))
+    ):  # the shortest first, which has most room
         there = after.at(Leg(pose, (thing,), opening, 0.0))
         if not isinstance(there, Refused):
             return None
@@ -103,22 +115,33 @@ def _blocked(placement: Placement, query: Query) -> Refused | None:
 
 
 def _remedy(no: Refused, query: Query) -> Remedy | None:
-    """Return the advice if the retreating hand would meet the payload's support or container; None if it would
-    meet something else."""
+    """Return the advice if the retreating hand would meet the payload's support or container; None if it
+    would meet something else."""
     if no.collision is None or thing_of(query.entity) not in {thing_of(name) for name in no.collision.pair}:
         return None
     into, more = query.belief.thing(query.entity), max(1.0, 1000 * no.collision.depth)
     heights = [room for _, room in roofed(into, query.belief.pose(into.name))]
-    what = f"the opening of '{query.entity}' is {1000 * max(heights):.0f} mm high, and" if heights else f"beside '{query.entity}'"
+    what = (
+        f"the opening of '{query.entity}' is {1000 * max(heights):.0f} mm high, and"
+        if heights
+        else f"beside '{query.entity}'"
+    )
     says = f"{what} the hand needs at least {more:.0f} mm more room to come back from '{query.thing.name}'"
-    return Remedy(f"leave {query.entity}", f"{says}: take it from another side, or name another place", no.collision.depth)
+    return Remedy(
+        f"leave {query.entity}",
+        f"{says}: take it from another side, or name another place",
+        no.collision.depth,
+    )
 
 
 def pushed_in(placement: Placement, query: Query) -> str | Refused:
-    """Check that, if the payload tips over and comes out a little with the hand, fingers can push it in again."""
+    """Check that, if the payload tips over and comes out a little with the hand, fingers can push it in
+    again."""
     if placement.back is None:
         return ""
-    after = query.belief.released(Estimate(query.belief.base() * placement.rests, 0.0, "tipped over"), query.openings[0])
+    after = query.belief.released(
+        Estimate(query.belief.base() * placement.rests, 0.0, "tipped over"), query.openings[0]
+    )
     after = after.moved(inverse(query.context.robot, placement.back, seed=query.belief.joints)[0])
     x, y, z = (a - b for a, b in zip(placement.pose.position, placement.before.position, strict=True))
     far = math.hypot(x, y)
@@ -127,5 +150,9 @@ def pushed_in(placement: Placement, query: Query) -> str | Refused:
     return "" if len(stuck) < len(ways) else stuck[0]
 
 
-DEMANDS: Mapping[str, Check] = {"free to be closed": room_to_close, "free to leave": room_to_leave, "pushed in": pushed_in}
+DEMANDS: Mapping[str, Check] = {
+    "free to be closed": room_to_close,
+    "free to leave": room_to_leave,
+    "pushed in": pushed_in,
+}
 """Asked after all others."""

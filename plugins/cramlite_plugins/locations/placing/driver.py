@@ -24,8 +24,8 @@ from .ways_out import HUNG, LAID, WAYS, WayOut
 SAME = 1e-6  # stand-offs that are one [m]
 IN_ORDER = 0.1  # cost of each placement that comes before, on a way that has an end
 OUTLINE, ARM = 5, 20
-"""Samples of a query that a look at the shapes counts for, and a look at the arm: so many states a sampling planner checks
-in the same time."""
+"""Samples of a query that a look at the shapes counts for, and a look at the arm: so many states a
+sampling planner checks in the same time."""
 CHECKS = {kind: {**shapes, **REACHED, **DEMANDS} for kind, shapes in SHAPES.items()}
 
 Answer = Grounding | Refused
@@ -33,9 +33,11 @@ Answers = Iterator[Answer]
 
 
 def onto(location: Location, belief: Belief, context: Context) -> Answers:
-    """Generate placements on a thing; a payload that hangs from the fingers is laid down, or released as it hangs.
+    """Generate placements on a thing; a payload that hangs from the fingers is laid down, or released as it
+    hangs.
 
-    Onto a thing that can move, such as another plate, it is first tried as it hangs: laid down it slides out of the fingers there.
+    Onto a thing that can move, such as another plate, it is first tried as it hangs: laid down it slides out
+    of the fingers there.
     """
     held = belief.held
     if held is None or held.swing is None:
@@ -44,7 +46,9 @@ def onto(location: Location, belief: Belief, context: Context) -> Answers:
     stuck, found = list[Unresolvable](), False
     laid = laid_down(location, belief, context, partial(placements, ways=LAID))
     hanging = (hung(answer, held) for answer in placements(location, belief, context, HUNG))
-    for answers in (laid, hanging) if belief.thing(bound(context, location.of)).furniture else (hanging, laid):
+    for answers in (
+        (laid, hanging) if belief.thing(bound(context, location.of)).furniture else (hanging, laid)
+    ):
         try:
             for answer in answers:
                 found = found or isinstance(answer, Grounding)
@@ -57,8 +61,8 @@ def onto(location: Location, belief: Belief, context: Context) -> Answers:
 
 
 def placements(location: Location, belief: Belief, context: Context, ways: Sequence[WayOut] = ()) -> Answers:
-    """Generate placements on or in a thing, by all ways to bring the payload there, or only by some: from above, through a
-    side, tilted.
+    """Generate placements on or in a thing, by all ways to bring the payload there, or only by some: from
+    above, through a side, tilted.
 
     Raises:
         Unresolvable: there is none by any way, or the samples of the query are used up.
@@ -68,7 +72,9 @@ def placements(location: Location, belief: Belief, context: Context, ways: Seque
         check_open(asked)
     except Unresolvable as shut:
         raise _merged([shut], location) from None
-    tasks = led_by(location, context) if is_roofed(asked[0]) else ()  # these have another way in there: toppling
+    tasks = (
+        led_by(location, context) if is_roofed(asked[0]) else ()
+    )  # these have another way in there: toppling
     ranked = [(rank, way) for way in ways or WAYS[location.relation] if (rank := way.rank(asked)) is not None]
     for rank, way in sorted(ranked, key=lambda one: one[0]):
         try:
@@ -86,12 +92,17 @@ def _merged(stuck: list[Unresolvable], location: Location, tasks: tuple[str, ...
     because = dict.fromkeys(name for no in stuck for name in (location.of or "", *no.because, *tasks))
     blocking = dict.fromkeys(name for no in stuck for name in no.blocking or ())
     remedy = next((no.remedy for no in stuck if no.remedy is not None), None)
-    return Unresolvable("; ".join(dict.fromkeys(no.reason for no in stuck)), tuple(because), blocking=tuple(blocking), remedy=remedy)
+    return Unresolvable(
+        "; ".join(dict.fromkeys(no.reason for no in stuck)),
+        tuple(because),
+        blocking=tuple(blocking),
+        remedy=remedy,
+    )
 
 
 def _by(way: WayOut, cost: float, asked: list[Query]) -> Answers:
-    """Placements by one way to bring the payload to its target; those that leave little room for closing a thing
-    later come last.
+    """Placements by one way to bring the payload to its target; those that leave little room for closing a
+    thing later come last.
 
     What shapes refuse is told when the first candidate gets past them. If none does, no other grasp would
     help: it depends on the two things alone, and on where tasks have put what stands there.
@@ -170,7 +181,9 @@ def place_at(placement: Placement, query: Query) -> Place:
     opening = opened(placement, query) if placement.opens and len(query.openings) > 1 else query.openings[0]
     let_go = pose * query.held.tcp_to_thing
     settles = let_go.inverse() * placement.lies if placement.lies else AS_LET_GO
-    release = query.release(height, opening if placement.opens and not isinstance(opening, Refused) else None, settles)
+    release = query.release(
+        height, opening if placement.opens and not isinstance(opening, Refused) else None, settles
+    )
     way = np.subtract(placement.begins.position, placement.before.position)
     x, y, z = (way / np.linalg.norm(way)).tolist() if placement.led else (0.0, 0.0, -1.0)
     return Place(
@@ -185,22 +198,28 @@ def _no_room(refused: list[Refused], query: Query, there: Iterable[str]) -> Unre
     named = {thing for name in (*SIDES, "near") if (thing := getattr(query.where, name))}
     named |= {*there, *(name for no in refused for name in no.blocking or () if isinstance(name, str))}
     bindings = query.context.bindings
-    put = (n for n, v in bindings.items() if isinstance(v, Place) and v.thing in named and v.release is not None)
+    put = (
+        n for n, v in bindings.items() if isinstance(v, Place) and v.thing in named and v.release is not None
+    )
     about = (n for n, v in bindings.items() if v in (query.thing.name, *named))
     first = {r.passed: f"{r.value}: {r.reason}" for r in reversed(refused)}
     said = "; ".join(first[passed] for passed in sorted(first, reverse=True))
     turned = any(r.check == "falls" for r in refused)  # another grip turns the hand another way
-    grips = (n for n, v in bindings.items() if turned and isinstance(v, Place) and v.thing == query.thing.name)
+    grips = (
+        n for n, v in bindings.items() if turned and isinstance(v, Place) and v.thing == query.thing.name
+    )
     lacks = min((r.remedy for r in refused if r.remedy is not None), key=lambda r: r.missing, default=None)
     reason = f"none of {len(refused)} placements fits; {said}"
     return Unresolvable(reason, (*put, *about, *grips), blocking=tuple(sorted(named)), remedy=lacks)
 
 
 def _blocked(way: WayOut, refused: list[Refused], query: Query) -> Unresolvable:
-    """Refusal if no candidate for one way of the payload to its target passes all checks: the nearest miss. It
-    names the grasp as a cause unless the payload's own shape is to blame."""
+    """Refusal if no candidate for one way of the payload to its target passes all checks: the nearest
+    miss. It names the grasp as a cause unless the payload's own shape is to blame."""
     nearest = max(reversed(refused), key=lambda no: no.passed)
     own = any(nearest.check in shapes for shapes in SHAPES.values()) or not nearest.check
     grasps = taken_at(query.belief, query.context) if way.by_hand or not own else ()
     blocking = dict.fromkeys(name for no in refused for name in no.blocking or ())
-    return Unresolvable(f"{way.name}: {nearest.reason}", grasps, blocking=tuple(blocking), remedy=nearest.remedy)
+    return Unresolvable(
+        f"{way.name}: {nearest.reason}", grasps, blocking=tuple(blocking), remedy=nearest.remedy
+    )

@@ -1,8 +1,8 @@
-"""Placements from above of a thing that hangs from the fingers at its rim: a hand that points obliquely down puts its far edge onto the
-support, and lets it fall flat.
+"""Placements from above of a thing that hangs from the fingers at its rim: a hand that points obliquely down
+puts its far edge onto the support, and lets it fall flat.
 
-Where it comes to rest is simulated. On a support that is not level, such as another plate, a thing that is led down about its far edge
-slides out of the fingers before it lies.
+Where it comes to rest is simulated. On a support that is not level, such as another plate, a thing that is
+led down about its far edge slides out of the fingers before it lies.
 """
 
 from __future__ import annotations
@@ -27,13 +27,26 @@ from .positions import positions_on
 from .query import Found, Groups, Placement, Query, standing_on
 from .stable_poses import Rest, about_vertical, put_down, standing_at, with_middle
 
-HIGH, ABOVE = 0.010, 0.05  # of its lowest point over the support where the last line begins, and the stand-off above that [m]
-TURNS = (0.0, 45.0, -45.0, 90.0, -90.0, 135.0, -135.0, 180.0)  # of the hand from pointing away from the robot [deg]
+HIGH, ABOVE = (
+    0.010,
+    0.05,
+)  # of its lowest point over the support where the last line begins, and the stand-off above that [m]
+TURNS = (
+    0.0,
+    45.0,
+    -45.0,
+    90.0,
+    -90.0,
+    135.0,
+    -135.0,
+    180.0,
+)  # of the hand from pointing away from the robot [deg]
 FEW = 2  # positions on a surface: each with as many as 32 simulated falls, some 30 ms each
 
 
 def edge_first(asked: list[Query]) -> Groups:
-    """Generate placements of a hanging payload whose far edge is put down first, those of the least lean first."""
+    """Generate placements of a hanging payload whose far edge is put down first, those of the least lean
+    first."""
     none = True
     for rest in _lying(asked):
         for (lean, now), turn in product(list(far_edge_down(rest.query)), TURNS):
@@ -45,11 +58,14 @@ def edge_first(asked: list[Query]) -> Groups:
 
 
 def _lying(asked: list[Query]) -> Iterator[Rest]:
-    """Stable poses in which a payload would lie, each with the placement problem of the payload as it hangs from the hand."""
+    """Stable poses in which a payload would lie, each with the placement problem of the payload as it
+    hangs from the hand."""
     belief, context = asked[0].belief, asked[0].context
     assert belief.held is not None and belief.held.swing is not None
     arm = Arm(replace(belief, held=replace(belief.held, tcp_to_thing=belief.held.swing.start)), context)
-    level = with_middle([replace(q, arm=arm, obstacles=standing_on(replace(q, arm=arm))) for q in asked if math.isinf(q.room)])
+    level = with_middle(
+        [replace(q, arm=arm, obstacles=standing_on(replace(q, arm=arm))) for q in asked if math.isinf(q.room)]
+    )
     now = put_down(level[0]) if level else Pose()
     for query in level:
         for offset in islice(positions_on(query, now), FEW):
@@ -58,8 +74,8 @@ def _lying(asked: list[Query]) -> Iterator[Rest]:
 
 
 def _let_fall(rest: Rest, now: Pose, turn: float, name: str) -> Iterator[Found]:
-    """Yield placements of a leaning payload that falls flat once released: its far edge is above the place where
-    that edge comes to lie.
+    """Yield placements of a leaning payload that falls flat once released: its far edge is above the place
+    where that edge comes to lie.
 
     Args:
         now: the attitude, the hand pointing along x.
@@ -68,8 +84,12 @@ def _let_fall(rest: Rest, now: Pose, turn: float, name: str) -> Iterator[Found]:
     query, lies = rest.query, rest.thing
     heading = math.atan2(lies.position[1], lies.position[0]) + math.radians(turn)
     ahead, leaning = np.array([math.cos(heading), math.sin(heading), 0.0]), about_vertical(now, heading)
-    leaning = shift(leaning, lies.apply(centre_of_mass(query.thing)) - leaning.apply(centre_of_mass(query.thing)))
-    leaning = shift(leaning, (support(query.thing, lies, ahead) - support(query.thing, leaning, ahead)) * ahead)
+    leaning = shift(
+        leaning, lies.apply(centre_of_mass(query.thing)) - leaning.apply(centre_of_mass(query.thing))
+    )
+    leaning = shift(
+        leaning, (support(query.thing, lies, ahead) - support(query.thing, leaning, ahead)) * ahead
+    )
     thing = shift(leaning, (0.0, 0.0, HIGH - room_under(query.thing, leaning, query.whole, query.at)))
     pose = query.hand(thing)
     placement = Placement(name, thing, pose, shift(pose, (0.0, 0.0, ABOVE)), HIGH, "dropped", reorients=True)

@@ -30,31 +30,43 @@ SMALL = 1e-6
 
 INSET = 0.12  # of what is nearest to a robot that drove, from the edge [m]
 ROUNDED = 0.0002  # twice what positions are rounded by [m]
-BESIDE_WALLS = OFF_WALLS + 0.001  # distance of positions from walls [m]: what leans a little is nearer to one farther up
+BESIDE_WALLS = (
+    OFF_WALLS + 0.001
+)  # distance of positions from walls [m]: what leans a little is nearer to one farther up
 ALIKE = 0.002  # radii of discs that are as good as one another [m]
 TRIED = 32  # corners that are looked at, of a round opening evenly spaced ones
 AWAY = 0.1
-"""Distance of a payload that is put aside from its old place [m]: half a hand. Before something is opened it goes farther."""
+"""Distance of a payload that is put aside from its old place [m]: half a hand. Before something is opened
+it goes farther."""
 
 
 def positions_on(query: Query, now: Pose) -> Iterator[Offset]:
     """Generate the positions of a payload, turned as at a pose in the base frame, best first.
 
-    Of what is not level the middle alone, where things are least likely to tip or to slide. Of what stood over
-    the surface, and is put aside before other things are handled, first those beside where it stood.
+    Of what is not level the middle alone, where things are least likely to tip or to slide. Of what stood
+    over the surface, and is put aside before other things are handled, first those beside where it stood.
     """
     if query.under:
         return iter([(0.0, 0.0)])
     free = free_for(query, now)
-    first = beside_where_it_stood(query, free, radius(query, now)) if not query.depth and query.where == Where() else ()
+    first = (
+        beside_where_it_stood(query, free, radius(query, now))
+        if not query.depth and query.where == Where()
+        else ()
+    )
     return itertools.chain(first, positions(free, anchor(query, now)))
 
 
 def free_for(query: Query, now: Pose) -> Any:
-    """Return positions for the payload's middle: on its support, apart from obstacles, and where ``where`` wants it."""
+    """Return positions for the payload's middle: on its support, apart from obstacles, and where ``where``
+    wants it."""
     wide, area, where = radius(query, now), query.target.area, query.where
     _, least = inset(standing(query.thing, now), area)
-    cores = [area.buffer(-wide - BESIDE_WALLS), area.buffer(-wide)] if query.depth else [area.convex_hull.buffer(-least - ROUNDED)]
+    cores = (
+        [area.buffer(-wide - BESIDE_WALLS), area.buffer(-wide)]
+        if query.depth
+        else [area.convex_hull.buffer(-least - ROUNDED)]
+    )
     grown = [o.area.buffer(radius(query, now, o.top)) for o in query.obstacles]
     found = [free_area(core, grown, 0.0) for core in cores]
     free = next((a for a in found if not a.is_empty), found[-1])
@@ -62,10 +74,14 @@ def free_for(query: Query, now: Pose) -> Any:
     for side, (axis, sign) in SIDES.items():
         if other := getattr(where, side):
             way = sign * query.target.pose.rotation[axis, :2]
-            aside = sign * (query.belief.pose(other).position[axis] - query.target.pose.position[axis]) + ASIDE
+            aside = (
+                sign * (query.belief.pose(other).position[axis] - query.target.pose.position[axis]) + ASIDE
+            )
             free = beside(free, (float(way[0]), float(way[1])), aside)
     if where.near:
-        free = free.intersection(shapely.Point(*to.apply(query.belief.pose(where.near).position)[:2]).buffer(where.within))
+        free = free.intersection(
+            shapely.Point(*to.apply(query.belief.pose(where.near).position)[:2]).buffer(where.within)
+        )
     return free
 
 
@@ -93,7 +109,9 @@ def anchor(query: Query, now: Pose) -> Offset:
         at = to.apply(query.belief.pose(other).position)[:2]
     elif query.belief.at is not None:
         low, high = np.reshape(query.target.area.bounds, (2, 2))
-        at = np.clip(to.apply((0.0, 0.0, 0.0))[:2], np.minimum(low + INSET, 0.0), np.maximum(high - INSET, 0.0))
+        at = np.clip(
+            to.apply((0.0, 0.0, 0.0))[:2], np.minimum(low + INSET, 0.0), np.maximum(high - INSET, 0.0)
+        )
     return float(at[0]), float(at[1])
 
 
@@ -107,14 +125,18 @@ def _with_room(query: Query, now: Pose) -> Offset:
     if puts_into(query.entity, query.belief, query.context):
         x, y, _ = query.target.pose.inverse().apply((0.0, 0.0, 0.0)).tolist()
         a, b, c, _ = rectangle(query, now)
-        return corner(query.target.area.buffer(-BESIDE_WALLS), left, (math.dist(a, b), math.dist(b, c)), (x, y))
+        return corner(
+            query.target.area.buffer(-BESIDE_WALLS), left, (math.dist(a, b), math.dist(b, c)), (x, y)
+        )
     return roomiest(left) if lying else (0.0, 0.0)
 
 
 def rectangle(query: Query, now: Pose) -> Floats:
     """Return the corners (4, 2) of the smallest rectangle around the payload's outline at a pose, from above
     [m]."""
-    corners: Floats = shapely.get_coordinates(shapely.minimum_rotated_rectangle(footprint(query.thing, now)))[:4]
+    corners: Floats = shapely.get_coordinates(shapely.minimum_rotated_rectangle(footprint(query.thing, now)))[
+        :4
+    ]
     return corners
 
 
@@ -165,14 +187,20 @@ def free_area(core: Any, obstacles: Iterable[Any], radius: float) -> Any:
 
 
 def beside(area: Any, axis: Offset, least: float) -> Any:
-    """Return the part of an area [m] in which the dot product of a point with ``axis`` is at least ``least``."""
+    """Return the part of an area [m] in which the dot product of a point with ``axis`` is at least
+    ``least``."""
     along, far = np.asarray(axis, dtype=float), 100.0
     length = float(np.linalg.norm(along))
     if length < 1e-9:
         return area
     along = along / length
     across, start = np.array([-along[1], along[0]]), along * least / length
-    half = [start + across * far, start - across * far, start - across * far + along * far, start + across * far + along * far]
+    half = [
+        start + across * far,
+        start - across * far,
+        start - across * far + along * far,
+        start + across * far + along * far,
+    ]
     return area.intersection(shapely.Polygon(half))
 
 
@@ -188,7 +216,9 @@ def positions(area: Any, anchor: Offset) -> Iterator[Offset]:
         return
     nearest = shapely.shortest_line(shapely.Point(anchor), area).coords[-1]
     middles = [shapely.maximum_inscribed_circle(p).coords[0] for p in shapely.get_parts(area) if p.area > 0]
-    yield from dict.fromkeys([_rounded(nearest), *sorted(map(_rounded, middles), key=lambda p: (math.dist(p, anchor), p))])
+    yield from dict.fromkeys(
+        [_rounded(nearest), *sorted(map(_rounded, middles), key=lambda p: (math.dist(p, anchor), p))]
+    )
     rounds = [_rounds(p) for p in shapely.get_parts(area) if p.area > SMALL]
     for parts in zip(*rounds, strict=True) if rounds else ():
         points = [_rounded(p) for part in parts for p in part.tolist()]
@@ -261,16 +291,25 @@ def corner(area: Any, left: Any, sides: tuple[float, float], near: Offset) -> Of
     """
     x, y = sides
     found = [(*p, *turned) for turned in dict.fromkeys(((x, y), (y, x))) for p in _corners(area, turned)]
-    boxes = {f: shapely.box(f[0] - f[2] / 2, f[1] - f[3] / 2, f[0] + f[2] / 2, f[1] + f[3] / 2) for f in found}
-    discs = {f: _largest(left.difference(box)) for f, box in boxes.items() if box.intersection(left).area > 0.9 * box.area}
+    boxes = {
+        f: shapely.box(f[0] - f[2] / 2, f[1] - f[3] / 2, f[0] + f[2] / 2, f[1] + f[3] / 2) for f in found
+    }
+    discs = {
+        f: _largest(left.difference(box))
+        for f, box in boxes.items()
+        if box.intersection(left).area > 0.9 * box.area
+    }
     if not discs:
         return roomiest(left)
     best = max(discs.values())
-    return min((f[:2] for f in discs if discs[f] >= best - ALIKE), key=lambda p: (round(math.dist(p, near), 3), p))
+    return min(
+        (f[:2] for f in discs if discs[f] >= best - ALIKE), key=lambda p: (round(math.dist(p, near), 3), p)
+    )
 
 
 def _corners(area: Any, sides: tuple[float, float]) -> list[Offset]:
-    """Return the extreme positions of a rectangle's middle at which all of its corners are in a convex area."""
+    """Return the extreme positions of a rectangle's middle at which all of its corners are in a convex
+    area."""
     x, y = sides[0] / 2, sides[1] / 2
     moved = [shapely.affinity.translate(area, a * x, b * y) for a in (-1, 1) for b in (-1, 1)]
     points = shapely.get_coordinates(shapely.intersection_all(moved)).round(4).tolist()
@@ -280,4 +319,7 @@ def _corners(area: Any, sides: tuple[float, float]) -> list[Offset]:
 
 def _largest(area: Any) -> float:
     """Radius of the largest disc in an area [m]."""
-    return max((float(shapely.maximum_inscribed_circle(p).length) for p in shapely.get_parts(area) if p.area > 0), default=0.0)
+    return max(
+        (float(shapely.maximum_inscribed_circle(p).length) for p in shapely.get_parts(area) if p.area > 0),
+        default=0.0,
+    )

@@ -28,7 +28,8 @@ from ..parameters import Where, asked
 from ..reached import Arm, Leg
 
 PARTS, STRAIGHTEN = (0.0, 0.1, 0.2, 0.3, 0.45, 0.7, 1.0), (0.25, 0.5, 0.75)
-"""Parts of a straight way out, and of a turn on it, at which hand and payload have to be free before the arm is asked."""
+"""Parts of a straight way out, and of a turn on it, at which hand and payload have to be free before the
+arm is asked."""
 GAP = 0.006  # between outlines seen from above, and around what is over an opening [m]: a little more than paths keep
 AS_LET_GO = Pose()
 
@@ -98,7 +99,8 @@ class Query(Value, dict=True):
 
     @property
     def whole(self) -> Thing:
-        """Return the thing on or in which the payload is put; the target, a surface or an opening, is a part of it."""
+        """Return the thing on or in which the payload is put; the target, a surface or an opening, is a
+        part of it."""
         return self.belief.world.thing(thing_of(self.entity))
 
     @property
@@ -120,7 +122,11 @@ class Query(Value, dict=True):
         for name in self.belief.poses.keys() - {self.whole.name, self.thing.name}:
             to = back * self.belief.pose(name)
             near_it = ((g, to * g.pose) for g in self.belief.thing(name).geoms)
-            geoms += [replace(g, pose=p) for g, p in near_it if math.dist(p.position, (low + high) / 2) < reach + g.bounding_radius]
+            geoms += [
+                replace(g, pose=p)
+                for g, p in near_it
+                if math.dist(p.position, (low + high) / 2) < reach + g.bounding_radius
+            ]
         return replace(self.whole, geoms=tuple(geoms), features=())
 
     @property
@@ -177,7 +183,8 @@ class Placement(Value):
         height: of the payload's lowest point above the target [m].
         kind: of stable pose; it says which checks of the shapes there are.
         through: TCP poses on the way from the stand-off.
-        led: whether hand and payload have to be free, and led by the arm, all the way; else at its two ends alone.
+        led: whether hand and payload have to be free, and led by the arm, all the way; else at its two ends
+            alone.
         lies: the payload where it comes to rest; the same as where it is let go of by default, or straight
             below.
         back: the TCP to which the hand goes back right after letting go; None where it need not.
@@ -209,7 +216,8 @@ class Placement(Value):
 
     @property
     def begins(self) -> Pose:
-        """Return the TCP pose at which the straight line from the stand-off ends, on the way to the placement."""
+        """Return the TCP pose at which the straight line from the stand-off ends, on the way to the
+        placement."""
         return (*self.through, self.pose)[0]
 
     @property
@@ -231,7 +239,8 @@ at."""
 
 
 def queries(location: Location, belief: Belief, context: Context) -> list[Query]:
-    """Return a placing problem for each place where the target could take the payload: an opening of a cavity, or a surface.
+    """Return a placing problem for each place where the target could take the payload: an opening of a
+    cavity, or a surface.
 
     Raises:
         Unresolvable: there is none, or nothing is held.
@@ -239,7 +248,11 @@ def queries(location: Location, belief: Belief, context: Context) -> list[Query]
     entity, into = bound(context, location.of), location.relation != "on"
     if belief.held is None:
         raise Unresolvable("the hand holds no payload that could be placed")
-    thing, pose, where = belief.thing(entity), reference_pose(belief, location, context), asked(location, Where)
+    thing, pose, where = (
+        belief.thing(entity),
+        reference_pose(belief, location, context),
+        asked(location, Where),
+    )
     region = where.region or EntityName.parse(entity).part
     found = openings(thing, pose, region) if into else [(s, 0.0) for s in surfaces(thing, pose, region)]
     uneven = not into and not found and thing.furniture
@@ -270,7 +283,11 @@ def openings(thing: Thing, pose: Pose, region: str = "") -> list[tuple[Surface, 
         return []
     size = cavity.size
     half = [size.get(name, math.inf) / 2 for name in ("width", "depth")]
-    area = shapely.Point(0, 0).buffer(size["radius"]) if "radius" in size else shapely.box(-half[0], -half[1], *half)
+    area = (
+        shapely.Point(0, 0).buffer(size["radius"])
+        if "radius" in size
+        else shapely.box(-half[0], -half[1], *half)
+    )
     return [(Surface(pose * cavity.pose, area), size["height"])]
 
 
@@ -291,7 +308,11 @@ def standing_on(query: Query) -> tuple[Obstacle, ...]:
 def lying_in(query: Query, sure: bool = False) -> tuple[Obstacle, ...]:
     """Return the outlines of a cavity's contents, widened by ``GAP`` and, unless ``sure``, by the uncertainty
     of their places."""
-    belief, to, margins = query.belief, query.target.pose.inverse(), {} if sure else uncertainty_margins(query.belief)
+    belief, to, margins = (
+        query.belief,
+        query.target.pose.inverse(),
+        {} if sure else uncertainty_margins(query.belief),
+    )
     found = []
     for name in belief.poses:
         area = footprint(belief.world.thing(name), to * belief.pose(name), -query.depth, 0.0)

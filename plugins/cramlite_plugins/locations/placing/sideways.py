@@ -1,4 +1,5 @@
-"""Ways out from under a roof through an open side, such as out of a microwave, with room for hand and payload, whatever the arm does."""
+"""Ways out from under a roof through an open side, such as out of a microwave, with room for hand and
+payload, whatever the arm does."""
 
 from __future__ import annotations
 
@@ -66,8 +67,8 @@ class Floor(Value):
     out: Floats
 
     def spots(self, few: int = 1) -> list[tuple[Floats, str]]:
-        """Return points (3,) on a floor under a roof, from its middle to its open side, with descriptions; fewer
-        of them if ``few`` > 1."""
+        """Return points (3,) on a floor under a roof, from its middle to its open side, with descriptions;
+        fewer of them if ``few`` > 1."""
         low, high = np.reshape(self.surface.area.bounds, (2, 2))
         way = self.surface.pose.inverse().rotate(self.out)[:2]
         across, half = np.array([-way[1], way[0]]), (high - low) / 2
@@ -86,7 +87,8 @@ def sideways(asked: list[Query]) -> Groups:
 
     The payload is carried upright, or held by a hand that points inwards and released to come to rest.
 
-    Those at which boxes about hand and payload have room come first; others, upright, only where there are none.
+    Those at which boxes about hand and payload have room come first; others, upright, only where there are
+    none.
 
     Raises:
         Unresolvable: the payload is too high, or no side is open.
@@ -105,13 +107,18 @@ def sideways(asked: list[Query]) -> Groups:
                 none = False
                 yield iter([(query, placement)])
     if found and none:
-        yield Refused("anywhere", "the bounding boxes of hand and payload fit nowhere on the floor of the target")
+        yield Refused(
+            "anywhere", "the bounding boxes of hand and payload fit nowhere on the floor of the target"
+        )
     if not found:
         raise _too_high(first, max(low, default=0.0), height(first.thing, upright) + 2 * HIGH)
 
 
-def _floors(asked: Sequence[Query], now: Pose, tall: float, low: list[float]) -> Iterator[tuple[Query, Floor]]:
-    """Yield each floor with room enough under its roof for a payload, once for each open side, with the placement problem.
+def _floors(
+    asked: Sequence[Query], now: Pose, tall: float, low: list[float]
+) -> Iterator[tuple[Query, Floor]]:
+    """Yield each floor with room enough under its roof for a payload, once for each open side, with the
+    placement problem.
 
     The payload is turned as at the pose ``now``.
 
@@ -119,7 +126,9 @@ def _floors(asked: Sequence[Query], now: Pose, tall: float, low: list[float]) ->
     """
     for query in asked:
         whole, at = query.whole, query.at
-        for surface, over in _levels(query.thing, now, whole, at, query.region, query.belief, query.depth > 0):
+        for surface, over in _levels(
+            query.thing, now, whole, at, query.region, query.belief, query.depth > 0
+        ):
             low.append(over)
             for out in open_sides(whole, at, surface, tall / 2 - HIGH) if tall <= over else ():
                 yield query, Floor(whole, at, surface, over, out)
@@ -161,8 +170,8 @@ def _too_high(query: Query, room: float, needed: float) -> Unresolvable:
 
 
 def _level(query: Query, floor: Floor, now: Pose, kind: str) -> Iterator[Placement]:
-    """Generate placements on a floor under a roof, from its middle to its open side, with the hand pointing in
-    through that side.
+    """Generate placements on a floor under a roof, from its middle to its open side, with the hand pointing
+    in through that side.
 
     A payload that is not released upright gets its simulated rest pose. If all are out of reach, one is kept
     for the refusal.
@@ -185,8 +194,8 @@ def _level(query: Query, floor: Floor, now: Pose, kind: str) -> Iterator[Placeme
 
 
 def _of_each_step(rows: NDArray[np.intp], few: int) -> list[list[int]]:
-    """Limit the pairs (spot, turn of the hand) to try at each distance from a floor's middle: to ``MANY``, or to
-    one if ``few`` > 1 asks for few trials.
+    """Limit the pairs (spot, turn of the hand) to try at each distance from a floor's middle: to ``MANY``, or
+    to one if ``few`` > 1 asks for few trials.
 
     To simulate how a payload comes to rest at one spot takes some ten runs.
     """
@@ -196,11 +205,9 @@ def _of_each_step(rows: NDArray[np.intp], few: int) -> list[list[int]]:
     return found
 
 
-def _at(
-    query: Query, floor: Floor, now: Pose, kind: str, spot: tuple[Floats, str], turn: float
-) -> Placement:
-    """Placement of a payload at a spot of a floor, turned by ``turn`` [deg] from where the hand points straight
-    in through the floor's open side."""
+def _at(query: Query, floor: Floor, now: Pose, kind: str, spot: tuple[Floats, str], turn: float) -> Placement:
+    """Placement of a payload at a spot of a floor, turned by ``turn`` [deg] from where the hand points
+    straight in through the floor's open side."""
     ahead, (point, name) = query.hand(now).rotate((0.0, 0.0, 1.0)), spot
     spin = math.atan2(-floor.out[1], -floor.out[0]) - math.atan2(ahead[1], ahead[0]) + math.radians(turn)
     turned = about_vertical(now, spin)
@@ -221,9 +228,17 @@ def _down(hand: Pose) -> float:
 
 
 def _free(
-    floor: Floor, around: HandRoom, thing: Thing, now: Pose, hands: Hands, openings: Floats, turns: Floats, few: int
+    floor: Floor,
+    around: HandRoom,
+    thing: Thing,
+    now: Pose,
+    hands: Hands,
+    openings: Floats,
+    turns: Floats,
+    few: int,
 ) -> NDArray[np.bool_]:
-    """Check whether boxes around hand and payload have room on the level way out, for each hand pose, spot and turn: (n, spots, turns).
+    """Check whether boxes around hand and payload have room on the level way out, for each hand pose, spot
+    and turn: (n, spots, turns).
 
     Args:
         now: of the payload in the base frame, with the hands (n) at it.
@@ -233,7 +248,10 @@ def _free(
     points = np.array([point for point, _ in floor.spots(few)])
     spin = _inwards(floor, hands, turns)
     x, y, _ = centre_of_mass(thing) @ now.rotation.T + now.position
-    foot, shape = np.array([x, y, now.position[2] + lowest(thing, now) - HIGH]), (len(openings), len(points), len(turns))
+    foot, shape = (
+        np.array([x, y, now.position[2] + lowest(thing, now) - HIGH]),
+        (len(openings), len(points), len(turns)),
+    )
     if not len(openings):
         return np.zeros(shape, bool)
     boxes = _boxes(thing, now)
@@ -248,7 +266,10 @@ def _free(
         found = np.einsum("ntij,njk->ntik", spin, axes)[:, None]
         return np.broadcast_to(found, (*shape, 3, 3)).reshape(-1, 3, 3)
 
-    every = [(spread(np.tile(m - foot, (*shape[:1], 1))), turned(np.tile(t, (*shape[:1], 1, 1))), half) for m, t, half in boxes]
+    every = [
+        (spread(np.tile(m - foot, (*shape[:1], 1))), turned(np.tile(t, (*shape[:1], 1, 1))), half)
+        for m, t, half in boxes
+    ]
     reached = Hands(spread(hands.positions - foot), turned(hands.turns))
     (whole, axes, half), *parts = every
     far = support(floor.whole, floor.at, floor.out) + BEFORE_IT - whole @ floor.out
@@ -274,13 +295,20 @@ def _inwards(floor: Floor, hands: Hands, turns: Floats) -> Floats:
     facing = math.atan2(-floor.out[1], -floor.out[0]) - np.arctan2(hands.approach[:, 1], hands.approach[:, 0])
     angles = facing[:, None] + turns
     c, s, zero = np.cos(angles), np.sin(angles), np.zeros(angles.shape)
-    found: Floats = np.stack([c, -s, zero, s, c, zero, zero, zero, zero + 1.0], -1).reshape(*angles.shape, 3, 3)
+    found: Floats = np.stack([c, -s, zero, s, c, zero, zero, zero, zero + 1.0], -1).reshape(
+        *angles.shape, 3, 3
+    )
     return found
 
 
-def _any_met(around: HandRoom, parts: Sequence[tuple[Floats, Floats, Floats]], rows: NDArray[np.intp], by: Floats) -> NDArray[np.bool_]:
-    """Whether a box of a payload's parts overlaps a thing, for each chosen pose (``rows``) shifted by a vector (n, 3) [m]."""
-    met = [overlaps(around.others, m[rows] + by, t[rows], half + CLEARANCE).any(axis=1) for m, t, half in parts]
+def _any_met(
+    around: HandRoom, parts: Sequence[tuple[Floats, Floats, Floats]], rows: NDArray[np.intp], by: Floats
+) -> NDArray[np.bool_]:
+    """Whether a box of a payload's parts overlaps a thing, for each chosen pose (``rows``) shifted by a
+    vector (n, 3) [m]."""
+    met = [
+        overlaps(around.others, m[rows] + by, t[rows], half + CLEARANCE).any(axis=1) for m, t, half in parts
+    ]
     return np.asarray(np.any(met, axis=0))
 
 
@@ -293,7 +321,11 @@ def _boxes(thing: Thing, now: Pose) -> list[tuple[Floats, Floats, Floats]]:
         Of each the centre (3,), axes as columns (3, 3), and halved side lengths (3,), in the base frame [m].
     """
     low, high = box_around(thing.geoms)
-    parts = [(now * g.pose, np.asarray(g.half_extents, float)) for g in thing.geoms] if len(thing.geoms) <= PIECES else []
+    parts = (
+        [(now * g.pose, np.asarray(g.half_extents, float)) for g in thing.geoms]
+        if len(thing.geoms) <= PIECES
+        else []
+    )
     whole = now.apply((low + high) / 2), now.rotation, (high - low) / 2
     return [whole, *((np.asarray(p.position), p.rotation, half) for p, half in parts)]
 
@@ -301,12 +333,13 @@ def _boxes(thing: Thing, now: Pose) -> list[tuple[Floats, Floats, Floats]]:
 def comes_in(
     thing: Thing, belief: Belief, context: Context, hands: Hands, openings: Floats, free: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
-    """Check with which grasps (n) a thing, as it stands now, fits under the overhang of the place where a later task puts it.
+    """Check with which grasps (n) a thing, as it stands now, fits under the overhang of the place where a
+    later task puts it.
 
     All grasps, if no later task puts it under one; else only grasps that ``free`` marks are tried.
 
-    Later tasks are looked at only where there is a roof, so that what follows elsewhere holds whatever they are.
-    A table's board near the floor is not meant by the table, off which a thing is picked up.
+    Later tasks are looked at only where there is a roof, so that what follows elsewhere holds whatever they
+    are. A table's board near the floor is not meant by the table, off which a thing is picked up.
     """
     every, now = np.ones(len(openings), bool), belief.pose(thing.name)
     others = (name for name in belief.poses if name != thing.name)

@@ -33,19 +33,33 @@ from .positions import Offset, free_for, middle, positions_on, rectangle
 from .query import Placement, Query
 
 FEW_YAWS = (0.0, 90.0, -45.0)  # away from the middle of a surface [deg]
-YAWS = (0.0, 30.0, -30.0, 60.0, -60.0, 90.0, -90.0, 135.0, -135.0, 180.0)  # turns about the vertical that are tried first [deg]
+YAWS = (
+    0.0,
+    30.0,
+    -30.0,
+    60.0,
+    -60.0,
+    90.0,
+    -90.0,
+    135.0,
+    -135.0,
+    180.0,
+)  # turns about the vertical that are tried first [deg]
 FACING = (0.0, 6.0, -6.0)
 """Turns from facing another thing [deg]: of the 15 deg that are judged, letting go may take some."""
 GOLDEN = 137.5077640500378  # of one further turn, another one everywhere: the golden angle [deg]
 STRAIGHT = 0.99  # of the rectangle about an outline, of one that is that rectangle
 PER_PLACE, PER_TURN = 0.5, 0.1  # cost of each position that comes before, and of a radian of turn
 ONTO = ((0.02, 0.06), (0.01, 0.015))
-"""Height of the lowest point above a surface at which a guarded motion begins, and the stand-off above that [m]; the second
-pair where there is little room above."""
+"""Height of the lowest point above a surface at which a guarded motion begins, and the stand-off above
+that [m]; the second pair where there is little room above."""
 NESTED = ((0.02, 0.06), (0.035, 0.045))
-"""The same heights for a thing that is let down between steep walls: 20 mm higher a bowl is 4 mm from the sides of one that
-holds it, and paths keep more."""
-OFF_FLOOR, RISE = 0.01, 0.03  # lowest point above a container's floor when let go, and steps up from there [m]
+"""The same heights for a thing that is let down between steep walls: 20 mm higher a bowl is 4 mm from the
+sides of one that holds it, and paths keep more."""
+OFF_FLOOR, RISE = (
+    0.01,
+    0.03,
+)  # lowest point above a container's floor when let go, and steps up from there [m]
 ABOVE = 0.06  # stand-off above a rim [m]
 TURNLESS = 1e-6  # what is turned by less is as it was: rounding [rad]
 LET_GO = 0.004
@@ -148,14 +162,17 @@ def standing_at(query: Query, now: Pose, offset: Offset, yaw: float = 0.0, cost:
 
 
 def _turns(query: Query, now: Pose, offset: Offset, few: tuple[float, ...]) -> tuple[float, ...]:
-    """Rotations of a payload about the vertical [deg] to try; among the first, those that align its straight sides with the target's."""
+    """Rotations of a payload about the vertical [deg] to try; among the first, those that align its
+    straight sides with the target's."""
     area = query.target.area
     if not (query.depth or query.where.region) or area.area < STRAIGHT * shapely.box(*area.bounds).area:
         return few  # nothing marks its sides, or its opening is round
     there, axis = stood(query, now, offset, 0.0), query.target.pose.rotate((1.0, 0.0, 0.0))
     side = np.subtract(*rectangle(query, there)[:2])
     apart = math.degrees(math.atan2(axis[1], axis[0]) - math.atan2(side[1], side[0]))
-    along = sorted((round(math.remainder(apart + quarter, 360.0), 2) for quarter in (0.0, 90.0, 180.0, 270.0)), key=abs)
+    along = sorted(
+        (round(math.remainder(apart + quarter, 360.0), 2) for quarter in (0.0, 90.0, 180.0, 270.0)), key=abs
+    )
     seen = footprint(query.thing, query.target.pose.inverse() * there)
     straight = seen.area > STRAIGHT * shapely.minimum_rotated_rectangle(seen).area
     if not query.depth:
@@ -190,12 +207,17 @@ def stood(query: Query, now: Pose, offset: Offset, yaw: float) -> Pose:
         facing = math.atan2(to[1], to[0]) - math.atan2(ahead[1], ahead[0])
     turned = about_vertical(now, facing + math.radians(yaw))
     x, y = target[:2] - middle(query, turned)
-    return Pose((float(x), float(y), float(target[2]) + support(query.thing, turned, (0, 0, -1))), turned.quaternion)
+    return Pose(
+        (float(x), float(y), float(target[2]) + support(query.thing, turned, (0, 0, -1))), turned.quaternion
+    )
 
 
 def about_vertical(pose: Pose, angle: float) -> Pose:
-    """Return the orientation of a pose, turned about the vertical by an angle [rad], as a pose at the origin."""
-    return Pose((0, 0, 0), (Pose.from_rotvec((0, 0, 0), (0, 0, angle)) * Pose((0, 0, 0), pose.quaternion)).quaternion)
+    """Return the orientation of a pose, turned about the vertical by an angle [rad], as a pose at the
+    origin."""
+    return Pose(
+        (0, 0, 0), (Pose.from_rotvec((0, 0, 0), (0, 0, angle)) * Pose((0, 0, 0), pose.quaternion)).quaternion
+    )
 
 
 def heights(query: Query, now: Pose) -> list[tuple[float, float]]:
@@ -207,7 +229,10 @@ def heights(query: Query, now: Pose) -> list[tuple[float, float]]:
         return list(NESTED if query.under else ONTO)
     gripper, hand = query.context.robot.gripper, query.hand(now)
     ball = math.hypot(*gripper.tcp.position) + gripper.pad[1]  # about the TCP, that holds the hand
-    low, high = -query.depth + OFF_FLOOR, ball - (hand.position[2] + support(query.thing, now, (0.0, 0.0, -1.0)))
+    low, high = (
+        -query.depth + OFF_FLOOR,
+        ball - (hand.position[2] + support(query.thing, now, (0.0, 0.0, -1.0))),
+    )
     return [(float(h), max(ABOVE - float(h), ABOVE)) for h in np.arange(low, max(high, 0.0) + RISE, RISE)]
 
 
@@ -254,7 +279,8 @@ def check_turn(query: Query, asked: Pose) -> None:
 
 
 def with_middle(level: list[Query]) -> list[Query]:
-    """Return the placing problems to try, one for each surface; on a movable support with a rim, its middle is tried first.
+    """Return the placing problems to try, one for each surface; on a movable support with a rim, its middle
+    is tried first.
 
     Of a movable support with a rim, such as a plate: the middle of its largest surface, then that surface if
     it has room elsewhere.
@@ -306,8 +332,8 @@ def _floor(query: Query, lying: Pose) -> float | None:
 
 
 def carried_at(thing: Thing, turned: Pose, point: Vector3, belief: Belief) -> float | None:
-    """Return the height at which a thing rests on what is below it, with its middle over or under a point of the
-    base frame [m].
+    """Return the height at which a thing rests on what is below it, with its middle over or under a point of
+    the base frame [m].
 
     The thing is turned as in ``turned``; None if nothing is below it.
     """
@@ -320,8 +346,8 @@ def carried_at(thing: Thing, turned: Pose, point: Vector3, belief: Belief) -> fl
 
 
 def _inside_from(query: Query, out: Floats, deep: float, share: float) -> Floats:
-    """Return a point (3,) of an opening in the base frame [m], ``deep`` inside the opening's edge on the side of
-    the direction ``out``.
+    """Return a point (3,) of an opening in the base frame [m], ``deep`` inside the opening's edge on the side
+    of the direction ``out``.
 
     Along that edge it is off the middle by a share of half the width.
     """

@@ -1,4 +1,5 @@
-"""Ways through an opening for a payload that does not fit in upright: tilted, or released to topple with only its foot inside."""
+"""Ways through an opening for a payload that does not fit in upright: tilted, or released to topple with
+only its foot inside."""
 
 from __future__ import annotations
 
@@ -27,13 +28,18 @@ from .stable_poses import (
 )
 
 TILTS = (25.0, 30.0, 20.0)
-"""Leans of a payload from upright [deg]: between handles and wall a bowl of 107 mm has more room the more it leans, and the hand
-at its rim less."""
+"""Leans of a payload from upright [deg]: between handles and wall a bowl of 107 mm has more room the more
+it leans, and the hand at its rim less."""
 LEFT = 12.0
-"""Lean that is left at the release [deg]: with an upright payload the hand that leans by 30 deg would be in the wall; from
-this lean a bowl stands up."""
+"""Lean that is left at the release [deg]: with an upright payload the hand that leans by 30 deg would be
+in the wall; from this lean a bowl stands up."""
 SHARES = (0.75, 1.0, 0.5)  # of its height that a way in leads aside, below what it comes in under
-INWARDS = (0.012, 0.006, 0.018, 0.0)  # from where it would stand as far out as it can [m]: farther in it is farther from the wall
+INWARDS = (
+    0.012,
+    0.006,
+    0.018,
+    0.0,
+)  # from where it would stand as far out as it can [m]: farther in it is farther from the wall
 ACROSS = (0.0, 0.6, -0.6)  # of the room to each side, across the way that it leans
 FARTHER = (0.024, 0.016, 0.008)  # how much farther out it leans more [m]
 OVER = (0.02, 0.03, 0.01)  # how much higher its lowest point is there [m]
@@ -42,20 +48,20 @@ HEADINGS, FIRST = 24, 3
 straight down as it leans."""
 LEAST = 0.01  # from the middle of an opening to that of what covers it, by which it is on one side [m]
 LEANS = (55.0, 50.0, 45.0, 40.0, 35.0, 30.0)
-"""Leans of a payload that topples in, from upright [deg]: the more it leans, the farther in its foot can be and the less it
-falls; from 58 deg on
-a Panda's hand that holds a book of 120 mm by its end is in the table."""
+"""Leans of a payload that topples in, from upright [deg]: the more it leans, the farther in its foot can
+be and the less it falls; from 58 deg on a Panda's hand that holds a book of 120 mm by its end is in the
+table."""
 KEPT = 0.008  # lowest point over what carries what topples, on the way in [m]: what paths keep, and a little more
 CLEAR = 0.03  # how far out from under the roof its foot is at the stand-off [m]
 BACK = 0.12
-"""Way of the hand back along its approach [m], out from under a thing that toppled onto its lower finger. The hand takes the
-thing along a little, LIBERO's book by 48 mm, as its Panda's pads have a friction of 2."""
+"""Way of the hand back along its approach [m], out from under a thing that toppled onto its lower finger.
+The hand takes the thing along a little, LIBERO's book by 48 mm, as its Panda's pads have a friction of 2."""
 
 
 def tilted(asked: list[Query]) -> Groups:
     """Generate placements in a partly covered opening, such as a drawer under others' handles, of a payload
-    that does not get in upright: it is let down leaning, with its edge under the overhang, and straightened in
-    there.
+    that does not get in upright: it is let down leaning, with its edge under the overhang, and straightened
+    in there.
 
     Raises:
         Unresolvable: something is in the payload, and would fall out.
@@ -66,12 +72,17 @@ def tilted(asked: list[Query]) -> Groups:
         none = False
         yield iter([(query, placement)])
     if none:
-        yield Refused("tilted", "hand and tilted payload fit nowhere between the target's overhang and its walls")
+        yield Refused(
+            "tilted", "hand and tilted payload fit nowhere between the target's overhang and its walls"
+        )
 
 
 def _check_empty(query: Query, does: str) -> None:
     if query.thing.filling is not None or query.held.carries:
-        raise Unresolvable(f"'{query.thing.name}' holds something that would fall out as it {does}", taken_at(query.belief, query.context))
+        raise Unresolvable(
+            f"'{query.thing.name}' holds something that would fall out as it {does}",
+            taken_at(query.belief, query.context),
+        )
 
 
 def _leaning_in(query: Query) -> Iterator[Placement]:
@@ -85,7 +96,9 @@ def _leaning_in(query: Query) -> Iterator[Placement]:
             lows = ((low, over_floor(query, _lean(towards, LEFT) * turned, offset, low)) for low in LOWS)
             low, left = next(((low, pose) for low, pose in lows if not _met(query, pose)), (0.0, None))
             for back, over in product(FARTHER, OVER) if left else ():
-                at = over_floor(query, _lean(towards, tilt) * turned, _moved(query, offset, -back * towards), low + over)
+                at = over_floor(
+                    query, _lean(towards, tilt) * turned, _moved(query, offset, -back * towards), low + over
+                )
                 x, y = (1000 * v for v in offset)
                 said = f"({x:+.0f} {y:+.0f}) mm from its middle, let down leaning by {tilt:.0f} deg"
                 name = f"{said}, {1000 * back:.0f} mm farther out, {1000 * over:.0f} mm higher"
@@ -97,7 +110,8 @@ def _leaning_in(query: Query) -> Iterator[Placement]:
 
 
 def _straightened(query: Query, left: Pose, at: Pose, out: Floats, name: str) -> Placement:
-    """Placement in which the payload passes an opening while it leans, and is straightened for the release."""
+    """Placement in which the payload passes an opening while it leans, and is straightened for the
+    release."""
     leaning, lies = query.hand(at), stood_up(query.thing, left)
     return Placement(
         name, left, query.hand(left), shift(leaning, out), LOWS[0] - query.depth, "in", (leaning,), True, lies,
@@ -118,12 +132,16 @@ def _up_and_away(towards: Floats) -> Iterator[Floats]:
 
 
 def _under(query: Query) -> list[Floats]:
-    """Return unit vectors along an opening's sides that point towards the overhang above it, the most direct one
-    first, in the base frame."""
+    """Return unit vectors along an opening's sides that point towards the overhang above it, the most
+    direct one first, in the base frame."""
     over = shapely.union_all([o.area for o in query.covers]).intersection(query.target.area).centroid
     middle = query.target.area.centroid
     to = query.target.pose.rotate((over.x - middle.x, over.y - middle.y, 0.0))
-    axes = [sign * query.target.pose.rotate(axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)) for sign in (1.0, -1.0)]
+    axes = [
+        sign * query.target.pose.rotate(axis)
+        for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+        for sign in (1.0, -1.0)
+    ]
     return sorted((a for a in axes if a @ to > LEAST), key=lambda a: -float(a @ to))
 
 
@@ -165,8 +183,8 @@ def _met(query: Query, pose: Pose) -> bool:
 
 
 def toppling(asked: list[Query]) -> Groups:
-    """Generate placements under an overhang that is too low for the payload, such as a book under a shelf: its foot goes in
-    while it leans out; released, it topples about the foot and lies there.
+    """Generate placements under an overhang that is too low for the payload, such as a book under a shelf:
+    its foot goes in while it leans out; released, it topples about the foot and lies there.
 
     The hand stays before the roof; what lies there sticks out.
 
@@ -186,7 +204,10 @@ def toppling(asked: list[Query]) -> Groups:
                 none = False
                 yield iter([(query, _foot_in(query, shift(leaning, (0.0, 0.0, KEPT)), lies, out, name))])
     if none:
-        yield Refused("toppling", "the payload, released leaning outwards, would nowhere topple and lie with its origin in the region")
+        yield Refused(
+            "toppling",
+            "the payload, released leaning outwards, would nowhere topple and lie with its origin in the region",
+        )
 
 
 def _foot_in(query: Query, leaning: Pose, lies: Pose, out: Floats, name: str) -> Placement:

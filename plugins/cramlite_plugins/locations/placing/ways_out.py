@@ -89,18 +89,25 @@ def _from_above(rest: Rest) -> Iterator[Found]:
         yield query, straight
         if rest.kind == "in" and _may_be_there(straight, query):
             for side, way in slants(above):
-                yield query, replace(straight, name=f"{name}, from {side}", before=shift(pose, way), led=True, aside=True)
+                yield (
+                    query,
+                    replace(
+                        straight, name=f"{name}, from {side}", before=shift(pose, way), led=True, aside=True
+                    ),
+                )
 
 
 def _may_be_there(placement: Placement, query: Query) -> bool:
-    """Whether the arm reaches a placement, with hand and payload free of collision there, whatever the way to it."""
+    """Whether the arm reaches a placement, with hand and payload free of collision there, whatever the way
+    to it."""
     if not inverse(query.context.robot, placement.pose, seed=query.belief.joints):
         return False
     return query.scene.met(query.belief.base() * placement.pose) is None
 
 
 def _at_best(asked: list[Query], now: Pose) -> Iterator[Refused]:
-    """Refusals of targets that have no free position: for each target the first objection to its best position."""
+    """Refusals of targets that have no free position: for each target the first objection to its best
+    position."""
     for query in asked:
         offset = next(positions_on(replace(query, where=Where(), obstacles=()), now), (0.0, 0.0))
         _, found = next(_from_above(standing_at(query, now, offset)))
@@ -110,8 +117,8 @@ def _at_best(asked: list[Query], now: Pose) -> Iterator[Refused]:
 
 
 def prepared(bare: list[Query]) -> list[Query]:
-    """Return the placing problems (target and constraints) for placements from above, with the obstacles at each
-    target.
+    """Return the placing problems (target and constraints) for placements from above, with the obstacles at
+    each target.
 
     An opening has two queries: one for positions beside its contents and its overhang, one for positions
     anywhere.
@@ -134,7 +141,8 @@ def beside_content(query: Query) -> Query:
 
 
 def _check_way_in(query: Query, now: Pose) -> None:
-    """Check that the overhang of an opening leaves room for the payload in its orientation, whatever the grasp.
+    """Check that the overhang of an opening leaves room for the payload in its orientation, whatever the
+    grasp.
 
     Raises:
         Unresolvable: it does not; tilted it may.

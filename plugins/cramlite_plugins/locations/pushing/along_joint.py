@@ -21,8 +21,8 @@ from .contacts import DOWN, UPRIGHT, at_front, at_inner_side, upon
 from .straight import BEHIND
 
 NEARER = 0.02
-"""The stand-off last of all [m]: 50 mm before the handle of a microwave's door that was open by 110 deg, towards the robot, its elbow was
-folded too far."""
+"""The stand-off last of all [m]: 50 mm before the handle of a microwave's door that was open by 110 deg,
+towards the robot, its elbow was folded too far."""
 LAST = 10.0  # cost of what comes after all else
 INSIDE = 0.025  # the stand-off behind a door that stands ajar, where there is less room [m]
 
@@ -33,26 +33,42 @@ def before_front(location: Location, belief: Belief, context: Context) -> Iterat
     entity = bound(context, location.of)
     thing, handle = belief.thing(entity), belief.feature(entity, "cram:Handle")
     if handle is None or thing.joint is None:
-        raise Unresolvable(f"'{entity}' has no handle and joint: nobody knows where its front is", (location.of or "",), blocking=())
+        raise Unresolvable(
+            f"'{entity}' has no handle and joint: nobody knows where its front is",
+            (location.of or "",),
+            blocking=(),
+        )
     fronts = at_front(thing, thing.joint, handle, belief.pose(thing.name), context.robot.gripper)
-    yield from _pushing(thing, thing.joint, _nearer_first(fronts, tcp(belief, context)), belief, context, None)
+    yield from _pushing(
+        thing, thing.joint, _nearer_first(fronts, tcp(belief, context)), belief, context, None
+    )
 
 
 def behind_door(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate TCP poses of closed fingers behind a door that stands ajar, over its upper edge, for pushing it open.
+    """Generate TCP poses of closed fingers behind a door that stands ajar, over its upper edge, for pushing
+    it open.
 
     With each of them the arm can follow the door until it is "least" open.
     """
     entity = bound(context, location.of)
     thing, handle = belief.thing(entity), belief.feature(entity, "cram:Handle")
     if handle is None or thing.joint is None or thing.joint.kind != "hinge":
-        raise Unresolvable(f"'{entity}' is no door with a handle: it has no side to be pushed open from", (location.of or "",), blocking=())
+        raise Unresolvable(
+            f"'{entity}' is no door with a handle: it has no side to be pushed open from",
+            (location.of or "",),
+            blocking=(),
+        )
     spots = at_inner_side(thing, thing.joint, handle, belief.pose(thing.name), context.robot.gripper)
     yield from _pushing(thing, thing.joint, spots, belief, context, asked(location, InnerSide).least)
 
 
 def _pushing(
-    thing: Thing, joint: Joint, spots: Iterator[tuple[Pose, str]], belief: Belief, context: Context, least: float | None
+    thing: Thing,
+    joint: Joint,
+    spots: Iterator[tuple[Pose, str]],
+    belief: Belief,
+    context: Context,
+    least: float | None,
 ) -> Iterator[Grounding | Refused]:
     """Ground hand poses that push a thing along its joint until it is all but shut, or open by the share
     ``least`` of the joint's range.
@@ -73,7 +89,9 @@ def _pushing(
         assert not isinstance(there, Refused)
         way = way_along(joint, pose, at) if least is None else -way_along(joint, pose, at)
         tried = [collision_free_ik(free, context, shift(at, -far * way), there) for far in stand_offs]
-        far = next((far for far, off in zip(stand_offs, tried, strict=True) if not isinstance(off, Refused)), None)
+        far = next(
+            (far for far, off in zip(stand_offs, tried, strict=True) if not isinstance(off, Refused)), None
+        )
         if far is None:
             yield from (off.of(name) for off in tried[:1] if isinstance(off, Refused))
             continue
@@ -107,7 +125,9 @@ def _apart(one: Pose, other: Pose) -> float:
     return float(np.linalg.norm((one.inverse() * other).rotvec))
 
 
-def _follows(thing: Thing, at: Pose, joints: Joints, share: float, belief: Belief, context: Context) -> Refused | None:
+def _follows(
+    thing: Thing, at: Pose, joints: Joints, share: float, belief: Belief, context: Context
+) -> Refused | None:
     """Reason why the arm cannot follow a front that it pushes to a share of the joint's range; None if it
     can.
 
@@ -125,15 +145,30 @@ def atop_handle(location: Location, belief: Belief, context: Context) -> Iterato
     They point down and towards the front.
     """
     entity = bound(context, location.of)
-    thing, handle, shut = belief.thing(entity), belief.feature(entity, "cram:Handle"), context.robot.gripper.opening[0]
-    out = belief.pose(thing.name).rotate(handle.pose.rotate((0.0, 0.0, 1.0))) if handle is not None else (0.0, 0.0, 1.0)
+    thing, handle, shut = (
+        belief.thing(entity),
+        belief.feature(entity, "cram:Handle"),
+        context.robot.gripper.opening[0],
+    )
+    out = (
+        belief.pose(thing.name).rotate(handle.pose.rotate((0.0, 0.0, 1.0)))
+        if handle is not None
+        else (0.0, 0.0, 1.0)
+    )
     if handle is None or thing.joint is None or thing.joint.kind != "slide" or abs(out[2]) > 1.0 - UPRIGHT:
-        raise Unresolvable(f"'{entity}' has no handle of a drawer that could be pressed on from above", (location.of or "",), blocking=())
+        raise Unresolvable(
+            f"'{entity}' has no handle of a drawer that could be pressed on from above",
+            (location.of or "",),
+            blocking=(),
+        )
     check_way(location, thing, belief, context)
     bar, pose, gripper = handle, belief.pose(thing.name), context.robot.gripper
 
     def tilted(turns: tuple[float, float]) -> Candidate:
-        at, name = upon(thing, bar, pose, turns, gripper), f"upon its handle, tilted {turns[0]:+.0f} deg, turned {turns[1]:.0f} deg"
+        at, name = (
+            upon(thing, bar, pose, turns, gripper),
+            f"upon its handle, tilted {turns[0]:+.0f} deg, turned {turns[1]:.0f} deg",
+        )
         place = Place(at, at * Pose((0.0, 0.0, -BEHIND)), shut, tuple(at.rotate((0, 0, 1))), thing=thing.name)
         return Candidate(name, place, (Leg(at, (thing.name,), shut), Leg(place.before, (), shut)))
 

@@ -26,9 +26,14 @@ SIDES = ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1))
 """Steps from a place of the lattice to its eight neighbours."""
 ASIDE = (1, 2)  # steps of the lattice
 MOST = 1500  # places that are looked at: a square of 0.7 m
-SHOVED = 0.3  # extra length of a way around that is preferred to a movable obstacle being elsewhere by then [m]
+SHOVED = (
+    0.3  # extra length of a way around that is preferred to a movable obstacle being elsewhere by then [m]
+)
 TAKEN_ASIDE = 0.3  # extra length of a way around worth moving one thing [m]: half of 10 s at 60 mm/s
-LIFT, CLEAR = np.array([0.0, 0.0, 0.003]), 0.002  # while its way is checked, above what it slides along, and from all else [m]
+LIFT, CLEAR = (
+    np.array([0.0, 0.0, 0.003]),
+    0.002,
+)  # while its way is checked, above what it slides along, and from all else [m]
 
 Point = tuple[float, float]
 Side = tuple[int, int]
@@ -39,15 +44,16 @@ Left = Callable[[Point], float]
 
 
 def way_around(start: Point, left: Left, met: Met, cleared: bool = False) -> list[Point] | Refused:
-    """Find the shortest way of a pushed thing on a lattice (A*, Hart, Nilsson and Raphael 1968): its corners and
-    its end, without its start.
+    """Find the shortest way of a pushed thing on a lattice (A*, Hart, Nilsson and Raphael 1968): its corners
+    and its end, without its start.
 
     Args:
-        cleared: whether each movable thing on it costs what taking it aside does, however long the way is through it; else so much for
-            each place where it is met that nearly any free way is preferred.
+        cleared: whether each movable thing on it costs what taking it aside does, however long the way is
+            through it; else so much for each place where it is met that nearly any free way is preferred.
 
     Returns:
-        A refusal where there is none while movable things are where they are: it names those on the way that would be the best
+        A refusal where there is none while movable things are where they are: it names those on the way that
+            would be the best
         without them; where nothing that tasks move is to blame, it names none.
     """
     queue: list[tuple[float, int, float, Side, Side | None]] = [(left(start), 0, 0.0, (0, 0), None)]
@@ -71,8 +77,8 @@ def way_around(start: Point, left: Left, met: Met, cleared: bool = False) -> lis
 
 
 def way_straight(start: Point, end: Point, met: Met) -> list[Point] | Refused:
-    """Check the straight way of a pushed thing between two points: return the end, or a refusal with all loose
-    obstacles on the way, or with the first fixed one."""
+    """Check the straight way of a pushed thing between two points: return the end, or a refusal with all
+    loose obstacles on the way, or with the first fixed one."""
     stopped = [no for no in map(met, _between(start, end)) if no is not None]
     fixed = next((no for no in stopped if not no.blocking), None)
     if not stopped or fixed:
@@ -83,7 +89,10 @@ def way_straight(start: Point, end: Point, met: Met) -> list[Point] | Refused:
 def _between(start: Point, end: Point) -> Iterator[Point]:
     """Points of a straight way at most STEP apart, without its start and with its end."""
     parts = math.ceil(math.dist(start, end) / STEP)
-    return ((start[0] + k / parts * (end[0] - start[0]), start[1] + k / parts * (end[1] - start[1])) for k in range(1, parts + 1))
+    return (
+        (start[0] + k / parts * (end[0] - start[0]), start[1] + k / parts * (end[1] - start[1]))
+        for k in range(1, parts + 1)
+    )
 
 
 def _spot(start: Point, cell: Side) -> Point:
@@ -103,7 +112,9 @@ def _steps(start: Point, here: Side, met: Met, cleared: bool) -> Iterator[tuple[
             yield there, STEP * math.hypot(*side) + more, no
 
 
-def _traced(start: Point, end: Side, came: dict[Side, Side | None], blame: dict[tuple[Side, Side], Refused]) -> list[Point] | Refused:
+def _traced(
+    start: Point, end: Side, came: dict[Side, Side | None], blame: dict[tuple[Side, Side], Refused]
+) -> list[Point] | Refused:
     """Corners and end of the way that a grid search found for a pushed thing; or a refusal that names the
     movable things on the way."""
     cells, before = [end], came[end]
@@ -116,14 +127,21 @@ def _traced(start: Point, end: Side, came: dict[Side, Side | None], blame: dict[
     if stopped:
         return replace(stopped[0], blocking=all_of(stopped))
     ways = [(b[0] - a[0], b[1] - a[1]) for a, b in pairs]
-    return [_spot(start, cell) for cell, way, after in zip(cells[1:], ways, [*ways[1:], None], strict=True) if way != after]
+    return [
+        _spot(start, cell)
+        for cell, way, after in zip(cells[1:], ways, [*ways[1:], None], strict=True)
+        if way != after
+    ]
 
 
-def ways_around(start: Point, left: Left, alone: Met, hand: Met) -> Iterator[tuple[int, list[Point]]] | Refused:
-    """Find paths of a pushed thing around obstacles, each with the number of lattice steps that are free on either side of it.
+def ways_around(
+    start: Point, left: Left, alone: Met, hand: Met
+) -> Iterator[tuple[int, list[Point]]] | Refused:
+    """Find paths of a pushed thing around obstacles, each with the number of lattice steps that are free on
+    either side of it.
 
-    How far it lags behind, and where it is in a corner, depends on whether it sticks to the fingers: one with a hollow of 40 mm was seen
-    15 mm off its way.
+    How far it lags behind, and where it is in a corner, depends on whether it sticks to the fingers: one with
+    a hollow of 40 mm was seen 15 mm off its way.
 
     Args:
         alone, hand: what the thing meets, and the hand that takes it along.
@@ -168,12 +186,15 @@ def _shortened(start: Point, corners: list[Point], met: Met) -> list[Point]:
 
 
 def met_alone(belief: Belief, context: Context, entity: str) -> Met:
-    """Return a function that refuses spots where a thing and its content meet obstacles or fall off their support.
+    """Return a function that refuses spots where a thing and its content meet obstacles or fall off their
+    support.
 
     What moves the thing is left out.
     """
     thing, pose = belief.thing(entity), belief.pose(entity)
-    others = [(t, belief.pose(t.name)) for t in belief.world.things if t.name in belief.poses and t.name != entity]
+    others = [
+        (t, belief.pose(t.name)) for t in belief.world.things if t.name in belief.poses and t.name != entity
+    ]
     owner = resting_height(thing, pose, others)[1]
     under, meets = [(t, at) for t, at in others if t.name == owner], _meets(belief, context, entity, pose)
     known = _known(Itself(belief.world), Itself(belief.poses), belief.relations, belief.base(), entity)
@@ -190,10 +211,14 @@ def met_alone(belief: Belief, context: Context, entity: str) -> Met:
 
 @lru_cache(maxsize=4)
 def _known(
-    world: Itself[World], poses: Itself[Mapping[str, Estimate]], relations: frozenset[Relation], base: Pose, entity: str
+    world: Itself[World],
+    poses: Itself[Mapping[str, Estimate]],
+    relations: frozenset[Relation],
+    base: Pose,
+    entity: str,
 ) -> dict[Point, Refused | None]:
-    """Return an empty cache for the obstacles that a pushed thing, without the hand, would meet at each point of
-    the plane.
+    """Return an empty cache for the obstacles that a pushed thing, without the hand, would meet at each point
+    of the plane.
 
     All hand poses share it.
 
@@ -203,7 +228,8 @@ def _known(
 
 
 def met_with_hand(belief: Belief, context: Context, entity: str, hand: Pose) -> Met:
-    """Return a cached collision check at spots (x, y) for a pushed thing together with the hand that pushes it.
+    """Return a cached collision check at spots (x, y) for a pushed thing together with the hand that pushes
+    it.
 
     ``hand`` is the pose of the TCP in the base frame at the thing's present place.
     """
@@ -220,6 +246,8 @@ def _meets(belief: Belief, context: Context, entity: str, tcp: Pose) -> Met:
     scene, hand = make_scene(belief.grasped(held), context, [entity], clearance=CLEAR), tcp != pose
 
     def met(spot: Point) -> Refused | None:
-        return scene.met(base * shift(tcp, (spot[0] - pose.position[0], spot[1] - pose.position[1], 0.0)), hand)
+        return scene.met(
+            base * shift(tcp, (spot[0] - pose.position[0], spot[1] - pose.position[1], 0.0)), hand
+        )
 
     return met

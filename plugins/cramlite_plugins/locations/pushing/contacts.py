@@ -20,51 +20,80 @@ from ..handles import lever
 
 GAP = 0.01  # from fingers to the thing behind which they are [m]
 ALMOST = 0.003  # from fingers to a face, where feeling begins [m]
-LOW = 1 / 3  # height of finger tips over the thing's support, as a share of its height: under a plate's rim, so that they meet it
+LOW = (
+    1 / 3
+)  # height of finger tips over the thing's support, as a share of its height: under a plate's rim, so that they meet it
 SHARES = (0.0, 0.35, 0.6)
-"""Ends of the way, from the region's middle towards the thing, as shares of its half sides; the rest is left for the slip of
-the thing."""
+"""Ends of the way, from the region's middle towards the thing, as shares of its half sides; the rest is
+left for the slip of the thing."""
 HALVES = (0.0, 180.0)
 """Turns of a hand about the vertical [deg] at which its fingers open across the way."""
 EIGHTHS = (0.0, 180.0, 90.0, 270.0, 45.0, 225.0, 135.0, 315.0)
 """Turns of a hand about the vertical [deg] whose closed fingers are in a thing."""
 AMID = ((0.0, 0.0), (0.02, 0.0), (0.0, 0.02), (0.0, -0.02), (-0.02, 0.0))
-"""Positions of closed fingers in a thing from its middle, ahead and to the left [m]: beside obstacles in it."""
-OVER, DEEP, PLAY = 0.0005, 0.006, 0.001  # finger tips in a thing, over its floor; the least that its rim stands up; before it [m]
+"""Positions of closed fingers in a thing from its middle, ahead and to the left [m]: beside obstacles in
+it."""
+OVER, DEEP, PLAY = (
+    0.0005,
+    0.006,
+    0.001,
+)  # finger tips in a thing, over its floor; the least that its rim stands up; before it [m]
 SPOTS = ((0.0, 0.0), (0.8, 0.0), (-0.8, 0.0), (0.0, 0.6), (0.8, 0.6), (-0.8, 0.6))
 """Spots on a front: at its handle, towards its edges, and higher."""
 TILTS, TURNS = (0.0, -30.0, -45.0, -60.0), (90.0, -90.0, 0.0, 180.0)
 """Tilts of a hand in front of a door or drawer [deg], about the level line across the front, from above, and
 its turns about its own axis: first the slim side up."""
-FROM_ABOVE = ((0.55, 0.8), (0.8, 0.8), (0.3, 0.8), (0.0, 0.8)), (-70.0, -90.0), tuple(45.0 * k for k in range(8))
-AT_BAR = ((0.0, 0.6), (0.0, 0.75), *FROM_ABOVE[0]), FROM_ABOVE[1], (0.0, 90.0, 180.0, 270.0, 45.0, 135.0, 225.0, 315.0)
-"""Spots, tilts and turns of a hand over the upper edge of a front, its fingers alone before it: last, for what turns so far that no hand
-before it comes along. Not near its side first: fingers slid 30 mm along a door, over its edge, and caught on that when they left. Of a door
-at its bar before, and with a flat side before a corner: beside the bar of a microwave's door, and at the round end of that, fingers slid
-off it, 15 mm out along the door, and pressed on what is beside that. Higher on the bar where the elbow folds too far else: the hand gives
-way, and was seen to rise by 10 mm."""
-OVER_EDGE = tuple(itertools.product((0.3, 0.0, 0.5, 0.7), (0.8, 0.9))), (-60.0, -45.0, -75.0, -90.0), FROM_ABOVE[2]
+FROM_ABOVE = (
+    ((0.55, 0.8), (0.8, 0.8), (0.3, 0.8), (0.0, 0.8)),
+    (-70.0, -90.0),
+    tuple(45.0 * k for k in range(8)),
+)
+AT_BAR = (
+    ((0.0, 0.6), (0.0, 0.75), *FROM_ABOVE[0]),
+    FROM_ABOVE[1],
+    (0.0, 90.0, 180.0, 270.0, 45.0, 135.0, 225.0, 315.0),
+)
+"""Spots, tilts and turns of a hand over the upper edge of a front, its fingers alone before it: last, for
+what turns so far that no hand before it comes along. Not near its side first: fingers slid 30 mm along a
+door, over its edge, and caught on that when they left. Of a door at its bar before, and with a flat side
+before a corner: beside the bar of a microwave's door, and at the round end of that, fingers slid off it,
+15 mm out along the door, and pressed on what is beside that. Higher on the bar where the elbow folds too
+far else: the hand gives way, and was seen to rise by 10 mm."""
+OVER_EDGE = (
+    tuple(itertools.product((0.3, 0.0, 0.5, 0.7), (0.8, 0.9))),
+    (-60.0, -45.0, -75.0, -90.0),
+    FROM_ABOVE[2],
+)
 """Positions of a hand behind a door that stands ajar: towards its hinge, where an arm still reaches; slanting
 first, so that it leaves the door's upper edge as it follows."""
 NEAR_HINGE = 0.5
-"""A hand that is nearer to a hinge than this share of its handle's distance pushes with more than twice the force, and turns as much on
-half the way: it is tried last."""
+"""A hand that is nearer to a hinge than this share of its handle's distance pushes with more than twice
+the force, and turns as much on half the way: it is tried last."""
 OFF, FIRM = 0.008, 0.002
-"""Error of a hand across a front [m], and the largest way farther in at which it then still counts as meeting the front [m]:
-fingers at the last 10 mm of a bar, whose end is round, slid over that, and came 45 mm farther in."""
+"""Error of a hand across a front [m], and the largest way farther in at which it then still counts as
+meeting the front [m]: fingers at the last 10 mm of a bar, whose end is round, slid over that, and came 45
+mm farther in."""
 DOWN = (-45.0, -35.0, -30.0)
 """Tilts of a hand that presses on a bar from above [deg]."""
 UPRIGHT = 0.9
 STEEP = 0.85  # downward part of the hand's approach beyond which it counts as pointing down
 UP = np.array([0.0, 0.0, 1.0])
 Hand = tuple[Floats, Pose, float, str]
-"""The level way (3,) of a thing, the TCP from where it begins, how far the fingers are open [m], and how the hand is held."""
+"""The level way (3,) of a thing, the TCP from where it begins, how far the fingers are open [m], and how
+the hand is held."""
 
 
 def hands_behind(
-    thing: Thing, pose: Pose, apart: float, gripper: Gripper, area: Feature, frame: Pose, shares: Sequence[float] = SHARES
+    thing: Thing,
+    pose: Pose,
+    apart: float,
+    gripper: Gripper,
+    area: Feature,
+    frame: Pose,
+    shares: Sequence[float] = SHARES,
 ) -> Iterator[Hand]:
-    """Yield hand poses with the fingers behind a thing, opened to the share ``apart`` of the thing's width."""
+    """Yield hand poses with the fingers behind a thing, opened to the share ``apart`` of the thing's
+    width."""
     low, top = -support(thing, pose, -UP), support(thing, pose, UP)
     for share, turn in itertools.product(shares, HALVES):
         way = towards(pose, area, frame, share)
@@ -81,7 +110,8 @@ def hands_in(thing: Thing, pose: Pose, gripper: Gripper, way: Floats, last: Floa
 
     The push at the rim is in the direction ``last`` (3,).
 
-    They stay there where they take it along by friction, and else come there in the end, where the rim stops them.
+    They stay there where they take it along by friction, and else come there in the end, where the rim stops
+    them.
 
     Raises:
         Unresolvable: it has no rim there that fingers could take it along at.
@@ -90,16 +120,25 @@ def hands_in(thing: Thing, pose: Pose, gripper: Gripper, way: Floats, last: Floa
     for spot, turn in itertools.product(AMID, EIGHTHS):
         ahead, across, hand = _axes(last, turn)
         left, right, front, back = (support(thing, pose, v) for v in (across, -across, ahead, -ahead))
-        x, y, _ = (float(v) for v in ((left - right) / 2 + spot[1]) * across + ((front - back) / 2 + spot[0]) * ahead)
+        x, y, _ = (
+            float(v) for v in ((left - right) / 2 + spot[1]) * across + ((front - back) / 2 + spot[0]) * ahead
+        )
         floor = _floor(thing, pose, replace(hand, position=(x, y, support(thing, pose, UP))), gripper)
         if floor is not None:
-            rim, aside = True, f", {1000 * spot[0]:+.0f} {1000 * spot[1]:+.0f} mm from its middle" if any(spot) else ""
+            rim, aside = (
+                True,
+                f", {1000 * spot[0]:+.0f} {1000 * spot[1]:+.0f} mm from its middle" if any(spot) else "",
+            )
             at = replace(hand, position=(x, y, floor + OVER + gripper.pad[1] / 2))
             gap = max(free_ahead(thing, pose, at, ahead, closed, gripper) - PLAY, 0.0)
             x, y, z = (float(v) for v in np.asarray(at.position) + gap * ahead)
             yield way, replace(at, position=(x, y, z)), closed, f"turned {turn:.0f} deg{aside}"
     if not rim:
-        raise Unresolvable(f"'{thing.name}' has no hollow at its middle: fingers lowered there meet no rim to push", (), blocking=())
+        raise Unresolvable(
+            f"'{thing.name}' has no hollow at its middle: fingers lowered there meet no rim to push",
+            (),
+            blocking=(),
+        )
 
 
 def towards(pose: Pose, area: Feature, frame: Pose, share: float) -> Floats:
@@ -114,20 +153,24 @@ def towards(pose: Pose, area: Feature, frame: Pose, share: float) -> Floats:
 
 def sides(area: Feature) -> list[float]:
     """Side lengths of a rectangular area, or of the inscribed square of a round one [m]."""
-    return [area.size["radius"] * math.sqrt(2)] * 2 if "radius" in area.size else [area.size["width"], area.size["depth"]]
+    return (
+        [area.size["radius"] * math.sqrt(2)] * 2
+        if "radius" in area.size
+        else [area.size["width"], area.size["depth"]]
+    )
 
 
 def _axes(way: Floats, turn: float) -> tuple[Floats, Floats, Pose]:
-    """Unit vectors (3,) along a level way and to its left, and the orientation of a hand that points down, turned
-    by ``turn`` [deg] from that way."""
+    """Unit vectors (3,) along a level way and to its left, and the orientation of a hand that points down,
+    turned by ``turn`` [deg] from that way."""
     ahead = way / float(np.linalg.norm(way))
     hand = Pose.from_axes((0, 0, 0), -UP, ahead) * Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(turn)))
     return ahead, np.cross(UP, ahead), hand
 
 
 def _floor(thing: Thing, pose: Pose, over: Pose, gripper: Gripper) -> float | None:
-    """Highest point of a thing's floor under closed fingers, along z of the base frame [m]; None if the thing's
-    rim is hardly higher than that.
+    """Highest point of a thing's floor under closed fingers, along z of the base frame [m]; None if the
+    thing's rim is hardly higher than that.
 
     Args:
         over: of the fingers' tips, as high as the thing's rim.
@@ -139,7 +182,9 @@ def _floor(thing: Thing, pose: Pose, over: Pose, gripper: Gripper) -> float | No
     return over.position[2] - float(met) if math.isfinite(met) and met >= DEEP else None
 
 
-def free_ahead(thing: Thing, pose: Pose, hand: Pose, ahead: Floats, opening: float, gripper: Gripper) -> float:
+def free_ahead(
+    thing: Thing, pose: Pose, hand: Pose, ahead: Floats, opening: float, gripper: Gripper
+) -> float:
     """Distance that fingers at a TCP pose go straight ahead until they meet a thing [m]; ``GAP`` if they miss
     it."""
     reach, long = gripper.pad[0] / 2, gripper.pad[1]
@@ -152,12 +197,19 @@ def free_ahead(thing: Thing, pose: Pose, hand: Pose, ahead: Floats, opening: flo
     return max(met, 0.0) if math.isfinite(met) else GAP
 
 
-def at_front(thing: Thing, joint: Joint, handle: Feature, pose: Pose, gripper: Gripper) -> Iterator[tuple[Pose, str]]:
-    """Yield TCP poses of closed fingers that face the front of a drawer or door, with descriptions, for pushing it.
+def at_front(
+    thing: Thing, joint: Joint, handle: Feature, pose: Pose, gripper: Gripper
+) -> Iterator[tuple[Pose, str]]:
+    """Yield TCP poses of closed fingers that face the front of a drawer or door, with descriptions, for
+    pushing it.
 
     Fingers that may slip off come last, and after them those much nearer to the hinge than the handle is.
     """
-    loose, near, far = list[tuple[Pose, str]](), list[tuple[Pose, str]](), NEAR_HINGE * lever(joint, handle.pose)
+    loose, near, far = (
+        list[tuple[Pose, str]](),
+        list[tuple[Pose, str]](),
+        NEAR_HINGE * lever(joint, handle.pose),
+    )
     over = AT_BAR if joint.kind == "hinge" else FROM_ABOVE
     for spot, tilt, turn in itertools.chain(itertools.product(SPOTS, TILTS, TURNS), itertools.product(*over)):
         at, firm = _against(thing, handle, pose, spot, (tilt, turn), gripper, joint.kind == "hinge")
@@ -172,14 +224,19 @@ def at_front(thing: Thing, joint: Joint, handle: Feature, pose: Pose, gripper: G
     yield from (*loose, *near)
 
 
-def at_inner_side(thing: Thing, joint: Joint, handle: Feature, pose: Pose, gripper: Gripper) -> Iterator[tuple[Pose, str]]:
-    """Yield TCP poses of closed fingers behind a door, over its upper edge, with descriptions, for pushing it open.
+def at_inner_side(
+    thing: Thing, joint: Joint, handle: Feature, pose: Pose, gripper: Gripper
+) -> Iterator[tuple[Pose, str]]:
+    """Yield TCP poses of closed fingers behind a door, over its upper edge, with descriptions, for pushing it
+    open.
 
     Those much nearer to the hinge than the handle is come last.
     """
     near, far = list[tuple[Pose, str]](), NEAR_HINGE * lever(joint, handle.pose)
     out, up = _facing(pose * handle.pose, inner=True)
-    side = math.copysign(1.0, np.cross(up, out) @ np.subtract((pose * joint.pose).position, (pose * handle.pose).position))
+    side = math.copysign(
+        1.0, np.cross(up, out) @ np.subtract((pose * joint.pose).position, (pose * handle.pose).position)
+    )
     for (aside, high), tilt, turn in itertools.product(*OVER_EDGE):
         at, _ = _against(thing, handle, pose, (side * aside, high), (tilt, turn), gripper, True, inner=True)
         name = (
@@ -194,7 +251,13 @@ def at_inner_side(thing: Thing, joint: Joint, handle: Feature, pose: Pose, gripp
 
 
 def _against(
-    thing: Thing, handle: Feature, pose: Pose, spot: tuple[float, float], turns: tuple[float, float], gripper: Gripper, swings: bool,
+    thing: Thing,
+    handle: Feature,
+    pose: Pose,
+    spot: tuple[float, float],
+    turns: tuple[float, float],
+    gripper: Gripper,
+    swings: bool,
     inner: bool = False,
 ) -> tuple[Pose, bool]:
     """Return the TCP pose of closed fingers ``ALMOST`` [m] before the front of a door or drawer, and
@@ -203,7 +266,8 @@ def _against(
     Args:
         spot: how far from its handle, to a side and up, as shares of the way to the edge of the thing.
         turns: of the hand about the level line across the front, and about its own axis [deg].
-        swings: of a door all of the fingers is clear of its bar, which slides along them; a drawer goes straight.
+        swings: of a door all of the fingers is clear of its bar, which slides along them; a drawer goes
+            straight.
         inner: behind it, where its handle is not.
     """
     out, up = _facing(pose * handle.pose, inner)
@@ -220,7 +284,9 @@ def _against(
         return Pose((x, y, z), hand.quaternion), True
     across = [OFF * way / np.linalg.norm(way) for way in (level, np.cross(out, level))]
     points = [point, *(point + sign * way for way in across for sign in (1.0, -1.0))]
-    reach, *beside = (_clear_of(thing, pose, replace(hand, position=tuple(p.tolist())), out, gripper) for p in points)
+    reach, *beside = (
+        _clear_of(thing, pose, replace(hand, position=tuple(p.tolist())), out, gripper) for p in points
+    )
     x, y, z = (float(v) for v in point + out * (reach + ALMOST))
     return Pose((x, y, z), hand.quaternion), min(beside) > reach - FIRM
 
@@ -229,7 +295,9 @@ def _facing(handle: Pose, inner: bool) -> tuple[Floats, Floats]:
     """Direction away from the front of a drawer or door (or from its inner side), and the direction up along
     the front, as unit vectors."""
     out = np.asarray(handle.rotate((0.0, 0.0, -1.0 if inner else 1.0)))
-    return out, np.array([0.0, 0.0, 1.0]) if abs(out[2]) < UPRIGHT else np.asarray(handle.rotate((0.0, 1.0, 0.0)))
+    return out, np.array([0.0, 0.0, 1.0]) if abs(out[2]) < UPRIGHT else np.asarray(
+        handle.rotate((0.0, 1.0, 0.0))
+    )
 
 
 def _clear_of(thing: Thing, pose: Pose, hand: Pose, out: Floats, gripper: Gripper) -> float:
@@ -238,12 +306,17 @@ def _clear_of(thing: Thing, pose: Pose, hand: Pose, out: Floats, gripper: Grippe
     across, thick = np.linspace(-0.5, 0.5, 3) * gripper.pad[0], np.linspace(-FINGER, FINGER, 5)
     along = np.linspace(-gripper.depth, gripper.pad[1] / 2, 6)
     fingers, to = np.array(list(itertools.product(across, thick, along))), pose.inverse()
-    _, high = intervals(body(thing.geoms), to.apply(hand.apply(fingers)), np.tile(to.rotate(out), (len(fingers), 1)))
-    return max(float(high.max()), -gripper.depth)  # where they are beside all of it, no farther in than to the palm
+    _, high = intervals(
+        body(thing.geoms), to.apply(hand.apply(fingers)), np.tile(to.rotate(out), (len(fingers), 1))
+    )
+    return max(
+        float(high.max()), -gripper.depth
+    )  # where they are beside all of it, no farther in than to the palm
 
 
 def upon(thing: Thing, handle: Feature, pose: Pose, turns: tuple[float, float], gripper: Gripper) -> Pose:
-    """Return the TCP pose of closed fingers above a handle's bar: their lowest edge is ``ALMOST`` [m] above the top of the bar's middle."""
+    """Return the TCP pose of closed fingers above a handle's bar: their lowest edge is ``ALMOST`` [m]
+    above the top of the bar's middle."""
     up, middle = np.array([0.0, 0.0, 1.0]), np.asarray((pose * handle.pose).position)
     hand = _turned(pose.rotate(handle.pose.rotate(up)), up, turns)
     met = spans(body(thing.geoms), np.asarray(handle.pose.position), pose.inverse().rotate(up))
@@ -257,5 +330,7 @@ def upon(thing: Thing, handle: Feature, pose: Pose, turns: tuple[float, float], 
 def _turned(out: Floats, up: Floats, turns: tuple[float, float]) -> Pose:
     """Orientation of a hand that points at the front of a drawer or door, tilted about the front's level
     axis, then turned about the hand's own axis [deg]."""
-    tilted = Pose.from_axes((0, 0, 0), -out, np.cross(up, out)) * Pose.from_rotvec((0, 0, 0), (math.radians(turns[0]), 0, 0))
+    tilted = Pose.from_axes((0, 0, 0), -out, np.cross(up, out)) * Pose.from_rotvec(
+        (0, 0, 0), (math.radians(turns[0]), 0, 0)
+    )
     return tilted * Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(turns[1])))

@@ -1,7 +1,8 @@
 """Pushing a thing farther in under a roof, if it was released so near the front that a door or drawer which a
 later task closes would hit it.
 
-A hand is as high as it is long, and comes no farther in with what it holds; the ends of its closed fingers do.
+A hand is as high as it is long, and comes no farther in with what it holds; the ends of its closed fingers
+do.
 """
 
 from __future__ import annotations
@@ -28,8 +29,8 @@ BACK = 0.12  # distance that hands go back from a released payload, as elsewhere
 
 
 def off(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate a place for the hand, moved back horizontally from the thing that it released, at which its closed
-    fingers touch nothing.
+    """Generate a place for the hand, moved back horizontally from the thing that it released, at which its
+    closed fingers touch nothing.
 
     From there the fingers push the thing farther in.
     """
@@ -41,14 +42,19 @@ def off(location: Location, belief: Belief, context: Context) -> Iterator[Ground
         no = shut.met(belief.base() * there)
         if no is None:
             said = f"{1000 * back:.0f} mm back, to push '{entity}' farther in by {1000 * way:.0f} mm"
-            yield Grounding(Place(there, there, context.robot.gripper.opening[0], thing=entity), said, key="off")
+            yield Grounding(
+                Place(there, there, context.robot.gripper.opening[0], thing=entity), said, key="off"
+            )
             return
-    yield Refused("off", f"closed fingers collide up to {1000 * BACK:.0f} mm straight back from '{entity}': {no.reason if no else ''}")
+    yield Refused(
+        "off",
+        f"closed fingers collide up to {1000 * BACK:.0f} mm straight back from '{entity}': {no.reason if no else ''}",
+    )
 
 
 def deeper(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate the place to which the fingers push a released thing, straight ahead, so that it is clear of the
-    thing that a later task closes."""
+    """Generate the place to which the fingers push a released thing, straight ahead, so that it is clear
+    of the thing that a later task closes."""
     entity, ahead = bound(context, location.of), _ahead(belief, context)
     way, (x, y, _) = _needed(entity, ahead, belief, context), belief.pose(entity).position
     to = x + way * float(ahead[0]), y + way * float(ahead[1])
@@ -57,7 +63,11 @@ def deeper(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     if isinstance(there, Refused):
         yield there.of("in")
     else:
-        yield Grounding(there, f"push '{entity}' farther in by {1000 * way:.0f} mm, from {1000 * gap:.0f} mm in front of it", key="in")
+        yield Grounding(
+            there,
+            f"push '{entity}' farther in by {1000 * way:.0f} mm, from {1000 * gap:.0f} mm in front of it",
+            key="in",
+        )
 
 
 def _ahead(belief: Belief, context: Context) -> Floats:
@@ -70,7 +80,11 @@ def _ahead(belief: Belief, context: Context) -> Floats:
     if (level := level_ahead(hand)) is not None:
         return level
     down = hand.rotate((0.0, 0.0, 1.0))[2] < 0
-    raise Unresolvable(f"the hand points {'down' if down else 'up'}; only a level hand can push a thing farther in", (), blocking=())
+    raise Unresolvable(
+        f"the hand points {'down' if down else 'up'}; only a level hand can push a thing farther in",
+        (),
+        blocking=(),
+    )
 
 
 def level_ahead(hand: Pose) -> Floats | None:
@@ -91,16 +105,20 @@ def _needed(entity: str, ahead: Floats, belief: Belief, context: Context) -> flo
     name = thing_of(entity)
     met = first_met(name, belief, context, LET_GO)
     if met is None:
-        raise Unresolvable(f"'{entity}' is not in the way of a drawer or door that a later task closes", (), blocking=())
+        raise Unresolvable(
+            f"'{entity}' is not in the way of a drawer or door that a later task closes", (), blocking=()
+        )
     way = clearing_way(name, ahead, belief, context)
     if way is None:
-        raise Unresolvable(f"'{entity}' cannot be pushed in so far that it is out of the way: {met.reason}", (), blocking=())
+        raise Unresolvable(
+            f"'{entity}' cannot be pushed in so far that it is out of the way: {met.reason}", (), blocking=()
+        )
     return way
 
 
 def clearing_way(name: str, ahead: Floats, belief: Belief, context: Context) -> float | None:
-    """Return the level distance after which a pushed thing is clear of all that later tasks close [m]; None if it
-    never is while supported."""
+    """Return the level distance after which a pushed thing is clear of all that later tasks close [m];
+    None if it never is while supported."""
     for way in np.arange(STEP, FARTHEST, STEP).tolist():
         gone = gone_along(belief, name, way * ahead)
         if not _carried(name, gone):

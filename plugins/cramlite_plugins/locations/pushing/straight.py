@@ -1,5 +1,5 @@
-"""Straight pushes of loose things: fingers set against a side of the thing, and paths to a region or out of the
-way of later tasks."""
+"""Straight pushes of loose things: fingers set against a side of the thing, and paths to a region or out
+of the way of later tasks."""
 
 from __future__ import annotations
 
@@ -36,11 +36,15 @@ from .contacts import ALMOST, UP, Hand, free_ahead, hands_behind, hands_in, side
 
 BEHIND = 0.05  # from a face to the fingers at the stand-off [m]
 ABOVE = 0.06  # over the place behind a thing at the stand-off [m]
-OVER_SUPPORT, UNDER_PALM = 0.015, 0.010  # finger tips above what carries the thing; the palm above the thing [m]
+OVER_SUPPORT, UNDER_PALM = (
+    0.015,
+    0.010,
+)  # finger tips above what carries the thing; the palm above the thing [m]
 INNER = 0.6
 """Ends of ways around something, from the region's middle, as shares of its half sides."""
 FARTHER = (1.0, 0.7, 1.5)
-"""Factors of the distance by which a thing is to be pushed aside: it may be farther in the way, and there may be less room."""
+"""Factors of the distance by which a thing is to be pushed aside: it may be farther in the way, and there
+may be less room."""
 DIRECTIONS = 16
 """Number of directions in which a thing is pushed aside."""
 SHORT = 1e-6  # [m]: no way at all
@@ -65,13 +69,16 @@ def beside(location: Location, belief: Belief, context: Context) -> Iterator[Gro
         at = Pose.from_axes((float(point[0]), float(point[1]), height), (0, 0, -1), way)
         before, name = shift(at, -BEHIND * way), f"towards ({way[0]:+.2f} {way[1]:+.2f})"
         place = Place(at, before, shut, (float(way[0]), float(way[1]), 0.0), thing=thing.name)
-        return Candidate(name, place, (Leg(before, (), shut), Leg(at, (thing.name,), shut)), f"'{entity}' {name}")
+        return Candidate(
+            name, place, (Leg(before, (), shut), Leg(at, (thing.name,), shut)), f"'{entity}' {name}"
+        )
 
     yield from reached(map(towards_the_side, _ways(pose)), Arm(belief, context))
 
 
 def _ways(pose: Pose) -> list[Floats]:
-    """Level directions along a thing's own x and y axes, both signs, those that lead away from the robot first."""
+    """Level directions along a thing's own x and y axes, both signs, those that lead away from the robot
+    first."""
     out = np.array([*pose.position[:2], 0.0])
     x = pose.rotate((1.0, 0.0, 0.0))
     angle = math.atan2(float(x[1]), float(x[0]))
@@ -81,7 +88,8 @@ def _ways(pose: Pose) -> list[Floats]:
 
 
 def beyond(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate the place at which a push ends: a given distance ahead of the hand, in the direction in which the push began."""
+    """Generate the place at which a push ends: a given distance ahead of the hand, in the direction in
+    which the push began."""
     entity, distance = bound(context, location.of), asked(location, Along).distance_m
     start: Place = context.bindings[f"push({location.of})"]
     end = shift(tcp(belief, context), np.asarray(start.approach) * distance)
@@ -95,8 +103,8 @@ def behind(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     """Generate hand poses on the side of a thing opposite to its goal region; those that push to the region's
     middle come first.
 
-    With "inside" they are in the thing, low, and take it along at the inner side of its rim. With "aside_m" in the place of a region it
-    shall go about as far as that, in any direction.
+    With "inside" they are in the thing, low, and take it along at the inner side of its rim. With "aside_m"
+    in the place of a region it shall go about as far as that, in any direction.
     """
     entity, inside = bound(context, location.of), asked(location, PushedThing).inside
     thing, pose = belief.thing(entity), reference_pose(belief, location, context)
@@ -109,16 +117,23 @@ def behind(location: Location, belief: Belief, context: Context) -> Iterator[Gro
         if isinstance(hand, Refused):
             return hand
         way, at, opening, turn = hand
-        name, before = f"by ({1000 * way[0]:+.0f} {1000 * way[1]:+.0f}) mm, hand {turn}", shift(at, ABOVE * UP)
+        name, before = (
+            f"by ({1000 * way[0]:+.0f} {1000 * way[1]:+.0f}) mm, hand {turn}",
+            shift(at, ABOVE * UP),
+        )
         x, y, _ = (float(v) for v in way + pose.position)
-        place = Place(at, before, opening, (0.0, 0.0, -1.0), thing=thing.name, carried=CarriedAlong(to_m=(x, y)))
+        place = Place(
+            at, before, opening, (0.0, 0.0, -1.0), thing=thing.name, carried=CarriedAlong(to_m=(x, y))
+        )
         legs = Leg(before, (), opening), Leg(at, (entity,) if inside else (), opening)
         return Candidate(name, place, legs, f"'{entity}' {name}", anew=True)
 
     yield from reached(map(over, hands), Arm(belief, context))
 
 
-def _to_region(thing: Thing, pose: Pose, location: Location, belief: Belief, context: Context) -> Iterator[Hand | Refused]:
+def _to_region(
+    thing: Thing, pose: Pose, location: Location, belief: Belief, context: Context
+) -> Iterator[Hand | Refused]:
     """Yield hand poses that push a thing to its region.
 
     With fingers inside the thing, a refusal if the thing itself meets obstacles on the last line of its way.
@@ -134,8 +149,11 @@ def _to_region(thing: Thing, pose: Pose, location: Location, belief: Belief, con
     yield from hands_in(thing, pose, context.robot.gripper, towards(pose, area, frame, 0.0), last)
 
 
-def _aside(thing: Thing, pose: Pose, location: Location, belief: Belief, context: Context) -> Iterator[Hand | Refused]:
-    """Yield hand poses that push a thing out of the way: one for each free direction, then further ones for each.
+def _aside(
+    thing: Thing, pose: Pose, location: Location, belief: Belief, context: Context
+) -> Iterator[Hand | Refused]:
+    """Yield hand poses that push a thing out of the way: one for each free direction, then further ones for
+    each.
 
     Directions away from things of later tasks come first, those towards them last.
     """
@@ -160,7 +178,10 @@ def _directions(pose: Pose, belief: Belief, context: Context) -> list[Point]:
     named = (entity for task in context.later for entity in task.entities.values())
     about = [belief.pose(n).position[:2] for n in dict.fromkeys(map(thing_of, named)) if n in belief.poses]
     off = np.asarray(pose.position[:2]) - np.mean(about, axis=0) if about else np.array([1.0, 0.0])
-    ways = [(math.cos(angle), math.sin(angle)) for angle in np.linspace(0.0, math.tau, DIRECTIONS, endpoint=False).tolist()]
+    ways = [
+        (math.cos(angle), math.sin(angle))
+        for angle in np.linspace(0.0, math.tau, DIRECTIONS, endpoint=False).tolist()
+    ]
     return sorted(ways, key=lambda way: -round(float(np.dot(way, off)), 6))
 
 
@@ -174,19 +195,32 @@ def pushed_to(location: Location, belief: Belief, context: Context) -> Iterator[
         return
     assert begun.carried is not None and begun.carried.to_m is not None
     to = begun.carried.to_m
-    there = pushed_straight(belief, context, entity, [to], gap_before(belief, context, entity, to, begun.opening or 0.0))
+    there = pushed_straight(
+        belief, context, entity, [to], gap_before(belief, context, entity, to, begun.opening or 0.0)
+    )
     if isinstance(there, Refused):
         yield _stopped(there, location, entity)
     else:
-        yield Grounding(there, f"push it {1000 * there.carried.pushed_m if there.carried else 0.0:.0f} mm straight on", key="on")
+        yield Grounding(
+            there,
+            f"push it {1000 * there.carried.pushed_m if there.carried else 0.0:.0f} mm straight on",
+            key="on",
+        )
 
 
 def _stopped(no: Refused, location: Location, entity: str, way: str = "on") -> Refused:
-    """Refuse a push that obstacles block; the cause is where they and the hand are, not the arm's joint positions."""
-    return replace(no.of(way), reason=f"'{entity}' cannot be pushed on: {no.reason}", because=(asked(location, PushedThing).begin,))
+    """Refuse a push that obstacles block; the cause is where they and the hand are, not the arm's joint
+    positions."""
+    return replace(
+        no.of(way),
+        reason=f"'{entity}' cannot be pushed on: {no.reason}",
+        because=(asked(location, PushedThing).begin,),
+    )
 
 
-def _around(location: Location, belief: Belief, context: Context, entity: str) -> Iterator[Grounding | Refused]:
+def _around(
+    location: Location, belief: Belief, context: Context, entity: str
+) -> Iterator[Grounding | Refused]:
     """Yield ways around obstacles that the arm can follow; if it can follow none, a refusal.
 
     The refusal blames obstacles of a shorter way, too.
@@ -205,12 +239,16 @@ def _around(location: Location, belief: Belief, context: Context, entity: str) -
             yield _stopped(there, location, entity, key)
         else:
             followed = True
-            yield Grounding(there, f"a way with {len(corners) - 1} corners, free up to {key}", 0.1 * k, key=key)
+            yield Grounding(
+                there, f"a way with {len(corners) - 1} corners, free up to {key}", 0.1 * k, key=key
+            )
     if not followed and (shorter := on_a_shorter_way((x, y), left, alone, hand)):
         yield _stopped(shorter, location, entity)
 
 
-def _last(location: Location, belief: Belief, context: Context, entity: str, area: Feature, frame: Pose) -> Floats | Refused:
+def _last(
+    location: Location, belief: Belief, context: Context, entity: str, area: Feature, frame: Pose
+) -> Floats | Refused:
     """Return the direction and length (3,) [m] of the last straight stretch on which a thing is pushed to its
     region; a refusal if obstacles stop the thing.
 
@@ -224,7 +262,11 @@ def _last(location: Location, belief: Belief, context: Context, entity: str, are
     if float(np.linalg.norm(way)) < SHORT:
         raise Unresolvable(f"'{entity}' is in the middle of its region already", (), blocking=())
     around = asked(location, PushedThing).around
-    found = way_around((x, y), _left(area, frame), met) if around else way_straight((x, y), (x + way[0], y + way[1]), met)
+    found = (
+        way_around((x, y), _left(area, frame), met)
+        if around
+        else way_straight((x, y), (x + way[0], y + way[1]), met)
+    )
     if isinstance(found, Refused):
         return replace(found, reason=f"'{entity}' cannot be pushed there, whatever holds it: {found.reason}")
     (a, b), (c, d) = ((x, y), *found)[-2:]
@@ -238,7 +280,9 @@ def _left(area: Feature, frame: Pose) -> Left:
     return lambda spot: float(np.linalg.norm(np.maximum(np.abs(back.apply((*spot, height))[:2]) - half, 0.0)))
 
 
-def pushed_straight(belief: Belief, context: Context, entity: str, corners: Sequence[Point], gap: float = 0.0) -> Place | Refused:
+def pushed_straight(
+    belief: Belief, context: Context, entity: str, corners: Sequence[Point], gap: float = 0.0
+) -> Place | Refused:
     """Return straight legs on which the fingers push a thing until its origin is at points of the base's x-y
     plane, one after the other.
 
@@ -248,7 +292,9 @@ def pushed_straight(belief: Belief, context: Context, entity: str, corners: Sequ
     here, pose = tcp(belief, context), belief.pose(entity)
     ways = [np.array([x - pose.position[0], y - pose.position[1], 0.0]) for x, y in corners]
     ahead = ways[0] / max(float(np.linalg.norm(ways[0])), SHORT)
-    held = Held(entity, here.inverse() * shift(pose, LIFT - gap * ahead), 0.0, carries=carried_along(belief, entity))
+    held = Held(
+        entity, here.inverse() * shift(pose, LIFT - gap * ahead), 0.0, carries=carried_along(belief, entity)
+    )
     scene = make_scene(belief.grasped(held), context, [entity], clearance=CLEAR)
     path = tuple(shift(here, way + gap * ahead) for way in ways)
     found = plan_straight_line(scene, context.robot, belief.joints, path)
@@ -256,7 +302,9 @@ def pushed_straight(belief: Belief, context: Context, entity: str, corners: Sequ
         return found
     length = float(np.linalg.norm(ways[-1]))
     x, y, _ = (float(v) for v in ways[-1] / max(length, SHORT))
-    return Place(path[-1], path[-1], approach=(x, y, 0.0), path=path, thing=entity, carried=CarriedAlong(length))
+    return Place(
+        path[-1], path[-1], approach=(x, y, 0.0), path=path, thing=entity, carried=CarriedAlong(length)
+    )
 
 
 def _region(thing: Thing, pose: Pose, name: str, belief: Belief) -> tuple[Feature, Pose]:
@@ -267,15 +315,20 @@ def _region(thing: Thing, pose: Pose, name: str, belief: Belief) -> tuple[Featur
         Unresolvable: nothing has such an area.
     """
     low = -support(thing, pose, -UP)
-    named = [(t, f) for t in belief.world.things for f in t.features if f.name == name and t.name in belief.poses]
+    named = [
+        (t, f) for t in belief.world.things for f in t.features if f.name == name and t.name in belief.poses
+    ]
     areas = [(f, belief.pose(t.name) * f.pose) for t, f in named if f.type == "vrps:SurfaceFeature"]
     if not areas:
-        raise Unresolvable(f"nothing has an area called '{name}' that '{thing.name}' could be pushed to", (), blocking=())
+        raise Unresolvable(
+            f"nothing has an area called '{name}' that '{thing.name}' could be pushed to", (), blocking=()
+        )
     return min(areas, key=lambda one: abs(one[1].position[2] - low))
 
 
 def gap_before(belief: Belief, context: Context, entity: str, to: Point, opening: float) -> float:
-    """Return the gap between the fingers and a thing [m], along the line from the thing to where it is to be pushed."""
+    """Return the gap between the fingers and a thing [m], along the line from the thing to where it is to
+    be pushed."""
     pose = belief.pose(entity)
     way = np.array([to[0] - pose.position[0], to[1] - pose.position[1], 0.0])
     ahead = way / max(float(np.linalg.norm(way)), SHORT)
