@@ -107,7 +107,7 @@ class Corner(Value):
         return [self.at(k / count * self.length) for k in range(count + 1)]
 
 
-# A part of a motion: ``length`` [s], where it is after a time (n,) [rad], and its leading axis's speed [rad/s].
+# A part of a motion: ``length`` [s], where it is after a time (n,) [rad], its leading axis's speed [rad/s].
 Section = Straight | Corner
 
 

@@ -411,7 +411,10 @@ def why_no_inverse(robot: Robot, target: Pose) -> str:
     if not found:
         return "no inverse solution: the wrist cannot be turned that way there"
     best = max(conditioning(robot, q) for q in found)
-    return f"all {len(found)} inverse solutions are near a singularity (smallest singular value {best:.3f}, limit {robot.conditioning})"
+    return (
+        f"all {len(found)} inverse solutions are near a singularity (smallest singular value {best:.3f}, "
+        f"limit {robot.conditioning})"
+    )
 
 
 def reach_shortfall(robot: Robot, target: Pose) -> str:

@@ -26,7 +26,9 @@ Refine = Callable[[Sequence[float], int | None], Joints | None]
 """Newton's method from joint positions, with one joint held or none; None where it does not converge."""
 
 STARTS = 14  # 48 % of starts reach a reachable pose of the FR3 (200 starts, measured): 14 miss one in 10,000
-STARTS_OF_SIX = 40  # six joints have no self-motion that leads on: 14 starts find a given branch in 51 %, 40 in 80 % (100, 60 poses)
+# Six joints have no self-motion that leads on: 14 starts find a given branch in 51 %, 40 in 80 % (100, 60
+# poses)
+STARTS_OF_SIX = 40
 ROUNDS = 20  # quadratic programs of a start
 NEAR = 1e-3  # error that Newton's method is started below [m, rad]
 LONGEST = 0.8  # longest step of a joint in one round [rad]: the linearisation does not hold for more

@@ -262,7 +262,10 @@ def round_frames(geom: Geom, depth: float) -> Iterator[tuple[Pose, str]]:
     end = half + (radius if geom.shape == "capsule" else 0.0)
     turns = [(math.cos(k * math.tau / ANGLES), math.sin(k * math.tau / ANGLES)) for k in range(ANGLES)]
     for share, (x, y) in itertools.product((0.0, 0.5, -0.5), turns):
-        name = f"from the side at {math.degrees(math.atan2(y, x)):.0f} deg, {1000 * share * half:+.0f} mm along the axis"
+        name = (
+            f"from the side at {math.degrees(math.atan2(y, x)):.0f} deg, {1000 * share * half:+.0f} mm "
+            "along the axis"
+        )
         yield geom.pose * Pose.from_axes((0, 0, share * half), (-x, -y, 0), (0, 0, 1)), name
     for sign, (x, y) in itertools.product((1.0, -1.0), turns[: ANGLES // 2]):
         height = sign * (end - min(half, depth))

@@ -35,7 +35,8 @@ PARALLEL = math.radians(1)
 the pads."""
 MARGIN = 0.004  # pads end this far inside a face's edge [m]
 AGAIN = 0.008  # [m]
-CAUGHT = 0.02  # more than the way round, another turn about the approach, and a further one of one likeness together [m]
+# More than the way round, another turn about the approach, and a further one of one likeness together [m]
+CAUGHT = 0.02
 MANY = 3  # parts of a thing beyond which equal grasps on them count once
 SHIFTS = (0.0, 0.5, 1.0, -0.5, -1.0)  # along a face, as fractions of what the pads leave
 LEAN = math.radians(30)
@@ -213,8 +214,9 @@ def too_wide(thing: Thing, gripper: Gripper) -> Remedy | None:
         return None
     fits = f"turn it so that its {1000 * sides[0]:.0f} mm can be taken, " if sides[0] <= limit else ""
     says = (
-        f"'{thing.name}' is {1000 * wide[0]:.0f} mm wide, the hand grasps {1000 * limit:.0f} mm at most: {fits}take a smaller thing, "
-        f"one with a handle or rim, or a hand that opens {1000 * (wide[0] - limit):.0f} mm wider"
+        f"'{thing.name}' is {1000 * wide[0]:.0f} mm wide, the hand grasps {1000 * limit:.0f} mm at most: "
+        f"{fits}take a smaller thing, one with a handle or rim, or a hand that opens "
+        f"{1000 * (wide[0] - limit):.0f} mm wider"
     )
     return Remedy(f"width {thing.name}", says, wide[0] - limit)
 
@@ -227,8 +229,8 @@ def why_none(thing: Thing, gripper: Gripper) -> str:
     if not thin or thin[0] > limit:
         return f"no face pair of '{thing.name}' ({widths}) fits the gripper's {1000 * limit:.0f} mm"
     return (
-        f"parts of '{thing.name}' ({widths}) would fit the gripper's {1000 * limit:.0f} mm, but the rest of its shape"
-        " is in the way of the fingers, makes it too wide, or leaves slanted contacts"
+        f"parts of '{thing.name}' ({widths}) would fit the gripper's {1000 * limit:.0f} mm, but the rest of "
+        "its shape is in the way of the fingers, makes it too wide, or leaves slanted contacts"
     )
 
 

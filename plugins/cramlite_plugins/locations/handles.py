@@ -33,7 +33,8 @@ from .joint_way import driven_along, met_on_its_way
 from .levers import freeing, lever_of
 from .parameters import Handle, JointWay, Turned, asked
 
-TIPS = 0.006  # how much farther out the pads also take it, where their ends come too near to the front behind [m]
+# How much farther out the pads also take it, where their ends come too near to the front behind [m]
+TIPS = 0.006
 ROOM = 0.006  # about the hand, without which a grip comes last [m]: streamed arms come to rest within 4 mm
 TILTS = (0.0, 30.0, -30.0, 45.0, -45.0, 60.0, -60.0)
 """Turns of the hand about the bar [deg]: a low drawer is reached from above, a door beside a wall from its
@@ -41,7 +42,8 @@ free side."""
 LEANS = (15.0, -15.0, 30.0, -30.0)
 """Turns along the bar [deg], by the tips, as the palm comes near to it: last, for arms that straight on to
 it are folded or stretched."""
-CHORD = 0.001  # between a corner and the next a path is off the arc of a hinge by so much at most [m]: the arm gives way sideways
+# Between two corners a path is off the arc of a hinge by so much at most [m]: the arm gives way sideways
+CHORD = 0.001
 TURN = math.radians(45)  # and turns no further [rad]
 CLOSED, AJAR = 0.005, 0.08
 """Shares of the range that a joint is closed to: by its handle, all but what friction leaves; pushed, so
@@ -142,7 +144,10 @@ def check_way(location: Location, thing: Thing, belief: Belief, context: Context
 
 
 def _held(name: str, place: Place, cost: float) -> Grounding:
-    said = f"{name}: {1000 * (place.grip.width_m if place.grip else 0.0):.0f} mm wide, open {1000 * (place.opening or 0.0):.0f} mm"
+    said = (
+        f"{name}: {1000 * (place.grip.width_m if place.grip else 0.0):.0f} mm wide, open "
+        f"{1000 * (place.opening or 0.0):.0f} mm"
+    )
     return Grounding(place, said, cost, key=name)
 
 

@@ -22,7 +22,9 @@ from ..shapes.surfaces import standing
 STEPS = 0.005, math.radians(1.0)  # between the values of a joint that are looked at [m, rad]
 AHEAD = 0.005  # step of the ways on which a drawer meets a thing [m]
 LEVEL = 0.1  # what a drawer drives along must not be lifted or pressed down: sine of the slope
-OVER = 0.002  # what a thing stands on it is while it is driven along: resting contacts are some hundredths of a millimetre deep [m]
+# How high a thing is over what it stands on while it is driven along [m]: resting contacts are some
+# hundredths of a millimetre deep
+OVER = 0.002
 
 
 def met_on_its_way(
@@ -96,7 +98,10 @@ def driven_along(
         if inside := next((name for name in sorted(names) if belief.relates("in", name)), ""):
             return replace(
                 first,
-                reason=f"{first.reason}; '{inside}' is in '{belief.relates('in', inside)}', and not pushed out of it",
+                reason=(
+                    f"{first.reason}; '{inside}' is in '{belief.relates('in', inside)}', and not pushed out "
+                    "of it"
+                ),
             )
         if tips := next((name for name in sorted(names) if _tips(name, thing, line, after)), ""):
             return replace(first, reason=f"{first.reason}; pushed along, '{tips}' would tip over")

@@ -13,7 +13,8 @@ from cramlite.plugin import Answers, Context, Grounding, Refused, hookimpl
 from ..motion_planning.too_far import too_far
 
 SUBSTITUTE = 10.0  # cost of a thing of another class: after every thing of the class itself
-EMPTY = 5.0  # cost of what has no contents where contents matter: after every thing that has some, before substitutes
+# Cost of what has no contents where contents matter: after every thing that has some, before substitutes
+EMPTY = 5.0
 
 
 @hookimpl
@@ -145,7 +146,10 @@ def _classed(
         return Grounding(entity, reason, cost=float(types.index(fitting)) if fitting else 0.0)
     if not (wanted.features or wanted.affords) or part:
         kinds = " or ".join(types)
-        say = f"nothing in the world is a {kinds} for '{wanted.name}': add one, name another thing, or correct its class ('type')"
+        say = (
+            f"nothing in the world is a {kinds} for '{wanted.name}': add one, name another thing, or "
+            "correct its class ('type')"
+        )
         return Refused(entity, f"{own} is no {kinds}", 3, remedy=Remedy(f"kind {wanted.name}", say))
     needs = ", ".join((*wanted.features, *wanted.affords))
     return Grounding(

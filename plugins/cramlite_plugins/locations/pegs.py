@@ -22,7 +22,9 @@ DEEPEST = 0.06  # how far onto the peg a thing is pushed at most [m]: 60 mm deep
 SAME = 0.002  # a thing this near to where it was has not been moved: grasping shifts it by less [m]
 GAP = 0.002  # left between what is threaded onto a standing peg and its root [m]: the last of it is felt
 SHORT = 0.010  # so far above its root [m] the fast way along a standing peg ends: twice what a pose is off by
-OVER = 0.008  # between the tip of a standing peg and what is brought over it [m]: more than the 5 mm that planned paths keep
+# Distance between the tip of a standing peg and what is brought over it [m]: more than the 5 mm that planned
+# paths keep
+OVER = 0.008
 TURNS = 8  # ways round in which a hole that may turn on its peg is tried
 
 
@@ -243,9 +245,11 @@ def find_peg(location: Location, belief: Belief, context: Context) -> Peg:
         reason = f"a hole of {1000 * diameter:.1f} mm does not move on a peg of {1000 * thickness:.1f} mm"
         short = thickness + 2 * PLAY - diameter
         wider = Remedy(
-            f"hole {held.name}", f"the hole of '{held.name}' lacks {1000 * short:.1f} mm for the peg of '{owner.name}': take a wider "
-            f"hole or a thinner peg", short,
-        )  # fmt: skip
+            f"hole {held.name}",
+            f"the hole of '{held.name}' lacks {1000 * short:.1f} mm for the peg of '{owner.name}': take a "
+            "wider hole or a thinner peg",
+            short,
+        )
         raise Unresolvable(
             reason, causes(location, context), {"hole_m": diameter, "peg_m": thickness}, remedy=wider
         )
@@ -254,6 +258,7 @@ def find_peg(location: Location, belief: Belief, context: Context) -> Peg:
     end = root.apply((0, 0, length))
     over = np.array((base * tip.pose).position) - end if tip else np.zeros(3)
     return Peg(
-        np.array(root.position), root.rotate((0, 0, 1)), length, over, radial, np.array((thing * hole.pose).position),
-        hole.size.get("depth", 0.0) / 2, root.rotate((1, 0, 0)) if aligned(hole, peg) else None,
+        np.array(root.position), root.rotate((0, 0, 1)), length, over, radial,
+        np.array((thing * hole.pose).position), hole.size.get("depth", 0.0) / 2,
+        root.rotate((1, 0, 0)) if aligned(hole, peg) else None,
     )  # fmt: skip

@@ -34,8 +34,8 @@ def places(found: list[RimPinch], thing: Thing, arm: Arm) -> Iterator[Grounding 
 def _candidate(pinch: RimPinch, thing: str, arm: Arm) -> Candidate:
     before = pinch.at * Pose((0.0, 0.0, -STANDOFF))
     place = Place(
-        pinch.at, before, OPENING, tuple(pinch.at.rotate((0, 0, 1)).tolist()), thing=thing, grip=GripFacts(pinch.width),
-        swing=pinch.swing,
+        pinch.at, before, OPENING, tuple(pinch.at.rotate((0, 0, 1)).tolist()), thing=thing,
+        grip=GripFacts(pinch.width), swing=pinch.swing,
     )  # fmt: skip
     cost = COST + PER_RADIAN * tcp(arm.belief, arm.context).distance(pinch.at)[1]
     legs = Leg(pinch.at, (thing,), OPENING, 0.0), Leg(before, opening=OPENING)

@@ -20,11 +20,8 @@ from .parameters import Along, Back, Up, asked
 from .reached import Arm, Candidate, Leg, reached
 
 Groundings = Iterator[Grounding | Refused]
-BACK = (
-    0.12,
-    0.08,
-    0.05,
-)  # retreat distances that are tried [m]: the longest frees the pads of a 2F-85, 38 mm long
+# Retreat distances that are tried [m]: the longest frees the pads of a 2F-85, 38 mm long
+BACK = (0.12, 0.08, 0.05)
 DIRECTIONS = (0.0, 180.0, 90.0, -90.0)  # of a slide, in the base frame [deg]
 SHARES = (1.0, 0.7, 0.4)  # of its height that a lift leads aside, where straight up something is in the way
 OFF = 0.03  # what it lay on a thing hangs when it is lifted [m]: room for the path that goes on from there

@@ -20,20 +20,11 @@ from ..shapes.bounds import lowest
 from .parameters import Tilting, asked
 from .reached import Arm, Candidate, Leg, reached
 
-TURNS = (
-    0.0,
-    90.0,
-    -90.0,
-    45.0,
-    -45.0,
-    135.0,
-    -135.0,
-    180.0,
-)  # of lips about the vessel, of its headings [deg]
+# Of lips about the vessel, of its headings [deg]
+TURNS = (0.0, 90.0, -90.0, 45.0, -45.0, 135.0, -135.0, 180.0)
 CLEAR = 0.015  # of the vessel above the other one's rim [m]
-SHORT = (
-    0.3  # the lip is this share of the opening's radius before its middle: what leaves it flies on (measured)
-)
+# The lip is this share of the opening's radius before its middle: what leaves it flies on (measured)
+SHORT = 0.3
 STEP = math.radians(6)  # between two poses of a path [rad]
 
 

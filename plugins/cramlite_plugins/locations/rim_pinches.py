@@ -34,9 +34,13 @@ LEANS = (math.radians(15.0), math.radians(12.0))
 every third pinch slides off."""
 THICKEST = 0.012  # largest thickness of a rim [m]: half of open fingers' room on both sides
 SHORTEST, LONGEST = 0.015, 0.06  # along the slope [m]: pads need something to lie on
-DEEPER = 0.003  # than the slope's upper face in its middle the tips go [m]: of those 3 mm above it a third was lost
+# How much deeper than the slope's upper face in its middle the tips go [m]: of those 3 mm above it a third
+# was lost
+DEEPER = 0.003
 LEAST = 0.8  # friction of pads and thing: see above
-OPENING = 0.04  # of the fingers about the rim [m]: narrower ones come down on its edge (30 mm), wider ones meet the table sooner
+# Opening of the fingers about the rim [m]: narrower ones come down on its edge (30 mm), wider ones meet the
+# table sooner
+OPENING = 0.04
 
 
 class RimPinch(Value):
@@ -148,7 +152,10 @@ def _pinch(rim: Rim, lean: float, side: float, pose: Pose, gripper: Gripper) -> 
     tips = rim.middle + rim.thick / 2 * rim.normal + DEEPER * down
     x, y, z = (tips - gripper.pad[1] / 2 * approach).tolist()
     at = Pose.from_axes((x, y, z), approach, np.cross(side * closing, approach))
-    says = f"across its rim at {math.degrees(math.atan2(out[1], out[0])):.0f} deg, leaning {math.degrees(lean):.0f} deg outwards"
+    says = (
+        f"across its rim at {math.degrees(math.atan2(out[1], out[0])):.0f} deg, leaning "
+        f"{math.degrees(lean):.0f} deg outwards"
+    )
     swing = _swing(*_centred(rim, at, pose, gripper.pad[1] / 2), at)
     return RimPinch(at, swing, rim.thick, f"{says}{', turned half way' if side < 0 else ''}")
 

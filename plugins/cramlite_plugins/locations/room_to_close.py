@@ -17,10 +17,8 @@ from .handles import ajar
 from .later import closes
 
 SHUT = 0.05  # share of its range up to which a thing counts as closed
-STEPS = (
-    0.01,
-    math.radians(2.0),
-)  # between the values of a joint that are looked at [m, rad]: a door's edge goes on by less than it is thick
+# Between the values of a joint that are looked at [m, rad]: a door's edge goes on by less than it is thick
+STEPS = (0.01, math.radians(2.0))
 
 
 def first_met(put: str, after: Belief, context: Context, clearance: float | None) -> Refused | None:

@@ -30,10 +30,8 @@ from .viewpoints import views
 
 DISTANCES = (0.45, 0.55, 0.65, 0.75)  # of the arm's axis from the target [m]
 BEST = 0.60  # two thirds of a UR5e's reach with its gripper pointing down [m]
-BEARINGS, ASIDE = (
-    16,
-    (0.0, 30.0, -30.0, 90.0, -90.0),
-)  # places around, and where the target is from ahead [deg]
+# Places around, and where the target is from ahead [deg]
+BEARINGS, ASIDE = 16, (0.0, 30.0, -30.0, 90.0, -90.0)
 PER_METRE, PER_RADIAN = 0.10, 0.05  # cost of the way there and of a target that is not ahead
 GRASPS = 12  # number of grasps of one thing that are tried at one stand
 OVER, TURNS = 0.15, 8  # of the tool over a target that is not grasped [m], and about the vertical

@@ -12,14 +12,8 @@ from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from ..motion_planning.reach import bound, shift
 from .reached import Arm, Candidate, Leg, reached
 
-YAWS = (
-    0.0,
-    90.0,
-    -90.0,
-    180.0,
-    45.0,
-    -45.0,
-)  # turns about the vertical that are tried, from facing away [deg]
+# Turns about the vertical that are tried, from facing away [deg]
+YAWS = (0.0, 90.0, -90.0, 180.0, 45.0, -45.0)
 ABOVE, ALMOST = 0.06, 0.005  # finger tips above the surface at the stand-off, and where feeling begins [m]
 DOWN = Pose((0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0))  # the tool's z axis down, its x axis ahead
 

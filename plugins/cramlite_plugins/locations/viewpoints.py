@@ -135,7 +135,10 @@ def _hidden(eye: Floats, around: Sequence[str], belief: Belief) -> str:
         ]  # fmt: skip
         hidden, by = hidden_by(points, eye, belief, others)
         if (share := 1.0 - float(hidden.mean())) < SEEN:
-            return f"{100 * share:.0f} % of '{name}' would be seen, {100 * SEEN:.0f} % is needed; '{by}' hides most"
+            return (
+                f"{100 * share:.0f} % of '{name}' would be seen, {100 * SEEN:.0f} % is needed; '{by}' hides "
+                "most"
+            )
     return ""
 
 

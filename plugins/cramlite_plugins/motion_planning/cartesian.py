@@ -46,10 +46,8 @@ if TYPE_CHECKING:
 HAND = "effector"
 """Names of parts of the hand in collisions: "effector/left"."""
 SAME = 0.001, 0.01  # a pose is reached already within this [m, rad]
-COARSE = (
-    0.025,
-    0.1,
-)  # steps of the quick look whether a line can follow [m, rad]; the line itself is checked finely
+# Steps of the quick look whether a line can follow [m, rad]; the line itself is checked finely
+COARSE = (0.025, 0.1)
 
 
 def why_no_straight_line(joints: Any, place: Place, context: Context, scene: Any) -> Refused | None:

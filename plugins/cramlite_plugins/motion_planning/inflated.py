@@ -19,8 +19,8 @@ from cramlite.model import Floats, Value
 BITS = 31  # of a collision mask
 CORNER = 3**0.5  # a corner of a grown box moves further out than its faces
 MESH = int(mujoco.mjtGeom.mjGEOM_MESH)
-# A convex hull does not grow with its size; for it a margin is right: with half of the distance none of 153 pairs that
-# were missed without it was missed (300 arm positions, two hulls), and this is a little more.
+# A convex hull does not grow with its size; for it a margin is right: with half of the distance none of 153
+# pairs that were missed without it was missed (300 arm positions, two hulls), and this is a little more.
 MESH_MARGIN = 0.6
 COARSE = 1e-4
 """Tolerance of collision detection between grown shapes [m], which are that much bigger: it finds no pair

@@ -13,7 +13,8 @@ from cramlite.model import Floats, Value
 
 from .pairs import Movers
 
-CHUNK = 0.6  # a line is cut into parts with less than this sum of joint differences [rad], for which levers are worked out
+# A line is cut into parts with less than this sum of joint differences [rad], for which levers are worked out
+CHUNK = 0.6
 PROBED = 0.05  # largest joint difference [rad] between two places at which a line is probed
 
 

@@ -47,14 +47,14 @@ LEVELS = (0.012, 0.025)
 """Further distances that one check can rule out at once [m]. With 0.05 m a check takes four times as long:
 links of an arm are always that near to each other."""
 TOUCH = 0.0003  # depth of a resting contact in MuJoCo that a start or goal may have [m]
-LEANS = 0.001  # the same of a start that a straight line leaves [m]: things lean on their neighbours by .3 mm and more
+# The same of a start that a straight line leaves [m]: things lean on their neighbours by .3 mm and more
+LEANS = 0.001
 NEAR = 0.35  # the neighbourhood of a start or goal that touches something, largest joint difference [rad]
 FAR = 0.1  # up to where distances of near pairs are measured [m]
 KNOWN = 1024  # joint positions of which a scene remembers whether they are free
 TINY = 1e-9  # approach of a pair below which no distance is too small [m]
-SMALLEST = (
-    0.002  # shortest interval of a line, largest joint difference [rad]: only counts near such contacts
-)
+# Shortest interval of a line, largest joint difference [rad]: only counts near such contacts
+SMALLEST = 0.002
 
 
 class PlanningScene(Value):
@@ -313,7 +313,8 @@ class PlanningScene(Value):
         return np.array(self.data.site_xpos[self.index.tcp])
 
     def _inside(self, q: Position) -> bool:
-        for value, (low, high) in zip(q, self.limits, strict=True):  # noqa: SIM110  a generator takes twice as long
+        # A generator takes twice as long.
+        for value, (low, high) in zip(q, self.limits, strict=True):  # noqa: SIM110
             if not low <= value <= high:
                 return False
         return True

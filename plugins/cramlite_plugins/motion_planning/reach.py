@@ -76,7 +76,8 @@ def make_scene(
     width = belief.opening if opening is None else opening
     robots = {context.robot.type: context.robot}
     return scene(
-        standing(belief, context), robots, belief.robot, poses=poses, held=held, opening=width, allowed=pairs, **extra
+        standing(belief, context), robots, belief.robot, poses=poses, held=held, opening=width, allowed=pairs,
+        **extra,
     )  # fmt: skip
 
 

@@ -19,9 +19,9 @@ Joints = tuple[float, ...]
 SHARES = (LARGEST, 0.25, 0.12, 0.05)  # of the lines at a corner, what its blend may take; tried in this order
 DIGIT = 1e-4  # blend radii are whole multiples of this [m], as they are written
 SMALL = 0.002  # below this radius a corner is a stop [m]
-# How far from where a path begins the tcp may really be [m]: motions by touch before it end where they find something, an
-# unknown error of 5 mm and a search of 8 mm away; with a radius that takes half of the planned line, a blend would then
-# take more than half of the real one, which the controller refuses.
+# How far from where a path begins the tcp may really be [m]: motions by touch before it end where they find
+# something, an unknown error of 5 mm and a search of 8 mm away; with a radius that takes half of the planned
+# line, a blend would then take more than half of the real one, which the controller refuses.
 ELSEWHERE = 0.015
 
 

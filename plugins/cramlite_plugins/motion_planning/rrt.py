@@ -80,8 +80,8 @@ def connected(
 
 
 def _query(
-    scene: Space, lines: FreeLines, origin: Joints, goals: Sequence[Joints], box: Sequence[tuple[float, float]],
-    seed: int, budget: int, ends: float,
+    scene: Space, lines: FreeLines, origin: Joints, goals: Sequence[Joints],
+    box: Sequence[tuple[float, float]], seed: int, budget: int, ends: float,
 ) -> Answer:  # fmt: skip
     """Run one path query of OMPL. All objects of OMPL are local to this function, and none refers back to
     it, so that all are freed at its end."""

@@ -77,5 +77,6 @@ def scene(
         if pose != world.thing(name).pose and name not in held
     }
     return PlanningScene(
-        compiled, index, data, joint_view(data, index), need, movers, first, levels, KEPT * most, [0], width, held, displaced
+        compiled, index, data, joint_view(data, index), need, movers, first, levels, KEPT * most, [0], width,
+        held, displaced,
     )  # fmt: skip

@@ -35,19 +35,15 @@ from .space import Joints, refusal
 
 PROPERTY = "cram:tiltLimitDeg"
 LIFTS = (0.0, 0.1, 0.2, 0.3)  # how far above the higher end the load is carried [m], tried in this order
-BEFORE = (
-    0.0,
-    0.12,
-)  # nearer to the robot the load comes down [m], tried in this order: the second is more than half of what hands carry
+# How much nearer to the robot the load comes down [m], tried in this order: the second is more than half of
+# what hands carry
+BEFORE = (0.0, 0.12)
 ARC = 0.5  # between two corners of a way around the base, about its axis [rad]
 STEP = 0.02, 0.05  # of the look at the tilt along a way [m, rad]; of a joint-space line the second
-SPEED, ACCELERATION = (
-    0.2,
-    0.5,
-)  # of the tcp [m/s, m/s2]: a level surface then tilts by atan(0.5 / 9.81) = 3 degrees
-SLACK = math.radians(
-    0.5
-)  # how far an executed tilt may be from a planned one: the servo's lag is below 7 mrad
+# Of the tcp [m/s, m/s2]: a level surface then tilts by atan(0.5 / 9.81) = 3 degrees
+SPEED, ACCELERATION = 0.2, 0.5
+# How far an executed tilt may be from a planned one: the servo's lag is below 7 mrad
+SLACK = math.radians(0.5)
 
 
 DEVIATION = 0.0005  # of chords on which a load is looked at from a blend's parabola, in any joint [rad]
@@ -127,8 +123,8 @@ def load(belief: Belief, context: Context) -> Load | None:
 
 
 def carried(
-    motion: Motion, place: Place, belief: Belief, context: Context, carry: Load, scene: PlanningScene, goals: Sequence[Joints],
-    pace: tuple[float, float],
+    motion: Motion, place: Place, belief: Belief, context: Context, carry: Load, scene: PlanningScene,
+    goals: Sequence[Joints], pace: tuple[float, float],
 ) -> Iterator[Grounding]:  # fmt: skip
     """Plan transfers to the stand-off of a place on which the load stays upright.
 
@@ -168,8 +164,8 @@ def carried(
 
 
 def _over(
-    motion: Motion, place: Place, belief: Belief, context: Context, carry: Load, scene: PlanningScene, ends: tuple[Pose, Pose],
-    about: str, pace: tuple[float, float],
+    motion: Motion, place: Place, belief: Belief, context: Context, carry: Load, scene: PlanningScene,
+    ends: tuple[Pose, Pose], about: str, pace: tuple[float, float],
 ) -> Iterator[Grounding]:  # fmt: skip
     """Yield motions on the first free path that lifts a load, carries it across and lowers it: one with
     rounded corners, and one of straight lines of the tcp."""
@@ -216,8 +212,8 @@ def _closely(scene: PlanningScene, robot: Robot, q: Joints, corner: Pose) -> Joi
 
 
 def _rounded_off(
-    motion: Motion, belief: Belief, context: Context, carry: Load, scene: PlanningScene, lines: Sequence[Sequence[Joints]],
-    about: str, pace: tuple[float, float],
+    motion: Motion, belief: Belief, context: Context, carry: Load, scene: PlanningScene,
+    lines: Sequence[Sequence[Joints]], about: str, pace: tuple[float, float],
 ) -> Iterator[Grounding]:  # fmt: skip
     """Yield one joint-space motion close to straight lines of the tcp, if such a motion keeps the payload
     upright.
@@ -236,7 +232,10 @@ def _rounded_off(
     radii, seconds = blend_radii(space, path, *pace)
     step = joint_move(motion, context.robot, path, pace, radii)
     seconds *= pace[0] / step.speed
-    reason = f"{len(radii)} corners, the arm stops at {sum(r == 0 for r in radii)} of them, {seconds:.1f} s, {about}"
+    reason = (
+        f"{len(radii)} corners, the arm stops at {sum(r == 0 for r in radii)} of them, {seconds:.1f} s, "
+        f"{about}"
+    )
     yield Grounding((step,), reason, 0.02 + seconds / 100, belief.moved(path[-1]), key="rounded off")
 
 

@@ -36,8 +36,8 @@ def pouring_obstacle(belief: Belief, source: str, into: str) -> str:
     if cavity is None or has + bulk(filling) <= volume(cavity):
         return ""
     return (
-        f"'{into}' would overflow: it holds {1e6 * has:.0f} of {1e6 * volume(cavity):.0f} ml, and {1e6 * bulk(filling):.0f} ml"
-        f" are in '{source}'"
+        f"'{into}' would overflow: it holds {1e6 * has:.0f} of {1e6 * volume(cavity):.0f} ml, and "
+        f"{1e6 * bulk(filling):.0f} ml are in '{source}'"
     )
 
 

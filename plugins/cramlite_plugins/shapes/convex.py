@@ -31,7 +31,8 @@ BULGE = 0.12  # how much volume it may add to its piece
 SPARED = 0.02  # a hull that adds no more than this is taken whatever its depth
 SECTORS = 16  # wedges about a hole
 RIM = 1.6  # radius of what is cut into wedges, in radii of the hole
-OPEN = 0.95  # radius that no hull may reach into, in radii of the hole: the hulls of wedges reach to cos(pi / SECTORS) = 0.98
+# Radius that no hull may reach into, in radii of the hole: hulls of wedges reach to cos(pi / SECTORS) = 0.98
+OPEN = 0.95
 SHARP = math.radians(15)  # concave edges above this are edges of a shape, not facets of a round one
 EVEN = 0.2  # how much the worst half counts beside the sum of both
 FINEST = 1e-6  # coordinates are rounded to this [m]

@@ -110,7 +110,8 @@ def closed(mesh: Any, where: str) -> Closed:
 def _check_file(path: Path) -> None:
     if path.suffix[1:].lower() not in KINDS:
         raise UserError(
-            f"mesh '{path}': there is no reader for '{path.suffix}'; {nearest(path.suffix[1:].lower(), KINDS)}"
+            f"mesh '{path}': there is no reader for '{path.suffix}'; "
+            f"{nearest(path.suffix[1:].lower(), KINDS)}"
         )
     if not path.is_file():
         beside = (
@@ -131,8 +132,9 @@ def _check_file(path: Path) -> None:
 
 def _too_many(path: Path, faces: int, about: str = "") -> str:
     return (
-        f"mesh '{path}' has {about}{faces:,} faces; up to {MOST_FACES:,} are read. Simplify it to some 20,000, which moves"
-        " a product's surface by less than 1 mm: trimesh's simplify_quadric_decimation(face_count=20000), MeshLab or Blender"
+        f"mesh '{path}' has {about}{faces:,} faces; up to {MOST_FACES:,} are read. Simplify it to some "
+        "20,000, which moves a product's surface by less than 1 mm: trimesh's "
+        "simplify_quadric_decimation(face_count=20000), MeshLab or Blender"
     )
 
 
@@ -145,8 +147,8 @@ def _check_size(path: Path, extents: Any, scale: float) -> None:
         )
         unit = {1e-3: "millimetres", 1e-2: "centimetres"}.get(guess, "another unit")
         raise UserError(
-            f"mesh '{path}' is {sides} m large; things are up to {LARGEST:g} m. If the file is in {unit}, write"
-            f" 'scale: {guess * scale:.3g}'"
+            f"mesh '{path}' is {sides} m large; things are up to {LARGEST:g} m. If the file is in {unit}, "
+            f"write 'scale: {guess * scale:.3g}'"
         )
     if largest < SMALLEST:
         raise UserError(

@@ -12,9 +12,8 @@ import math
 from cramlite.model import Feature, Floats
 
 PLAY = 0.0003  # least radial play of a hole on a peg that moves [m]: MuJoCo's resting contact depth
-STANDING = math.cos(
-    math.radians(20.0)
-)  # lean below which a peg stands: a threaded thing sinks to its root by itself
+# Lean below which a peg stands: a threaded thing sinks to its root by itself
+STANDING = math.cos(math.radians(20.0))
 
 
 def play(hole: Feature, peg: Feature) -> float:

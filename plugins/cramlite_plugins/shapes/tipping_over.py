@@ -12,9 +12,8 @@ from .bounds import centre_of_mass, corners
 from .standing_up import carrying_faces
 
 EDGE = 0.0005  # points that are no higher than this over the lowest one touch as well [m]
-ALONG = math.sin(
-    math.radians(10.0)
-)  # of a face's normal along the edge: with more of it the face is no side that it tips onto
+# Of a face's normal along the edge: with more of it the face is no side that it tips onto
+ALONG = math.sin(math.radians(10.0))
 BALANCED = 1e-6  # of a centre of mass over the edge [m]
 
 

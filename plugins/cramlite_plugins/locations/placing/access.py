@@ -36,11 +36,9 @@ one in which all must be free: a gap of less than 30 mm at 0.1 m, such as around
 way out for a hand."""
 RISE = 0.12
 """Rise of a way into an opening [m]: twice as deep as drawers of desks are."""
-LOWS = (
-    0.01,
-    0.02,
-    0.03,
-)  # of its lowest point over the floor of a cavity at the end of one, which may be a little higher than stated [m]
+# Heights of its lowest point over the floor of a cavity at the end of one, which may be a little higher than
+# stated [m]
+LOWS = (0.01, 0.02, 0.03)
 PITCH = 0.02  # between positions in an opening at which one is looked for [m]
 COVERS = 0.3  # over an opening what covers it is looked for [m]: as high as a thing is carried
 
@@ -68,7 +66,10 @@ def check_open(asked: Sequence[Query]) -> None:
         return
     if all(around):
         names = tuple(dict.fromkeys(name for one in around for name in one))
-        said = f"no hand comes into '{first.entity}': {' and '.join(map(repr, names))} are on all sides of {what}"
+        said = (
+            f"no hand comes into '{first.entity}': {' and '.join(map(repr, names))} are on all sides of "
+            f"{what}"
+        )
         raise Unresolvable(said, blocking=names)
 
 

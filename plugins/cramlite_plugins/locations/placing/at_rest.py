@@ -140,7 +140,10 @@ def must_lean(query: Query, now: Pose) -> str:
     )
     if by >= 0 or not math.isfinite(by):
         return ""
-    return f"its origin would be {-1000 * by:.0f} mm below '{query.where.region}' of '{below.name}' if it stood there in this orientation"
+    return (
+        f"its origin would be {-1000 * by:.0f} mm below '{query.where.region}' of '{below.name}' if it "
+        "stood there in this orientation"
+    )
 
 
 def leaning(query: Query, now: Pose) -> Iterator[Pose]:

@@ -36,11 +36,14 @@ SIDES: Mapping[str, tuple[int, float]] = {
 OFF_WALLS = 0.008
 """Distance of an outline from the walls between which the thing is let down [m]: a streamed arm is up to 5
 mm off its path."""
-WELL_IN = (
-    0.008  # of an origin from the edge of its region [m]: a thing that is let go shifts by a few millimetres
-)
-WITHIN = 0.002  # of an origin at rest from both ends of its region's height [m]: the validator of goals asks for half of that
-LEVEL = 45.0  # of closing or approach direction from level, up to which something falls out of a hand [deg]: friction of 1 holds on less
+# Distance of an origin from the edge of its region [m]: a thing that is let go shifts by a few millimetres
+WELL_IN = 0.008
+# Distance of an origin at rest from both ends of its region's height [m]: the validator of goals asks for
+# half of that
+WITHIN = 0.002
+# Angle of closing or approach direction from level, up to which something falls out of a hand [deg]: friction
+# of 1 holds on less
+LEVEL = 45.0
 STANDS = math.radians(3.0)  # what leans by no more has come to stand
 OFF_PATH = 0.004  # how far beside its place what is let go may be [m]: where an arm has arrived
 
@@ -73,7 +76,10 @@ def supported(placement: Placement, query: Query) -> str:
     if not math.isfinite(inside):
         return f"nothing of '{query.entity}' would be under the payload's foot"
     side = f"{-1000 * inside:.0f} mm beyond" if inside < 0 else f"only {1000 * inside:.0f} mm from"
-    return f"its centre of mass would be {side} the edge of '{query.entity}'; {1000 * least:.0f} mm inside is needed"
+    return (
+        f"its centre of mass would be {side} the edge of '{query.entity}'; {1000 * least:.0f} mm inside is "
+        "needed"
+    )
 
 
 def _sunk(placement: Placement, query: Query) -> bool:
@@ -96,9 +102,18 @@ def clear(placement: Placement, query: Query) -> str | Refused:
     for found in query.obstacles:
         outline = footprint(query.thing, there, high=foot + found.top)
         if (overlap := float(outline.intersection(found.area).area)) > 0:
-            said = f"its outline would overlap that of '{found.name}' and the gap around it by {1e4 * overlap:.1f} cm2"
-            more = f"there is no room for '{query.thing.name}' beside '{found.name}' on or in '{query.entity}': their outlines and the gap"
-            says = f"{more} between them overlap by {1e4 * overlap:.1f} cm2: have '{found.name}' put elsewhere, or name another place"
+            said = (
+                f"its outline would overlap that of '{found.name}' and the gap around it by "
+                f"{1e4 * overlap:.1f} cm2"
+            )
+            more = (
+                f"there is no room for '{query.thing.name}' beside '{found.name}' on or in "
+                f"'{query.entity}': their outlines and the gap"
+            )
+            says = (
+                f"{more} between them overlap by {1e4 * overlap:.1f} cm2: have '{found.name}' put "
+                "elsewhere, or name another place"
+            )
             return refusal(
                 said, blocking=query.standing_there(), remedy=Remedy(f"room {query.entity}", says, overlap)
             )
@@ -125,7 +140,10 @@ def inside(placement: Placement, query: Query) -> str | Refused:
     if out <= 0:
         beside = 1e4 * float(outline.difference(query.target.area).area)
         return f"{beside:.1f} cm2 of the payload would be beside the opening of '{query.entity}'"
-    said = f"it takes {1000 * across:.0f} mm of the {1000 * room:.0f} mm {side} of '{query.entity}' and sticks out by {1000 * out:.0f} mm"
+    said = (
+        f"it takes {1000 * across:.0f} mm of the {1000 * room:.0f} mm {side} of '{query.entity}' and sticks "
+        f"out by {1000 * out:.0f} mm"
+    )
     more = f"the opening of '{query.entity}' lacks {1000 * out:.0f} mm for '{query.thing.name}'"
     says = f"{more}: take a smaller thing, have it put down otherwise, or name another container"
     return refusal(said, blocking=query.standing_there(), remedy=Remedy(f"opening {query.entity}", says, out))
@@ -150,7 +168,10 @@ def falls(placement: Placement, query: Query) -> str:
     fingers, ahead = (float(placement.pose.rotate(axis)[2]) for axis in ((0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
     for what, up in (("the lower finger", abs(fingers)), ("the palm below it", ahead)):
         if (steep := math.degrees(math.asin(max(-1.0, min(1.0, up))))) > LEVEL:
-            return f"it would stay on {what}, since the hand is turned up by {steep:.0f} deg; up to {LEVEL:.0f} deg it falls"
+            return (
+                f"it would stay on {what}, since the hand is turned up by {steep:.0f} deg; up to "
+                f"{LEVEL:.0f} deg it falls"
+            )
     return ""
 
 
@@ -161,7 +182,10 @@ def falls_in(placement: Placement, query: Query) -> str | Refused:
     for name in (o.name for o in query.covers) if placement.height > 0 else ():
         between = footprint(belief.world.thing(name), to * belief.pose(name), 2 * FLAT, placement.height)
         if (overlap := float(footprint(query.thing, to * placement.thing).intersection(between).area)) > 0:
-            said = f"'{name}' is between the payload and '{query.entity}' over {1e4 * overlap:.1f} cm2: the payload would rest on '{name}'"
+            said = (
+                f"'{name}' is between the payload and '{query.entity}' over {1e4 * overlap:.1f} cm2: the "
+                f"payload would rest on '{name}'"
+            )
             return refusal(said, blocking=(name,))
     return ""
 
@@ -441,8 +465,8 @@ SHAPES: Mapping[str, Mapping[str, Check]] = {
 """Asked of the payload and what is around it alone, by kind of stable pose; "at rest" on what is not level
 physics have said already what supports it."""
 REACHED: Mapping[str, Check] = {
-    "at rest": dropped, "free to fall": falls_in, "collision-free": room, "reachable": reachable, "visible": visible,
-    "collision-free with the arm": collision_free, "free to open": room_to_open, "let down by the thing alone": hand_off,
-    "at rest there": rests_there,
+    "at rest": dropped, "free to fall": falls_in, "collision-free": room, "reachable": reachable,
+    "visible": visible, "collision-free with the arm": collision_free, "free to open": room_to_open,
+    "let down by the thing alone": hand_off, "at rest there": rests_there,
 }  # fmt: skip
 """Asked of the hand, the arm and the camera, in this order."""

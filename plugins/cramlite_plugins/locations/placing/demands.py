@@ -26,9 +26,8 @@ from ..room_to_close import first_met
 from .checks import Check, lowered
 from .query import Placement, Query
 
-TIGHT = (
-    100.0  # cost of a place that comes after all others, since it leaves little room for what is to be closed
-)
+# Cost of a place that comes after all others, since it leaves little room for what is to be closed
+TIGHT = 100.0
 
 
 def room_to_close(placement: Placement, query: Query) -> str | Refused:

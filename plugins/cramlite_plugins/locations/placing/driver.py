@@ -133,7 +133,10 @@ def _by(way: WayOut, cost: float, asked: list[Query]) -> Answers:
         raise _no_room(refused, asked[0], there)
     if way.endless and work <= 0:
         count = found + len(refused)
-        said = f"{count} placements were looked at, as many as the {asked[0].context.samples} samples of a query allow"
+        said = (
+            f"{count} placements were looked at, as many as the {asked[0].context.samples} samples of a "
+            "query allow"
+        )
         raise Unresolvable(said, blocking=tuple(there))
     if not found and not way.endless:
         raise _blocked(way, refused, asked[0])
@@ -187,8 +190,8 @@ def place_at(placement: Placement, query: Query) -> Place:
     way = np.subtract(placement.begins.position, placement.before.position)
     x, y, z = (way / np.linalg.norm(way)).tolist() if placement.led else (0.0, 0.0, -1.0)
     return Place(
-        pose, placement.before, approach=(x, y, z), path=(placement.back,) if placement.back else (), thing=query.thing.name,
-        release=release, reorients=placement.reorients, via=via,
+        pose, placement.before, approach=(x, y, z), path=(placement.back,) if placement.back else (),
+        thing=query.thing.name, release=release, reorients=placement.reorients, via=via,
     )  # fmt: skip
 
 

@@ -27,20 +27,10 @@ from .positions import positions_on
 from .query import Found, Groups, Placement, Query, standing_on
 from .stable_poses import Rest, about_vertical, put_down, standing_at, with_middle
 
-HIGH, ABOVE = (
-    0.010,
-    0.05,
-)  # of its lowest point over the support where the last line begins, and the stand-off above that [m]
-TURNS = (
-    0.0,
-    45.0,
-    -45.0,
-    90.0,
-    -90.0,
-    135.0,
-    -135.0,
-    180.0,
-)  # of the hand from pointing away from the robot [deg]
+# Of its lowest point over the support where the last line begins, and the stand-off above that [m]
+HIGH, ABOVE = 0.010, 0.05
+# Of the hand from pointing away from the robot [deg]
+TURNS = (0.0, 45.0, -45.0, 90.0, -90.0, 135.0, -135.0, 180.0)
 FEW = 2  # positions on a surface: each with as many as 32 simulated falls, some 30 ms each
 
 
@@ -51,7 +41,10 @@ def edge_first(asked: list[Query]) -> Groups:
     for rest in _lying(asked):
         for (lean, now), turn in product(list(far_edge_down(rest.query)), TURNS):
             none = False
-            name = f"far edge first, leaning by {math.degrees(lean):.0f} deg, hand turned {turn:+.0f} deg, to lie {rest.name}"
+            name = (
+                f"far edge first, leaning by {math.degrees(lean):.0f} deg, hand turned {turn:+.0f} deg, to "
+                f"lie {rest.name}"
+            )
             yield _let_fall(rest, now, turn, name)
     if none:
         yield Refused("edge first", "no tilt at which the hand can hold the payload lets it fall flat")

@@ -30,9 +30,8 @@ SMALL = 1e-6
 
 INSET = 0.12  # of what is nearest to a robot that drove, from the edge [m]
 ROUNDED = 0.0002  # twice what positions are rounded by [m]
-BESIDE_WALLS = (
-    OFF_WALLS + 0.001
-)  # distance of positions from walls [m]: what leans a little is nearer to one farther up
+# Distance of positions from walls [m]: what leans a little is nearer to one farther up
+BESIDE_WALLS = OFF_WALLS + 0.001
 ALIKE = 0.002  # radii of discs that are as good as one another [m]
 TRIED = 32  # corners that are looked at, of a round opening evenly spaced ones
 AWAY = 0.1

@@ -30,7 +30,8 @@ from ..reached import Arm, Leg
 PARTS, STRAIGHTEN = (0.0, 0.1, 0.2, 0.3, 0.45, 0.7, 1.0), (0.25, 0.5, 0.75)
 """Parts of a straight way out, and of a turn on it, at which hand and payload have to be free before the
 arm is asked."""
-GAP = 0.006  # between outlines seen from above, and around what is over an opening [m]: a little more than paths keep
+# Gap between outlines seen from above, and around what is over an opening [m]: a little more than paths keep
+GAP = 0.006
 AS_LET_GO = Pose()
 
 

@@ -159,7 +159,8 @@ def _too_high(query: Query, room: float, needed: float) -> Unresolvable:
     more = f"{1000 * low:.0f} mm higher than '{query.thing.name}', {2000 * HIGH:.0f} mm is needed"
     says = (
         f"the opening of '{query.entity}' is {1000 * room:.0f} mm high, '{query.thing.name}' needs "
-        f"{1000 * needed:.0f} mm with the gap around it: take a lower thing, lay it down, or name another place"
+        f"{1000 * needed:.0f} mm with the gap around it: take a lower thing, lay it down, or name another "
+        "place"
     )
     remedy = Remedy(f"room {query.entity}", says, needed - room)
     said = f"the room under the roof of '{query.entity}' is {more}"

@@ -33,18 +33,8 @@ from .positions import Offset, free_for, middle, positions_on, rectangle
 from .query import Placement, Query
 
 FEW_YAWS = (0.0, 90.0, -45.0)  # away from the middle of a surface [deg]
-YAWS = (
-    0.0,
-    30.0,
-    -30.0,
-    60.0,
-    -60.0,
-    90.0,
-    -90.0,
-    135.0,
-    -135.0,
-    180.0,
-)  # turns about the vertical that are tried first [deg]
+# Turns about the vertical that are tried first [deg]
+YAWS = (0.0, 30.0, -30.0, 60.0, -60.0, 90.0, -90.0, 135.0, -135.0, 180.0)
 FACING = (0.0, 6.0, -6.0)
 """Turns from facing another thing [deg]: of the 15 deg that are judged, letting go may take some."""
 GOLDEN = 137.5077640500378  # of one further turn, another one everywhere: the golden angle [deg]
@@ -56,15 +46,15 @@ that [m]; the second pair where there is little room above."""
 NESTED = ((0.02, 0.06), (0.035, 0.045))
 """The same heights for a thing that is let down between steep walls: 20 mm higher a bowl is 4 mm from the
 sides of one that holds it, and paths keep more."""
-OFF_FLOOR, RISE = (
-    0.01,
-    0.03,
-)  # lowest point above a container's floor when let go, and steps up from there [m]
+# Lowest point above a container's floor when let go, and steps up from there [m]
+OFF_FLOOR, RISE = 0.01, 0.03
 ABOVE = 0.06  # stand-off above a rim [m]
 TURNLESS = 1e-6  # what is turned by less is as it was: rounding [rad]
 LET_GO = 0.004
 """Height of the release [m] above the pose that is 3 to 6 mm over the first contact."""
-BEYOND = 0.01  # a centre of mass is beyond the edge that a thing topples over, at least [m]: the finger below it holds it up at first
+# How far a centre of mass is beyond the edge that a thing topples over, at least [m]: the finger below it
+# holds it up at first
+BEYOND = 0.01
 DEEPEST, STEP = 0.06, 0.005  # of the origin of what toppled in its region, and between positions [m]
 ACROSS = (0.0, 0.4, -0.4)  # positions across the way in, as shares of half of the room
 
@@ -322,7 +312,10 @@ def toppled(query: Query, upright: Pose, out: Floats, lean: float) -> Iterator[t
         lies = shift(over[0], by)
         x, y, z = map(float, query.target.pose.inverse().apply(lies.position))
         if -query.depth <= z <= 0.0 and area.covers(shapely.Point(x, y)):
-            said = f"leaning out by {lean:.0f} deg, to lie {1000 * deep:.0f} mm in, at {100 * share:+.0f} % across"
+            said = (
+                f"leaning out by {lean:.0f} deg, to lie {1000 * deep:.0f} mm in, at {100 * share:+.0f} % "
+                "across"
+            )
             yield shift(turned, by), lies, said
 
 

@@ -34,12 +34,8 @@ LEFT = 12.0
 """Lean that is left at the release [deg]: with an upright payload the hand that leans by 30 deg would be
 in the wall; from this lean a bowl stands up."""
 SHARES = (0.75, 1.0, 0.5)  # of its height that a way in leads aside, below what it comes in under
-INWARDS = (
-    0.012,
-    0.006,
-    0.018,
-    0.0,
-)  # from where it would stand as far out as it can [m]: farther in it is farther from the wall
+# Distances inwards from where it would stand as far out as it can [m]: farther in it is farther from the wall
+INWARDS = (0.012, 0.006, 0.018, 0.0)
 ACROSS = (0.0, 0.6, -0.6)  # of the room to each side, across the way that it leans
 FARTHER = (0.024, 0.016, 0.008)  # how much farther out it leans more [m]
 OVER = (0.02, 0.03, 0.01)  # how much higher its lowest point is there [m]
@@ -51,7 +47,9 @@ LEANS = (55.0, 50.0, 45.0, 40.0, 35.0, 30.0)
 """Leans of a payload that topples in, from upright [deg]: the more it leans, the farther in its foot can
 be and the less it falls; from 58 deg on a Panda's hand that holds a book of 120 mm by its end is in the
 table."""
-KEPT = 0.008  # lowest point over what carries what topples, on the way in [m]: what paths keep, and a little more
+# Distance of the lowest point over what carries what topples, on the way in [m]: what paths keep, and a
+# little more
+KEPT = 0.008
 CLEAR = 0.03  # how far out from under the roof its foot is at the stand-off [m]
 BACK = 0.12
 """Way of the hand back along its approach [m], out from under a thing that toppled onto its lower finger.
@@ -114,8 +112,8 @@ def _straightened(query: Query, left: Pose, at: Pose, out: Floats, name: str) ->
     release."""
     leaning, lies = query.hand(at), stood_up(query.thing, left)
     return Placement(
-        name, left, query.hand(left), shift(leaning, out), LOWS[0] - query.depth, "in", (leaning,), True, lies,
-        reorients=True, opens=True,
+        name, left, query.hand(left), shift(leaning, out), LOWS[0] - query.depth, "in", (leaning,), True,
+        lies, reorients=True, opens=True,
     )  # fmt: skip
 
 
@@ -206,7 +204,8 @@ def toppling(asked: list[Query]) -> Groups:
     if none:
         yield Refused(
             "toppling",
-            "the payload, released leaning outwards, would nowhere topple and lie with its origin in the region",
+            "the payload, released leaning outwards, would nowhere topple and lie with its origin in the "
+            "region",
         )
 
 
@@ -217,5 +216,6 @@ def _foot_in(query: Query, leaning: Pose, lies: Pose, out: Floats, name: str) ->
     far, pose = CLEAR + float((area @ out).max()) + support(query.thing, leaning, -out), query.hand(leaning)
     back = pose * Pose((0.0, 0.0, -BACK))
     return Placement(
-        name, leaning, pose, shift(pose, far * out), KEPT, "toppled", (), True, lies, back, reorients=True, opens=True
+        name, leaning, pose, shift(pose, far * out), KEPT, "toppled", (), True, lies, back, reorients=True,
+        opens=True,
     )  # fmt: skip

@@ -25,14 +25,20 @@ def visible(placement: Placement, query: Query) -> str:
         return ""
     eye, axis, field = _eye(asked, query)
     if eye is None:
-        return "it cannot be said whether a camera sees it: none is fixed in the world; give 'visible_from' a point"
+        return (
+            "it cannot be said whether a camera sees it: none is fixed in the world; give 'visible_from' a "
+            "point"
+        )
     points = placement.thing.apply(_grid(query.thing))
     middle = points.mean(axis=0) - eye
     off = (
         math.acos(float(np.clip(middle @ axis / np.linalg.norm(middle), -1, 1))) if axis is not None else 0.0
     )
     if off > field:
-        return f"{math.degrees(off):.0f} deg off the camera's axis, it sees {math.degrees(field):.0f} deg to each side"
+        return (
+            f"{math.degrees(off):.0f} deg off the camera's axis, it sees {math.degrees(field):.0f} deg to "
+            "each side"
+        )
     others = (t for t in query.belief.world.things if t.name != query.thing.name)
     hidden, by = hidden_by(points, eye, query.belief, others)
     share = 1.0 - float(hidden.mean())

@@ -81,8 +81,8 @@ def _from_above(rest: Rest) -> Iterator[Found]:
         thing = shift(rest.thing, (0.0, 0.0, over))
         pose, name = query.hand(thing), f"{rest.name}, lowest point {1000 * over:+.0f} mm from it"
         straight = Placement(
-            name, thing, pose, shift(pose, (0.0, 0.0, above)), over, rest.kind, cost=rest.cost + PER_HEIGHT * k,
-            reorients=rest.reorients, opens=query.settles,
+            name, thing, pose, shift(pose, (0.0, 0.0, above)), over, rest.kind,
+            cost=rest.cost + PER_HEIGHT * k, reorients=rest.reorients, opens=query.settles,
         )  # fmt: skip
         if query.depth and query.held.swing is not None:
             straight = at_rest(replace(straight, kind="dropped"), query)
@@ -111,7 +111,10 @@ def _at_best(asked: list[Query], now: Pose) -> Iterator[Refused]:
     for query in asked:
         offset = next(positions_on(replace(query, where=Where(), obstacles=()), now), (0.0, 0.0))
         _, found = next(_from_above(standing_at(query, now, offset)))
-        said = f"not clear: the largest disc in its outline, of {2000 * radius(query, now):.0f} mm, has no free position"
+        said = (
+            f"not clear: the largest disc in its outline, of {2000 * radius(query, now):.0f} mm, has no "
+            "free position"
+        )
         no = first_objection(found, query, SHAPES[found.kind])
         yield no or Refused(found.name, said, 0, blocking=query.standing_there())
 
@@ -149,7 +152,10 @@ def _check_way_in(query: Query, now: Pose) -> None:
     """
     if query.covers and free_for(query, now).is_empty and not goes_in_upright(query, now):
         over = [o.name for o in query.covers]
-        said = f"'{query.thing.name}' does not get into '{query.entity}' upright: {' and '.join(map(repr, over))} are over it"
+        said = (
+            f"'{query.thing.name}' does not get into '{query.entity}' upright: "
+            f"{' and '.join(map(repr, over))} are over it"
+        )
         raise Unresolvable(said, blocking=tuple(over))
 
 

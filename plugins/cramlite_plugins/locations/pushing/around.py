@@ -26,14 +26,11 @@ SIDES = ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1))
 """Steps from a place of the lattice to its eight neighbours."""
 ASIDE = (1, 2)  # steps of the lattice
 MOST = 1500  # places that are looked at: a square of 0.7 m
-SHOVED = (
-    0.3  # extra length of a way around that is preferred to a movable obstacle being elsewhere by then [m]
-)
+# Extra length of a way around that is preferred to a movable obstacle being elsewhere by then [m]
+SHOVED = 0.3
 TAKEN_ASIDE = 0.3  # extra length of a way around worth moving one thing [m]: half of 10 s at 60 mm/s
-LIFT, CLEAR = (
-    np.array([0.0, 0.0, 0.003]),
-    0.002,
-)  # while its way is checked, above what it slides along, and from all else [m]
+# While its way is checked, above what it slides along, and from all else [m]
+LIFT, CLEAR = np.array([0.0, 0.0, 0.003]), 0.002
 
 Point = tuple[float, float]
 Side = tuple[int, int]

@@ -20,9 +20,8 @@ from ..handles import lever
 
 GAP = 0.01  # from fingers to the thing behind which they are [m]
 ALMOST = 0.003  # from fingers to a face, where feeling begins [m]
-LOW = (
-    1 / 3
-)  # height of finger tips over the thing's support, as a share of its height: under a plate's rim, so that they meet it
+# Height of finger tips over the thing's support, as a share of its height: under a plate's rim, to meet it
+LOW = 1 / 3
 SHARES = (0.0, 0.35, 0.6)
 """Ends of the way, from the region's middle towards the thing, as shares of its half sides; the rest is
 left for the slip of the thing."""
@@ -33,11 +32,8 @@ EIGHTHS = (0.0, 180.0, 90.0, 270.0, 45.0, 225.0, 135.0, 315.0)
 AMID = ((0.0, 0.0), (0.02, 0.0), (0.0, 0.02), (0.0, -0.02), (-0.02, 0.0))
 """Positions of closed fingers in a thing from its middle, ahead and to the left [m]: beside obstacles in
 it."""
-OVER, DEEP, PLAY = (
-    0.0005,
-    0.006,
-    0.001,
-)  # finger tips in a thing, over its floor; the least that its rim stands up; before it [m]
+# Finger tips in a thing, over its floor; the least that its rim stands up; before it [m]
+OVER, DEEP, PLAY = 0.0005, 0.006, 0.001
 SPOTS = ((0.0, 0.0), (0.8, 0.0), (-0.8, 0.0), (0.0, 0.6), (0.8, 0.6), (-0.8, 0.6))
 """Spots on a front: at its handle, towards its edges, and higher."""
 TILTS, TURNS = (0.0, -30.0, -45.0, -60.0), (90.0, -90.0, 0.0, 180.0)
@@ -188,8 +184,13 @@ def free_ahead(
     """Distance that fingers at a TCP pose go straight ahead until they meet a thing [m]; ``GAP`` if they miss
     it."""
     reach, long = gripper.pad[0] / 2, gripper.pad[1]
-    tips = [(x, s * y, long / 2 - z) for x in (reach, -reach) for s in (-1.0, 1.0)
-            for y in np.linspace(opening / 2, opening / 2 + FINGER, 5) for z in np.linspace(0.0, long, 11)]  # fmt: skip
+    tips = [
+        (x, s * y, long / 2 - z)
+        for x in (reach, -reach)
+        for s in (-1.0, 1.0)
+        for y in np.linspace(opening / 2, opening / 2 + FINGER, 5)
+        for z in np.linspace(0.0, long, 11)
+    ]
     to = pose.inverse()
     rays = to.apply(hand.apply(np.array(tips))), np.tile(to.rotate(ahead), (len(tips), 1))
     low, high = intervals(body(thing.geoms), *rays)
@@ -214,7 +215,10 @@ def at_front(
     for spot, tilt, turn in itertools.chain(itertools.product(SPOTS, TILTS, TURNS), itertools.product(*over)):
         at, firm = _against(thing, handle, pose, spot, (tilt, turn), gripper, joint.kind == "hinge")
         aside, up = (100 * share for share in spot)
-        name = f"before its front at {aside:+.0f} % of its width, {up:+.0f} % of its height, tilted {tilt:+.0f} deg, turned {turn:.0f} deg"
+        name = (
+            f"before its front at {aside:+.0f} % of its width, {up:+.0f} % of its height, tilted "
+            f"{tilt:+.0f} deg, turned {turn:.0f} deg"
+        )
         if joint.kind == "hinge" and lever(joint, pose.inverse() * at) < far:
             near.append((at, name))
         elif firm:
@@ -240,8 +244,8 @@ def at_inner_side(
     for (aside, high), tilt, turn in itertools.product(*OVER_EDGE):
         at, _ = _against(thing, handle, pose, (side * aside, high), (tilt, turn), gripper, True, inner=True)
         name = (
-            f"behind it {100 * aside:.0f} % of the way from its handle to its hinge, {100 * high:+.0f} % of its height, "
-            f"tilted {tilt:+.0f} deg, turned {turn:.0f} deg"
+            f"behind it {100 * aside:.0f} % of the way from its handle to its hinge, {100 * high:+.0f} % of "
+            f"its height, tilted {tilt:+.0f} deg, turned {turn:.0f} deg"
         )
         if lever(joint, pose.inverse() * at) < far:
             near.append((at, name))
@@ -278,7 +282,7 @@ def _against(
     if not swings:
         met = spans(body(thing.geoms), pose.inverse().apply(point), pose.inverse().rotate(out))
         far = max((end for begin, end, _ in met if begin <= 0.0), default=0.0)
-        # of the tips, a box as wide as the pads and as thick as two fingers, the corner that is farthest ahead
+        # of the tips, a box as wide as the pads and as thick as two fingers, the corner farthest ahead
         ahead = np.abs(hand.inverse().rotate(out)) @ (gripper.pad[0] / 2, FINGER, gripper.pad[1] / 2)
         x, y, z = (float(v) for v in point + out * (far + ahead + ALMOST))
         return Pose((x, y, z), hand.quaternion), True

@@ -23,7 +23,8 @@ from ..room_to_close import first_met
 from .contacts import STEEP
 from .straight import gap_before, pushed_straight
 
-STEP = 0.005  # between the ways that are looked at, back and in [m]: as well as it is known where something was let go of
+# Between the ways that are looked at, back and in [m]: as well as it is known where something was let go of
+STEP = 0.005
 FARTHEST = 0.06  # in [m]: three times what a mug in a microwave needs, whose handle sticks out
 BACK = 0.12  # distance that hands go back from a released payload, as elsewhere [m]
 
@@ -48,7 +49,8 @@ def off(location: Location, belief: Belief, context: Context) -> Iterator[Ground
             return
     yield Refused(
         "off",
-        f"closed fingers collide up to {1000 * BACK:.0f} mm straight back from '{entity}': {no.reason if no else ''}",
+        f"closed fingers collide up to {1000 * BACK:.0f} mm straight back from '{entity}': "
+        f"{no.reason if no else ''}",
     )
 
 

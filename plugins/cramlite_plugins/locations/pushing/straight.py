@@ -36,10 +36,8 @@ from .contacts import ALMOST, UP, Hand, free_ahead, hands_behind, hands_in, side
 
 BEHIND = 0.05  # from a face to the fingers at the stand-off [m]
 ABOVE = 0.06  # over the place behind a thing at the stand-off [m]
-OVER_SUPPORT, UNDER_PALM = (
-    0.015,
-    0.010,
-)  # finger tips above what carries the thing; the palm above the thing [m]
+# Finger tips above what carries the thing; the palm above the thing [m]
+OVER_SUPPORT, UNDER_PALM = 0.015, 0.010
 INNER = 0.6
 """Ends of ways around something, from the region's middle, as shares of its half sides."""
 FARTHER = (1.0, 0.7, 1.5)
