@@ -2,8 +2,8 @@
 
 A recording is an ``.npz``: ``observations`` (N, 39) of the hand's joints, of the lever and the hinge, and ``door``, where the frame stood.
 The poses of palm, door and lever follow from the scene's kinematics (DAPG_door.xml of hand_dapg, adroit_door.xml of gymnasium-robotics;
-lengths there in metres, angles in radians); the mapping says what they are, as for any table of poses. The palm counts, not the fingers:
-a human hand is no gripper.
+lengths there in metres, angles in radians); the mapping says what they are, as for any table of poses. What the hand touches follows from
+a replay of its fingers, and nothing counts as grasped: a human hand is no gripper.
 """
 
 from __future__ import annotations
@@ -12,8 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
-from cramlite.model import Episode, Floats, Pose
+from cramlite.model import Episode, Event, Floats, Pose
 from cramlite.plugin import UserError, hookimpl, read_arrays
+
+from .adroit_scene import DOOR, LATCH, PIVOT, distances
 
 NUMBERS = 39
 """Observations at a time: 27 joints of the hand without the forearm's slide, lever, hinge, palm, handle, their difference, open or not."""
@@ -24,12 +26,14 @@ FOREARM = (((1, 0, 0), -1.57), ((0, 0, 1), 3.14))
 """Rotations of the forearm, one after the other: axis and angle [rad]."""
 WRIST = ((1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 1, 0), (1, 0, 0))
 """Axes of the joints from the forearm to the palm, which are the first observations."""
-DOOR, PIVOT, LATCH = (0.29, 0.0, 0.0), (0.31, 0.0, 0.0), (-0.15, 0.0, -0.025)
-"""The door in its frame, its hinge in the door, and the lever's axis in the door [m]."""
+FINGERS = slice(len(WRIST), LEVER)
+"""Observed joints of the fingers."""
 GRIP = (0.15, -0.15, 0.0)
 """The observed point of the handle, from the lever's axis [m]."""
 EXACT = 0.01
 """[m] that the observed handle may be off the computed one: the positions that are observed are one step older than the joints."""
+TOUCH = (0.002, 0.005)
+"""Distances [m] below which a touch starts and above which it ends: a hand that turns a lever is up to 1.5 mm from it."""
 MOST_BYTES = 100_000_000
 """Largest size of a recording [bytes]: ten minutes have 20 MB."""
 _COLUMNS = tuple(f"{{name}}.{part}" for part in ("x", "y", "z", "qw", "qx", "qy", "qz"))
@@ -55,7 +59,9 @@ def read_episode(path: Path) -> Episode | None:
     if not {"observations", "door"} <= set(data):
         return None
     seen, frame = data["observations"], data["door"]
-    if seen.ndim != 2 or seen.shape[1] != NUMBERS or frame.shape != (3,) or not {seen.dtype.kind, frame.dtype.kind} <= set("fiu"):
+    if seen.ndim != 2 or seen.shape[1] != NUMBERS or not len(seen) or frame.shape != (3,):
+        return None
+    if not {seen.dtype.kind, frame.dtype.kind} <= set("fiu"):
         return None
     return _episode(path, seen.astype(float), frame.astype(float))
 
@@ -65,6 +71,9 @@ def _episode(path: Path, seen: Floats, frame: Floats) -> Episode:
     from .mapping import Mapping
     from .table import Table
 
+    if not (finite := np.isfinite(seen).all(axis=1)).all():
+        step = int(np.argmin(finite))
+        raise UserError(f"{path}: the observations of step {step} contain NaN or infinity; cut the recording before this step.")
     poses = {"hand": _palm(seen), "door": [_door(frame, row[HINGE]) for row in seen]}
     poses["lever"] = [door * Pose(LATCH) * _turn((0, 1, 0), row[LEVER]) for door, row in zip(poses["door"], seen, strict=True)]
     off = max(np.linalg.norm(np.array((p * Pose(GRIP)).position) - r[HANDLE]) for p, r in zip(poses["lever"], seen, strict=True))
@@ -78,7 +87,21 @@ def _episode(path: Path, seen: Floats, frame: Floats) -> Episode:
         values = np.array([[*p.position, *p.quaternion] for p in track])
         columns |= {c.replace("{name}", name): [f"{v:.9g}" for v in values[:, k]] for k, c in enumerate(_COLUMNS)}
     table = Table(path, columns, list(range(1, len(seen) + 1)))
-    return episode_of(path, Mapping.model_validate({**MAPPING, "recording": path.name}), table)
+    touches = _touches(distances(poses["hand"], seen[:, FINGERS], seen[:, LEVER], seen[:, HINGE], frame))
+    return episode_of(path, Mapping.model_validate({**MAPPING, "recording": path.name}), table, touches)
+
+
+def _touches(distance: dict[str, Floats]) -> tuple[Event, ...]:
+    """Contact states of the hand with each thing that it has a distance from at each step (N,) [m]."""
+    from ..detection.signals import hysteresis, spans
+
+    found = []
+    for name, away in distance.items():
+        times = np.round(STEP * np.arange(len(away)), 2)
+        near = spans(hysteresis(-away, -TOUCH[0], -TOUCH[1]), times)
+        found += [(start, min(end, float(times[-1])), name) for start, end in near if start < times[-1]]
+    each = enumerate(sorted(found), 1)
+    return tuple(Event(f"contact_{k}", "soma:ContactState", "state", s, e, {"a": "hand", "b": name}, True) for k, (s, e, name) in each)
 
 
 def _palm(seen: Floats) -> list[Pose]:

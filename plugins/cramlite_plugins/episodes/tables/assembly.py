@@ -40,20 +40,26 @@ def read_recording(file: Path) -> Episode | None:
     return episode_of(file, mapping, read_table(file.parent / mapping.recording, mapping.kind))
 
 
-def episode_of(file: Path, mapping: Mapping, table: Table) -> Episode:
-    """Return a table of poses as an episode with inferred events.
+def episode_of(file: Path, mapping: Mapping, table: Table, states: tuple[Event, ...] | None = None) -> Episode:
+    """Return a table of poses as an episode.
+
+    Args:
+        file: named in errors, and the episode is named after it.
+        mapping: what the columns of the table mean.
+        table: poses at each time.
+        states: known contacts and other states; None to infer all events from motion.
 
     Raises:
         UserError: the mapping or the recording cannot be used; names the file and what to do.
     """
     try:
-        return _episode(file, mapping, table, recorded(table, mapping))
+        return _episode(file, mapping, table, recorded(table, mapping), states)
     except UserError as error:
         text = str(error)
         raise error if text.startswith(str(file.parent)) else UserError(f"{file}: {text}") from None
 
 
-def _episode(file: Path, mapping: Mapping, table: Table, found: Recorded) -> Episode:
+def _episode(file: Path, mapping: Mapping, table: Table, found: Recorded, states: tuple[Event, ...] | None) -> Episode:
     tracks, repairs = world_tracks(found.rows)
     hands = tuple(Entity(n, HAND, pose=tracks[n].at(-math.inf)) for n in mapping.hands)
     things = tuple(_thing(n, t, tracks, found.convention, file.parent) for n, t in mapping.things.items())
@@ -62,7 +68,8 @@ def _episode(file: Path, mapping: Mapping, table: Table, found: Recorded) -> Epi
     name = file.resolve().parent.name if file.name == "recording.yaml" else file.stem
     joints = _joints(mapping, tracks, found)
     times = {"times": np.unique(found.times)} if joints else {}
-    episode = infer(Episode(name, (*hands, *things), (), tracks, first, repairs, {**times, **joints}))
+    episode = Episode(name, (*hands, *things), states or (), tracks, first, repairs, {**times, **joints})
+    episode = infer(episode) if states is None else episode
     return _with_opening(_following(episode, mapping), mapping, table, found)
 
 
