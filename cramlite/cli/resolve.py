@@ -142,7 +142,7 @@ def _started_from(scenario: Scenario, demonstration: Path | None, plan: Path | N
 
 
 def _ended(job: _Job, solution: Solution, *, json_output: bool) -> int:
-    """Print a proven program and return exit code 0; raise NoSolution if its first execution failed."""
+    """Print a proven program and return exit code 0; raise NoSolution if its run in the real world failed."""
     summary = as_json(solution_summary(solution, job.run, job.engine, job.setting.seed)) if json_output else ""
     print(summary or solution_text(solution, str(job.run.path)))
     if not solution.succeeded:

@@ -40,7 +40,7 @@ NOT_DRAWN = "This section was not drawn, since the command was interrupted; the 
 
 
 class Knowing(Protocol):
-    """Protocol of what a report needs of an engine."""
+    """Protocol of an ``Engine``, with the attributes that a report reads."""
 
     @property
     def knowledge(self) -> Knowledge:

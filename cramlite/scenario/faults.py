@@ -82,11 +82,11 @@ class FaultSpec(Spec):
         for key, (must, may, what) in _GO_WITH.items():
             given = getattr(self, key) is not None
             if given and kind not in (*must, *may):
-                raise ValueError(f"'{key}' goes with {', '.join(f'{k!r}' for k in (*must, *may))}, not with '{kind}'")
+                raise ValueError(f"'{key}' may stand beside {', '.join(f'{k!r}' for k in (*must, *may))}, not beside '{kind}'")
             if not given and kind in must:
-                raise ValueError(f"'{kind}' goes with '{key}': {what}")
+                raise ValueError(f"'{kind}' needs '{key}': {what}")
         if bool(self.near) != (self.within is not None):
-            raise ValueError("'near' goes with 'within': how near the tool comes, such as within: 0.18 m")
+            raise ValueError("'near' needs 'within', and 'within' needs 'near': how near the tool comes, such as within: 0.18 m")
         if kind in _NO_TRIGGER and (self.trigger() is not None or self.after):
             raise ValueError(f"'{kind}' takes neither a trigger nor 'after': the fault begins {_NO_TRIGGER[kind]}")
         return self

@@ -57,7 +57,7 @@ def test_a_program_that_stops_fails_with_its_own_words(program: Path) -> None:
         (SHORT.replace("movej", "moovej"), "grasp_one_thing", "p.script: URScript, line 2: there is no function"),
         (None, "grasp_one_thing", "cannot be read"),
         ("\x00\ufffd".encode("utf-16"), "grasp_one_thing", "no text"),
-        (gzip.compress(b"<URProgram/>", mtime=0), "grasp_one_thing", "packed, as PolyScope's .urp is"),
+        (gzip.compress(b"<URProgram/>", mtime=0), "grasp_one_thing", "compressed, as PolyScope's .urp is"),
     ],
 )
 def test_what_cannot_be_used_is_explained(tmp_path: Path, text: str | bytes | None, world: str, said: str) -> None:

@@ -75,8 +75,8 @@ def _add_curves(rerun: Any, run: RunRecord) -> None:
 
 
 def _add_words(rerun: Any, run: RunRecord) -> None:
-    """Add the texts: tasks, steps and events when they begin and end, the contacts of each sample, and the
-    program's log."""
+    """Add texts to the recording: tasks, steps and events when they begin and end, the contacts of each sample,
+    and the program's log."""
     said = {
         "tasks": [(s.start, s.name) for s in run.tasks],
         "steps": [(s.start, s.name) for s in run.steps],

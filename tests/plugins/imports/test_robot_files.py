@@ -343,7 +343,7 @@ BAD: dict[str, tuple[str, Stated, str]] = {
     "torques of another arm": (WHOLE, replace(WITH[SEVEN], torques=(1.0,)), "each of 7 joints"),
     "no flange": (WHOLE, replace(WITH[SEVEN], flange="toool"), "no site or body 'toool' behind the last joint"),
     "home elsewhere": (WHOLE, replace(WITH[SEVEN], home=(0.0,) * 7), "state another by 'home'"),
-    "home in itself": (WHOLE, replace(WITH[SEVEN], home=(0.0, 1.6, 0.0, -3.0, 0.0, 0.6, 0.0)), "meets"),
+    "home in itself": (WHOLE, replace(WITH[SEVEN], home=(0.0, 1.6, 0.0, -3.0, 0.0, 0.6, 0.0)), "collide"),
     "no such link": (WHOLE, replace(WITH[SEVEN], apart=(("l1", "l9"),)), "'apart' names 'l9'"),
     "not a number": (WHOLE.replace('pos="0 0 0.333"', 'pos="0 0 nan"'), WITH[SEVEN], "finite|nan"),
     "missing mesh": (WHOLE.replace("<worldbody>", '<asset><mesh name="a" file="no.stl"/></asset><worldbody>'), WITH[SEVEN], "no.stl"),

@@ -87,7 +87,7 @@ def _losses(
     mine: list[Event], thing: str, episode: Episode, longest: float
 ) -> Iterator[tuple[float, float, str | None]]:
     """Yield start, end and hand of each pause, up to ``longest`` [s], between grasps of a thing by one hand, or between
-    their contacts.
+    contacts of the thing with that hand.
 
     With hand None, all states of the thing pause.
     """
