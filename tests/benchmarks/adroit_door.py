@@ -48,7 +48,7 @@ def main() -> None:
     touched = min(_touched(h) for h in hands)
     print(f"{sum(recognised)} of {len(recognised)}; {len(wrong)} false: {wrong[:8]}; {spent:.1f} s of CPU; {touched:.1%} touched")
     numbers = [
-        rate("unseen recordings recognised", sum(recognised), len(recognised)),
+        rate("other recordings recognised", sum(recognised), len(recognised)),
         rate("stretches and episodes of other tasks that are recognised", len(wrong), len(asked.of) + len(others)),
         value("least share of a lever's turn in which the hand touches it", round(touched, 3)),
         value("time of learning [s of CPU]", round(spent, 1)),
