@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from itertools import permutations
+from itertools import combinations, permutations
 
 import numpy as np
 
@@ -372,4 +372,5 @@ def conditions(learned: Learned, names: Sequence[str]) -> Mapping[str, list[str]
         for phase, text in one.texts(names):
             if text not in found[phase]:
                 found[phase].append(text)
+    found["pre" if language.thing else "post"] += [f"{one} != {other}" for one, other in combinations(names[1:], 2)]
     return found

@@ -66,7 +66,7 @@ def casts(tables: Tables, roles: int) -> list[Cast]:
     literals = list(tables.language.literals(roles))
     weights = np.array([_weight(tables.language, one) for one in literals])
     holds = tables.truths(literals, roles)
-    usable = tables.valid(roles) & _distinct(tables.size, roles)
+    usable = tables.valid(roles)
     found = []
     for chosen in combinations(_who_changes(tables), roles):
         cast = _cast(tables, literals, weights, holds, usable, chosen)
@@ -134,12 +134,6 @@ def _cast(
     return Cast(names, tuple(places), kept, changes, measured, movers, float(weights @ common))
 
 
-def _distinct(things: int, roles: int) -> Truths:
-    """Return a mask of the role assignments in which no thing has two roles."""
-    found = np.array([len(set(k)) == roles for k in np.ndindex(*(things,) * roles)], dtype=np.bool_)
-    return found.reshape(1, -1)
-
-
 def _changes(language: Language, common: Sequence[Literal]) -> Iterator[Literal]:
     """Yield the changes that all examples share: recorded states of agent and roles that begin or end.
 
@@ -164,7 +158,7 @@ def own_changes(tables: Tables, span: int) -> tuple[Literal, ...]:
     literals = [one for one in asked if recorded(tables.language, one)]
     if not literals or not tables.size:
         return ()
-    true = (tables.truths(literals, 2)[:, span] & (tables.valid(2) & _distinct(tables.size, 2))[span]).any(axis=1)
+    true = (tables.truths(literals, 2)[:, span] & tables.valid(2)[span]).any(axis=1)
     return tuple(one for one, holds in zip(literals, true, strict=True) if holds)
 
 

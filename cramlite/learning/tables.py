@@ -28,15 +28,16 @@ class Tables:
         self._known: dict[tuple[str, str], npt.NDArray] = {}  # type: ignore[type-arg]
 
     def valid(self, roles: int) -> Truths:
-        """Return for each span the role assignments that use only things of this span, as a mask (spans, assignments).
+        """Return for each span the role assignments that give each role another thing of this span, as a mask (spans, assignments).
 
-        Others contain the padding of the tables.
+        The rest contain the padding of the tables, or one thing twice.
         """
         one = np.arange(self.size)[None, :] < np.array([len(s.things) for s in self.spans])[:, None]
         found = np.ones((len(self.spans), *(1,) * roles), dtype=np.bool_)
         for role in range(roles):
             found = found & one.reshape(-1, *(self.size if k == role else 1 for k in range(roles)))
-        return found.reshape(len(self.spans), -1)
+        several = [len(set(k)) == roles for k in np.ndindex(*(self.size,) * roles)]
+        return np.asarray(found.reshape(len(self.spans), -1) & np.array(several, dtype=np.bool_))
 
     def truths(self, literals: Sequence[Literal], roles: int) -> Truths:
         """Return for each condition the spans and role assignments in which it holds, as a mask (conditions,
