@@ -94,6 +94,14 @@ def test_the_rule_file_means_what_was_learned(tmp_path: Path) -> None:
         assert by_file == set(covers(fetched().learned, example.span)) != set()
 
 
+def test_no_thing_has_two_roles() -> None:
+    learned = fetched().learned
+    for taken in ((), learned.literals):
+        found = covers(learned, learned.examples[0].span, taken)
+        assert found and all(len(set(things)) == learned.cast.roles for things in found)
+    assert sum(" != " in text for text in fetched().rule["pre"]) == learned.cast.roles * (learned.cast.roles - 1) // 2
+
+
 def test_one_who_leaves_out_a_condition_covers_no_less() -> None:
     learned = fetched().learned
     for one in learned.literals:
