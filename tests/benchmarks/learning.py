@@ -27,6 +27,7 @@ from msgspec import json
 
 from cramlite import Engine
 from cramlite.base.value import Value
+from cramlite.experiment.figure import Number
 from cramlite.experiment.measured import revision
 from cramlite.interpretation.interpretation import interpret
 from cramlite.interpretation.rules import Rule
@@ -120,6 +121,7 @@ class Outcome(Value):
         cpu_s: of learning it.
         text: of the rule, or why there is none.
         which: stretches that were told wrongly, and how many.
+        roles: of the rule, beside the agent's.
     """
 
     task: str
@@ -130,6 +132,7 @@ class Outcome(Value):
     cpu_s: float
     text: str
     which: dict[str, int]
+    roles: int = 0
 
     @property
     def precision(self) -> float:
@@ -152,12 +155,14 @@ class Lesson:
         self.knowledge = self.engine.knowledge
         teachers = range(KNOWN[0], KNOWN[0] + max(options.examples, len(KNOWN)))
         test = range(options.first, options.first + options.seeds)
-        self.shown, unseen = (
-            [(t, _lossy(s, options.losses)) for t, s in all_shown(self.engine, seeds, options.cache)] for seeds in (teachers, test)
-        )
+        self.shown, unseen = ([*self.demonstrations(seeds)] for seeds in (teachers, test))
         self.asked = Asked(self.engine, unseen)
-        taxonomy = self.knowledge.taxonomy
-        self.libraries = {t: Library([named(s) for o, s in self.shown if o == t][: len(KNOWN)], taxonomy) for t in SCENARIOS}
+        tasks, taxonomy = dict.fromkeys(t for t, _ in self.shown), self.knowledge.taxonomy
+        self.libraries = {t: Library([named(s) for o, s in self.shown if o == t][: len(KNOWN)], taxonomy) for t in tasks}
+
+    def demonstrations(self, seeds: range) -> Iterator[tuple[str, Shown]]:
+        """Each task with what is shown of it on some seeds."""
+        yield from ((t, _lossy(s, self.options.losses)) for t, s in all_shown(self.engine, seeds, self.options.cache))
 
     def outcome(self, task: str) -> Outcome:
         """Learn a task whose rule is hidden, and score what was learned."""
@@ -175,7 +180,8 @@ class Lesson:
             return Outcome(task, 0, 0, len(of_task), shipped, time.process_time() - start, str(error), {})
         seconds = time.process_time() - start
         right, false, missed, which = scored(task, hidden, learned, self.asked)
-        return Outcome(task, right, false, missed, shipped, seconds, f"{learned.bits:.0f} bits: {_text(learned)}", dict(which))
+        text = f"{learned.bits:.0f} bits: {_text(learned)}"
+        return Outcome(task, right, false, missed, shipped, seconds, text, dict(which), learned.cast.roles)
 
 
 def outcomes(options: argparse.Namespace) -> Iterator[Outcome]:
@@ -208,23 +214,30 @@ def main() -> None:
     add_figure(parser)
     arguments = parser.parse_args()
     arguments.cache.mkdir(parents=True, exist_ok=True)
-    found = list[Outcome]()
-    for one in outcomes(arguments):
-        found.append(one)
-        counts = f"{one.right} right, {one.false} false, {one.missed} missed, {one.shipped} by the shipped rule"
-        print(f"{one.task}: precision {one.precision:.2f}, recall {one.recall:.2f} ({counts}); {one.cpu_s:.1f} s")
-        print(f"  {one.text}; {one.which or ''}", flush=True)
+    found = [told(one) for one in outcomes(arguments)]
+    write(arguments, numbers(found), range(arguments.first, arguments.first + arguments.seeds))
+
+
+def told(one: Outcome) -> Outcome:
+    """Print an outcome."""
+    counts = f"{one.right} right, {one.false} false, {one.missed} missed, {one.shipped} by the shipped rule"
+    print(f"{one.task}: precision {one.precision:.2f}, recall {one.recall:.2f} ({counts}); {one.cpu_s:.1f} s")
+    print(f"  {one.text}; {one.which or ''}", flush=True)
+    return one
+
+
+def numbers(found: Sequence[Outcome]) -> list[Number]:
+    """Print the sums of outcomes, and give them as numbers of a figure."""
     right, false, missed, shipped = (sum(getattr(one, k) for one in found) for k in ("right", "false", "missed", "shipped"))
     reached = sum(one.reached for one in found)
-    numbers = [
+    print(f"{reached} of {len(found)}; {right} right, {false} false, {missed} missed; {time.process_time():.0f} s of CPU")
+    return [
         rate("rules learned with precision and recall of 0.95", reached, len(found)),
         rate("stretches recognised", right, right + missed),
         rate("the same stretches, by the shipped rules", shipped, right + missed),
         rate("recognised stretches that are right", right, right + false),
         value("longest time of learning [s of CPU]", round(max((one.cpu_s for one in found), default=0.0), 1)),
     ]
-    write(arguments, numbers, range(arguments.first, arguments.first + arguments.seeds))
-    print(f"{reached} of {len(found)}; {right} right, {false} false, {missed} missed; {time.process_time():.0f} s of CPU")
 
 
 OTHER = "soma:Pushing"
