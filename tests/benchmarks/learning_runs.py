@@ -37,7 +37,8 @@ def run(engine: Engine, name: str, seed: int) -> Shown | None:
     """The first proven run of a scenario, with the tasks of its plan; None if nothing is proven."""
     scenario = read_scenario(find_scenario(name))
     solution = next(engine.resolve(scenario, setting=engine.setting(scenario, seed=seed, twins=0)), None)
-    if solution is None or solution.candidate.episode is None:
+    episode = solution.candidate.episode if solution is not None else None
+    if solution is None or episode is None:
         print(f"{name}, seed {seed}: nothing is proven")
         return None
     candidate = solution.candidate
@@ -46,7 +47,7 @@ def run(engine: Engine, name: str, seed: int) -> Shown | None:
         if action.name in when and not action.name.startswith("0."):  # these are looks before the plan
             start, end = looks_included(when, candidate, action)[action.name]
             done.append(Done(action.task, start, end, {k: o.entity for k, o in action.roles.items() if o.entity}))
-    return Shown(f"{name}_{seed}", replace(candidate.episode, name=f"{name}_{seed}"), tuple(done))
+    return Shown(f"{name}_{seed}", replace(episode, name=f"{name}_{seed}"), tuple(done))
 
 
 class RunLesson(Lesson):
