@@ -195,10 +195,12 @@ def test_where_a_thing_comes_and_nothing_has_moved_the_same_program_is_finished(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, small: BenchmarkExperiment
 ) -> None:
     monkeypatch.setenv("SMALL_BENCHMARK", "come 60")
-    found = play(Trial(small, Episode("watched", 0, 0), tmp_path, pictures=False))
+    order = Order(Episodes(small, small.episodes("watched", "0", "0"), pictures=False), tmp_path, workers=1)
+    (found,) = played(order, lambda _: None)  # a process of its own
     assert found.attempt is not None and [n.kind for n in found.attempt.notices] == ["ObjectAppeared"]
     assert found.rest() and not found.attempt.reason and "rest of the same program" in found.attempt.decisions[0]
-    first, rest = (json.loads((tmp_path / name).read_text())["steps"] for name in ("program.json", "round_2/program.json"))
+    folder = tmp_path / "episodes" / "watched-0-0"
+    first, rest = (json.loads((folder / name).read_text())["steps"] for name in ("program.json", "round_2/program.json"))
     assert 1 < len(rest) < len(first) and rest[1:] == first[1 - len(rest) :]  # the step under way may begin in its middle
 
 
