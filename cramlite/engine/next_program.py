@@ -36,7 +36,7 @@ STILL = 0.005
 AT_ONCE = {"expansions": 50, "proofs": 2, "sequences": 3}
 """Budget of a search where the arm was stopped: searches that found a program there took at most 32 expansions of a task sequence."""
 Search = Callable[["Budget"], "Iterator[Candidate]"]
-"""Search for proven programs that reach what is left of the goal, best first, within a budget."""
+"""Search for proven programs that reach the rest of the goal, best first, within a budget."""
 
 
 class Stopped(Value, eq=False):

@@ -80,7 +80,7 @@ BE, NOT_BE = _patterns("be"), _patterns("not be")
 FINITE = Phrases("$finite | $modal", _TABLES["classes"])
 """Verbs that end a description, and words before them."""
 DISMISSED = _patterns("dismissed")
-"""Words before what is no longer meant, in a self-correction."""
+"""Words before the dismissed thing of a self-correction."""
 FILLERS, REPAIRS, EMPHASIS = _patterns("fillers"), _patterns("repairs"), _set("emphasis")
 """Words that say nothing anywhere, that take back what was said before them, and that say nothing before a preposition."""
 NONE, EXCEPT, CONTRAST = _patterns("none"), _patterns("except"), _patterns("contrast")

@@ -9,7 +9,7 @@ from .english import Words, starts
 from .frames import Frames
 
 REPORTED = ("to", "for", *english.OBLIGATION)
-"""Words behind a verb of speaking by which what was said is a request."""
+"""Words behind a verb of speaking that make the reported speech a request."""
 
 
 class Signs:
