@@ -71,12 +71,13 @@ def scene(
     need = required_distances(compiled, movers, allowed, clearance, wider)
     distances = (most, *(v for v in LEVELS if v > most))
     levels = tuple(inflated_model(kept, mount, v) for v in distances)
-    displaced = {
-        name: pose
-        for name, pose in (poses or {}).items()
-        if pose != world.thing(name).pose and name not in held
-    }
+    displaced = _displaced(world, poses or {}, held)
     return PlanningScene(
         compiled, index, data, joint_view(data, index), need, movers, first, levels, KEPT * most, [0], width,
         held, displaced,
     )  # fmt: skip
+
+
+def _displaced(world: World, poses: Mapping[str, Pose], held: Mapping[str, Pose]) -> dict[str, Pose]:
+    """Return the stated poses of the things that stand elsewhere in the world and are not in the hand."""
+    return {n: p for n, p in poses.items() if p != world.thing(n).pose and n not in held}

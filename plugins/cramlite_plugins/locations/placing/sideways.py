@@ -247,15 +247,12 @@ def _free(
         turns: of the hands from pointing straight inwards [rad].
     """
     points = np.array([point for point, _ in floor.spots(few)])
-    spin = _inwards(floor, hands, turns)
-    x, y, _ = centre_of_mass(thing) @ now.rotation.T + now.position
-    foot, shape = (
-        np.array([x, y, now.position[2] + lowest(thing, now) - HIGH]),
-        (len(openings), len(points), len(turns)),
-    )
+    shape = (len(openings), len(points), len(turns))
     if not len(openings):
         return np.zeros(shape, bool)
-    boxes = _boxes(thing, now)
+    spin = _inwards(floor, hands, turns)
+    x, y, _ = centre_of_mass(thing) @ now.rotation.T + now.position
+    foot = np.array([x, y, now.position[2] + lowest(thing, now) - HIGH])
 
     def spread(vectors: Floats) -> Floats:
         """Move points (n, 3) of the payload or hand, relative to the payload's foot, to each spot, turned by
@@ -267,27 +264,40 @@ def _free(
         found = np.einsum("ntij,njk->ntik", spin, axes)[:, None]
         return np.broadcast_to(found, (*shape, 3, 3)).reshape(-1, 3, 3)
 
-    every = [
+    boxes = [
         (spread(np.tile(m - foot, (*shape[:1], 1))), turned(np.tile(t, (*shape[:1], 1, 1))), half)
-        for m, t, half in boxes
+        for m, t, half in _boxes(thing, now)
     ]
     reached = Hands(spread(hands.positions - foot), turned(hands.turns))
-    (whole, axes, half), *parts = every
+    wide = np.repeat(openings, len(points) * len(turns))
+    return _clear_out(floor, around, boxes, reached, wide).reshape(shape)
+
+
+def _clear_out(
+    floor: Floor, around: HandRoom, boxes: Sequence[tuple[Floats, Floats, Floats]], hands: Hands, wide: Floats
+) -> NDArray[np.bool_]:
+    """Check whether boxes of a payload and its hands have room on the level way out: a mask (n,).
+
+    Args:
+        boxes: middles (n, 3), axes (n, 3, 3) and half sizes of the box around the payload, then of its parts.
+        wide: openings of the fingers (n,) [m].
+    """
+    (whole, axes, half), *parts = boxes
     far = support(floor.whole, floor.at, floor.out) + BEFORE_IT - whole @ floor.out
     far += np.abs(np.einsum("nij,i->nj", axes, floor.out)) @ half
-    rows, wide = np.arange(len(far)), np.repeat(openings, len(points) * len(turns))
+    rows = np.arange(len(far))
     for part in PARTS:
         by = part * far[rows, None] * floor.out
         met = np.asarray(overlaps(around.others, whole[rows] + by, axes[rows], half + CLEARANCE).any(axis=1))
         if parts and met.any():
             met[met] = _any_met(around, parts, rows[met], by[met])
         rows = rows[~met]
-        some = reached.of(rows)
+        some = hands.of(rows)
         some = Hands(some.positions + part * far[rows, None] * floor.out, some.turns)
         rows = rows[~around.meets(around.others, some, wide[rows], CLEARANCE)]
     free = np.zeros(len(far), bool)
     free[rows] = True
-    return free.reshape(shape)
+    return free
 
 
 def _inwards(floor: Floor, hands: Hands, turns: Floats) -> Floats:
