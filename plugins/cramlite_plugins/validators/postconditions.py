@@ -263,7 +263,7 @@ def _judged(rule: Rule, action: Action, timeline: Timeline, ran: Span, name: str
     clauses = [c for c in rule.written_order if _asked(c, action, rule) and (not already or c.phase == "post" or _binds(c))]
     unmet = _unmet_in(rule, clauses, action, _ways(timeline, *ran))
     if unmet is None:
-        said = " and ".join(f"({c.text})" if " or " in c.text else c.text for c in clauses if c.phase != "pre")
+        said = " and ".join(dict.fromkeys(f"({c.text})" if " or " in c.text else c.text for c in clauses if c.phase != "pre"))
         nothing = f"nothing was left to do, {already}; {'afterwards: ' if said else ''}" if already else ""
         return Finding(name, True, f"{action.name}: {nothing}{said}".rstrip("; "), origin=action.name)
     roles = ", ".join(f"{k} = {o.entity}" for k, o in action.roles.items())
