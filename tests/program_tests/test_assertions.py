@@ -154,7 +154,7 @@ def test_bad_faults_and_programs_are_named(tmp_path: Path) -> None:
     for fault, said in (
         ({"missing": "blok"}, "did you mean 'block'"),
         ({"mising": "block"}, "exactly one of missing, moved"),
-        ({"moved": "block"}, "'moved' goes with 'by'"),
+        ({"moved": "block"}, "'moved' needs 'by'"),
         ({"missing": "block", "payload": "1 kg"}, "exactly one"),
         ({"payload": True}, "is a number in kg"),
     ):
