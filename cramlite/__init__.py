@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from .cli.trace_text import trace_text as trace_text
     from .engine.candidates import CandidateSequence as CandidateSequence
     from .engine.engine import Engine as Engine
-    from .engine.expectation import Noise as Noise
-    from .engine.going_on import GoingOn as GoingOn, Stretch as Stretch
+    from .engine.recovery.expectation import Noise as Noise
+    from .engine.recovery.going_on import GoingOn as GoingOn, Stretch as Stretch
     from .engine.reading import Reading as Reading
     from .engine.setting import Setting as Setting
     from .engine.solution import Solution as Solution

@@ -24,7 +24,7 @@ from cramlite_plugins.ur_controller.network import serve as serve_controller
 PAGE = (ROOT / "SECURITY.md").read_text(encoding="utf-8")
 SOURCES = [*(ROOT / "cramlite").rglob("*.py"), *(ROOT / "plugins").rglob("*.py"), *(ROOT / "experiments").rglob("*.py")]
 DANGEROUS = {
-    "pickle": {"cramlite/engine/executor.py", "experiments/libero/obstacles.py"}, "marshal": set(), "shelve": set(), "dill": set(), "cloudpickle": set(), "joblib": set(), "torch": set(),
+    "pickle": {"cramlite/engine/proof/executor.py", "experiments/libero/obstacles.py"}, "marshal": set(), "shelve": set(), "dill": set(), "cloudpickle": set(), "joblib": set(), "torch": set(),
     "tarfile": set(), "zipfile": {"cramlite/base/guarded_files.py", "experiments/libero/obstacles.py"}, "eval": set(), "exec": {"plugins/cramlite_plugins/ur_controller/urscript/interpreter.py"},
     "compile": {"plugins/cramlite_plugins/ur_controller/urscript/python_subset.py"}, "load": set(), "unsafe_load": set(), "full_load": set(), "extractall": set(),
     "unpack_archive": set(), "urlopen": set(), "allow_pickle": set(), "shell": set(),

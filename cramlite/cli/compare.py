@@ -15,7 +15,7 @@ from .arguments import Add, plugin_choice
 from .view import recorded
 
 if TYPE_CHECKING:
-    from ..engine.run_comparison import Compared, RunComparison
+    from ..engine.real_arm.run_comparison import Compared, RunComparison
 
 
 def compare_log(
@@ -37,8 +37,8 @@ def compare_log(
         NoSolution: one does; everything was printed.
         UserError: a file cannot be used, or log and run are of different arms.
     """
-    from ..engine.rtde_log import read_rtde_log
-    from ..engine.run_comparison import PARTS, compare_run
+    from ..engine.real_arm.rtde_log import read_rtde_log
+    from ..engine.real_arm.run_comparison import PARTS, compare_run
     from ..plugin.catalogue import Knowledge, pick
     from ..report.comparison_page import write_comparison_page
 

@@ -22,7 +22,7 @@ from .judge import add_purpose, judged_json, judged_text, naming, purpose_of, re
 from .texts import findings_text, rollout_json, rollout_text
 
 if TYPE_CHECKING:
-    from ..engine.judging import JudgedRun
+    from ..engine.proof.judging import JudgedRun
     from ..model.robot_file import RobotFile
     from ..model.run.rollout import Rollout
     from ..plugin.catalogue import Knowledge

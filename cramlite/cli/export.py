@@ -85,7 +85,7 @@ def run_record(run: Path, world: str | None, knowledge: Knowledge, seed: int = 0
 
 def program_and_code(run: Path) -> tuple[Program | None, Code | None]:
     """Read the typed program of a run's folder, and its text with the origin of each line; None where the folder has none."""
-    from ..engine.intent import FILE, PROGRAM, read_intent
+    from ..engine.proof.intent import FILE, PROGRAM, read_intent
 
     if (run / FILE).is_file():
         intent = read_intent(run)

@@ -88,7 +88,7 @@ def _explain(arguments: argparse.Namespace) -> int:
     if arguments.failures:
         from msgspec import to_builtins
 
-        from ..engine.time_line import read_time_line
+        from ..engine.recovery.time_line import read_time_line
 
         moments = read_time_line(arguments.directory)
         print(as_json(to_builtins(moments)) if arguments.json else "\n".join(map(str, moments)))

@@ -20,7 +20,7 @@ from .arguments import Add, plugin_choice
 from .texts import findings_text, warn_of
 
 if TYPE_CHECKING:
-    from ..engine.judging import JudgedRun, Purpose
+    from ..engine.proof.judging import JudgedRun, Purpose
     from ..model.world.world import World
     from ..plugin.catalogue import Knowledge
     from ..scenario.scenario import Scenario
@@ -64,7 +64,7 @@ def judge_program(
 
 def judged_text(program: Path, text: str, place: World, purpose: Purpose, knowledge: Knowledge, seed: int) -> JudgedRun:
     """Run and judge a program's text; errors in the text name its file."""
-    from ..engine.judging import judge_text
+    from ..engine.proof.judging import judge_text
 
     with naming(program):
         return judge_text(text, place, purpose, knowledge, seed)
@@ -100,8 +100,8 @@ def purpose_of(plan: str, goals: Sequence[str], knowledge: Knowledge, place: Wor
     Raises:
         UserError: neither plan nor goal, or a plan that cannot be used.
     """
-    from ..engine.intent import read_intent
-    from ..engine.judging import Purpose
+    from ..engine.proof.intent import read_intent
+    from ..engine.proof.judging import Purpose
 
     if not plan and not goals:
         raise UserError("Say what the program is for: --plan with a run directory or scenario, --goal 'THING on PLACE', or both.")
@@ -116,7 +116,7 @@ def purpose_of(plan: str, goals: Sequence[str], knowledge: Knowledge, place: Wor
 
 def _of_scenario(scenario: Scenario, knowledge: Knowledge, place: World) -> Purpose:
     """Return what a program text is judged by: the scenario's goal, or its tasks if they name all their things."""
-    from ..engine.judging import Purpose
+    from ..engine.proof.judging import Purpose
     from ..planning.task_goals import plan_from_tasks
 
     if scenario.spec.demonstration is not None:

@@ -17,7 +17,7 @@ from .arguments import Add, plugin_choice
 from .judge import naming, read_text, robots_world
 
 if TYPE_CHECKING:
-    from ..engine.preflight import Check, Flight
+    from ..engine.real_arm.preflight import Check, Flight
     from ..model.program.program import LatePose
     from ..plugin.catalogue import Knowledge
 
@@ -66,7 +66,7 @@ def preflight(
         NoSolution: something is; the page was printed.
         UserError: a file, limit or speed that cannot be used.
     """
-    from ..engine.preflight import checks, dry_run
+    from ..engine.real_arm.preflight import checks, dry_run
     from ..plugin.catalogue import Knowledge
 
     own, share = _own(limits), _share(speed, out)
@@ -86,7 +86,7 @@ def preflight(
 
 
 def _flight(program: Path, world: str, knowledge: Knowledge, seed: int) -> Flight:
-    from ..engine.preflight import flight_of_run, flight_of_text
+    from ..engine.real_arm.preflight import flight_of_run, flight_of_text
 
     if program.is_dir():
         return flight_of_run(program, knowledge)
@@ -101,7 +101,7 @@ def _flight(program: Path, world: str, knowledge: Knowledge, seed: int) -> Fligh
 
 
 def _own(limits: Sequence[str]) -> dict[str, float]:
-    from ..engine.preflight import OWN
+    from ..engine.real_arm.preflight import OWN
 
     found = {}
     for limit in limits:
@@ -150,7 +150,7 @@ def _objections(flight: Flight, found: Sequence[Check]) -> Iterator[str]:
 
 
 def _json(program: Path, flight: Flight, found: Sequence[Check], objections: Sequence[str]) -> dict[str, Any]:
-    from ..engine.preflight import covered
+    from ..engine.real_arm.preflight import covered
 
     return {
         "program": str(program), "robot": flight.robot.type, "speed": flight.speed, "ready": not objections, "objections": objections,
@@ -200,7 +200,7 @@ def _dry(flight: Flight) -> str:
 
 
 def _set(flight: Flight) -> list[str]:
-    from ..engine.preflight import heaviest, strongest_grip
+    from ..engine.real_arm.preflight import heaviest, strongest_grip
 
     robot, program = flight.robot, flight.program
     tcp, mass = robot.gripper.tcp, robot.gripper.mass
@@ -271,7 +271,7 @@ def _left_out() -> list[str]:
 
 
 def _doubts(flight: Flight) -> list[str]:
-    from ..engine.preflight import covered
+    from ..engine.real_arm.preflight import covered
 
     known = covered(flight.draws)
     lines = ["DOUBTS THAT THE PROOF COVERED"]

@@ -22,9 +22,9 @@ from .texts import rollout_json, rollout_text
 
 if TYPE_CHECKING:
     from ..engine.engine import Engine
-    from ..engine.going_on import GoingOn, Stretch
-    from ..engine.replanning import Attempt, Round
-    from ..engine.time_line import Moment
+    from ..engine.recovery.going_on import GoingOn, Stretch
+    from ..engine.recovery.replanning import Attempt, Round
+    from ..engine.recovery.time_line import Moment
     from ..model.episode import Event
     from ..scenario.scenario import Scenario
 
@@ -103,7 +103,7 @@ class _Account:
 
     def add(self, one: Round) -> None:
         """Print a round that has ended; write its files, and the time line so far."""
-        from ..engine.time_line import events_of, write_time_line
+        from ..engine.recovery.time_line import events_of, write_time_line
 
         self.done.append(one)
         if not self.json_output:
@@ -127,8 +127,8 @@ def _executed(
     first: Attempt, scene: Scenario, engine: Engine, account: _Account, *, seed: int, most: int, verbose: bool
 ) -> Iterable[Round]:
     """Return the rounds of an execution, lazily; a camera that looks where a program stops, or readings that are watched."""
-    from ..engine import replanning
-    from ..engine.going_on import GoingOn
+    from ..engine.recovery import replanning
+    from ..engine.recovery.going_on import GoingOn
 
     if scene.spec.poses == "camera":
         return replanning.rounds(first, scene, engine, seed=seed, most=most, say=account.say, verbose=verbose)
@@ -140,7 +140,7 @@ def _stretches(going_on: GoingOn, first: Attempt, rounds: int, moments: list[Mom
 
     ``moments`` holds the time line so far.
     """
-    from ..engine.time_line import time_line
+    from ..engine.recovery.time_line import time_line
 
     done: list[Stretch] = []
     for stretch in going_on.stretches(first, rounds):
@@ -170,9 +170,9 @@ def _write_round(folder: Path, done: Round, name: str, engine: Engine, *, episod
 
 def _first_attempt(program: Path, scenario: Scenario, engine: Engine, world: str, seed: int) -> Attempt:
     """Program and plan of a run directory, in the world of its execution."""
-    from ..engine import replanning
-    from ..engine.intent import FILE, read_intent
-    from ..engine.judging import Purpose, candidate_of_text
+    from ..engine.proof.intent import FILE, read_intent
+    from ..engine.proof.judging import Purpose, candidate_of_text
+    from ..engine.recovery import replanning
     from ..model.program.program_json import read_program
 
     beside = {name: read_text(program.parent / name) for name in ("program.json", "plan.json")}

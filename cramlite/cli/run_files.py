@@ -9,8 +9,8 @@ from msgspec import json
 
 from ..base.json_text import as_json
 from ..base.run_directory import RunDirectory, content_key
-from ..engine.intent import FILE as INTENT
-from ..engine.intent import write_intent
+from ..engine.proof.intent import FILE as INTENT
+from ..engine.proof.intent import write_intent
 from ..planning.diagnosis import how_it_ended, nearest_miss
 from ..planning.goal_parts import goal_answers
 from ..planning.what_to_try import what_to_try

@@ -17,13 +17,13 @@ from ..planning.refutation import refutation
 from ..planning.search.answers import Answers
 from ..planning.search.budget import Budget
 from ..planning.search.search import Effort, Search
-from .executor_group import group_of
 from .late_poses import parametric
-from .program_time import about
-from .proof import assemble, conflict_of, prove
+from .proof.executor_group import group_of
+from .proof.program_time import about
+from .proof.proof import assemble, conflict_of, prove
+from .proof.twin_proof import doubt
 from .search_in_setting import search_in
 from .solution import Solution
-from .twin_proof import doubt
 
 if TYPE_CHECKING:
     from ..interpretation.matching import Match
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from ..planning.trace import Trace
     from ..plugin.catalogue import Knowledge
     from ..plugin.protocols import Candidate
-    from .executor_group import ExecutorGroup
+    from .proof.executor_group import ExecutorGroup
     from .reading import Reading
     from .setting import Setting
 

@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from ..model.world.world import World
     from ..scenario.scenario import Scenario
     from .candidates import CandidateSequence, Progress
-    from .executor import Executor
-    from .executor_group import ExecutorGroup
+    from .proof.executor import Executor
+    from .proof.executor_group import ExecutorGroup
     from .reading import AnyGoal
     from .setting import Setting
 
@@ -77,7 +77,7 @@ class Engine:
     def executors(self) -> ExecutorGroup:
         """Return the processes that run programs in twins, one for each core. They start when first needed,
         stay for later goals, and end with this engine."""
-        from .executor_group import group_of
+        from .proof.executor_group import group_of
 
         return group_of(self.knowledge)
 

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING
 from ..base.errors import UserError
 from ..base.value import Value
 from ..model.run.verdict import Verdict
-from .proof import judge_run, run_and_judge, text_that_runs
+from .proof.proof import judge_run, run_and_judge, text_that_runs
 
 if TYPE_CHECKING:
     from ..plugin.catalogue import Knowledge
     from ..plugin.protocols import Candidate
-    from .executor import Executor
+    from .proof.executor import Executor
     from .setting import Setting
 
 

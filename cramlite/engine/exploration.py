@@ -24,7 +24,7 @@ from ..planning.diagnosis import nearest_miss
 from ..planning.search.search import Search
 from ..planning.trace import Trace
 from ..plugin.grounding import Context
-from .proof import assemble, prove, text_that_runs
+from .proof.proof import assemble, prove, text_that_runs
 from .search_in_setting import are_there
 from .setting import Setting
 

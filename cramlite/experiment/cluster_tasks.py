@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from ..base.errors import UserError
 from ..base.value import Value
-from ..engine.executor_group import processes_here
+from ..engine.proof.executor_group import processes_here
 from .order import LOCAL, Order, Trials
 from .store import BEGUN, MOVED
 

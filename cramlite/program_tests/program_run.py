@@ -15,7 +15,7 @@ import numpy as np
 
 from ..base.quantities import parse_quantity
 from ..base.value import Value
-from ..engine.judging import Purpose, judge_rollout
+from ..engine.proof.judging import Purpose, judge_rollout
 from ..model.geometry import Floats
 from ..model.run.rollout import Rollout, Touch
 from ..model.twins.proof_doubts import ProofDoubts

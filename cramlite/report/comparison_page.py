@@ -11,7 +11,7 @@ import numpy as np
 from ..base.html_template import html_template, write_html
 
 if TYPE_CHECKING:
-    from ..engine.run_comparison import Compared, RunComparison
+    from ..engine.real_arm.run_comparison import Compared, RunComparison
     from ..model.geometry import Floats
 
 WIDTH, HEIGHT = 560, 110

@@ -14,7 +14,7 @@ import numpy as np
 from ..base.html_template import html_template, write_html
 
 if TYPE_CHECKING:
-    from ..engine.time_line import Moment
+    from ..engine.recovery.time_line import Moment
     from ..model.run.rollout import Rollout
     from ..plugin.catalogue import Knowledge
 

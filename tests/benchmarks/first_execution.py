@@ -22,6 +22,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from cramlite.engine.proof.proof.proof.twin_proof import sight_of
 from figure import add_figure, rate, write
 from msgspec.structs import replace
 
@@ -30,7 +31,6 @@ from cramlite.base.seeds import derive_seed
 from cramlite.base.wilson import wilson_interval
 from cramlite.engine.setting import Setting
 from cramlite.engine.solution import Solution
-from cramlite.engine.twin_proof import sight_of
 from cramlite.experiment.demonstrations.spec import read_experiment
 from cramlite.experiment.experiment_file import find_experiment
 from cramlite.experiment.figure import Number

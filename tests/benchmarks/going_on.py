@@ -20,9 +20,9 @@ import numpy as np
 from figure import add_figure, rate, value, write
 
 from cramlite import Engine, NoSolution, UserError, read_scenario
-from cramlite.engine.expectation import Noise
-from cramlite.engine.going_on import GoingOn, Stretch
-from cramlite.engine.replanning import Attempt
+from cramlite.engine.recovery.expectation import Noise
+from cramlite.engine.recovery.going_on import GoingOn, Stretch
+from cramlite.engine.recovery.replanning import Attempt
 from cramlite.experiment.figure import Number
 from cramlite.model import replace
 from cramlite.model.run.rollout import world_after_run

@@ -23,9 +23,9 @@ from figure import add_figure, rate, value, write
 from msgspec.structs import replace
 
 from cramlite import Engine, NoSolution, Solution, UserError, find_scenario, read_scenario
-from cramlite.engine.expectation import Expectation, Noise, RunWatch, expectation
-from cramlite.engine.going_on import GoingOn, Stretch
-from cramlite.engine.replanning import Attempt, Round
+from cramlite.engine.recovery.expectation import Expectation, Noise, RunWatch, expectation
+from cramlite.engine.recovery.going_on import GoingOn, Stretch
+from cramlite.engine.recovery.replanning import Attempt, Round
 from cramlite.experiment.figure import Number
 from cramlite.model import Geom, Pose, Thing, World
 from cramlite.model.fault import Fault

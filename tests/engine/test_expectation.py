@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from cramlite.engine.expectation import Expectation, RunWatch, expectation
+from cramlite.engine.recovery.expectation import Expectation, RunWatch, expectation
 from cramlite.model import Deviation, Joint, Pose, Touch
 
 

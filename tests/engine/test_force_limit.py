@@ -9,7 +9,7 @@ import pytest
 from msgspec.structs import replace
 
 from cramlite import Budget, Engine, Solution, Trace, find_scenario, read_scenario
-from cramlite.engine.preflight import Flight, checks
+from cramlite.engine.real_arm.preflight import Flight, checks
 from cramlite.model import Program, read_program, write_program
 from cramlite.plugin import UserError
 from cramlite_plugins.robots.ur5e import UR5E

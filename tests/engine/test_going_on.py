@@ -16,9 +16,9 @@ from conftest import Run
 from cramlite import Engine, read_scenario
 from cramlite.base.errors import NoSolution
 from cramlite.cli.main import main
-from cramlite.engine.going_on import GoingOn
-from cramlite.engine.replanning import Attempt
-from cramlite.engine.time_line import read_time_line
+from cramlite.engine.recovery.going_on import GoingOn
+from cramlite.engine.recovery.replanning import Attempt
+from cramlite.engine.recovery.time_line import read_time_line
 from cramlite.model import Code, Deviation, Plan, Pose, Program
 from cramlite.scenario.faults import faulty, read_fault_text
 

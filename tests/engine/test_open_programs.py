@@ -9,7 +9,7 @@ import pytest
 
 from cramlite import Engine, NoSolution, Trace, UserError, read_scenario
 from cramlite.cli.resolve import _say_notes
-from cramlite.engine.going_on import GoingOn, Stretch
+from cramlite.engine.recovery.going_on import GoingOn, Stretch
 
 SCENE = """scenario: open_program
 tasks:

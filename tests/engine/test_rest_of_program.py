@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from cramlite import Engine
-from cramlite.engine.expectation import RunWatch
-from cramlite.engine.rest_of_program import ROOM, _boxes, _passed, may_be_finished, rest_of
+from cramlite.engine.recovery.expectation import RunWatch
+from cramlite.engine.recovery.rest_of_program import ROOM, _boxes, _passed, may_be_finished, rest_of
 from cramlite.engine.setting import Setting
 from cramlite.model import Action, Deviation, Geom, MoveJoints, Notice, Pose, Thing
 from cramlite.model.handover import Handover

@@ -11,7 +11,7 @@ import pytest
 from helpers.watched_runs import COUNT, PERIOD, SIDE, STANDS, TOOL, kind, proof, readings, seen, track, twice
 from msgspec.structs import replace
 
-from cramlite.engine.expectation import EXACT, Expectation, Noise, RunWatch
+from cramlite.engine.recovery.expectation import EXACT, Expectation, Noise, RunWatch
 from cramlite.model import Deviation, Notice, Pose
 
 

@@ -22,8 +22,8 @@ from msgspec.structs import replace
 
 from cramlite import Engine, UserError
 from cramlite.base.rate import Rate
-from cramlite.engine.next_program import attempt_of
-from cramlite.engine.replanning import Round
+from cramlite.engine.recovery.next_program import attempt_of
+from cramlite.engine.recovery.replanning import Round
 from cramlite.experiment.benchmark.going_on import _missed
 from cramlite.experiment.benchmark.outcomes import explained, outcomes_page, why
 from cramlite.experiment.benchmark.play import Trial, play

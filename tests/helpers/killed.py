@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from cramlite import UserError
-from cramlite.engine.time_line import read_time_line
+from cramlite.engine.recovery.time_line import read_time_line
 from cramlite.model.program.program_json import read_program
 from cramlite.model.run.rollout import load_rollout
 from cramlite.plugin.catalogue import Knowledge

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from cramlite.engine.expectation import EXACT, Expectation, Noise, RunWatch
+from cramlite.engine.recovery.expectation import EXACT, Expectation, Noise, RunWatch
 from cramlite.model import Deviation, Floats, Notice, Pose, Readings
 
 COUNT, PERIOD = 51, 0.02

@@ -8,7 +8,7 @@ import pytest
 from helpers.edited import engine, objections, run
 
 from cramlite import read_scenario
-from cramlite.engine.preflight import Flight, checks
+from cramlite.engine.real_arm.preflight import Flight, checks
 from cramlite.model import MoveJoints
 from cramlite.plugin import Candidate
 

@@ -27,7 +27,7 @@ from ...base.errors import DEFECTS, CramliteError, NoSolution, UserError, neares
 from ...base.json_text import plain_json
 from ...base.pulse import Stop, Stopped, pulse
 from ...base.resources import shipped_scenarios
-from ...engine.executor import Executor, ExecutorDied
+from ...engine.proof.executor import Executor, ExecutorDied
 from ...planning.task_goals import Goal
 from ...plugin.selection import PluginChoice
 from ...version import VERSION

@@ -25,10 +25,10 @@ from .client_files import ClientFiles, quoted
 
 if TYPE_CHECKING:
     from ...engine.engine import Engine
-    from ...engine.executor import Executor
+    from ...engine.proof.executor import Executor
     from ...engine.reading import Reading
+    from ...engine.recovery.time_line import Moment
     from ...engine.setting import Setting
-    from ...engine.time_line import Moment
     from ...scenario.scenario import Scenario
 
 KEPT = 16
@@ -179,8 +179,8 @@ class ProvenRuns:
         Raises:
             UserError: as ``execute``.
         """
-        from ...engine.going_on import GoingOn, Stretch
-        from ...engine.time_line import time_line, write_time_line
+        from ...engine.recovery.going_on import GoingOn, Stretch
+        from ...engine.recovery.time_line import time_line, write_time_line
 
         proven, why = self.recall(name), ""
         say("comparing text and world with what was proven")

@@ -210,8 +210,8 @@ class Service:
         """
         from msgspec import to_builtins
 
-        from ...engine.going_on import GoingOn
-        from ...engine.time_line import time_line
+        from ...engine.recovery.going_on import GoingOn
+        from ...engine.recovery.time_line import time_line
 
         found, done, why = self._found[self._of(params)], list[Any](), ""
         assert found.last is not None  # a search that can go on has found one

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 from ...base.errors import UserError
 from ...base.run_directory import write_whole
 from ...base.value import Value
-from ...engine.expectation import Expectation, Limits, RunWatch, expectation
-from ...engine.next_program import BACK, Stopped, attempt_of, next_program
-from ...engine.read_belief import world_as_read
-from ...engine.replanning import Attempt, Round
+from ...engine.recovery.expectation import Expectation, Limits, RunWatch, expectation
+from ...engine.recovery.next_program import BACK, Stopped, attempt_of, next_program
+from ...engine.recovery.read_belief import world_as_read
+from ...engine.recovery.replanning import Attempt, Round
 from ...model.geometry import Pose
 from ...model.run.readings import Deviation, Notice
 from ...planning.search.budget import budget_of

@@ -12,8 +12,8 @@ from msgspec.structs import replace
 from ...base.stopwatch import Stopwatch
 from ...base.value import Value
 from ...engine.engine import Engine
-from ...engine.executor import Executor
-from ...engine.proof import findings_of
+from ...engine.proof.executor import Executor
+from ...engine.proof.proof import findings_of
 from ...planning.search.budget import Budget
 from ...plugin.protocols import Candidate
 from ...plugin.selection import INSTALLED, PluginChoice

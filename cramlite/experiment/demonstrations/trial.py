@@ -15,7 +15,7 @@ from msgspec.structs import replace
 from ...base.errors import UserError
 from ...base.seeds import derive_seed
 from ...engine.candidates import CandidateSequence
-from ...engine.executor_group import ExecutorGroup
+from ...engine.proof.executor_group import ExecutorGroup
 from ...engine.reading import Reading
 from ...engine.recording import record_episode
 from ...engine.solution import Solution

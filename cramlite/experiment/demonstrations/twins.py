@@ -5,8 +5,8 @@ from __future__ import annotations
 from msgspec.structs import replace
 
 from ...base.seeds import derive_seed
-from ...engine.executor import ExecutorDied
-from ...engine.executor_group import DEATHS
+from ...engine.proof.executor import ExecutorDied
+from ...engine.proof.executor_group import DEATHS
 from ...engine.setting import Setting
 from ...engine.solution import Solution
 from ...model.run.rollout import Rollout

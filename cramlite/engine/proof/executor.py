@@ -18,14 +18,14 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 
 from msgspec import Struct
 
-from ..base.errors import UserError
-from ..base.pulse import Stopped, pulse
-from ..plugin.selection import INSTALLED, PluginChoice
+from ...base.errors import UserError
+from ...base.pulse import Stopped, pulse
+from ...plugin.selection import INSTALLED, PluginChoice
 
 if TYPE_CHECKING:
-    from ..model.run.rollout import Rollout
-    from ..model.world.world import World
-    from ..plugin.catalogue import Knowledge
+    from ...model.run.rollout import Rollout
+    from ...model.world.world import World
+    from ...plugin.catalogue import Knowledge
 
 
 ENDS_RUN: int | None = getattr(signal, "SIGUSR1", None)
@@ -168,8 +168,8 @@ def _serve(asked: BinaryIO, answers: BinaryIO) -> None:
 
 def _loaded(plugins: PluginChoice) -> Knowledge | Exception:
     """Load the plugins and the simulator's libraries; return what the plugins declare, or the error."""
-    from ..model.world.world import World
-    from ..plugin.catalogue import Knowledge
+    from ...model.world.world import World
+    from ...plugin.catalogue import Knowledge
 
     try:
         knowledge = Knowledge(plugins.registry())

@@ -8,23 +8,23 @@ from collections.abc import Sequence
 import numpy as np
 from msgspec.structs import replace
 
-from ..base.errors import UserError
-from ..base.value import Value
-from ..interpretation.fluents import symbolic_world
-from ..model.belief import Belief, initial_belief
-from ..model.designators import Action
-from ..model.episode import Episode
-from ..model.plan import Plan
-from ..model.program.program import Code, Program
-from ..model.program.program_json import is_program_text, laid_out, read_program
-from ..model.program.steps import walk
-from ..model.run.judging_limits import JudgingLimits
-from ..model.run.rollout import Rollout
-from ..model.run.verdict import Finding, Verdict
-from ..model.world.world import World
-from ..planning.goal_literals import literals_of_goals, literals_of_plan
-from ..plugin.catalogue import Knowledge, pick
-from ..plugin.protocols import Candidate, GoalValidator
+from ...base.errors import UserError
+from ...base.value import Value
+from ...interpretation.fluents import symbolic_world
+from ...model.belief import Belief, initial_belief
+from ...model.designators import Action
+from ...model.episode import Episode
+from ...model.plan import Plan
+from ...model.program.program import Code, Program
+from ...model.program.program_json import is_program_text, laid_out, read_program
+from ...model.program.steps import walk
+from ...model.run.judging_limits import JudgingLimits
+from ...model.run.rollout import Rollout
+from ...model.run.verdict import Finding, Verdict
+from ...model.world.world import World
+from ...planning.goal_literals import literals_of_goals, literals_of_plan
+from ...plugin.catalogue import Knowledge, pick
+from ...plugin.protocols import Candidate, GoalValidator
 from .intent import Intent
 from .line_origins import Origins, origins_by_labels, origins_of
 from .proof import allowances, findings_of

@@ -16,27 +16,27 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from ..base.pulse import checkpoint, working
-from ..base.seeds import derive_seed
-from ..base.value import Value
-from ..model.geometry import Pose
-from ..model.run.run_peaks import RunPeaks, peaks_of
-from ..model.run.twin_verdict import TwinRun, TwinVerdict
-from ..model.run.verdict import Finding, Verdict
-from ..model.twins.error_model import NO_ERRORS, SOURCES, ErrorModel
-from ..scenario.twin import Twin, draw_twin
-from ..scenario.twin_places import Sight
+from ...base.pulse import checkpoint, working
+from ...base.seeds import derive_seed
+from ...base.value import Value
+from ...model.geometry import Pose
+from ...model.run.run_peaks import RunPeaks, peaks_of
+from ...model.run.twin_verdict import TwinRun, TwinVerdict
+from ...model.run.verdict import Finding, Verdict
+from ...model.twins.error_model import NO_ERRORS, SOURCES, ErrorModel
+from ...scenario.twin import Twin, draw_twin
+from ...scenario.twin_places import Sight
+from ..late_poses import flange
 from .executor_group import ExecutorGroup, processes_here
-from .late_poses import flange
 from .proof import judge_run, text_that_runs
 
 if TYPE_CHECKING:
-    from ..model.program.program import Code
-    from ..model.run.rollout import Rollout
-    from ..model.world.world import World
-    from ..plugin.catalogue import Knowledge
-    from ..plugin.protocols import Candidate
-    from .setting import Setting
+    from ...model.program.program import Code
+    from ...model.run.rollout import Rollout
+    from ...model.world.world import World
+    from ...plugin.catalogue import Knowledge
+    from ...plugin.protocols import Candidate
+    from ..setting import Setting
 
 FINDING = "twins"
 Progress = Callable[[str], None]

@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
-from ..model.geometry import Pose
-from ..model.program.program import Program
-from ..model.program.steps import (
+from ...model.geometry import Pose
+from ...model.program.program import Program
+from ...model.program.steps import (
     AnyStep,
     CompliantSlide,
     Drive,
@@ -28,8 +28,8 @@ from ..model.program.steps import (
     Wait,
     ZeroSensor,
 )
-from ..model.robot import Robot
-from .late_poses import flange
+from ...model.robot import Robot
+from ..late_poses import flange
 
 STROKE = 0.04
 """Way of the pads of a gripper that opens or closes [m]: half of the strokes of 80 to 85 mm that shipped hands have."""

@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 from msgspec.structs import replace
 
-from ..model.fault import FaultKind
-from ..model.run.rollout import world_after_run
-from ..model.world.thing_boxes import Box, boxes
-from ..model.world.world import InHand, RobotMount, Thing
-from ..scenario.faults import left_over
+from ...model.fault import FaultKind
+from ...model.run.rollout import world_after_run
+from ...model.world.thing_boxes import Box, boxes
+from ...model.world.world import InHand, RobotMount, Thing
+from ...scenario.faults import left_over
 
 if TYPE_CHECKING:
-    from ..model.geometry import Floats, Pose
-    from ..model.run.readings import Readings
-    from ..model.run.rollout import Rollout
-    from ..model.world.world import World
+    from ...model.geometry import Floats, Pose
+    from ...model.run.readings import Readings
+    from ...model.run.rollout import Rollout
+    from ...model.world.world import World
 
 REACH = 0.02
 """A thing is in the hand if a box of it, grown by so much, has the tool centre point [m]: it may have slipped."""

@@ -11,10 +11,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..base.errors import UserError
-from ..base.value import Value
-from ..model.geometry import Floats
-from ..model.run.rollout import Rollout
+from ...base.errors import UserError
+from ...base.value import Value
+from ...model.geometry import Floats
+from ...model.run.rollout import Rollout
 from .rtde_log import RtdeLog
 
 STEP = 0.02

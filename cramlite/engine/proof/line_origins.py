@@ -7,11 +7,11 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from difflib import SequenceMatcher
 from typing import NamedTuple
 
-from ..base.value import Value
-from ..model.designator_name import task_of
-from ..model.program.program import Code
-from ..model.program.program_json import is_program_text, read_program
-from ..model.program.steps import walk
+from ...base.value import Value
+from ...model.designator_name import task_of
+from ...model.program.program import Code
+from ...model.program.program_json import is_program_text, read_program
+from ...model.program.steps import walk
 
 ALIKE = 0.6
 """Share of characters from which a changed line is taken for the one that it replaces (difflib's own idea of a close match)."""

@@ -15,33 +15,33 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from ..base.errors import NoSolution, UserError
-from ..base.value import Value
-from ..model.designator_name import task_of
-from ..model.fault import FaultKind
-from ..model.run.readings import Deviation, Notice
-from ..model.run.rollout import world_after_run
-from ..planning.failure import brief_failure_text, failure_text
-from ..planning.search.budget import Budget, budget_of
-from ..planning.symbolic.planning_problem import planning_problem
-from ..planning.task_goals import Goal
-from ..planning.trace import Trace
-from ..scenario.faults import foreseen
-from ..scenario.worlds import corrected
-from .candidates import attempts
+from ...base.errors import NoSolution, UserError
+from ...base.value import Value
+from ...model.designator_name import task_of
+from ...model.fault import FaultKind
+from ...model.run.readings import Deviation, Notice
+from ...model.run.rollout import world_after_run
+from ...planning.failure import brief_failure_text, failure_text
+from ...planning.search.budget import Budget, budget_of
+from ...planning.symbolic.planning_problem import planning_problem
+from ...planning.task_goals import Goal
+from ...planning.trace import Trace
+from ...scenario.faults import foreseen
+from ...scenario.worlds import corrected
+from ..candidates import attempts
+from ..search_in_setting import search_in
+from ..setting import with_load
 from .expectation import EXACT, SIGMAS, Noise, RunWatch, expectation
 from .next_program import BACK, STILL, Stopped, apart, at_once, attempt_of, next_program
 from .read_belief import real_after, world_as_read
 from .replanning import Attempt, Round, Say
 from .rest_of_plan import rests_of_plan
-from .search_in_setting import search_in
-from .setting import with_load
 
 if TYPE_CHECKING:
-    from ..plugin.protocols import Candidate
-    from ..scenario.scenario import Scenario
-    from .engine import Engine
-    from .solution import Solution
+    from ...plugin.protocols import Candidate
+    from ...scenario.scenario import Scenario
+    from ..engine import Engine
+    from ..solution import Solution
 
 RESTING = 0.0003
 """Depth of a contact at rest [m]: a thing that was read deeper inside another is believed to stand on it, since a proof begins there."""
@@ -126,7 +126,7 @@ class GoingOn:
     def _asked(self) -> tuple[str, ...] | None:
         """Return the goal in terms of things of the initial world: "the left one" stays the same thing after
         it was moved."""
-        from ..planning.spoken_goals import spoken
+        from ...planning.spoken_goals import spoken
 
         if self.scenario.spec.goal is None:
             return None

@@ -8,17 +8,17 @@ from typing import Any
 
 from msgspec import DecodeError, json
 
-from ..base.errors import UserError
-from ..base.value import Value
-from ..model.belief import Belief
-from ..model.designators import Action
-from ..model.handover import Handover
-from ..model.plan import Plan
-from ..model.program.program import Code, Program
-from ..model.program.program_json import read_program
-from ..model.run.judging_limits import JudgingLimits
-from ..model.world.world import World
-from ..plugin.protocols import Candidate
+from ...base.errors import UserError
+from ...base.value import Value
+from ...model.belief import Belief
+from ...model.designators import Action
+from ...model.handover import Handover
+from ...model.plan import Plan
+from ...model.program.program import Code, Program
+from ...model.program.program_json import read_program
+from ...model.run.judging_limits import JudgingLimits
+from ...model.world.world import World
+from ...plugin.protocols import Candidate
 
 FILE, PROGRAM = "intent.json", "program.json"
 

@@ -9,22 +9,22 @@ from pathlib import Path
 from msgspec import DecodeError, json
 from msgspec.structs import replace
 
-from ..base.errors import UserError
-from ..base.value import Value
-from ..model.program.program import Code, Program
-from ..model.program.program_json import is_program_text, read_program, typed_code
-from ..model.program.slowed import slowed
-from ..model.program.steps import SetGripper, SetPayload, walk
-from ..model.robot import Robot
-from ..model.run.rollout import Rollout, load_rollout
-from ..model.run.run_limits import Reached, reached
-from ..model.run.run_peaks import RunPeaks, peaks_of
-from ..model.run.verdict import Verdict
-from ..model.twins.twin_drawing import Draw
-from ..model.world.world import World
-from ..plugin.catalogue import Knowledge, pick
-from .intent import Intent, read_intent
-from .judging import JudgedRun, Purpose, judge_text
+from ...base.errors import UserError
+from ...base.value import Value
+from ...model.program.program import Code, Program
+from ...model.program.program_json import is_program_text, read_program, typed_code
+from ...model.program.slowed import slowed
+from ...model.program.steps import SetGripper, SetPayload, walk
+from ...model.robot import Robot
+from ...model.run.rollout import Rollout, load_rollout
+from ...model.run.run_limits import Reached, reached
+from ...model.run.run_peaks import RunPeaks, peaks_of
+from ...model.run.verdict import Verdict
+from ...model.twins.twin_drawing import Draw
+from ...model.world.world import World
+from ...plugin.catalogue import Knowledge, pick
+from ..proof.intent import Intent, read_intent
+from ..proof.judging import JudgedRun, Purpose, judge_text
 
 MARGIN = 1.2
 """A safety limit is set this far above what the program reaches: closer stops it for nothing. Ours."""

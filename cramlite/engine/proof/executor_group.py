@@ -12,15 +12,15 @@ from contextlib import contextmanager, suppress
 from queue import Empty, LifoQueue
 from typing import TYPE_CHECKING, TypeVar
 
-from ..base.errors import UserError
-from ..base.pulse import awaited
-from ..plugin.selection import PluginChoice
+from ...base.errors import UserError
+from ...base.pulse import awaited
+from ...plugin.selection import PluginChoice
 from .executor import Executor, ExecutorDied
 
 if TYPE_CHECKING:
-    from ..model.run.rollout import Rollout
-    from ..model.world.world import World
-    from ..plugin.catalogue import Knowledge
+    from ...model.run.rollout import Rollout
+    from ...model.world.world import World
+    from ...plugin.catalogue import Knowledge
 
 DEATHS = 2
 """A run whose process died this often is given up."""

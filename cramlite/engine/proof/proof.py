@@ -9,30 +9,30 @@ from typing import Any
 import numpy as np
 from msgspec.structs import replace
 
-from ..base.errors import DEFECTS, UserError
-from ..base.pulse import checkpoint, working
-from ..model.belief import Belief
-from ..model.designator_name import task_of
-from ..model.designators import Action, Place, Stand
-from ..model.entity_name import thing_of
-from ..model.geometry import Vector3
-from ..model.plan import Plan
-from ..model.program.program import Code, Program, Snapshot
-from ..model.program.program_json import typed_code
-from ..model.robot import Gripper
-from ..model.run.rollout import Rollout
-from ..model.run.verdict import COSTS, Finding, Verdict
-from ..model.world.world import World
-from ..planning.goal_literals import literals_of_plan
-from ..planning.refutation import InTask, Later, as_they_are
-from ..planning.search.choice_point import Conflict
-from ..planning.search.state import State
-from ..plugin.allowance import Allowance
-from ..plugin.catalogue import Knowledge
-from ..plugin.protocols import Adviser, Backend, Candidate, Remarking, StandIn, Validator
-from ..plugin.validation import WrongAnswer
-from .late_poses import worlds_at_tolerance
-from .setting import Setting
+from ...base.errors import DEFECTS, UserError
+from ...base.pulse import checkpoint, working
+from ...model.belief import Belief
+from ...model.designator_name import task_of
+from ...model.designators import Action, Place, Stand
+from ...model.entity_name import thing_of
+from ...model.geometry import Vector3
+from ...model.plan import Plan
+from ...model.program.program import Code, Program, Snapshot
+from ...model.program.program_json import typed_code
+from ...model.robot import Gripper
+from ...model.run.rollout import Rollout
+from ...model.run.verdict import COSTS, Finding, Verdict
+from ...model.world.world import World
+from ...planning.goal_literals import literals_of_plan
+from ...planning.refutation import InTask, Later, as_they_are
+from ...planning.search.choice_point import Conflict
+from ...planning.search.state import State
+from ...plugin.allowance import Allowance
+from ...plugin.catalogue import Knowledge
+from ...plugin.protocols import Adviser, Backend, Candidate, Remarking, StandIn, Validator
+from ...plugin.validation import WrongAnswer
+from ..late_poses import worlds_at_tolerance
+from ..setting import Setting
 
 
 def assemble(plan: Plan, end: State, setting: Setting, knowledge: Knowledge) -> Candidate:

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Literal
 
 from msgspec import DecodeError, json
 
-from ..base.errors import UserError
-from ..base.run_directory import write_whole
-from ..base.value import Value
-from ..model.episode import Event
-from ..model.run.readings import Notice
+from ...base.errors import UserError
+from ...base.run_directory import write_whole
+from ...base.value import Value
+from ...model.episode import Event
+from ...model.run.readings import Notice
 
 if TYPE_CHECKING:
-    from ..model.run.rollout import Rollout
+    from ...model.run.rollout import Rollout
     from .going_on import Stretch
 
 FILE = "time_line.json"

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..base.errors import UserError, nearest
-from ..base.value import Value
-from ..model.geometry import Floats
+from ...base.errors import UserError, nearest
+from ...base.value import Value
+from ...model.geometry import Floats
 
 TIME, JOINTS = "timestamp", "actual_q"
 MOST_BYTES = 500_000_000

@@ -10,24 +10,24 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from ..base.value import Value
-from ..model.program.steps import MoveJoints
-from .proof import prove
+from ...base.value import Value
+from ...model.program.steps import MoveJoints
+from ..proof.proof import prove
 from .replanning import SLOW, Attempt, Round, way_back
 from .rest_of_program import may_be_finished, rest_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from ..model.run.readings import Notice
-    from ..model.run.rollout import Rollout
-    from ..model.world.world import World
-    from ..planning.search.budget import Budget
-    from ..planning.trace import Trace
-    from ..plugin.catalogue import Knowledge
-    from ..plugin.protocols import Candidate
+    from ...model.run.readings import Notice
+    from ...model.run.rollout import Rollout
+    from ...model.world.world import World
+    from ...planning.search.budget import Budget
+    from ...planning.trace import Trace
+    from ...plugin.catalogue import Knowledge
+    from ...plugin.protocols import Candidate
+    from ..setting import Setting
     from .expectation import RunWatch
-    from .setting import Setting
 
 BACK = "0.Back"
 """Designator of the way back."""

@@ -13,27 +13,27 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from ..base.errors import NoSolution, UserError
-from ..base.json_text import as_json
-from ..base.value import Value
-from ..model.program.program_json import typed_code
-from ..model.program.steps import MoveJoints, SetGripper, walk
-from ..model.run.rollout import world_after_run
-from ..planning.failure import brief_failure_text, failure_text
-from ..planning.task_sequences import LISTED
-from ..planning.trace import Trace
-from ..scenario.robots import robot_of
-from .setting import Setting
+from ...base.errors import NoSolution, UserError
+from ...base.json_text import as_json
+from ...base.value import Value
+from ...model.program.program_json import typed_code
+from ...model.program.steps import MoveJoints, SetGripper, walk
+from ...model.run.rollout import world_after_run
+from ...planning.failure import brief_failure_text, failure_text
+from ...planning.task_sequences import LISTED
+from ...planning.trace import Trace
+from ...scenario.robots import robot_of
+from ..setting import Setting
 
 if TYPE_CHECKING:
-    from ..model.geometry import Floats
-    from ..model.plan import Plan
-    from ..model.program.program import Code, Program
-    from ..model.run.rollout import Rollout
-    from ..model.world.world import World
-    from ..plugin.protocols import Candidate
-    from ..scenario.scenario import Scenario
-    from .engine import Engine
+    from ...model.geometry import Floats
+    from ...model.plan import Plan
+    from ...model.program.program import Code, Program
+    from ...model.run.rollout import Rollout
+    from ...model.world.world import World
+    from ...plugin.protocols import Candidate
+    from ...scenario.scenario import Scenario
+    from ..engine import Engine
 
 NEAR = 0.02  # how far the way back may be from the way there, in any joint [rad]
 SLOW = 0.5  # and how fast [rad/s]
@@ -126,9 +126,9 @@ def _next(done: Round, scenario: Scenario, engine: Engine, seed: int, number: in
     seen = ", ".join(f"{n} {e.source}" for n, e in setting.look.estimates.items()) or "nothing that it knows"
     say(f"round {number}: the camera sees {seen}; left to do: {plan}")
     trace = Trace()
-    from ..planning.search.budget import budget_of
-    from .candidates import attempts
-    from .search_in_setting import search_in
+    from ...planning.search.budget import budget_of
+    from ..candidates import attempts
+    from ..search_in_setting import search_in
 
     search = search_in(setting, engine.knowledge, budget_of(scenario), trace)
     found = attempts(search, plan, setting, engine.knowledge, engine.executors)
@@ -258,7 +258,7 @@ def _codes(program: Program, robot: object, engine: Engine) -> Iterable[Code]:
 
 
 def _furniture(scenario: Scenario, engine: Engine, seed: int) -> Setting:
-    from ..scenario.worlds import build_world
+    from ...scenario.worlds import build_world
 
     spec, knowledge = scenario.spec, engine.knowledge
     world, _ = build_world(scenario, spec.things, spec.vary, knowledge, seed)

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from msgspec.structs import replace
 
-from ..model.designator_name import enclosing_names
-from ..model.geometry import Pose
-from ..model.handover import Handover
-from ..model.program.steps import (
+from ...model.designator_name import enclosing_names
+from ...model.geometry import Pose
+from ...model.handover import Handover
+from ...model.program.steps import (
     MoveJoints,
     MoveLinear,
     MoveUntilContact,
@@ -24,20 +24,20 @@ from ..model.program.steps import (
     ZeroSensor,
     walk,
 )
-from ..model.run.readings import Deviation
-from ..model.world.world import Geom
-from .proof import load_on_the_flange
+from ...model.run.readings import Deviation
+from ...model.world.world import Geom
+from ..proof.proof import load_on_the_flange
 
 if TYPE_CHECKING:
     from collections.abc import Collection
 
-    from ..model.program.program import Program
-    from ..model.program.steps import AnyStep, Joints
-    from ..model.run.readings import Notice
-    from ..model.world.world import Thing, World
-    from ..plugin.protocols import Candidate
+    from ...model.program.program import Program
+    from ...model.program.steps import AnyStep, Joints
+    from ...model.run.readings import Notice
+    from ...model.world.world import Thing, World
+    from ...plugin.protocols import Candidate
+    from ..setting import Setting
     from .expectation import RunWatch
-    from .setting import Setting
 
 UNEXPLAINED = frozenset(
     {Deviation.CONTACT, Deviation.STUCK, Deviation.REFUSED, Deviation.GOAL_CHANGED, Deviation.GOAL_MISSED}

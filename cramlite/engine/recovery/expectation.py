@@ -11,13 +11,13 @@ import numpy as np
 from msgspec import field
 from msgspec.structs import replace
 
-from ..base.value import Value
-from ..model.entity_name import thing_of
-from ..model.geometry import Floats, Pose
-from ..model.run.readings import Deviation, Notice, Readings
+from ...base.value import Value
+from ...model.entity_name import thing_of
+from ...model.geometry import Floats, Pose
+from ...model.run.readings import Deviation, Notice, Readings
 
 if TYPE_CHECKING:
-    from ..model.run.rollout import Rollout
+    from ...model.run.rollout import Rollout
 
 PLACE = 0.015
 """Largest distance of a thing from its place in the proof [m]: validators let nothing slip by more than 12 mm, or slide by

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from ..base.errors import Unresolvable
-from ..model.designator_name import freed_name, is_part_of
-from ..model.designators import Action
-from ..planning.operators import Grounder
+from ...base.errors import Unresolvable
+from ...model.designator_name import freed_name, is_part_of
+from ...model.designators import Action
+from ...planning.operators import Grounder
 
 if TYPE_CHECKING:
-    from ..model.plan import Plan
-    from ..plugin.catalogue import Knowledge
-    from .setting import Setting
+    from ...model.plan import Plan
+    from ...plugin.catalogue import Knowledge
+    from ..setting import Setting
 
 
 def rests_of_plan(plan: Plan, at: int, step: str, setting: Setting, knowledge: Knowledge) -> Iterator[Plan]:

@@ -1,0 +1,1 @@
+"""Recovery of an execution after a stop or a change of the world."""
