@@ -107,15 +107,15 @@ class Simulator:
             self.env.step(np.zeros(7))
         self.steps, self.first = 0, None
 
-    def scene(self) -> dict[str, Any]:
-        """Describe the world: the model as MJCF, its state, the goal and its sentence, the regions, and
-        the position of the camera."""
+    def scene(self, model: bool = True) -> dict[str, Any]:
+        """Describe the world: the model as MJCF with its state, or the poses of bodies alone; the goal and its sentence, the regions,
+        and the position of the camera."""
         env, sim = self.env.env, self.env.sim
+        whole = {"xml": with_masses(sim.model.get_xml(), sim.model._model), "qpos": sim.data.qpos.tolist()} if model else {}
         base = sim.model.body_name2id("robot0_link0")
         things = {n: env.get_object(n) for n in (*env.objects_dict, *env.fixtures_dict)}
         return {
-            "xml": with_masses(sim.model.get_xml(), sim.model._model), "qpos": sim.data.qpos.tolist(),
-            "goal": env.parsed_problem["goal_state"],
+            **(whole or {"poses": poses(sim)}), "goal": env.parsed_problem["goal_state"],
             "bodies": {n: thing.root_body for n, thing in things.items() if hasattr(thing, "root_body")},
             "regions": {n: {"bodies": above(sim, n), "box": site_box(sim, n)} for n in env.object_sites_dict},
             "absent": sorted(things[n].root_body for n in self.away), "strict": self.obstacles is not None,
@@ -214,6 +214,11 @@ class Simulator:
                 "position": data.camera(name).xpos.tolist(), "rotation": data.camera(name).xmat.tolist(),
             }  # fmt: skip
         return found
+
+
+def poses(sim: Any) -> dict[str, list[float]]:
+    """Poses of all bodies in the world: position [m], quaternion (w, x, y, z)."""
+    return {n: [*sim.data.get_body_xpos(n).tolist(), *sim.data.get_body_xquat(n).tolist()] for n in sim.model.body_names}
 
 
 def above(sim: Any, name: str) -> list[str]:
