@@ -42,6 +42,8 @@ SHUT = 0.0019
 """Opening below which fingers that have hardly moved for half a second have closed on nothing [m]: they creep from 2.1 to 1 mm in 1 s."""
 CREEP = 0.002
 """Rest of the way to an opening that fingers have left after they hardly moved for half a second [m]: at most 1.5 mm were seen."""
+DRAWS = 10
+"""Number of draws of places for things, of which one must have room for all."""
 PIXELS = 256
 HAND = "gripper0_right_gripper"
 
@@ -88,15 +90,10 @@ class Simulator:
 
     def begin(self, path: str, start: Any, seed: int) -> None:
         """Begin an episode of a problem file from an initial state."""
-        from libero.libero.envs.env_wrapper import ControlEnv
-
         if self.env is not None:
             self.env.close()
-        np.random.seed(seed)  # LIBERO's states do not say where fixtures stand: each reset draws that anew, within 2 cm
-        self.env = ControlEnv(
-            bddl_file_name=path, has_offscreen_renderer=False, use_camera_obs=False, horizon=100_000, ignore_done=True, control_freq=RATE
-        )
-        self.env.reset()
+            self.env = None
+        self.env = drawn(path, seed)
         self.env.set_init_state(start)
         robot = self.env.robots[0]
         self.force = WristForce(self.env.env, lambda: robot.ee_force)
@@ -214,6 +211,32 @@ class Simulator:
                 "position": data.camera(name).xpos.tolist(), "rotation": data.camera(name).xmat.tolist(),
             }  # fmt: skip
         return found
+
+
+def drawn(path: str, seed: int) -> Any:
+    """Return LIBERO's environment of a problem file after a reset.
+
+    States do not say where fixtures stand: each reset draws that anew, within 2 cm; and it draws places of all things, which a state
+    replaces. A draw without room for all of them is repeated.
+
+    Raises:
+        Refused: none of ``DRAWS`` draws had.
+    """
+    from libero.libero.envs.env_wrapper import ControlEnv
+    from robosuite.utils.errors import RandomizationError
+
+    for again in range(DRAWS):
+        np.random.seed([seed, again] if again else seed)
+        try:
+            env = ControlEnv(
+                bddl_file_name=path, has_offscreen_renderer=False, use_camera_obs=False, horizon=100_000, ignore_done=True,
+                control_freq=RATE,
+            )  # fmt: skip
+            env.reset()
+        except RandomizationError:
+            continue
+        return env
+    raise Refused(f"in {DRAWS} draws there was no place for all things of '{Path(path).name}'")
 
 
 def poses(sim: Any) -> dict[str, list[float]]:
