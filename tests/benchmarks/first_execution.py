@@ -22,7 +22,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from cramlite.engine.proof.proof.proof.twin_proof import sight_of
+from cramlite.engine.proof.twin_proof import sight_of
 from figure import add_figure, rate, write
 from msgspec.structs import replace
 

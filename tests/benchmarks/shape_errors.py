@@ -11,8 +11,8 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator
 
-from cramlite.engine.proof.proof.proof.proof import text_that_runs
-from cramlite.engine.proof.proof.proof.twin_proof import Doubtful, twin_seed
+from cramlite.engine.proof.proof import text_that_runs
+from cramlite.engine.proof.twin_proof import Doubtful, twin_seed
 from figure import add_figure, rate, value, write
 from msgspec.structs import replace
 

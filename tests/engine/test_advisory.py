@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
-from cramlite.engine.proof.proof.proof.proof import findings_of
+from cramlite.engine.proof.proof import findings_of
 from msgspec.structs import replace
 
 from cramlite import Budget, Engine, Finished, Solution, Trace, UserError, find_scenario, read_scenario

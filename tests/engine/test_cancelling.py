@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
 import pytest
-from cramlite.engine.proof.proof.proof.executor_group import ExecutorGroup
+from cramlite.engine.proof.executor_group import ExecutorGroup
 
 from cramlite import Engine, Solution, Trace, find_scenario, read_scenario
 from cramlite.base.pulse import Stopped, pulse
@@ -64,7 +64,7 @@ def test_within_a_twin_whose_processes_end_with_it() -> None:
 
 
 PARENT = f"""
-from cramlite.engine.proof.proof.executor import Executor
+from cramlite.engine.proof.executor import Executor
 from cramlite.model import RobotMount, World
 one = Executor()
 one.run({SHORT!r}, World((), (RobotMount("arm", "ur5"),)), 0)

@@ -9,7 +9,7 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from cramlite.engine.proof.proof.proof.executor_group import ExecutorGroup, _List
+from cramlite.engine.proof.executor_group import ExecutorGroup, _List
 
 from cramlite import Engine, find_scenario, read_scenario
 from cramlite.base.pulse import Stopped, pulse

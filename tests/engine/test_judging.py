@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from cramlite.engine.proof.proof.proof.judging import JudgedRun, Purpose, judge_text
+from cramlite.engine.proof.judging import JudgedRun, Purpose, judge_text
 from helpers.written_runs import Says, Written, grounded, intent, knowing, planned, ran, written
 from msgspec.structs import replace
 

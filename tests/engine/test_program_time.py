@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
-from cramlite.engine.proof.proof.proof.program_time import TARE, about
+from cramlite.engine.proof.program_time import TARE, about
 from msgspec.structs import replace
 
 from cramlite import Solution

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from cramlite.engine.proof.proof.proof.proof import (
+from cramlite.engine.proof.proof import (
     allowances,
     assemble,
     conflict_of,

@@ -14,7 +14,7 @@ import msgspec
 import numpy as np
 import pytest
 from conftest import ROOT, Run
-from cramlite.engine.proof.proof.proof.proof import conflict_of
+from cramlite.engine.proof.proof import conflict_of
 
 from cramlite import Engine, read_scenario
 from cramlite.cli.main import main

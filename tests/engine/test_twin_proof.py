@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 from conftest import Run
-from cramlite.engine.proof.proof.proof.executor_group import ExecutorGroup
-from cramlite.engine.proof.proof.proof.twin_proof import doubt, twin_seed
+from cramlite.engine.proof.executor_group import ExecutorGroup
+from cramlite.engine.proof.twin_proof import doubt, twin_seed
 from helpers.properties import examples
 from helpers.task_scenarios import attempted
 from hypothesis import given

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from cramlite.engine.proof.proof.proof.line_origins import origins_of
-from cramlite.engine.proof.proof.proof.proof import findings_of
+from cramlite.engine.proof.line_origins import origins_of
+from cramlite.engine.proof.proof import findings_of
 from msgspec.structs import replace
 
 from cramlite.model import Finding, World

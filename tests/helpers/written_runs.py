@@ -8,8 +8,8 @@ from functools import cache
 from typing import Any
 
 from conftest import ROOT
-from cramlite.engine.proof.proof.proof.intent import Intent, Kept, write_intent
-from cramlite.engine.proof.proof.proof.proof import assemble
+from cramlite.engine.proof.intent import Intent, Kept, write_intent
+from cramlite.engine.proof.proof import assemble
 from msgspec import json
 from msgspec.structs import replace
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from conftest import ROOT
-from cramlite.engine.proof.proof.proof.proof import prove
+from cramlite.engine.proof.proof import prove
 from msgspec.structs import replace
 
 from cramlite import Engine, Solution, read_scenario

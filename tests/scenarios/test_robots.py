@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from cramlite.engine.proof.proof.proof.executor import Executor
+from cramlite.engine.proof.executor import Executor
 from msgspec.structs import replace
 
 from cramlite.model import MoveJoints, Program, RobotMount, World, write_program

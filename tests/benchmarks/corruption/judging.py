@@ -10,8 +10,8 @@ from multiprocessing import get_context
 from pathlib import Path
 
 import msgspec
-from cramlite.engine.proof.proof.proof.intent import read_intent
-from cramlite.engine.proof.proof.proof.judging import JudgedRun, Purpose, judge_text
+from cramlite.engine.proof.intent import read_intent
+from cramlite.engine.proof.judging import JudgedRun, Purpose, judge_text
 
 from cramlite.base.value import Value
 from cramlite.plugin.catalogue import Knowledge

@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from cramlite.engine.proof.proof.proof.proof import findings_of
+from cramlite.engine.proof.proof import findings_of
 from helpers.edited import engine
 from helpers.short_runs import COUNT, HANDOVERS, LEFT, LINES, OPENED, candidate, good, posed, shifted, touching, track
 from msgspec.structs import replace
