@@ -6,7 +6,6 @@ import re
 from pathlib import Path
 
 import pytest
-from cramlite.engine.proof.proof.proof.proof import findings_of
 from msgspec.structs import replace
 
 from cramlite import Budget, Engine, Finished, Solution, Trace, UserError, find_scenario, read_scenario
@@ -14,6 +13,7 @@ from cramlite.base.run_directory import RunDirectory
 from cramlite.cli.run_files import solution_summary
 from cramlite.cli.serving.answers import solution_answer
 from cramlite.cli.texts import _finding_lines, findings_text, solution_text
+from cramlite.engine.proof.proof import findings_of
 from cramlite.model import JudgingLimits
 from cramlite_plugins.reports import summary
 
