@@ -54,7 +54,7 @@ def setting_of(
     place = scenario.where("backend") if scenario.spec.backend == name else ""
     writer = pick("backend", knowledge.backends, name, place)
     world, relations = build_world(scenario, scenario.spec.things, scenario.spec.vary, knowledge, seed, now.robots if now else ())
-    _check_world(scenario, world, knowledge)
+    _check_world(scenario, replace(world, robots=()) if now else world, knowledge)  # the arm has left its first posture by now
     _check_objects(scenario, knowledge)
     if now is not None:
         world = replace(world, robots=now.robots)
@@ -130,9 +130,18 @@ def _check_world(scenario: Scenario, world: World, knowledge: Knowledge) -> None
     try:
         knowledge.simulator.check(world, knowledge.robots_of(world))
     except UserError as error:
-        named = [t.name for t in world.things if f"'{t.name}'" in str(error)]
-        place = scenario.where_thing(named[0]) if named else scenario.where("things")
-        raise UserError(f"{place}: {error}.") from error
+        raise UserError(f"{_to_move(scenario, world, str(error))}: {error}.") from error
+
+
+def _to_move(scenario: Scenario, world: World, said: str) -> str:
+    """Return "file:line" of what an error message names and is the easiest to put elsewhere: a loose thing, the
+    robot, then furniture."""
+    named = [t for t in world.things if f"'{t.name}'" in said]
+    loose = [t for t in named if not t.furniture]
+    if not loose and any(f"'{m.name}'" in said for m in world.robots):
+        return scenario.where("robot", "at")
+    first = next(iter(loose or named), None)
+    return scenario.where_thing(first.name) if first else scenario.where("things")
 
 
 def _check_objects(scenario: Scenario, knowledge: Knowledge) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from conftest import ROOT, Run
 
-from cramlite import Engine, read_scenario
+from cramlite import Engine, UserError, read_scenario
 from cramlite.engine.scenario_doubts import doubts
 
 ENGINE = Engine()
@@ -36,7 +36,7 @@ def test_there_are_none_about_what_is_shipped(path: Path) -> None:
             "'yaw' is 180 rad, more than a turn; write '180 deg'",
         ),
         ("[0.30, -0.45, 0]", "[300, -450, 0]", "300 m is far away; write '300 mm'"),
-        ("[0.30, -0.45, 0]", "[0.05, 0, 0]", "'basket' and the robot 'arm' overlap by"),
+        ("[0.30, -0.45, 0]", "[0.299, 0.15, 0]", "'basket' and the robot 'arm' overlap by"),
         (
             "hangs_on: {hanger: hook, depth: 70 mm}",
             "at: {position: [0.5, 0.4, 0.6]}",
@@ -68,9 +68,18 @@ def test_what_begins_well_above_what_it_lies_on_is_named(over: int, doubted: boo
 
 
 def test_check_prints_them_and_passes(spoiled: Callable[..., Path], run: Run) -> None:
-    ran = run("check", spoiled(("[0.30, -0.45, 0]", "[0.05, 0, 0]")))
+    ran = run("check", spoiled(("[0.30, -0.45, 0]", "[0.299, 0.15, 0]")))
     assert ran.code == 0
     assert "overlap by" in ran.out.splitlines()[0]
+
+
+def test_an_arm_that_begins_inside_a_thing_is_refused_at_once(spoiled: Callable[..., Path]) -> None:
+    """By more than 5 mm; what is fixed there is not what is easiest to move, so that the robot's line is named."""
+    path = spoiled(("[0.30, -0.45, 0]", "[0.05, 0, 0]"))
+    with pytest.raises(UserError, match=r"'basket' and the robot 'arm' overlap by 45 mm .* or the robot with 'robot: {at: ...}'") as refused:
+        _doubts(path)
+    line = next(k for k, text in enumerate(path.read_text().splitlines(), 1) if text.startswith("robot:"))
+    assert str(refused.value).startswith(f"{path}:{line}: ")
 
 
 def test_a_simulator_need_not_have_any(spoiled: Callable[..., Path], monkeypatch: pytest.MonkeyPatch) -> None:
@@ -86,4 +95,4 @@ def test_a_simulator_need_not_have_any(spoiled: Callable[..., Path], monkeypatch
             return getattr(self._simulator, name)
 
     monkeypatch.setattr(ENGINE.knowledge, "simulator", Trusting(ENGINE.knowledge.simulator))
-    assert _doubts(spoiled(("[0.30, -0.45, 0]", "[0.05, 0, 0]"))) == []
+    assert _doubts(spoiled(("[0.30, -0.45, 0]", "[0.299, 0.15, 0]"))) == []

@@ -18,7 +18,7 @@ class MujocoSimulator:
     name = "mujoco"
 
     def check(self, world: World, robots: Mapping[str, Robot]) -> None:
-        """Check that a world compiles, and that no thing in it begins deep inside another."""
+        """Check that a world compiles, and that no thing in it begins deep inside another, or inside a link of an arm."""
         from ..simulation.model.no_window import import_mujoco
 
         import_mujoco()

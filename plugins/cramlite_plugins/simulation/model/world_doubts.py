@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 
 import mujoco
 import numpy as np
@@ -36,33 +36,33 @@ def world_doubts(world: World, robots: Mapping[str, Robot]) -> Iterator[tuple[st
 
 
 def refuse_overlaps(compiled: Compiled, data: Data) -> None:
-    """Refuse a world that begins with things inside each other. A robot inside a thing is left to the
-    planner, which explains why it cannot start.
+    """Refuse a world that begins with things inside each other, or with a link of an arm inside a thing. An
+    effector inside a thing is left to the planner, since it may hold it.
 
     Raises:
         UserError: names the two that do most, by how much, and how much can be.
     """
-    things = {t.name for t in compiled.world.things}
-    pairs = (o for o in overlaps(compiled, data) if o[1] in things)
+    pairs = overlaps(compiled, data, but=("grain", "effector"))
     a, b, depth = max(pairs, key=lambda o: o[2], default=("", "", 0.0))
     if depth > TOO_DEEP:
-        raise UserError(f"{_said(compiled, a, b, depth)}, more than the {1000 * TOO_DEEP:g} mm that are allowed; move one of them")
+        cure = "move one of them" if b in compiled.things else "move the thing, or the robot with 'robot: {at: ...}'"
+        raise UserError(f"{_said(compiled, a, b, depth)}, more than the {1000 * TOO_DEEP:g} mm that are allowed; {cure}")
 
 
 def _said(compiled: Compiled, a: str, b: str, depth: float) -> str:
-    other = f"'{b}'" if b in {t.name for t in compiled.world.things} else f"the robot '{b}'"
+    other = f"'{b}'" if b in compiled.things else f"the robot '{b}'"
     return f"'{a}' and {other} overlap by {1000 * depth:.0f} mm at the start"
 
 
-def overlaps(compiled: Compiled, data: Data) -> Iterator[tuple[str, str, float]]:
+def overlaps(compiled: Compiled, data: Data, but: Collection[str] = ("grain",)) -> Iterator[tuple[str, str, float]]:
     """Generate the pairs of bodies in contact, a thing first in each, with the depth [m] to which they
-    penetrate each other."""
+    penetrate each other; owners of the kinds ``but`` do not count."""
     deepest: dict[tuple[str, str], float] = {}
     things = {t.name for t in compiled.world.things}
     for i in range(data.ncon):
         first, second = (compiled.owners[g] for g in data.contact.geom[i])
         a, b = sorted((first.name, second.name), key=lambda n: (n not in things, n))
-        if a in things and a != b and "grain" not in (first.kind, second.kind):
+        if a in things and a != b and first.kind not in but and second.kind not in but:
             deepest[a, b] = max(deepest.get((a, b), 0.0), -float(data.contact.dist[i]))
     yield from ((a, b, depth) for (a, b), depth in sorted(deepest.items()))
 
