@@ -2,30 +2,26 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from ..perception.camera_check import camera_warning
 from ..plugin.protocols import Doubting
+from .number_doubts import number_doubts
 
 if TYPE_CHECKING:
     from ..plugin.catalogue import Knowledge
-    from ..scenario.pose_spec import PoseSpec
     from ..scenario.scenario import Scenario
     from .setting import Setting
-
-FAR = 20.0
-"""A plain number of a position beyond it [m] is more likely in millimetres: the largest shipped world is 8 m long."""
 
 
 def doubts(scenario: Scenario, setting: Setting, knowledge: Knowledge) -> list[str]:
     """Return warnings about a scenario, each with file and line.
 
-    They are about numbers that look like other units, things inside each other, things that stand on nothing, and what the camera could
-    not look into; ``doubts_of_files`` are about the rest.
+    They are about numbers that look like other units, masses that the arm cannot lift, things inside each other, things that stand on
+    nothing, and what the camera could not look into; ``doubts_of_files`` are about the rest.
     """
-    found = list(_numbers(scenario))
+    found = list(number_doubts(scenario, setting.real or setting.world, setting.robot))
     shut = setting.look.shut if setting.look else {}
     found += [f"{scenario.where('camera')}: nobody looked into '{name}': {why}" for name, why in shut.items()]
     world = setting.real if setting.look and setting.real else setting.world  # as it was written, not as it was seen
@@ -63,24 +59,3 @@ def _camera(scenario: Scenario, setting: Setting, knowledge: Knowledge) -> Itera
     first = setting.look.pictures[0] if setting.look and setting.look.pictures else None
     if first is not None and (off := camera_warning(first.view, first.fixtures, knowledge, first.robot)):
         yield f"{scenario.where('camera')}: {off}"
-
-
-def _numbers(scenario: Scenario) -> Iterator[str]:
-    spec = scenario.spec
-    yield from _pose(scenario, spec.robot.at, "robot", "at")
-    for k, thing in enumerate(spec.things):
-        if thing.at is not None:
-            yield from _pose(scenario, thing.at, "things", k, "at")
-    if spec.camera is not None:
-        yield from _pose(scenario, spec.camera.at, "camera", "at")
-
-
-def _pose(scenario: Scenario, pose: PoseSpec, *place: str | int) -> Iterator[str]:
-    for turn in ("roll", "pitch", "yaw"):
-        value = getattr(pose, turn)
-        if abs(value) > 2 * math.pi + 1e-6:
-            yield f"{scenario.where(*place, turn)}: '{turn}' is {value:g} rad, more than a turn; write '{value:g} deg' if degrees are meant"
-    for value in pose.position:
-        if abs(value) > FAR:
-            yield f"{scenario.where(*place, 'position')}: {value:g} m is far away; write '{value:g} mm' if millimetres are meant"
-            return

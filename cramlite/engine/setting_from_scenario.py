@@ -17,6 +17,7 @@ from ..scenario.asked_text import asked_text
 from ..scenario.faults import foreseen
 from ..scenario.robots import robot_of
 from ..scenario.worlds import build_world, real_world
+from .number_doubts import doubted_sizes
 from .setting import Setting, with_load
 
 if TYPE_CHECKING:
@@ -130,7 +131,9 @@ def _check_world(scenario: Scenario, world: World, knowledge: Knowledge) -> None
     try:
         knowledge.simulator.check(world, knowledge.robots_of(world))
     except UserError as error:
-        raise UserError(f"{_to_move(scenario, world, str(error))}: {error}.") from error
+        named = [t for t in world.things if f"'{t.name}'" in str(error)]
+        size = next(doubted_sizes(scenario, named), "")
+        raise UserError(f"{size or f'{_to_move(scenario, world, str(error))}: {error}'}.") from error
 
 
 def _to_move(scenario: Scenario, world: World, said: str) -> str:

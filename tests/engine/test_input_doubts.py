@@ -19,17 +19,18 @@ tasks:
 robot: {{type: ur5e}}
 things:
   - {{name: floor, model: table, at: {{position: [0.2, 0, -5 mm]}}, with: {{size: [1.6 m, 1.6 m, 20 mm]}}}}
-  - {{name: block, model: block, at: {{position: [{x}, 0.2, {z}]}}, with: {{size: [50 mm, 50 mm, 100 mm], mass: {mass}}}}}
+  - {{name: block, model: block, at: {{position: [{x}, 0.2, {z}]}}, with: {{size: {size}, mass: {mass}}}}}
 """
 PICK = "PickingUp, Locatum: block, Relatum: floor"
 SLIDE = "SlideObject, Locatum: block, Relatum: floor, parameters: {{force_limit_n: {limit}}}"
 
 
 def lift(
-    folder: Path, *, force: float = 50, x: str = "0.5", z: str = "51 mm", mass: str = "300 g", second: str = PICK
+    folder: Path, *, force: float = 50, x: str = "0.5", z: str = "51 mm", mass: str = "300 g", second: str = PICK,
+    size: str = "[50 mm, 50 mm, 100 mm]",
 ) -> Path:
     path = folder / "lift.yaml"
-    path.write_text(SCENARIO.format(force=force, x=x, z=z, mass=mass, second=second))
+    path.write_text(SCENARIO.format(force=force, x=x, z=z, mass=mass, second=second, size=size))
     return path
 
 
@@ -59,6 +60,21 @@ def test_things_deeper_than_5_mm_in_each_other_are_an_error(z: str, code: int, t
     assert done.code == code, done.err
     where = "'block' and 'floor' overlap by 6 mm at the start, more than the 5 mm" if code else "overlap by 4 mm at the start"
     assert where in (done.err if code else done.out)
+
+
+def test_a_size_without_its_unit_is_named_and_not_the_overlap_that_follows(tmp_path: Path, run: Run) -> None:
+    done = run("check", lift(tmp_path, size="[50, 50, 100]"))
+    assert done.code == 2 and "lift.yaml:9: 'block' is 100 m long; write '100 mm' if millimetres are meant." in done.err
+
+
+@pytest.mark.parametrize(
+    ("mass", "says"),
+    [("650", "lifts 4.08 kg beside its gripper; write '650 g'"), ("6.5", "beside its gripper\n"), ("4", "")],
+)
+def test_a_mass_beyond_the_payload_is_a_doubt(mass: str, says: str, tmp_path: Path, run: Run) -> None:
+    done = run("check", lift(tmp_path, mass=mass))
+    said = f"lift.yaml:9: 'block' weighs {mass} kg, and 'ur5e' "
+    assert done.code == 0 and (said in done.out) == bool(says) and says in done.out
 
 
 @pytest.mark.parametrize("force", [19.9, 235.1])

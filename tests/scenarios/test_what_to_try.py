@@ -49,6 +49,10 @@ FAILING = {
         _with("goal: [red on blue]", _red("size: [40 mm, 40 mm, 50 mm], mass: 8"), BLUE),
         "'red' with the gripper is 3.93 kg too heavy for 'ur5e'",
     ),
+    "so heavy that it slips as well": (
+        _with("goal: [red on blue]", _red("size: [40 mm, 40 mm, 50 mm], mass: 650"), BLUE),
+        "'red' with the gripper is 645.92 kg too heavy for 'ur5e'",
+    ),
     "too wide": (
         _with("goal: [red held]", _red("size: [140 mm, 150 mm, 50 mm]")),
         "'red' is 140 mm wide, the hand grasps 81 mm at most: turn it so that its 50 mm can be taken",

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 
-from cramlite.model import Gripper, Held, Pose, Remedy, Thing, Value, World, pair_friction
+from cramlite.model import Gripper, Held, Pose, Remedy, Robot, Thing, Value, World, pair_friction
 from cramlite.plugin import Context, Unresolvable
 
 from ..shapes.bounds import centre_of_mass
@@ -112,6 +112,8 @@ def grip_force(
         reason = f"a grip force of {asked:g} N is outside {low:g} .. {high:g} N of gripper '{grip.gripper.type}'"
         raise Unresolvable(reason, within, {"force_N": asked, "least_N": low, "most_N": high}, blocking=())
     if not asked and grip.least > limit:
+        if (mass := grip.mass + grip.gripper.mass) > context.robot.payload:
+            raise overload(grip.thing.name, mass, context.robot, (*of_thing, *within))
         raise _too_weak(grip, limit, why, (*of_thing, *within))
     wanted = asked or max(low, min(grip.wanted, max(grip.least, most)))
     instead = f" instead of {wanted:g} N, {why}" if wanted > limit else ""
@@ -146,6 +148,20 @@ def most_borne(thing: Thing, context: Knowing) -> tuple[float, str] | None:
     if thing.max_grip_force is not None:
         limits.append((thing.max_grip_force, f"the max_grip_force of '{thing.name}'"))
     return min(limits, key=lambda x: x[0], default=None)
+
+
+def overload(thing: str, mass: float, robot: Robot, because: tuple[str, ...]) -> Unresolvable:
+    """Return the refusal of a load that is too heavy for the arm.
+
+    Args:
+        thing: the payload; "" if it is the gripper alone.
+        mass: on the flange, gripper included [kg].
+    """
+    reason = f"{mass:.2f} kg on the flange, gripper included, > {robot.payload:g} kg that '{robot.type}' carries"
+    what, over = f"'{thing}' with the gripper" if thing else "the gripper", mass - robot.payload
+    says = f"{what} is {over:.2f} kg too heavy for '{robot.type}': make it lighter ('mass'), or take an arm that carries {mass:.2f} kg"
+    numbers = {"load_kg": mass, "payload_kg": robot.payload}
+    return Unresolvable(reason, because, numbers, blocking=(), remedy=Remedy(f"payload {what}", says, over))
 
 
 def _too_weak(grip: GripLoad, limit: float, why: str, because: tuple[str, ...]) -> Unresolvable:

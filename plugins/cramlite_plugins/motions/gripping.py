@@ -19,16 +19,15 @@ from cramlite.model import (
     Motion,
     Place,
     Pose,
-    Remedy,
     Robot,
     SetGripper,
     SetPayload,
     enclosing_names,
     thing_of,
 )
-from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl  # fmt: skip
+from cramlite.plugin import Answers, Context, Grounding, hookimpl  # fmt: skip
 
-from .grip_force import grip_force, grip_of, load
+from .grip_force import grip_force, grip_of, load, overload
 from .motion_kinds import value, word
 
 Groundings = Iterator[Grounding]
@@ -188,20 +187,8 @@ def _payload(motion: Motion, belief: Belief, context: Context) -> Groundings:
         mass += carried
     if mass > context.robot.payload:
         load_of = [n for n, v in context.bindings.items() if belief.held and v == belief.held.thing]
-        reason = f"{mass:.2f} kg on the flange, gripper included, > {context.robot.payload:g} kg that '{context.robot.type}' carries"
         because = (*load_of, *enclosing_names(motion.name)) if load_of else ()  # places and grasps change no mass
-        numbers = {"load_kg": mass, "payload_kg": context.robot.payload}
-        raise Unresolvable(reason, because, numbers, blocking=(), remedy=_lighter(belief, mass, context.robot))
+        raise overload(belief.held.thing if belief.held else "", mass, context.robot, because)
     center = (float(moment[0] / mass), float(moment[1] / mass), float(moment[2] / mass))
     step = SetPayload(mass, center, origin=motion.name, comment=motion.reason)
     yield Grounding((step,), f"{mass:.2f} kg on the flange", key=f"{mass:.3f}")
-
-
-def _lighter(belief: Belief, mass: float, robot: Robot) -> Remedy:
-    """Return the advice for a load that is too heavy for the arm: a lighter thing, or an arm that carries
-    more."""
-    what, over = f"'{belief.held.thing}' with the gripper" if belief.held else "the gripper", mass - robot.payload
-    return Remedy(
-        f"payload {what}", f"{what} is {over:.2f} kg too heavy for '{robot.type}': make it lighter ('mass'), or take an arm that "
-        f"carries {mass:.2f} kg", over,
-    )  # fmt: skip
