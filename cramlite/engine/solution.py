@@ -72,8 +72,7 @@ class Solution(Value):
     @property
     def code(self) -> str:
         """Program text that was proven."""
-        assert self.candidate.code is not None
-        return self.candidate.code.text
+        return self.candidate.written.text
 
     @property
     def succeeded(self) -> bool:

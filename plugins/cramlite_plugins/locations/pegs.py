@@ -190,18 +190,16 @@ def _ways_round(peg: Peg, belief: Belief, context: Context) -> Iterator[tuple[st
 
 
 def _hole_now(belief: Belief, context: Context) -> Pose:
-    assert belief.held is not None
-    hole = belief.world.thing(belief.held.thing).feature("vrps:Hole")
+    hole = belief.world.thing(belief.payload.thing).feature("vrps:Hole")
     assert hole is not None
     return held_pose(belief, context) * hole.pose
 
 
 def _hand(belief: Belief, hole: Pose) -> Pose:
     """Return the TCP pose at which the held thing's hole is at a pose."""
-    assert belief.held is not None
-    feature = belief.world.thing(belief.held.thing).feature("vrps:Hole")
+    feature = belief.world.thing(belief.payload.thing).feature("vrps:Hole")
     assert feature is not None
-    return hole * (belief.held.tcp_to_thing * feature.pose).inverse()
+    return hole * (belief.payload.tcp_to_thing * feature.pose).inverse()
 
 
 def _legs(location: Location, context: Context, corners: list[Pose]) -> Iterator[Leg]:
@@ -221,8 +219,7 @@ def _unmoved(belief: Belief, context: Context) -> bool:
 
     A failure then depends on the chosen things and on earlier tasks, but on no place of the hand.
     """
-    assert belief.held is not None
-    initial = belief.base().inverse() * belief.world.thing(belief.held.thing).pose
+    initial = belief.base().inverse() * belief.world.thing(belief.payload.thing).pose
     return held_pose(belief, context).distance(initial)[0] <= SAME
 
 
@@ -233,8 +230,7 @@ def find_peg(location: Location, belief: Belief, context: Context) -> Peg:
         Unresolvable: one of them is missing, or the peg is too thick for the hole.
     """
     thing = held_pose(belief, context)
-    assert belief.held is not None
-    owner, held = belief.thing(bound(context, location.of)), belief.world.thing(belief.held.thing)
+    owner, held = belief.thing(bound(context, location.of)), belief.world.thing(belief.payload.thing)
     peg, tip, hole = owner.feature("vrps:Peg"), owner.feature("vrps:Tip"), held.feature("vrps:Hole")
     if peg is None or hole is None:
         missing = f"'{owner.name}' has no peg" if peg is None else f"'{held.name}' has no hole"

@@ -28,8 +28,7 @@ def followed(location: Location, belief: Belief, context: Context) -> Iterator[G
     directions."""
     path, entity = asked(location, Followed).path, bound(context, location.of)
     now = held_pose(belief, context)
-    assert belief.held is not None
-    thing, about = belief.world.thing(belief.held.thing), belief.thing(entity)
+    thing, about = belief.world.thing(belief.payload.thing), belief.thing(entity)
     if path.anchor.own:
         yield from _in_place(path, thing, now, belief, context)
         return
@@ -41,7 +40,7 @@ def followed(location: Location, belief: Belief, context: Context) -> Iterator[G
         )
     pose, hand, under = (
         reference_pose(belief, location, context) * frame[0],
-        belief.held.tcp_to_thing.inverse(),
+        belief.payload.tcp_to_thing.inverse(),
         foot(thing.geoms),
     )
     touching = (about.name,) if path.touching else ()
@@ -78,8 +77,7 @@ def _in_place(
 ) -> Iterator[Grounding | Refused]:
     """Generate repeated motions along a path from the payload's present place, with the path turned to
     several headings."""
-    assert belief.held is not None
-    hand = belief.held.tcp_to_thing.inverse()
+    hand = belief.payload.tcp_to_thing.inverse()
 
     def candidates() -> Iterator[Candidate]:
         for degrees in TURNS:

@@ -139,15 +139,14 @@ def _let_go(motion: Motion, belief: Belief, context: Context, opening: float) ->
     support."""
     from ..motion_planning.reach import held_pose
 
-    assert belief.held is not None
     release = context.bindings[motion.to.name].release if motion.to is not None else None
     let_go_at = belief.base() * held_pose(belief, context)
     pose, into = (let_go_at * release.settles, release.into) if release else (let_go_at, "")
-    if into or belief.relates("on", belief.held.thing):
+    if into or belief.relates("on", belief.payload.thing):
         pose = fallen(belief, pose)
     deepest = fallen(belief, pose, onto=into) if into else pose  # what lies in there may give way
-    on_rails = belief.world.thing(belief.held.thing).joint is not None  # or on hinges: it neither falls nor shifts
-    sigma = math.hypot(release.sigma_m if release else 0.0 if on_rails else LET_GO, belief.held.sigma)
+    on_rails = belief.world.thing(belief.payload.thing).joint is not None  # or on hinges: it neither falls nor shifts
+    sigma = math.hypot(release.sigma_m if release else 0.0 if on_rails else LET_GO, belief.payload.sigma)
     fall = max(0.0, float(let_go_at.position[2] - min(pose.position[2], deepest.position[2])))
     return belief.released(Estimate(pose, sigma, f"predicted: let go by {motion.name}", fall), opening)
 
@@ -162,8 +161,7 @@ def fallen(belief: Belief, pose: Pose, onto: str = "") -> Pose:
     from ..shapes.bounds import lowest
     from ..shapes.surfaces import resting_height
 
-    assert belief.held is not None
-    thing = belief.world.thing(belief.held.thing)
+    thing = belief.world.thing(belief.payload.thing)
     under = [(belief.world.thing(name), e.pose) for name, e in belief.poses.items() if onto in ("", name)]
     height, _ = resting_height(thing, pose, under)
     return Pose((*pose.position[:2], height - lowest(thing, pose)), pose.quaternion) if math.isfinite(height) else pose

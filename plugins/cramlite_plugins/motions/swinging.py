@@ -68,8 +68,7 @@ def _line(motion: Motion, belief: Belief, tcp_to_thing: Pose, target: Pose, cont
     from ..motion_planning.cartesian import plan_straight_line
     from ..motion_planning.reach import make_scene, touched
 
-    assert belief.held is not None
-    there = replace(belief, held=replace(belief.held, tcp_to_thing=tcp_to_thing))
+    there = replace(belief, held=replace(belief.payload, tcp_to_thing=tcp_to_thing))
     scene = make_scene(there, context, touched(motion.may_touch, context), clearance=0.0)
     found = plan_straight_line(scene, context.robot, belief.joints, [target])
     if isinstance(found, Refused):

@@ -46,8 +46,7 @@ class Bystanders(Value):
     may_advise: bool = True  # whoever judges a goal elsewhere may not mind what became of other things
 
     def check(self, candidate: Candidate) -> Iterator[Finding]:
-        rollout = candidate.rollout
-        assert rollout is not None
+        rollout = candidate.ran
         moved, tasks = moved_by(candidate), inner_tasks(candidate)
         worst: tuple[float, str] = (0.0, "")
         for thing in rollout.world.things:
@@ -75,8 +74,7 @@ class Bystanders(Value):
 
 
 def _objections(candidate: Candidate, name: str, stay: Stay, tasks: list[str], validator: str) -> Iterator[Finding]:
-    assert candidate.rollout is not None
-    limits, times = candidate.limits, candidate.rollout.times
+    limits, times = candidate.limits, candidate.ran.times
     who = f"'{name}', which no task moved then,"
     than = f" on '{stay.beside}', which carries it," if stay.beside else ""
     if stay.way > limits.bystander_motion:

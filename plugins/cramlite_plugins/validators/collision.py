@@ -48,7 +48,6 @@ class Collision(Value):
     cost: Cost = "rollout"
 
     def check(self, candidate: Candidate) -> Iterator[Finding]:
-        assert candidate.rollout is not None
         brush = candidate.limits.brush
         whose = f"limit {brush:g} N {candidate.limits.source('brush')}"
         worst = max(bumps(candidate), default=None)
@@ -57,7 +56,7 @@ class Collision(Value):
             yield Finding(self.name, True, reason, 0.0, brush, "N")
             return
         task = inner_tasks(candidate)[worst.sample]
-        when = f"at {candidate.rollout.times[worst.sample]:.1f} s" + (f" in {task}" if task else "")
+        when = f"at {candidate.ran.times[worst.sample]:.1f} s" + (f" in {task}" if task else "")
         said = worst.why or whose
         reason = f"'{worst.one}' hit '{worst.other}' with {worst.force:.0f} N {when}; {said}"
         there = {t.name for t in candidate.world.things}
@@ -79,8 +78,7 @@ def more_room(worst: Bump) -> Remedy:
 def bumps(candidate: Candidate) -> Iterator[Bump]:
     """Yield the contacts, at each sample, whose force is above the permitted one, or above ``limits.brush``
     where no task permits a contact."""
-    rollout, brush = candidate.rollout, candidate.limits.brush
-    assert rollout is not None
+    rollout, brush = candidate.ran, candidate.limits.brush
     contacts = _Contacts(candidate, rollout)
     for k, touches in _to_judge(rollout, contacts):
         checkpoint()

@@ -119,8 +119,7 @@ def force_limits(candidate: Candidate) -> ForceLimits:
     text that goes on pressing beyond the force of the plan is refused. What is carried may be heavier than believed; what bears little
     lowers the limit.
     """
-    program, rollout, tasks = candidate.program, candidate.rollout, inner_tasks(candidate)
-    assert rollout is not None
+    program, rollout, tasks = candidate.program, candidate.ran, inner_tasks(candidate)
     own, fragile, held = task_forces(candidate), _fragile(candidate), held_at(rollout)
     guards = guard_forces(candidate)
     weights = {t.name: GRAVITY * (t.mass or 0.0) for t in candidate.world.things if t.joint is None}

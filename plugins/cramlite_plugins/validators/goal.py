@@ -66,10 +66,10 @@ class Goal(Value):
     def check(self, candidate: Candidate) -> Iterator[Finding]:
         from cramlite.plugin import Timeline
 
-        assert candidate.rollout is not None and candidate.episode is not None
+        assert candidate.episode is not None
         if not candidate.goal:
             return
-        timeline, rollout = Timeline(candidate.episode, candidate.taxonomy), candidate.rollout
+        timeline, rollout = Timeline(candidate.episode, candidate.taxonomy), candidate.ran
         for literal in candidate.goal:
             wrong = _unmet(literal, timeline, rollout) or _doubtful(literal, timeline, rollout)
             wrong = wrong or _beside(literal, candidate) or _unsettled(literal, rollout) or _badly_rests(literal, candidate)
@@ -156,9 +156,8 @@ def _beside(literal: GoalLiteral, candidate: Candidate) -> str:
     is."""
     if not literal.side:
         return ""
-    assert candidate.rollout is not None
     base = candidate.world.robots[0].base.inverse()
-    one, other = (np.asarray(base.apply(_at(candidate.rollout, n))) for n in (literal.things[0], literal.other))
+    one, other = (np.asarray(base.apply(_at(candidate.ran, n))) for n in (literal.things[0], literal.other))
     if literal.side not in SIDES:
         gap = float(np.linalg.norm((one - other)[:2]))
         return "" if gap <= NEAR else f"it is {1000 * gap:.0f} mm from '{literal.other}', up to {1000 * NEAR:.0f} mm count as near"
@@ -183,8 +182,7 @@ def _badly_rests(literal: GoalLiteral, candidate: Candidate) -> str:
     """Describe a thing that rests wrongly on its support, such as on its edge; empty if it rests well."""
     from cramlite.plugin import atoms
 
-    assert candidate.rollout is not None
-    rollout, there = candidate.rollout, {t.name for t in candidate.rollout.world.things}
+    rollout, there = candidate.ran, {t.name for t in candidate.ran.world.things}
     for clause in literal.clauses:
         for atom in atoms(clause.condition) if not clause.text.startswith("not ") else ():
             if atom.predicate.function is supports:
@@ -198,8 +196,7 @@ def _sprung_back(literal: GoalLiteral, candidate: Candidate) -> str:
     """Describe a knob that the goal wants off and that is not at the end of its range; empty if there is none."""
     from cramlite.plugin import atoms
 
-    assert candidate.rollout is not None
-    rollout = candidate.rollout
+    rollout = candidate.ran
     for clause in literal.clauses:
         for atom in atoms(clause.condition) if not clause.text.startswith("not ") else ():
             if atom.predicate.function is joint_closed:
@@ -219,9 +216,8 @@ def _tipped(literal: GoalLiteral, candidate: Candidate) -> str:
 
     Also where bystanders only advise: how it then comes to rest is left to chance.
     """
-    rollout, let_go = candidate.rollout, {h.thing: h.by for h in candidate.handovers or () if not h.taken}
+    rollout, let_go = candidate.ran, {h.thing: h.by for h in candidate.handovers or () if not h.taken}
     names = {thing_of(t) for t in literal.things} & set(let_go)
-    assert rollout is not None
     if not names:
         return ""
     moved, came_from = moved_by(candidate), np.array(origins(candidate))

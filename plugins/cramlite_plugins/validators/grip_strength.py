@@ -26,8 +26,7 @@ class GripStrength(Value):
     cost: Cost = "rollout"
 
     def check(self, candidate: Candidate) -> Iterator[Finding]:
-        rollout = candidate.rollout
-        assert rollout is not None
+        rollout = candidate.ran
         came_from, turns = origins(candidate), declared(candidate)
         closings = {s.origin: s for s in walk(candidate.program.steps) if isinstance(s, SetGripper)}
         for found in hand.grips(rollout):

@@ -42,10 +42,9 @@ def wrongly_rests(candidate: Candidate, thing: Thing, support: Thing) -> str:
     Args:
         thing, support: where the run left them.
     """
-    assert candidate.rollout is not None
     if candidate.taxonomy.any_is_a((thing.type,), LID):
         return uncovered(thing, support)
-    stacked = support.movable and support.joint is None and borne(candidate.rollout, thing.name, support.name) > ALONE
+    stacked = support.movable and support.joint is None and borne(candidate.ran, thing.name, support.name) > ALONE
     return unbalanced(thing, support) if stacked else ""
 
 
