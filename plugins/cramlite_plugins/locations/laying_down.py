@@ -105,8 +105,7 @@ def released(shares: list[float], hands: list[Pose]) -> tuple[float, Pose]:
     """
     ways = np.array([hand.position for hand in hands])
     share = float(np.interp(ways[-1, 2] + LEFT, ways[::-1, 2], shares[::-1]))
-    x, y, z = (float(np.interp(share, shares[::-1], way)) for way in ways[::-1].T)
-    return share, Pose((x, y, z), hands[-1].quaternion)
+    return share, Pose.at([np.interp(share, shares[::-1], way) for way in ways[::-1].T], hands[-1])
 
 
 def rolled(

@@ -9,7 +9,18 @@ from collections.abc import Iterator
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Floats, Location, PegFit, Place, Pose, Remedy, Thing, Value, Vector3
+from cramlite.model import (
+    Belief,
+    Floats,
+    Location,
+    PegFit,
+    Place,
+    Pose,
+    Remedy,
+    Thing,
+    Value,
+    vector3,
+)
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..motion_planning.reach import bound, causes, held_pose, taken_at, traverse
@@ -114,9 +125,10 @@ def insert(location: Location, belief: Belief, context: Context) -> Iterator[Gro
 
     def candidates() -> Iterator[Candidate]:
         for side, hole in _ways_round(peg, belief, context):
-            corners = [_hand(belief, Pose(_three(centre), hole.quaternion)) for centre in centres]
+            corners = [_hand(belief, Pose.at(centre, hole)) for centre in centres]
             held, path = belief.held.thing if belief.held else "", tuple(corners[1:])
-            place = Place(corners[-1], corners[0], approach=_three(-peg.axis), path=path, thing=held, fit=fit)
+            down = vector3(-peg.axis)
+            place = Place(corners[-1], corners[0], approach=down, path=path, thing=held, fit=fit)
             name = f"{side} of the hole along the peg, {1000 * depth:.0f} mm onto it"
             yield Candidate(name, place, tuple(_legs(location, context, corners)), key=side, anew=True)
 
@@ -152,16 +164,11 @@ def _feet(peg: Peg, owner: str, belief: Belief) -> tuple[str, ...]:
 
 def _reaches(pose: Pose, thing: Thing, peg: Peg) -> bool:
     inverse = pose.inverse()
-    root, down = np.asarray(inverse.apply(_three(peg.root))), np.asarray(inverse.rotate(_three(-peg.axis)))
+    root, down = np.asarray(inverse.apply(peg.root)), np.asarray(inverse.rotate(-peg.axis))
     return any(
         low <= SHORT and high >= -GAP
         for low, high, _ in ray_casting.spans(ray_casting.body(thing.geoms), root, down)
     )
-
-
-def _three(vector: Floats) -> Vector3:
-    x, y, z = vector.tolist()
-    return x, y, z
 
 
 def _ways_round(peg: Peg, belief: Belief, context: Context) -> Iterator[tuple[str, Pose]]:

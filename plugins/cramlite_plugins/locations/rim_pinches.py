@@ -21,7 +21,7 @@ import math
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Floats, Geom, Gripper, Pose, Swing, Thing, Value
+from cramlite.model import Floats, Geom, Gripper, Pose, Swing, Thing, Value, vector3
 
 from ..shapes.bounds import centre_of_mass
 from ..shapes.convex import hull_planes
@@ -150,8 +150,7 @@ def _pinch(rim: Rim, lean: float, side: float, pose: Pose, gripper: Gripper) -> 
     approach = math.cos(lean) * down - math.sin(lean) * out
     closing = math.cos(lean) * out + math.sin(lean) * down
     tips = rim.middle + rim.thick / 2 * rim.normal + DEEPER * down
-    x, y, z = (tips - gripper.pad[1] / 2 * approach).tolist()
-    at = Pose.from_axes((x, y, z), approach, np.cross(side * closing, approach))
+    at = Pose.from_axes(tips - gripper.pad[1] / 2 * approach, approach, np.cross(side * closing, approach))
     says = (
         f"across its rim at {math.degrees(math.atan2(out[1], out[0])):.0f} deg, leaning "
         f"{math.degrees(lean):.0f} deg outwards"
@@ -196,5 +195,5 @@ def _swing(rim: Rim, pose: Pose, at: Pose) -> Swing:
     ).quaternion
     local = pose.inverse().apply(end)
     held = np.array([float(hand.apply(end)[0]), 0.0, float(hand.apply(rim.edge)[2])])
-    x, y, z = (held - Pose((0.0, 0.0, 0.0), turned).apply(local)).tolist()
-    return Swing(lies, Pose((x, y, z), turned), tuple(local.tolist()))
+    off = Pose((0.0, 0.0, 0.0), turned).apply(local)
+    return Swing(lies, Pose(vector3(held - off), turned), tuple(local.tolist()))

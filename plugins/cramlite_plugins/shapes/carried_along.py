@@ -53,8 +53,7 @@ def gone_along(
     """Return a belief in which a thing and all that moves along with it have moved by a vector (3,) in the
     base frame [m], each with ``sigma`` more uncertainty."""
     known, with_it = belief.poses[name], carried_along(belief, name)
-    x, y, z = (np.asarray(known.pose.position) + np.asarray(belief.base().rotate(way))).tolist()
-    there = Pose((x, y, z), known.pose.quaternion)
+    there = Pose.at(known.pose.position + belief.base().rotate(way), known.pose)
     poses = {name: replace(known, pose=there, sigma=known.sigma + sigma, source=source)}
     poses |= {one: replace(e, pose=there * e.pose) for one, e in with_it.items()}
     return replace(belief, poses={**belief.poses, **poses})

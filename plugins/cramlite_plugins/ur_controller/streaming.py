@@ -64,9 +64,8 @@ class ToolSpeed(JointSpeed):
     def at(self, time: float) -> Floats | Pose:
         """Return the TCP pose in the base frame at a time since the start of the motion [s]."""
         gone = self.gone(time)
-        x, y, z = (float(a + b) for a, b in zip(self.place.position, gone[:3], strict=True))
-        turned = Pose.from_rotvec((0, 0, 0), gone[3:].tolist()) * Pose((0, 0, 0), self.place.quaternion)
-        return Pose((x, y, z), turned.quaternion)
+        turned = Pose.from_rotvec((0, 0, 0), gone[3:]) * self.place
+        return Pose.at(self.place.position + gone[:3], turned)
 
 
 class Servo(Value):

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cramlite.model import Floats, Pose, Rollout, thing_of
+from cramlite.model import Pose, Rollout, thing_of
 
 from ..shapes.bounds import corners
 from ..shapes.mounts import mounts
@@ -80,8 +80,4 @@ def _slide(rollout: Rollout, thing: str, along: str, stretch: list[int]) -> Slid
 
 def _relative(rollout: Rollout, frame: str, thing: str, sample: int) -> Pose:
     """The pose of a thing in the frame of another at a sample."""
-    return _pose(rollout.poses[frame][sample]).inverse() * _pose(rollout.poses[thing][sample])
-
-
-def _pose(row: Floats) -> Pose:
-    return Pose(tuple(row[:3]), tuple(row[3:]))
+    return Pose.from_row(rollout.poses[frame][sample]).inverse() * Pose.from_row(rollout.poses[thing][sample])

@@ -125,7 +125,7 @@ def _topples(rollout: Rollout, grip: Grip) -> float:
     """Height that a thing's origin loses when the thing falls over after its release [m]."""
     thing, row = rollout.world.thing(grip.thing), rollout.poses[grip.thing][grip.last]
     low, high = box_around(thing.geoms)
-    upright = -lowest(thing, Pose(tuple(row[:3]), tuple(row[3:])))
+    upright = -lowest(thing, Pose.from_row(row))
     return max(0.0, upright - float(np.min(high - low)) / 2)
 
 

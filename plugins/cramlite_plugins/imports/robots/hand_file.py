@@ -140,8 +140,7 @@ def _at_site(where: Path, source: Source, spec: Any, pads: Pads, name: str) -> P
     places |= {model.body(k).name.removeprefix(f"{ROOT}/"): data.xpos[k] for k in range(2, model.nbody)}
     if name not in places:
         raise UserError(f"{where}: 'tcp' names '{name}', and the hand has no site or body of that name; {nearest(name, places)}.")
-    x, y, z = (float(v) for v in places[name])
-    return replace(pads, tcp=Pose((x, y, z), pads.tcp.quaternion))
+    return replace(pads, tcp=Pose.at(places[name], pads.tcp))
 
 
 def _linkage(hand: Driven, pads: Pads, controls: Floats, states: Floats, lengths: Floats) -> Linkage:
