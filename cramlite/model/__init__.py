@@ -145,6 +145,7 @@ if TYPE_CHECKING:
         View as View,
     )
     from .world.world import (
+        GRAVITY as GRAVITY,
         Camera as Camera,
         Contact as Contact,
         Disturbance as Disturbance,

@@ -11,6 +11,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import (
+    GRAVITY,
     Belief,
     CompliantSlide,
     ExpectedContact,
@@ -49,7 +50,6 @@ ON_THE_SPOT = 0.03  # [m]: about what is no farther away the hand only turns, an
 STRAIGHT = 0.01  # [rad]: of a path that turns less the hand goes straight, and forces do not grow with speed as on a hinge's arc
 TURN = 0.25  # way of a radian [m]: at a speed given in m/s, controllers turn by so much for each metre
 PATIENCE = 2.0, 3.0  # a time-out is the nominal time times the first plus the second [s]
-GRAVITY = 9.81
 
 
 @hookimpl

@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
-from cramlite.model import Remedy, Rollout, Touch, Value, thing_of
+from cramlite.model import GRAVITY, Remedy, Rollout, Touch, Value, thing_of
 from cramlite.plugin import HAND, HELD, Allowance, Candidate, Cost, Finding, checkpoint
 
 from ..motions.motion_kinds import LIMIT
@@ -17,7 +17,6 @@ from .grips import pressed_at
 from .movers import moved_by
 from .task_times import inner_tasks
 
-GRAVITY = 9.81
 GAP = 0.2  # a contact that is lost for less still goes on [s]: what slides or rattles leaps (as long as rules' PADDING)
 GRIP = 0.1  # one pad presses a thing that they close on for so long before both do [s]
 

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cramlite.model import (
+    GRAVITY,
     AnyStep,
     CompliantSlide,
     Floats,
@@ -30,7 +31,6 @@ from ..motions.ontology_limits import Known, lowest
 from .grips import held_at
 from .task_times import inner_tasks, origins
 
-GRAVITY = 9.81
 STOPPED = 1.15  # a program that stops at its task's force limit has gone beyond it by then: 28.3 N at 25 N, measured
 RISE = 750.0
 """A guarded motion presses beyond the force that ends it by so much of its speed [N s/m]: one that ends at 3 N peaks at 9 N with 10 mm/s

@@ -6,10 +6,10 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from cramlite.model import Held, Pose, Rollout, SetGripper, Value, walk
+from cramlite.model import GRAVITY, Held, Pose, Rollout, SetGripper, Value, walk
 from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 
-from ..motions.grip_force import ACCELERATION, GRAVITY, MARGIN, GripLoad, grip_of
+from ..motions.grip_force import ACCELERATION, MARGIN, GripLoad, grip_of
 from . import grips as hand
 from .physics import SLIP
 from .swings import Turn, declared

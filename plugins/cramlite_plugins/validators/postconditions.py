@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from cramlite.model import (
+    GRAVITY,
     Action,
     EntityName,
     Feature,
@@ -28,7 +29,6 @@ from .task_times import Span, span
 if TYPE_CHECKING:
     from cramlite.plugin import Clause, Not, Phase, PhaseName, Rule, Timeline
 
-GRAVITY = 9.81
 NO_STEPS = "its program has no steps"
 OPENING = 0.6  # a thing has left the hand so long before the fingers are open [s]: 85 mm at 150 mm/s, a 2F-85's whole stroke
 LONGEST = 5.0  # or so long, where the hand has stayed since: fingers that are told to open in steps take 2 s [s]

@@ -6,9 +6,8 @@ from __future__ import annotations
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Pose, Rollout, Thing, Vector3, thing_of
+from cramlite.model import GRAVITY, Pose, Rollout, Thing, Vector3, thing_of
 
-GRAVITY = 9.81
 CARRIES = 0.5  # what bears this share of a thing's weight carries it along: a drawer its contents, a tray its cups
 REST = 0.01  # a thing at rest moves slower than this over the last half second [m/s]
 SWING = 0.04

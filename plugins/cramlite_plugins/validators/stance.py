@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from cramlite.model import Rollout, Thing, thing_of
+from cramlite.model import GRAVITY, Rollout, Thing, thing_of
 from cramlite.plugin import Candidate
 
 from ..shapes.bounds import centre_of_mass, lowest
@@ -19,7 +19,6 @@ from ..shapes.surfaces import footprint
 LID = "soma:Lid"
 ALONE = 0.9
 """Share of a thing's weight from which one support bears it alone: contact forces chatter by some per cent."""
-GRAVITY = 9.81
 
 GAP = 0.002
 """An opening stays uncovered by no more than this [m]: things and their models differ by some millimetres."""
