@@ -172,6 +172,6 @@ class Solution(Value):
 
 def _left(world: World, rollout: Rollout) -> World:
     """Return a world as a run left it: things where they came to rest."""
-    movable = {t.name for t in world.things if t.movable and t.joint is None}
+    movable = {t.name for t in world.things if not t.furniture}
     ends = {n: Pose.from_row(r[-1]) for n, r in rollout.poses.items() if n in movable}
     return world.moved(ends)

@@ -139,7 +139,7 @@ def expectation(proof: Rollout, steps: Mapping[int, str]) -> Expectation:
     Args:
         steps: line -> designator, as ``Code.origins``.
     """
-    loose = tuple(t.name for t in proof.world.things if t.movable and t.joint is None)
+    loose = tuple(t.name for t in proof.world.things if not t.furniture)
     tool = proof.poses["effector"]
     return Expectation(
         proof.lines, proof.times, {n: proof.poses[n] for n in (*loose, "effector")}, {n: _in(tool, proof.poses[n]) for n in loose},

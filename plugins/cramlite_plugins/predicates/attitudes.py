@@ -102,13 +102,13 @@ def _movable(scene: SymbolicWorld, thing: str, what: str) -> None:
 def _standing(scene: SymbolicWorld, way: float) -> Iterator[tuple[str]]:
     """Names of the movable things whose z axis points up (``way`` = 1.0) or down (``way`` = -1.0)."""
     for thing in scene.world.things:
-        if thing.movable and thing.joint is None and upward(thing.pose, way):
+        if not thing.furniture and upward(thing.pose, way):
             yield (thing.name,)
 
 
 def _facing(scene: SymbolicWorld) -> Iterator[tuple[str, str]]:
     for thing in scene.world.things:
-        if thing.movable and thing.joint is None:
+        if not thing.furniture:
             others = (o for o in scene.world.things if o.name != thing.name)
             yield from ((thing.name, o.name) for o in others if looks_at(front(thing.features), thing.pose, o.pose))
 

@@ -79,7 +79,7 @@ def _directly(belief: Belief, name: str) -> Iterator[str]:
     carrier = belief.world.thing(name)
     yield from (t.name for t in belief.world.mounted_on(name) if t.name in belief.poses)
     for thing in belief.world.things:
-        if thing.movable and thing.joint is None and thing.name in belief.poses and thing.name != name:
+        if not thing.furniture and thing.name in belief.poses and thing.name != name:
             said = {thing_of(place) for p, one, place in belief.relations if one == thing.name and p in AT}
             if name in said or (
                 not said and (_is_in(belief, thing, carrier) or _stands_on(belief, thing, carrier))

@@ -113,7 +113,7 @@ def _along(rollout: Rollout, grip: Grip) -> Iterator[str]:
 
     They also stay at rest in the hand's frame.
     """
-    loose = {t.name for t in rollout.world.things if t.movable and t.joint is None} - {grip.thing}
+    loose = {t.name for t in rollout.world.things if not t.furniture} - {grip.thing}
     pairs = [frozenset({thing_of(t.a), thing_of(t.b)}) for t in rollout.touches[(grip.first + grip.last) // 2]]
     found, new = set[str](), {grip.thing}
     while new:

@@ -43,7 +43,7 @@ def wrongly_rests(candidate: Candidate, thing: Thing, support: Thing) -> str:
     """
     if candidate.taxonomy.any_is_a((thing.type,), LID):
         return uncovered(thing, support)
-    stacked = support.movable and support.joint is None and borne(candidate.ran, thing.name, support.name) > ALONE
+    stacked = not support.furniture and borne(candidate.ran, thing.name, support.name) > ALONE
     return unbalanced(thing, support) if stacked else ""
 
 
