@@ -124,7 +124,7 @@ class Streaming:
             raise ScriptError(
                 f"servoj: lookahead_time {ahead:g} is not in 0.03 .. 0.2 s, or gain {strong:g} not in 100 .. 2000"
             )
-        self._free()
+        self.only_mover()
         motion = self.arm.follow(Servo(self.arm.q.copy(), goal, ahead * GAIN / strong))
         yield from self._wait(motion, wait)
 
@@ -133,7 +133,7 @@ class Streaming:
         raise ScriptError("servoc is not modelled here: use servoj or movel")
 
     def _hold_on(self, motion: JointSpeed, t: Any, ramp: float) -> Wait:
-        self._free()
+        self.only_mover()
         yield from self._wait(self.arm.follow(motion), real(t, "t") or ramp)
 
     def _wait(self, motion: Any, seconds: float) -> Wait:
@@ -147,7 +147,8 @@ class Streaming:
                 self.arm.stop(2.0)
             raise
 
-    def _free(self) -> None:
+    def only_mover(self) -> None:
+        """Raise ScriptError if another thread moves the robot."""
         if self.arm.motion is not None and not isinstance(self.arm.motion, (StoppingMotion, *STREAMED)):
             raise ScriptError("another thread is already moving the robot: kill it first")
 
