@@ -95,7 +95,7 @@ def _faces(scene: SymbolicWorld, thing: str, other: str) -> GoalCondition:
 
 
 def _movable(scene: SymbolicWorld, thing: str, what: str) -> None:
-    if not scene.world.thing(thing).movable or scene.world.thing(thing).joint is not None:
+    if scene.world.thing(thing).furniture:
         raise UserError(f"'{thing}' cannot be moved, so it cannot be {what}.")
 
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 import shapely
 
-from cramlite.model import EntityName, Floats, Thing, thing_of
+from cramlite.model import EntityName, Floats, Thing, thing_of, vector3
 from cramlite.plugin import (
     EFFECTOR,
     Fact,
@@ -129,8 +129,8 @@ def _contained(scene: SymbolicWorld) -> Iterator[tuple[Thing, Thing]]:
     for thing in scene.world.things:
         for container, cavity in hollow:
             if not thing.furniture and thing.name != container.name:
-                x, y, z = (container.pose * cavity.pose).inverse().apply(thing.pose.position).tolist()
-                if in_cavity((x, y, z), cavity.size):
+                point = vector3((container.pose * cavity.pose).inverse().apply(thing.pose.position))
+                if in_cavity(point, cavity.size):
                     yield thing, container
 
 

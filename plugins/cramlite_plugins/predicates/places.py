@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -189,18 +189,12 @@ def in_cavity(phase: Phase, name: str | None, place: str | None) -> Iterator[Row
     """
     for cavity in phase.timeline.entities_of("cram:Cavity"):
         container, size = phase.timeline.wholes[cavity][-1], phase.timeline.entities[cavity].properties
-        if place not in (None, container) or "height" not in size or not {"radius", "width"} & set(size):
+        if place not in (None, container):
             continue
         for one in [name] if name is not None else things(phase):
             point = relative_position(phase, cavity, one, phase.end)
-            if one != container and point is not None and _in_cavity(point, size):
+            if one != container and point is not None and extents.in_cavity(point, size, RIM):
                 yield one, container
-
-
-def _in_cavity(point: Vector3, size: Mapping[str, float]) -> bool:
-    x, y, z = point
-    beside = math.hypot(x, y) > size["radius"] if "radius" in size else abs(x) > size["width"] / 2 or abs(y) > size["depth"] / 2
-    return not beside and -size["height"] <= z <= RIM
 
 
 def in_region(phase: Phase, name: str | None, region: str | None) -> Iterator[Row]:
