@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -24,6 +25,16 @@ def things(phase: Phase) -> tuple[str, ...]:
             n for n, e in phase.timeline.entities.items() if e.part_of is None and n not in effectors
         )
     return memo["things"]  # type: ignore[no-any-return]
+
+
+def each(phase: Phase, name: str | None) -> tuple[str, ...]:
+    """Return a name that is given, or the names of all things where none is."""
+    return things(phase) if name is None else (name,)
+
+
+def pairs(phase: Phase, one: str | None, other: str | None) -> Iterator[tuple[str, str]]:
+    """Generate the pairs of two different things, ordered by the first; a name that is given stands for itself."""
+    yield from ((a, b) for a in each(phase, one) for b in each(phase, other) if a != b)
 
 
 def tips(timeline: Timeline) -> tuple[str, ...]:
