@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +10,7 @@ import numpy as np
 from cramlite.model import Pose, Rollout, thing_of
 
 from ..shapes.bounds import corners
-from .slides import GAP
+from .slides import stretches
 
 
 class Carry(NamedTuple):
@@ -32,10 +31,8 @@ def carries(rollout: Rollout, thing: str, within: range) -> Iterator[Carry]:
     """Yield how far the hand takes a thing along by touching it, for each stretch of samples with touch; 0
     for a hand at rest."""
     near = [k for k in within if _touched(rollout, thing, k)]
-    breaks = [n for n, (a, b) in enumerate(pairwise(near), 1) if rollout.times[b] - rollout.times[a] > GAP]
-    for first, end in pairwise((0, *breaks, len(near))):
-        if end > first:
-            yield _carry(rollout, thing, near[first:end])
+    for stretch in stretches(near, rollout):
+        yield _carry(rollout, thing, stretch)
 
 
 def _touched(rollout: Rollout, thing: str, sample: int) -> bool:

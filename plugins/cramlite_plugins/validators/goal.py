@@ -25,7 +25,7 @@ from .steps import LEAN
 from .task_times import origins
 
 if TYPE_CHECKING:
-    from cramlite.plugin import Clause, GoalLiteral, Timeline
+    from cramlite.plugin import Atom, Clause, GoalLiteral, Timeline
 
 LASTS = 0.5
 """A literal holds all through the last so many seconds of a run [s]: what falls past a place is over it for less."""
@@ -105,17 +105,23 @@ def _unmet(literal: GoalLiteral, timeline: Timeline, rollout: Rollout) -> str:
 def _doubtful(literal: GoalLiteral, timeline: Timeline, rollout: Rollout) -> str:
     """Describe a thing so near to the border of its region that another simulator may find it outside; "" if
     it is well inside."""
-    from cramlite.plugin import atoms
-
     binding: dict[str, str | float] = {v: _recorded(e, timeline.episode) for v, e in literal.binding.items()}
     end = timeline.instant(float(rollout.times[-1]))
-    for clause in literal.clauses:
-        for atom in atoms(clause.condition) if not clause.text.startswith("not ") else ():
-            if atom.predicate.function is in_region:
-                thing, region = (None if v is None else str(v) for v in atom.arguments(binding))
-                if next(in_region_by(end, thing, region, SURE), None) is None:
-                    return f"'{thing}' is less than {1000 * SURE:g} mm inside of '{region}': another simulator may find it outside"
+    for atom in _asserted(literal.clauses):
+        if atom.predicate.function is in_region:
+            thing, region = (None if v is None else str(v) for v in atom.arguments(binding))
+            if next(in_region_by(end, thing, region, SURE), None) is None:
+                return f"'{thing}' is less than {1000 * SURE:g} mm inside of '{region}': another simulator may find it outside"
     return ""
+
+
+def _asserted(clauses: Iterable[Clause]) -> Iterator[Atom]:
+    """Generate the atoms of the clauses that are not denied."""
+    from cramlite.plugin import atoms
+
+    for clause in clauses:
+        if not clause.text.startswith("not "):
+            yield from atoms(clause.condition)
 
 
 def _recorded(entity: str, episode: Episode) -> str:
@@ -139,9 +145,7 @@ def _too_few(clause: Clause, literal: GoalLiteral, rollout: Rollout) -> str:
 
     Empty, too, for conditions that are about no content.
     """
-    from cramlite.plugin import atoms
-
-    for atom in atoms(clause.condition) if not clause.text.startswith("not ") else ():
+    for atom in _asserted((clause,)):
         into, filling = (literal.binding.get(getattr(t, "name", ""), "") for t in (atom.terms[0], atom.terms[-1]))
         source = thing_of(filling)
         if atom.predicate.fluent.of_contents and source in rollout.grains:
@@ -180,33 +184,27 @@ def _unsettled(literal: GoalLiteral, rollout: Rollout) -> str:
 
 def _badly_rests(literal: GoalLiteral, candidate: Candidate) -> str:
     """Describe a thing that rests wrongly on its support, such as on its edge; empty if it rests well."""
-    from cramlite.plugin import atoms
-
     rollout, there = candidate.ran, {t.name for t in candidate.ran.world.things}
-    for clause in literal.clauses:
-        for atom in atoms(clause.condition) if not clause.text.startswith("not ") else ():
-            if atom.predicate.function is supports:
-                below, above = (thing_of(str(v)) for v in atom.arguments(dict(literal.binding)))
-                if {below, above} <= there and (wrong := wrongly_rests(candidate, at_the_end(rollout, above), at_the_end(rollout, below))):
-                    return wrong
+    for atom in _asserted(literal.clauses):
+        if atom.predicate.function is supports:
+            below, above = (thing_of(str(v)) for v in atom.arguments(dict(literal.binding)))
+            if {below, above} <= there and (wrong := wrongly_rests(candidate, at_the_end(rollout, above), at_the_end(rollout, below))):
+                return wrong
     return ""
 
 
 def _sprung_back(literal: GoalLiteral, candidate: Candidate) -> str:
     """Describe a knob that the goal wants off and that is not at the end of its range; empty if there is none."""
-    from cramlite.plugin import atoms
-
     rollout = candidate.ran
-    for clause in literal.clauses:
-        for atom in atoms(clause.condition) if not clause.text.startswith("not ") else ():
-            if atom.predicate.function is joint_closed:
-                (name,) = (str(v) for v in atom.arguments(dict(literal.binding)))
-                thing, joint = rollout.world.thing(name), rollout.world.thing(name).joint
-                if joint is None or name not in rollout.values or not candidate.taxonomy.any_is_a((thing.type,), CONTROL):
-                    continue
-                share = joint.opening(float(rollout.values[name][-1]))
-                if share > AT_STOP:
-                    return f"'{name}' is {100 * share:.2g} % of its range from its stop; up to {100 * AT_STOP:g} % count as off"
+    for atom in _asserted(literal.clauses):
+        if atom.predicate.function is joint_closed:
+            (name,) = (str(v) for v in atom.arguments(dict(literal.binding)))
+            thing, joint = rollout.world.thing(name), rollout.world.thing(name).joint
+            if joint is None or name not in rollout.values or not candidate.taxonomy.any_is_a((thing.type,), CONTROL):
+                continue
+            share = joint.opening(float(rollout.values[name][-1]))
+            if share > AT_STOP:
+                return f"'{name}' is {100 * share:.2g} % of its range from its stop; up to {100 * AT_STOP:g} % count as off"
     return ""
 
 

@@ -43,9 +43,14 @@ def slides(rollout: Rollout, grip: Grip, within: range) -> Iterator[Slide]:
     touched = _touched(rollout, grip.thing, rows)
     for other in sorted(set().union(*touched)):
         near = _near(rollout, grip.thing, {k for k, names in zip(rows, touched, strict=True) if other in names}, rows)
-        breaks = [n for n, (a, b) in enumerate(pairwise(near), 1) if rollout.times[b] - rollout.times[a] > GAP]
-        for first, end in pairwise((0, *breaks, len(near))):
-            yield _slide(rollout, grip.thing, other, near[first:end])
+        for stretch in stretches(near, rollout):
+            yield _slide(rollout, grip.thing, other, stretch)
+
+
+def stretches(near: list[int], rollout: Rollout) -> Iterator[list[int]]:
+    """Yield the stretches of samples in contact, divided where contact is lost for longer than ``GAP``."""
+    breaks = [n for n, (a, b) in enumerate(pairwise(near), 1) if rollout.times[b] - rollout.times[a] > GAP]
+    yield from (near[first:end] for first, end in pairwise((0, *breaks, len(near))) if end > first)
 
 
 def _touched(rollout: Rollout, thing: str, rows: list[int]) -> list[set[str]]:
