@@ -30,6 +30,7 @@ from cramlite.model import (
 )
 from cramlite.plugin import Allowance, Candidate, Cost, Finding, Validator, hookimpl
 
+from ..kinematics.kinematics import forward, twist
 from .grips import held_at
 from .step_ends import wrong_end
 from .task_times import origins
@@ -274,16 +275,12 @@ def _pushes(candidate: Candidate, origin: str) -> set[str]:
 
 
 def _tool(candidate: Candidate, joints: Iterable[float]) -> Floats:
-    from ..kinematics.kinematics import forward
-
     return forward(candidate.robot, tuple(joints)).matrix
 
 
 def _way(start: Floats, end: Floats) -> Floats:
     """Motion of the tool from one pose to another (6,): translation, and rotation vector times ``LEVER``
     [m]."""
-    from ..kinematics.kinematics import twist
-
     way: Floats = twist(start, end) * np.repeat([1.0, LEVER], 3)
     return way
 
