@@ -108,8 +108,7 @@ def _reachable(options: list[tuple[str, Pose]], belief: Belief, context: Context
     """Groundings of the named poses that the arm reaches free of collision, in order, and refusals of the
     others."""
     ends = (Candidate(name, Place(pose, pose), (Leg(pose),)) for name, pose in options)
-    for answer in reached(ends, Arm(belief, context)):
-        yield replace(answer, because=led_here(context)) if isinstance(answer, Refused) else answer
+    yield from reached(ends, Arm(belief, context), led_here(context))
 
 
 def slide(location: Location, belief: Belief, context: Context) -> Groundings:

@@ -8,7 +8,6 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-from msgspec.structs import replace
 
 from cramlite.model import Belief, Floats, Location, Place, Pose, ShownPath, Thing, foot
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
@@ -68,8 +67,7 @@ def followed(location: Location, belief: Belief, context: Context) -> Iterator[G
             )
             yield Candidate(f"{name}, turned by {degrees:+.0f} deg", place, legs)
 
-    for answer in reached(candidates(), Arm(belief, context)):
-        yield replace(answer, because=taken_at(belief, context)) if isinstance(answer, Refused) else answer
+    yield from reached(candidates(), Arm(belief, context), taken_at(belief, context))
 
 
 def _in_place(
@@ -90,8 +88,7 @@ def _in_place(
                 (Leg(way[0], clearance=0.0, along=way[1:]),),
             )
 
-    for answer in reached(candidates(), Arm(belief, context)):
-        yield replace(answer, because=taken_at(belief, context)) if isinstance(answer, Refused) else answer
+    yield from reached(candidates(), Arm(belief, context), taken_at(belief, context))
 
 
 def _yaw(frame: Pose) -> float:
