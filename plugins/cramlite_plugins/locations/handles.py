@@ -30,7 +30,7 @@ from ..shapes import ray_casting as rays
 from ..shapes.bounds import box_around
 from ..shapes.joint_values import joint_value
 from .antipodal import Hands, pinches
-from .joint_way import driven_along, met_on_its_way
+from .joint_obstacles import driven_along, met_on_its_way
 from .levers import freeing, lever_of
 from .parameters import Handle, JointWay, Turned, asked
 from .reached import Arm, Leg
