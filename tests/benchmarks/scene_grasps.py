@@ -172,7 +172,7 @@ def siblings(setting: Setting, engine: Engine, thing: Thing) -> list[str]:
 
 def loose(setting: Setting) -> list[Thing]:
     """The things of a scene that a hand may take away."""
-    return [t for t in setting.world.things if t.movable and t.joint is None]
+    return [t for t in setting.world.things if not t.furniture]
 
 
 def main() -> None:
