@@ -60,7 +60,19 @@ def test_inside_means_all_of_it_is_over_the_opening() -> None:
     assert not checks.inside(spot_at((0.4, -0.4, 0.1)), wanted)
     said = checks.inside(spot_at((0.44, -0.4, 0.1)), wanted)
     assert isinstance(said, Refused) and "it takes 40 mm of the 100 mm width of 'box' and sticks out by 10 mm" in said.reason
-    assert said.remedy is not None and "lacks 10 mm" in said.remedy.says
+    assert said.remedy is None, "elsewhere it fits"
+
+
+def test_an_opening_that_is_too_small_says_what_the_best_turn_needs() -> None:
+    """A block of 40 x 40 mm, turned by 45 deg as it is tried, in openings of 30 x 60 and 43 x 60 mm."""
+    turned = Pose.from_rotvec((0.4, -0.4, 0.1), (0.0, 0.0, np.pi / 4))
+    for width, says in ((0.05, "needs 42 x 42 mm at its best turn, the opening of 'box' is 30 x 60 mm"), (0.063, "")):
+        wanted = query_on(believed(basket("box", Pose((0.4, -0.4, 0.0)), (width, 0.08, 0.1))), "box")
+        spot = spot_at((0.4, -0.4, 0.1))
+        said = checks.inside(replace(spot, thing=turned), wanted)
+        assert isinstance(said, Refused)
+        assert (said.remedy.says if said.remedy else "").startswith(f"'it' {says}" if says else "")
+        assert bool(said.remedy) == bool(says)
 
 
 def test_near_and_beside_are_measured_from_middle_to_middle() -> None:

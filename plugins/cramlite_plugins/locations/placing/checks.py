@@ -25,6 +25,7 @@ from ...shapes.standing_up import stood_up
 from ...shapes.surfaces import FLAT, footprint, inset, standing
 from ...simulation.resting import rests
 from ..reached import Leg
+from .opening import wider
 from .query import PARTS, Placement, Query
 from .visibility import visible
 
@@ -144,9 +145,7 @@ def inside(placement: Placement, query: Query) -> str | Refused:
         f"it takes {1000 * across:.0f} mm of the {1000 * room:.0f} mm {side} of '{query.entity}' and sticks "
         f"out by {1000 * out:.0f} mm"
     )
-    more = f"the opening of '{query.entity}' lacks {1000 * out:.0f} mm for '{query.thing.name}'"
-    says = f"{more}: take a smaller thing, have it put down otherwise, or name another container"
-    return refusal(said, blocking=query.standing_there(), remedy=Remedy(f"opening {query.entity}", says, out))
+    return refusal(said, blocking=query.standing_there(), remedy=wider(outline, query))
 
 
 def _play(outline: Any, query: Query) -> tuple[float, float]:

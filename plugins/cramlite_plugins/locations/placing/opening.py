@@ -1,0 +1,35 @@
+"""Opening of a container that is too small for a payload, at whichever turn about the vertical."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import shapely
+
+from cramlite.model import Remedy
+
+from .query import Query
+
+TURNS = np.radians(np.arange(0.0, 180.0))
+"""Turns about the vertical in which a payload may go into an opening [rad], a degree apart."""
+PLAY = 0.002
+"""Room beside the payload that an opening needs [m], since positions are tried in steps: with 2 mm one is found."""
+
+
+def wider(outline: Any, query: Query) -> Remedy | None:
+    """Return the advice for an opening that is too small for a payload, however this is turned about the
+    vertical; None if a turn fits."""
+    ends, hull = np.reshape(query.target.area.bounds, (2, 2)), shapely.get_coordinates(outline.convex_hull)
+    cos, sin = np.cos(TURNS), np.sin(TURNS)
+    need = np.ptp(hull @ np.array([[cos, sin], [-sin, cos]]).transpose(2, 0, 1), axis=1) + PLAY
+    room = ends[1] - ends[0]
+    lacks = (need - room).max(axis=1)
+    best = int(lacks.argmin())
+    if lacks[best] < 1e-6:
+        return None
+    needed, there = (" x ".join(f"{1000 * float(side):.0f}" for side in sides) for sides in (need[best], room))
+    thing, entity = query.thing.name, query.entity
+    said = f"'{thing}' needs {needed} mm at its best turn, the opening of '{entity}' is {there} mm"
+    cure = "take a smaller thing, have it put down otherwise, or name another container"
+    return Remedy(f"opening {query.entity}", f"{said}: {cure}", float(lacks[best]))
