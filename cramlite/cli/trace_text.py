@@ -19,14 +19,16 @@ GIVEN_UP = "~"
 
 
 def trace_text(trace: Trace, designator: str | None = None) -> str:
-    """Return the tree of a search, or everything about one designator, as text.
+    """Return the tree of a search, or everything about one designator, each repeated answer once, as text.
 
     What follows a choice stands below it, one step further in if the choice was given up for another one; so a line at the
     margin is on the way to the program, however long that way is.
     """
-    entries = list(trace.about(designator)) if designator else trace.entries
     tree = _Tree.of(trace.entries)
-    return "\n".join(("" if designator else "  " * tree.indent(e)) + line for e in entries for line in tree.lines(e))
+    if designator:
+        told = Counter("\n".join(tree.lines(e)) for e in trace.about(designator))
+        return "\n".join(text + (f" ({count} times)" if count > 1 else "") for text, count in told.items())
+    return "\n".join("  " * tree.indent(e) + line for e in trace.entries for line in tree.lines(e))
 
 
 class _Tree(Value):

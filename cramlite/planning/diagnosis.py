@@ -9,15 +9,20 @@ from .trace import STOPPED, Entry
 
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?: m?m\b)?")  # a length is told in m or mm, by how long it is
 
+SEVERAL = 3
+"""Number of attempts that fail alike from which on one cause is taken for that of all others, too."""
+
 
 def how_it_ended(entries: Sequence[Entry]) -> str:
-    """Describe how a search ended: all alternatives were refused, or a budget ended it, with the setting that
-    raises the budget."""
+    """Describe how a search ended: all alternatives were refused, or a budget ended it, with the setting that raises the
+    budget; that is not advised where one cause would most likely refuse what is left, too."""
     capped = _left_out(entries)
     late = any(e.kind == "budget" and "seconds" in e.numbers for e in capped)
     if any(e.kind == "stop" for e in capped) and not late:
         return f"the search was {STOPPED} before every alternative was tried"
     spent = {name: limit for e in capped if e.kind == "budget" for name, limit in e.numbers.items()}
+    if spent and (tried := _alike(entries)) and spent.keys() <= {"sequences", "proofs"}:
+        return f"all {tried} attempts failed by one cause, so that more of them would hardly help"
     if spent:
         limits = " and ".join(f"{name} = {limit}" for name, limit in spent.items())
         raised = ", ".join(f"{name}: {2 * limit}" for name, limit in spent.items())
@@ -29,6 +34,22 @@ def how_it_ended(entries: Sequence[Entry]) -> str:
     if capped:
         return "every alternative that was tried was refused; limits left others out, marked '!' in the trace"
     return "every alternative was refused"
+
+
+def _alike(entries: Sequence[Entry]) -> int:
+    """Return the number of failed attempts, programs or else task sequences, if one cause explains them all and
+    there are ``SEVERAL``; else 0."""
+    failed = [e for e in entries if e.kind == "proof" and e.outcome == "failed"]
+    own = {e.candidate for e in failed}
+    others = (nearest_miss([e for e in entries if e.candidate == n]) for n in {e.candidate for e in entries} - own)
+    failed += [e for e in others if e is not None]
+    return len(failed) if len({cause(e) for e in failed}) == 1 and len(failed) >= SEVERAL else 0
+
+
+def cause(entry: Entry) -> tuple[str, str]:
+    """Return what identifies the cause of a refusal: its designator, unless it is of a program, and its reason,
+    without their numbers."""
+    return without_numbers(entry.designator) if entry.kind != "proof" else "", without_numbers(entry.reason)
 
 
 def _left_out(entries: Sequence[Entry]) -> list[Entry]:

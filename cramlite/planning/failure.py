@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Sequence
 
-from .diagnosis import how_it_ended, nearest_miss, without_numbers
+from .diagnosis import cause, how_it_ended, nearest_miss
 from .goal_parts import GoalAnswer, goal_answers
 from .trace import Entry, Trace
 from .what_to_try import what_to_try
@@ -63,13 +63,8 @@ def misses(entries: Sequence[Entry]) -> list[tuple[Entry, ...]]:
     nearest, alike = nearest_miss(entries), dict[tuple[str, str], list[Entry]]()
     for number in dict.fromkeys(e.candidate for e in entries):
         if (miss := nearest_miss([e for e in entries if e.candidate == number])) is not None:
-            alike.setdefault(_cause(miss), []).append(miss)
+            alike.setdefault(cause(miss), []).append(miss)
     return sorted((tuple(same) for same in alike.values()), key=lambda same: (nearest not in same, same[0].number))
-
-
-def _cause(entry: Entry) -> tuple[str, str]:
-    """Return what identifies the cause of a refusal: its designator and its reason, without their numbers."""
-    return without_numbers(entry.designator) if entry.kind != "proof" else "", without_numbers(entry.reason)
 
 
 def _miss(same: Sequence[Entry], reason: str = "") -> str:

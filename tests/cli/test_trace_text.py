@@ -117,3 +117,12 @@ def test_every_branch_that_was_given_up_stands_further_in() -> None:
 
 def test_numbers() -> None:
     assert rounded("(2.8298859542073376, -4.1421e-10, 12.5, 0.0001234)") == "(2.83, 0, 12.5, 0)"
+
+
+def test_of_one_designator_a_repeated_answer_is_said_once() -> None:
+    trace = Trace()
+    for reason in ("too narrow", "too narrow", "too low"):
+        trace.add(0, "in(tray)", "", "impossible", "plug", reason, kind="location")
+    assert trace_text(trace, "in(tray)").splitlines() == [
+        "x  in(tray) too narrow  [plug] (2 times)", "x  in(tray) too low  [plug]"
+    ]  # fmt: skip

@@ -71,6 +71,21 @@ def test_a_wider_round_makes_up_for_no_other_sequence_and_no_budget() -> None:
     assert "its budget sequences = 2" in how_it_ended(trace.entries)
 
 
+@pytest.mark.parametrize(
+    ("reasons", "alike"),
+    [(("12 mm", "13 mm", "14 mm"), True), (("12 mm", "13 mm"), False), (("1 mm", "2 mm", "too hot"), False)],
+)
+def test_no_budget_is_to_be_raised_where_all_attempts_failed_by_one_cause(reasons: tuple[str, ...], alike: bool) -> None:
+    trace = Trace()
+    for trace.candidate, reason in enumerate(reasons, 1):
+        trace.add(0, "in(tray)", "", "impossible", "locations", reason, kind="location")
+    trace.spent("sequences", len(reasons), "the rest left out")
+    said = how_it_ended(trace.entries)
+    assert said.startswith("all 3 attempts failed by one cause") == alike == ("budget" not in said)
+    trace.spent("expansions", 3, "3 nodes were expanded")
+    assert "budget" in how_it_ended(trace.entries), "what was not searched to its end may still succeed"
+
+
 def test_a_stop_is_known_by_its_kind() -> None:
     trace = spent()
     trace.stopped()

@@ -12,6 +12,7 @@ from cramlite.model import (
     EntityName,
     Feature,
     Relation,
+    Remedy,
     Rollout,
     Thing,
     Value,
@@ -269,7 +270,14 @@ def _judged(rule: Rule, action: Action, timeline: Timeline, ran: Span, name: str
     said = f"{when} {action.name} '{clause.text}' does not hold{was}" + (f" ({roles})" if roles else "")
     held = "" if _binds(clause) else said_times(held_times(clause, bindings, timeline))
     then = f"; {action.name} ran from {ran.start:.2f} to {ran.end:.2f} s"
-    return Finding(name, False, said + (f": {held}{then}" if held else ""), origin=action.name)
+    return Finding(name, False, said + (f": {held}{then}" if held else ""), origin=action.name, remedy=_own_rule(rule, clause, when))
+
+
+def _own_rule(rule: Rule, clause: Clause, when: str) -> Remedy | None:
+    """Return the advice about a condition of a user's own rule that did not hold; None for a rule of cramlite's own."""
+    where = f"{rule.path}:{clause.line}"
+    says = f"'{clause.text}' at {where} does not hold {when} {rule.task}: change what the task does, or this condition of its rule"
+    return None if rule.shipped else Remedy(f"rule {where}", says)
 
 
 def _as_many(rule: Rule, action: Action, timeline: Timeline, ran: Span, name: str) -> Iterator[Finding]:

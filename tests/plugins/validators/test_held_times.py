@@ -121,7 +121,7 @@ def test_a_refused_run_says_when_it_held(tmp_path: Path) -> None:
         (tmp_path / rule.name).write_text(text)
     trace, budget = Trace(), Budget(proofs=1)
     assert list(Engine(rules=tmp_path).resolve(read_scenario(TASKS), budget=budget, trace=trace)) == []
-    (said,) = [e.reason for e in trace.entries if e.designator == "proof" and e.outcome == "failed"]
+    ((said, remedy),) = [(e.reason, e.remedy) for e in trace.entries if e.designator == "proof" and e.outcome == "failed"]
     found = re.search(
         r"during 1\.Grasping 'grasps\(Gripper, Patient\)' does not hold \(Patient = tea\): "
         r"it held from ([\d.]+) to ([\d.]+) s; 1\.Grasping ran from ([\d.]+) to ([\d.]+) s",
@@ -130,3 +130,5 @@ def test_a_refused_run_says_when_it_held(tmp_path: Path) -> None:
     assert found, said
     held, let_go, begun, ended = map(float, found.groups())
     assert begun < held <= ended + 0.2 < let_go
+    line = 1 + (tmp_path / "grasping.yaml").read_text().splitlines().index("run:") + 1
+    assert remedy is not None and f"grasping.yaml:{line} does not hold during Grasping: change what the task does" in remedy.says

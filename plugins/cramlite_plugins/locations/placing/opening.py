@@ -12,9 +12,9 @@ from cramlite.model import Remedy
 from .query import Query
 
 TURNS = np.radians(np.arange(0.0, 180.0))
-"""Turns about the vertical in which a payload may go into an opening [rad], a degree apart."""
+"""Turns about the vertical in which a payload may go into an opening [rad]."""
 PLAY = 0.002
-"""Room beside the payload that an opening needs [m], since positions are tried in steps: with 2 mm one is found."""
+"""Room beside the payload that an opening needs [m], for the steps of positions that are tried."""
 
 
 def wider(outline: Any, query: Query) -> Remedy | None:
@@ -28,7 +28,9 @@ def wider(outline: Any, query: Query) -> Remedy | None:
     best = int(lacks.argmin())
     if lacks[best] < 1e-6:
         return None
-    needed, there = (" x ".join(f"{1000 * float(side):.0f}" for side in sides) for sides in (need[best], room))
+    needed, there = (
+        " x ".join(f"{1000 * float(side):.0f}" for side in sides) for sides in (need[best], room)
+    )
     thing, entity = query.thing.name, query.entity
     said = f"'{thing}' needs {needed} mm at its best turn, the opening of '{entity}' is {there} mm"
     cure = "take a smaller thing, have it put down otherwise, or name another container"
