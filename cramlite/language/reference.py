@@ -16,6 +16,7 @@ from ..ontology.taxonomy import words_of
 from .english import ANYTHING, INWARD, ORDINALS, PACKAGES, REGIONS, ROBOT, VIEWER, singular
 from .labels import Labels, normal
 from .mentions import Mentions, Referents
+from .nouns import RANKED
 from .refusal import FALSE, OPEN, UNKNOWN, Refusal, listed
 from .space import AXES
 from .tree import Link, Noun
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
 About = Callable[[str], bool]
 FILTERS = (
     *("phrase", "of", "with", "under", "state", "colour", "left of", "right of", "in front of", "behind", "between", "at", "except"),
-    *AXES, "here",
+    *AXES, "here", "comment",
 )
 
 
@@ -197,7 +198,7 @@ class Resolver:
             form = self.frames.states[link.words[0]]
             phrases = [f.phrase for f in self.frames.unary if f.phrase.form == form]
             return [n for n in names if any(self.so(p.meaning, n) for p in phrases)]
-        if link.relation == "here":
+        if link.relation in ("here", "comment"):
             return names
         if link.relation == "between":
             others = self.things(link.nouns[0], _anything, mentions).names
@@ -383,6 +384,8 @@ class Resolver:
             wholes = tuple(dict.fromkeys(map(thing_of, group)))
             return wholes if all(map(about, wholes)) else tuple(self._parts(wholes, about))
 
+        if noun.pronoun in RANKED and len(mentions.two) == 2:
+            return Referents(noun.said, known((mentions.two[RANKED.index(noun.pronoun)],)))
         last_some = next((n for group, n in mentions.some if group == mentions.themes[-1]), 0)
         if last_some and noun.several == (last_some > 1):
             return Referents(noun.said, mentions.themes[-1], some=last_some)

@@ -191,7 +191,8 @@ class RequestParser:
         for phrase, relation in english.BESIDE.items():
             if self.words[at : at + len(phrase)] == phrase:
                 for place, end in self._nouns.nouns(at + len(phrase)):
-                    yield self._clause(frame, verb, theme, place, relation, phrase), end
+                    clause = self._clause(frame, verb, theme, place, relation, phrase)
+                    yield from ((clause, last) for last in (*starts(self.words, end, (("there",), ("on", "there"))), end))
         for start in starts(self.words, at, english.UNDER):
             for place, end in self._nouns.nouns(start):
                 yield self._clause(frame, verb, theme, place, "under", self.words[at:start]), end
@@ -208,7 +209,9 @@ class RequestParser:
         if not frame.region:
             return
         for end in starts(self.words, at, english.ORIGIN):
-            yield self._clause(frame, verb, theme, Noun(self._nouns.text(at, end), pronoun="origin"), "phrase"), end
+            own = theme.pronoun or {*self.words[at:end]} & {"back", "its", "their"}  # "the red one where it was" is another's place
+            origin = Noun(self._nouns.text(at, end), pronoun="origin" if own else "vacated")
+            yield self._clause(frame, verb, theme, origin, "phrase"), end
         for word in {*self.words[at : at + 1]} & self._names & english.ASIDE if ("on",) in frame.prepositions else ():
             yield self._clause(frame, verb, theme, Noun(word, (word,)), "phrase", ("on",)), at + 1
 

@@ -162,7 +162,7 @@ class Signs:
         for k in range(len(span)):
             for end in self.frames.preposition_ends(span, k)[:1]:
                 rest = span[end:]
-                begun = rest and (rest[0] in english.THE | english.ONE | {*english.PRONOUNS} or any(map(self.noun, rest[:2])))
+                begun = rest and (rest[0] in english.STANDING | {*english.PRONOUNS} - english.THE or any(map(self.noun, rest[:4])))
                 if begun and not self.abstract(rest) and not (span[k] == "to" and self.frames.verb_ends(rest, 0)):
                     return True
         return False
