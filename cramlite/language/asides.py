@@ -148,9 +148,17 @@ class Asides:
         last = end == len(self.words) and len(span) == 1
         if apart and singular_in(span[-1], english.ADDRESS) and not any(map(self._known, span)):
             return True
+        times = any(singular_in(w, english.ABSTRACT) for w in span) and not {*span} & english.NEGATIVE and self._sentence(at, end)
+        if times and not any(map(self._known, span)) and not self._signs.commands(span) and not self._signs.about(span):
+            return True  # "Guests at eight."
         plain = not any(self._noun(w) or w in self._frames.words or w[0].isdigit() for w in span)
         small = {*span} & (english.NEGATIVE | english.LIMITING | english.THE | english.ONE | english.EVERY | english.NUMBERS.keys())
         return len({*span}) == 1 and (apart or last) and plain and not small and not {*span} & english.SIDES.keys()
+
+    def _sentence(self, at: int, end: int) -> bool:
+        """Check whether words are a sentence of their own, between full stops."""
+        ends = english.STOPS - {","}
+        return (at == 0 or self.words[at - 1] in ends) and (end == len(self.words) or self.words[end] in ends)
 
     def _matrices(self, at: int) -> Iterator[int]:
         """Yield the positions after words that introduce a request: "it would mean a lot to me if", "I was

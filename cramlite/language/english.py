@@ -191,8 +191,8 @@ GROUPS = _set("groups")
 """Nouns for several things together."""
 ERECT = _set("erect")
 """Verbs whose "up" says how a thing shall stand."""
-APPOSED, BASED = _patterns("apposed"), _patterns("based")
-"""Words before a further description of what was just named, and words behind the lowest thing of a stack."""
+APPOSED, IDENTIFIED, BASED = _patterns("apposed"), _patterns("identified"), _patterns("based")
+"""Words before a further description of what was just named, before another name of it, and behind the lowest thing of a stack."""
 AMOUNTING = _set("amounting")
 """Words before an amount."""
 NOT_YET = Phrases("not | no longer | never | anywhere (but|except|other than)")
@@ -236,6 +236,7 @@ def tokens(text: str) -> Words:
         said = re.sub(rf"\b{short}(?!')\b", whole, said)
     for ending, whole in _TABLES["endings"].items():
         said = re.sub(rf"(?<=\w){ending}\b", f" {whole}", said)
+    said = re.sub(r"\b(some(?:body|one)|every(?:body|one)|who|he|she)'s (?=been|left|gone|put|taken|had|made|lost|\w+ed\b)", r"\1 has ", said)
     said = re.sub(rf"\b({'|'.join(_TABLES['copula'].split())})'s\b", r"\1 is", said)
     said = re.sub(r"(\w)'s\b", r"\1 's", said)
     said = re.sub(r"(\w)s'(?=\s)", r"\1s", said)

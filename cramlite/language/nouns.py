@@ -69,7 +69,7 @@ class NounParser:
         if any(link.relation == "except" for link in members[-1].links):
             return  # "all but the jug and the bowl"
         for word, behind in self._conjunctions(end):
-            for other, last in self.nouns(behind, deep, joined=False):
+            for other, last in (n for n in self.nouns(behind, deep, joined=False) if n[0].quantity != "none" or members[0].quantity == "none"):
                 found = (*members, other)
                 if word == ",":
                     yield from self._joined(at, found, last, deep)
@@ -260,6 +260,8 @@ class NounParser:
         found = [((link,), end) for link, end in self._links(at + 1, deep)]
         for begin in starts(self.words, at + 1, english.APPOSED):
             found += [(noun.links, end) for noun, end in self._linked(begin, Noun(""), begin, deep) if noun.links]
+        for begin in starts(self.words, at + 1, english.IDENTIFIED):
+            found += [((Link("same", self.words[at + 1 : begin], (n,)),), end) for n, end in self.nouns(begin, deep, joined=False) if n.words]
         for begin in starts(self.words, at + 1, english.CONTRAST):
             found += [((), end) for _, end in self.nouns(begin, deep, joined=False) if self.words[end : end + 1] == (",",)]
         found += [((k,), e) for begin in starts(self.words, at + 1, english.CONDITIONS) for k, e in self._related(begin, at + 1, deep)]

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 About = Callable[[str], bool]
 FILTERS = (
     *("phrase", "of", "with", "under", "state", "colour", "left of", "right of", "in front of", "behind", "between", "at", "except"),
-    *AXES, "here", "comment",
+    *AXES, "same", "here", "comment",
 )
 
 
@@ -208,6 +208,8 @@ class Resolver:
         if link.relation == "with" and (having := self._having(names, link.nouns[0])):
             return having
         others = tuple(self.pool(link.nouns[0], _anything, mentions))
+        if link.relation == "same":
+            return [n for n in names if n in others]
         return [n for n in names if any(self._relates(n, o, link) if n != o else link.relation == "of" for o in others)]
 
     def _without(self, names: list[str], link: Link, mentions: Mentions) -> list[str]:

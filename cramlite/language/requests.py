@@ -47,6 +47,8 @@ class RequestParser:
 
     def _known_clause(self, clause: Clause) -> bool:
         nouns = (clause.theme, clause.place, *(clause.beside.nouns if clause.beside is not None else ()))
+        if any(n is not None and n.quantity == "none" for n in nouns[1:]):
+            return False  # "next to nothing in particular"
         return all(self._known(n) for n in nouns if n is not None)
 
     def _courtesies(self, at: int, *tables: Phrases) -> tuple[int, ...]:
@@ -71,6 +73,10 @@ class RequestParser:
                     yield begin + 2  # "not the lower"
 
     def _imperative(self, at: int, *, participle: bool = False) -> Iterator[Found]:
+        for end in self.frames.verb_ends(self.words, at) if not participle else ():  # "unlatch and open the door"
+            meant = {f.phrase for f, *_ in self.frames.verbs(self.words, at)}
+            both = self._imperative(end + 1) if self.words[end : end + 1] == ("and",) else ()
+            yield from ((clause, last) for clause, last in both if clause.phrases[0] in meant)
         verbs = self.frames.participles if participle else self.frames.verbs
         for frame, verb, particle, end in verbs(self.words, at):
             given = self.words[end : end + 1] in (("me",), ("us",))
