@@ -149,8 +149,8 @@ class Asides:
         if apart and singular_in(span[-1], english.ADDRESS) and not any(map(self._known, span)):
             return True
         times = any(singular_in(w, english.ABSTRACT) for w in span) and not {*span} & english.NEGATIVE and self._sentence(at, end)
-        if times and not any(map(self._known, span)) and not self._signs.commands(span) and not self._signs.about(span):
-            return True  # "Guests at eight."
+        if times and not self._signs.commands(span) and not self._signs.about(span) and not self._signs.stated(span):
+            return not any(self._noun(w) for w in span if not singular_in(w, english.ABSTRACT))  # "Guests at eight."
         plain = not any(self._noun(w) or w in self._frames.words or w[0].isdigit() for w in span)
         small = {*span} & (english.NEGATIVE | english.LIMITING | english.THE | english.ONE | english.EVERY | english.NUMBERS.keys())
         return len({*span}) == 1 and (apart or last) and plain and not small and not {*span} & english.SIDES.keys()

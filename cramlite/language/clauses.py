@@ -223,7 +223,7 @@ class ClauseParser(RequestParser):
             yield from self._brief(at)
         for noun, end in self._nouns.nouns(at):
             comma = end + (self.words[end : end + 1] == (",",))
-            if noun.quantity == "none" or starts(self.words, comma, english.TOO):
+            if (noun.quantity == "none" and not noun.other) or starts(self.words, comma, english.TOO):
                 yield replace(last, theme=noun, denied=last.denied or noun.quantity == "none"), end
         for start in starts(self.words, at, english.SO_DOES) if self.words[at - 1] == "so" else ():  # "so does the can"
             yield from ((replace(last, theme=noun), end) for noun, end in self._nouns.nouns(start))
@@ -241,7 +241,7 @@ class ClauseParser(RequestParser):
         "and in it the tin"."""
         for begin in starts(self.words, at, english.BE):
             yield from self._predicates(last.theme, begin)
-        for frame, verb, particle, end in self.frames.participles(self.words, at):  # "... be removed from the floor and lodged in the drawer"
+        for frame, verb, particle, end in self.frames.participles(self.words, at):  # "removed from the floor and put in the drawer"
             yield from self._complements(frame, verb, last.theme, end) if not particle else ()
         for frame in self.frames.placing if places else ():
             yield from self._places(frame, (), last.theme, at)

@@ -236,7 +236,7 @@ def tokens(text: str) -> Words:
         said = re.sub(rf"\b{short}(?!')\b", whole, said)
     for ending, whole in _TABLES["endings"].items():
         said = re.sub(rf"(?<=\w){ending}\b", f" {whole}", said)
-    said = re.sub(r"\b(some(?:body|one)|every(?:body|one)|who|he|she)'s (?=been|left|gone|put|taken|had|made|lost|\w+ed\b)", r"\1 has ", said)
+    said = re.sub(r"\b(some(?:body|one)|every(?:body|one)|who|s?he)'s (?=been|left|gone|put|taken|made|lost|\w+ed\b)", r"\1 has ", said)
     said = re.sub(rf"\b({'|'.join(_TABLES['copula'].split())})'s\b", r"\1 is", said)
     said = re.sub(r"(\w)'s\b", r"\1 's", said)
     said = re.sub(r"(\w)s'(?=\s)", r"\1s", said)

@@ -13,7 +13,7 @@ from .clauses import ClauseParser
 from .english import Words, starts
 from .frames import Frame, Frames
 from .labels import Labels
-from .nouns import spoken
+from .nouns import NounParser, spoken
 from .requests import Found
 from .signs import adverb
 from .tree import Clause, Link, Noun
@@ -73,7 +73,7 @@ class FreeParser(ClauseParser):
         self._aside: dict[int, tuple[Found, ...]] = {}
         self._fitting: dict[Words, bool] = {}
         self._asides = Asides(words, frames, labels.calls, lambda w: labels.calls(w) or not labels.unknown((w,)))
-        self._nouns.comments = self._asides.comments
+        self._nouns = NounParser(words, frames.prepositions, frames.states, labels.names, self._asides.comments)
 
     def _clauses(self, at: int) -> tuple[Found, ...]:
         if at not in self._parsed:
@@ -183,7 +183,7 @@ class FreeParser(ClauseParser):
             for end, verbs in found.items():
                 yield from self._free(at, end, replace(heard, verbs=tuple(verbs)))
             word = self.words[k]
-            strange = not found and word.isalpha() and word not in english.SMALL | english.LIMITING and not self._labels.calls(word)
+            strange = not found and word.isalpha() and word not in english.SMALL | english.LIMITING | english.PROVIDING and not self._labels.calls(word)
             begins = k == at and heard.theme is None and k + 1 < len(self.words) and self._theme_at(k + 1)
             ends = heard.theme is not None and heard.place is not None and (k + 1 == len(self.words) or self.words[k + 1] in english.STOPS)
             if strange and (begins or ends):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 
 from msgspec.structs import replace
 
@@ -35,15 +35,20 @@ class NounParser:
         prepositions: of goal phrases.
         states: adjectives of goal phrases, e.g. "open".
         names: words that are names of things, whatever else they may mean.
+        comments: where the comments that begin at a position may end.
     """
 
-    def __init__(self, words: Words, prepositions: tuple[Words, ...], states: Mapping[str, str], names: frozenset[str]) -> None:
+    def __init__(
+        self, words: Words, prepositions: tuple[Words, ...], states: Mapping[str, str], names: frozenset[str],
+        comments: Callable[[int], Iterable[int]] = lambda _at: (),
+    ) -> None:  # fmt: skip
+        self._comments = comments
         self.words, self.prepositions, self.states, self._names = words, prepositions, states, names
         self._parsed: dict[tuple[int, int, bool], tuple[Found, ...]] = {}
         firsts = {p[0] for p in (*prepositions, *english.BESIDE, *english.UNDER, *english.OF, *english.WITH)}
         firsts |= english.FINITE.firsts - {"can"}
         firsts -= english.SIDES.keys()
-        small = {"and", "or", "but", "that", "which", "so", "such", "after", "once", "before", "if", "except", "i", "we", "he", "she", RETRACT}
+        small = {"and", "or", "but", "that", "which", "so", "such", "after", "once", "before", "except", "i", "we", "he", "she", RETRACT}
         self._ends = firsts | english.STOPS | small | english.NEGATIVE | english.PROVIDING
 
     def nouns(self, at: int, deep: int = 0, *, joined: bool = True) -> tuple[Found, ...]:
@@ -69,7 +74,9 @@ class NounParser:
         if any(link.relation == "except" for link in members[-1].links):
             return  # "all but the jug and the bowl"
         for word, behind in self._conjunctions(end):
-            for other, last in (n for n in self.nouns(behind, deep, joined=False) if n[0].quantity != "none" or members[0].quantity == "none"):
+            for other, last in self.nouns(behind, deep, joined=False):
+                if other.quantity == "none" != members[0].quantity:
+                    continue  # "the top one, and no other"
                 found = (*members, other)
                 if word == ",":
                     yield from self._joined(at, found, last, deep)
@@ -257,22 +264,20 @@ class NounParser:
         """
         if self.words[at : at + 1] != (",",):
             return
-        found = [((link,), end) for link, end in self._links(at + 1, deep)]
+        found: list[tuple[tuple[Link, ...], int]] = [((link,), end) for link, end in self._links(at + 1, deep)]
         for begin in starts(self.words, at + 1, english.APPOSED):
             found += [(noun.links, end) for noun, end in self._linked(begin, Noun(""), begin, deep) if noun.links]
         for begin in starts(self.words, at + 1, english.IDENTIFIED):
-            found += [((Link("same", self.words[at + 1 : begin], (n,)),), end) for n, end in self.nouns(begin, deep, joined=False) if n.words]
+            others = [(n, end) for n, end in self.nouns(begin, deep, joined=False) if n.words]
+            found += [((Link("same", self.words[at + 1 : begin], (n,)),), end) for n, end in others]
         for begin in starts(self.words, at + 1, english.CONTRAST):
             found += [((), end) for _, end in self.nouns(begin, deep, joined=False) if self.words[end : end + 1] == (",",)]
         found += [((k,), e) for begin in starts(self.words, at + 1, english.CONDITIONS) for k, e in self._related(begin, at + 1, deep)]
-        found += [((Link("comment", self.words[at + 1 : end]),), end) for end in self.comments(at + 1) if self.words[end : end + 1] == (",",)]
+        ends = [end for end in self._comments(at + 1) if self.words[end : end + 1] == (",",)]
+        found += [((Link("comment", self.words[at + 1 : end]),), end) for end in ends]
         for links, end in found:
             if end >= len(self.words) or self.words[end] in english.STOPS:
                 yield links, end + (self.words[end : end + 1] == (",",))
-
-    def comments(self, _at: int) -> Iterable[int]:
-        """Return the positions behind the comments that may begin at a position; a parser that knows asides gives them."""
-        return ()
 
     def _links(self, at: int, deep: int) -> Iterator[tuple[Link, int]]:
         yield from self._excepted(at, deep)

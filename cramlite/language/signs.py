@@ -155,7 +155,8 @@ class Signs:
 
     def _stands(self, piece: Words) -> bool:
         helping = english.AUXILIARY | english.LIGHT
-        return any(w in self._states and piece[k] in helping for k, w in enumerate(piece[1:]))
+        ways = [f.stated for f in self.frames.unary]
+        return any(w in helping and any(starts(piece, k + 1, way) for way in ways) for k, w in enumerate(piece))
 
     def placed(self, span: Words) -> bool:
         """Check whether words contain a place: a preposition before something that the scene has or might have."""

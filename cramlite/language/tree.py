@@ -16,7 +16,8 @@ class Link(Value):
 
     Args:
         relation: "phrase" (a preposition of goal phrases), "side" (a position among others), "of" (part and whole), "with" (the converse:
-            "with the cup on it"), "under", "at" (on or in), "state" (an adjective), "except" (left out), "same" (another name), "comment" (says nothing),
+            "with the cup on it"), "under", "at" (on or in), "state" (an adjective), "except" (left out),
+            "same" (another name), "comment" (says nothing),
             or one that is judged by positions.
         words: the preposition, or the word of the side or state.
         nouns: what it relates to.
