@@ -169,7 +169,8 @@ class ClauseParser(RequestParser):
         """Yield requests behind what is left out of them: "except for the jug, put everything in the basket"."""
         for start in starts(self.words, at, english.EXCEPT):
             for noun, end in self._nouns.nouns(start):
-                for clause, last in self._clauses(end + 1) if self.words[end : end + 1] == (",",) else ():
+                asked = self._clauses(end + 1) if self.words[end : end + 1] == (",",) else ()
+                for clause, last in (f for f in asked if not (f[0].theme.members or f[0].theme.pronoun)):
                     links = (*clause.theme.links, Link("except", self.words[at:start], (noun,)))
                     yield replace(clause, theme=replace(clause.theme, links=links)), last
 
@@ -223,7 +224,7 @@ class ClauseParser(RequestParser):
             yield from self._brief(at)
         for noun, end in self._nouns.nouns(at):
             comma = end + (self.words[end : end + 1] == (",",))
-            if (noun.quantity == "none" and not noun.other) or starts(self.words, comma, english.TOO):
+            if (noun.quantity == "none" and (noun.words or not noun.other)) or starts(self.words, comma, english.TOO):
                 yield replace(last, theme=noun, denied=last.denied or noun.quantity == "none"), end
         for start in starts(self.words, at, english.SO_DOES) if self.words[at - 1] == "so" else ():  # "so does the can"
             yield from ((replace(last, theme=noun), end) for noun, end in self._nouns.nouns(start))

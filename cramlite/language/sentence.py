@@ -14,7 +14,7 @@ from .free import FreeParser
 from .labels import Labels
 from .reading import Literal, Reading
 from .reference import Resolver
-from .refusal import OPEN, UNKNOWN, Refusal, listed
+from .refusal import ABSENT, OPEN, UNKNOWN, Refusal, listed
 from .space import Space, view_of
 from .surface import Surface
 from .tree import Clause
@@ -151,7 +151,7 @@ def _refusal(sentence: str, words: english.Words, parser: ClauseParser, resolver
     if asked and not any(r.rank == OPEN for r in refused):
         return NotUnderstood(f"'{sentence}' has a condition ('{asked[0]}'); a goal has none. Say what shall hold in the end.")
     denied = [w for w in words if w in english.NEGATIVE]
-    if denied and not any(r.rank == OPEN for r in refused):
+    if denied and not any(r.rank in (ABSENT, OPEN) for r in refused):
         said = f"'{sentence}' says what shall not hold ('{denied[0]}'), in words that are not understood"
         advice = "say what shall hold instead, or 'the tin should not be on the tray'."
         return NotUnderstood(f"{said}; {advice}")
