@@ -26,7 +26,7 @@ PUSH = "force_insert("
 
 def peaks(run: Path, seed: int) -> tuple[float, float]:
     """Largest force of a solved run [N]: outside the push, and in it; the proven text is run once more."""
-    from cramlite.engine.proof.proof.proof.executor import Executor
+    from cramlite.engine.proof.executor import Executor
 
     program, world = (run / "program.script").read_text(), (run / "execution" / "world.json").read_bytes()
     with closing(Executor()) as executor:

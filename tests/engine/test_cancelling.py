@@ -11,10 +11,10 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
 import pytest
-from cramlite.engine.proof.proof.proof.executor_group import ExecutorGroup
 
 from cramlite import Engine, Solution, Trace, find_scenario, read_scenario
 from cramlite.base.pulse import Stopped, pulse
+from cramlite.engine.proof.executor_group import ExecutorGroup
 from cramlite.model import Collision, RobotMount, World
 from cramlite.planning.symbolic.pddl import PddlText
 from cramlite.planning.symbolic.symbolic_planner import _end, fast_downward
@@ -64,7 +64,7 @@ def test_within_a_twin_whose_processes_end_with_it() -> None:
 
 
 PARENT = f"""
-from cramlite.engine.proof.proof.executor import Executor
+from cramlite.engine.proof.executor import Executor
 from cramlite.model import RobotMount, World
 one = Executor()
 one.run({SHORT!r}, World((), (RobotMount("arm", "ur5"),)), 0)

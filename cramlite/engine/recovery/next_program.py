@@ -5,6 +5,7 @@ Each is proven in the believed world before anything moves.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -13,6 +14,7 @@ from msgspec.structs import replace
 from ...base.value import Value
 from ...model.program.steps import MoveJoints
 from ..proof.proof import prove
+from .read_belief import STILL
 from .replanning import SLOW, Attempt, Round, way_back
 from .rest_of_program import may_be_finished, rest_of
 
@@ -31,8 +33,6 @@ if TYPE_CHECKING:
 
 BACK = "0.Back"
 """Designator of the way back."""
-STILL = 0.005
-"""Distance by which things may move on the way back [m]: the default of bystanders."""
 AT_ONCE = {"expansions": 50, "proofs": 2, "sequences": 3}
 """Budget of a search where the arm was stopped: searches that found a program there took at most 32 expansions of a task sequence."""
 Search = Callable[["Budget"], "Iterator[Candidate]"]
@@ -131,11 +131,6 @@ def at_once(whole: Budget) -> Budget:
     return replace(whole, **{name: min(most, getattr(whole, name)) for name, most in AT_ONCE.items()})
 
 
-def apart(one: tuple[float, ...], other: tuple[float, ...]) -> float:
-    """Return the distance between two positions [m]."""
-    return float(sum((a - b) ** 2 for a, b in zip(one, other, strict=True)) ** 0.5)
-
-
 def _moved(rollout: Rollout, name: str) -> float:
     track = rollout.poses[name]
-    return max(apart(tuple(row[:3]), tuple(track[0][:3])) for row in track)
+    return max(math.dist(tuple(row[:3]), tuple(track[0][:3])) for row in track)
