@@ -150,7 +150,8 @@ class Asides:
             return True
         times = any(singular_in(w, english.ABSTRACT) for w in span) and not {*span} & english.NEGATIVE and self._sentence(at, end)
         if times and not self._signs.commands(span) and not self._signs.about(span) and not self._signs.stated(span):
-            return not any(self._noun(w) for w in span if w not in english.SMALL | english.TIMED and not singular_in(w, english.ABSTRACT))  # "Guests at eight."
+            told = (w for w in span if w not in english.SMALL | english.TIMED and not singular_in(w, english.ABSTRACT))
+            return not any(map(self._noun, told))  # "Guests at eight."
         plain = not any(self._noun(w) or w in self._frames.words or w[0].isdigit() for w in span)
         small = {*span} & (english.NEGATIVE | english.LIMITING | english.THE | english.ONE | english.EVERY | english.NUMBERS.keys())
         return len({*span}) == 1 and (apart or last) and plain and not small and not {*span} & english.SIDES.keys()

@@ -183,7 +183,8 @@ class FreeParser(ClauseParser):
             for end, verbs in found.items():
                 yield from self._free(at, end, replace(heard, verbs=tuple(verbs)))
             word = self.words[k]
-            strange = not found and word.isalpha() and word not in english.SMALL | english.LIMITING | english.PROVIDING and not self._labels.calls(word)
+            small = english.SMALL | english.LIMITING | english.PROVIDING
+            strange = not found and word.isalpha() and word not in small and not self._labels.calls(word)
             begins = k == at and heard.theme is None and k + 1 < len(self.words) and self._theme_at(k + 1)
             ends = heard.theme is not None and heard.place is not None and (k + 1 == len(self.words) or self.words[k + 1] in english.STOPS)
             if strange and (begins or ends):
