@@ -179,7 +179,7 @@ class Resolver:
             places = listed([self.space.place(n) for n in alike], "and")
             strange = [w for w in noun.words[:-1] if not any(self.labels.describes(n, (w,)) for n in alike)] or list(noun.words[:-1])
             known = f"nothing is known of {listed([repr(w) for w in strange])} at {places}"
-            return Refusal(FALSE, f"there is no '{noun.said}' here: {known}")
+            return Refusal(FALSE, f"there is no '{noun.said}' here: {known}; say {listed([repr(n) for n in alike], 'or')}")
         if words:
             said = listed([repr(w) for w in words])
             return Refusal(UNKNOWN, f"nothing here is called {said} (in '{noun.said}'); there are: {self._names()}")
