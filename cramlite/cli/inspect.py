@@ -72,10 +72,11 @@ def _tasks(arguments: argparse.Namespace) -> int:
 
 def _plugins(arguments: argparse.Namespace) -> int:
     from ..base.json_text import as_json
+    from ..plugin.catalogue import examine
     from .texts import plugins_json, plugins_text
 
     registry = plugin_choice(arguments).registry(strict=False)
-    registry.examine()
+    examine(registry)
     print(as_json(plugins_json(registry)) if arguments.json else plugins_text(registry, every=arguments.all))
     return 3 if registry.faults else 0
 
