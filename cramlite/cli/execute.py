@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from ..plugin.catalogue import Knowledge
 
 
-
 def execute_program(
     program: Path,
     *,
@@ -47,7 +46,7 @@ def execute_program(
     Args:
         program: the text, e.g. ``program.script`` of a run directory.
         world: a run directory, its ``world.json``, or a scenario, whose world with this seed is taken.
-        plan, goals: as ``judge.judge_program`` has them.
+        plan, goals: as ``judge.purpose_of`` has them.
         faults: that happen to it, as ``scenario.faults.read_fault_text`` reads them.
         out: folder for the recorded run: ``execution.json``, ``rollout.npz``, ``world.json`` and, with ``episode``, ``episode/``.
 
@@ -80,27 +79,20 @@ def execute_program(
     return 0
 
 
-def drive_robot(
-    program: Path, *, on: str, out: Path | None = None, plugins: PluginChoice = INSTALLED, json_output: bool = False
-) -> int:
-    """Send the motions of a typed program to a process that acts as the robot, and say how the run ended.
+def _drive(arguments: argparse.Namespace) -> int:
+    """Send the motions of a typed program to a process that acts as the robot, and print how the run ended.
 
-    Args:
-        program: the text, e.g. ``program.json`` of a run directory; for a robot from a file, the run's ``world.json`` lies beside it.
-        on: the command that starts the process, as in a shell.
-        out: folder for the record: ``execution.json``, ``rollout.npz`` and ``world.json``, which holds no things.
-
-    Returns:
-        0 when the program came to its end.
+    For a robot from a file, the run's ``world.json`` must be beside the program.
 
     Raises:
-        NoSolution: it did not.
+        NoSolution: the program did not come to its end.
         UserError: a text that cannot be driven; a process that does not answer as it must.
     """
     from ..model.program.program_json import is_program_text, read_program
     from ..plugin.catalogue import Knowledge
 
-    knowledge = Knowledge(plugins.registry())
+    program, out = arguments.program, arguments.out
+    knowledge = Knowledge(plugin_choice(arguments).registry())
     vacant(out)
     text = read_text(program)
     if not is_program_text(text):
@@ -109,10 +101,10 @@ def drive_robot(
         kind = read_program(text).program.robot_type
         file = _robots_file(program, kind, knowledge)
         robot = knowledge.read_robot(file).robot if file else pick("robot", knowledge.robots, kind)
-    rollout = _with_file(knowledge.driver.drive(text, robot, _words(on)), file)
+    rollout = _with_file(knowledge.driver.drive(text, robot, _words(arguments.on)), file)
     if out is not None:
         write_run(out, rollout, program.stem, knowledge, episode=False)
-    _print(rollout, None, json_output=json_output)
+    _print(rollout, None, json_output=arguments.json)
     _refuse_unfinished(program, rollout)
     return 0
 
@@ -169,15 +161,7 @@ def _refuse_unfinished(program: Path, rollout: Rollout) -> None:
         raise NoSolution(f"'{program}' did not come to its end ({rollout.outcome}): {rollout.reason}")
 
 
-def serve_controller(
-    *,
-    world: str,
-    host: str,
-    seconds: float,
-    idle: float,
-    seed: int = 0,
-    plugins: PluginChoice = INSTALLED,
-) -> int:
+def _controller(arguments: argparse.Namespace) -> int:
     """Open a virtual robot controller's ports on loopback, and print the log of its programs.
 
     Raises:
@@ -185,15 +169,14 @@ def serve_controller(
     """
     from ..plugin.catalogue import Knowledge
 
-    knowledge = Knowledge(plugins.registry())
-    place = read_world(world, knowledge, seed)
+    knowledge = Knowledge(plugin_choice(arguments).registry())
+    place = read_world(arguments.world, knowledge, arguments.seed)
     if not place.robots:
-        raise UserError(f"The world '{world}' has no robot, so there is nothing to control.")
-    limits = {"seconds": seconds, "idle": idle}
-    mount = place.robots[0].name
+        raise UserError(f"The world '{arguments.world}' has no robot, so there is nothing to control.")
     ended = knowledge.simulator.serve(
-        place, knowledge.robots_of(place), mount=mount, host=host, seed=seed, say=lambda text: print(text, flush=True), **limits
-    )
+        place, knowledge.robots_of(place), mount=place.robots[0].name, host=arguments.host, seed=arguments.seed,
+        say=lambda text: print(text, flush=True), seconds=arguments.seconds, idle=arguments.idle,
+    )  # fmt: skip
     print(f"The controller was closed: {ended}.")
     return 0
 
@@ -202,9 +185,7 @@ def _execute(arguments: argparse.Namespace) -> int:
     if arguments.on is not None:
         if arguments.world or arguments.plan or arguments.goal or arguments.replan:
             raise UserError("--on runs a robot whose world is unknown here, so --world, --plan, --goal and --replan do not apply.")
-        return drive_robot(
-            arguments.program, on=arguments.on, out=arguments.out, plugins=plugin_choice(arguments), json_output=arguments.json
-        )
+        return _drive(arguments)
     if not arguments.world:
         raise UserError("Say where the program runs: --world with a run directory or scenario, or --on with a robot's process.")
     if arguments.replan and (arguments.plan or arguments.goal):
@@ -212,19 +193,7 @@ def _execute(arguments: argparse.Namespace) -> int:
     if arguments.replan:
         from .replan import execute_and_replan
 
-        return execute_and_replan(
-            arguments.program,
-            scenario=arguments.replan,
-            world=arguments.world,
-            seed=arguments.seed,
-            rounds=arguments.rounds,
-            faults=arguments.fault,
-            out=arguments.out,
-            episode=not arguments.no_episode,
-            plugins=plugin_choice(arguments),
-            json_output=arguments.json,
-            verbose=arguments.verbose,
-        )
+        return execute_and_replan(arguments)
     return execute_program(
         arguments.program,
         world=arguments.world,
@@ -236,18 +205,6 @@ def _execute(arguments: argparse.Namespace) -> int:
         episode=not arguments.no_episode,
         plugins=plugin_choice(arguments),
         json_output=arguments.json,
-    )
-
-
-def _controller(arguments: argparse.Namespace) -> int:
-
-    return serve_controller(
-        world=arguments.world,
-        host=arguments.host,
-        seconds=arguments.seconds,
-        idle=arguments.idle,
-        seed=arguments.seed,
-        plugins=plugin_choice(arguments),
     )
 
 

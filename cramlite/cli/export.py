@@ -10,7 +10,6 @@ from ..base.errors import UserError, did_you_mean
 from ..base.pulse import working
 from ..model.program.program_json import read_program
 from ..plugin.exporting import require_absent, require_installed, write_new
-from ..plugin.selection import INSTALLED, PluginChoice
 from .arguments import Add, plugin_choice
 from .progress import Progress
 from .signals import interruptible
@@ -21,36 +20,6 @@ if TYPE_CHECKING:
     from ..model.run.run_record import RunRecord
     from ..plugin.catalogue import Knowledge
     from ..plugin.protocols import Exporter
-
-
-def export_run(
-    run: Path, to: str, *, out: Path | None = None, world: str | None = None, seed: int = 0, plugins: PluginChoice = INSTALLED
-) -> Path:
-    """Write a recorded run in another format.
-
-    Args:
-        run: a folder that ``cramlite resolve --out`` or ``cramlite execute --out`` wrote.
-        to: name of the format.
-        out: where to; it must not exist yet. By default in the run's folder.
-        world: as ``cramlite execute`` takes it; by default the run's own ``world.json``.
-
-    Returns:
-        what was written.
-
-    Raises:
-        UserError: no such format, its extra is not installed, no run there, or something is where it should be written.
-    """
-    from ..plugin.catalogue import Knowledge
-
-    knowledge = Knowledge(plugins.registry())
-    exporter = exporter_named(to, knowledge)
-    target = out or run / f"{exporter.name}{exporter.suffix}"
-    require_absent(target)
-    with working(f"reading '{run}'"):
-        record = run_record(run, world, knowledge, seed)
-    with working(f"writing {exporter.name}", float(record.rollout.times[-1] - record.rollout.times[0])):
-        write_new(exporter, record, target)
-    return target
 
 
 def exporter_named(name: str, knowledge: Knowledge) -> Exporter:
@@ -94,15 +63,26 @@ def program_and_code(run: Path) -> tuple[Program | None, Code | None]:
 
 
 def _export(arguments: argparse.Namespace) -> int:
+    """Write a recorded run in another format, and print where.
+
+    Raises:
+        UserError: no such format, its extra is not installed, no run there, or something is where it should be written.
+    """
     from ..planning.heartbeat import Heartbeat
     from ..planning.trace import Trace
+    from ..plugin.catalogue import Knowledge
 
-    left = "nothing is left of what was written"
+    run, left = arguments.run_dir, "nothing is left of what was written"
     with Progress(quiet=False) as say, interruptible(left) as taken, Heartbeat(Trace(), say, taken.one)():
-        written = export_run(
-            arguments.run_dir, arguments.to, out=arguments.out, world=arguments.world, seed=arguments.seed, plugins=plugin_choice(arguments)
-        )
-    print(written)
+        knowledge = Knowledge(plugin_choice(arguments).registry())
+        exporter = exporter_named(arguments.to, knowledge)
+        target = arguments.out or run / f"{exporter.name}{exporter.suffix}"
+        require_absent(target)
+        with working(f"reading '{run}'"):
+            record = run_record(run, arguments.world, knowledge, arguments.seed)
+        with working(f"writing {exporter.name}", float(record.rollout.times[-1] - record.rollout.times[0])):
+            write_new(exporter, record, target)
+    print(target)
     return 0
 
 

@@ -13,7 +13,6 @@ from msgspec.structs import replace
 from ..base.errors import NoSolution, UserError
 from ..base.json_text import as_json
 from ..base.resources import find_scenario
-from ..plugin.selection import INSTALLED, PluginChoice
 from ..scenario.scenario import read_scenario
 from ..scenario.worlds import read_world
 from .arguments import Add, plugin_choice
@@ -26,37 +25,20 @@ if TYPE_CHECKING:
     from ..scenario.scenario import Scenario
 
 
-def judge_program(
-    program: Path,
-    *,
-    world: str,
-    plan: str = "",
-    goals: Sequence[str] = (),
-    seed: int = 0,
-    plugins: PluginChoice = INSTALLED,
-    json_output: bool = False,
-) -> int:
-    """Run a program's text and print the findings of every validator.
-
-    Args:
-        program: the text, URScript or a typed program as JSON; it may have been edited.
-        world: a run directory, its ``world.json``, or a scenario, whose real world with this seed is taken.
-        plan: a run directory, its ``plan.json``, or a scenario with tasks or a goal; "" for none.
-        goals: what should hold in the end, e.g. "coffee in basket".
-
-    Returns:
-        0 when nobody objects.
+def _judge(arguments: argparse.Namespace) -> int:
+    """Run a program's text, which may have been edited, and print the findings of every validator.
 
     Raises:
-        NoSolution: somebody does; all findings were printed.
+        NoSolution: a validator objects; all findings were printed.
         UserError: a file that cannot be used, a goal that is none, or neither plan nor goal.
     """
     from ..plugin.catalogue import Knowledge
 
-    knowledge = Knowledge(plugins.registry())
-    text, place = read_text(program), robots_world(world, program, knowledge, seed)
-    judged = judged_text(program, text, place, purpose_of(plan, goals, knowledge, place), knowledge, seed)
-    print(as_json(judged_json(judged)) if json_output else findings_text(judged.verdict, judged.remarks))
+    program, seed = arguments.program, arguments.seed
+    knowledge = Knowledge(plugin_choice(arguments).registry())
+    text, place = read_text(program), robots_world(arguments.world, program, knowledge, seed)
+    judged = judged_text(program, text, place, purpose_of(arguments.plan, arguments.goal, knowledge, place), knowledge, seed)
+    print(as_json(judged_json(judged)) if arguments.json else findings_text(judged.verdict, judged.remarks))
     warn_of(knowledge.registry.faults)
     refuse(program, judged)
     return 0
@@ -95,7 +77,8 @@ def purpose_of(plan: str, goals: Sequence[str], knowledge: Knowledge, place: Wor
     """Return the plan or goal against which a program text is judged.
 
     Args:
-        plan: as ``judge_program`` has it.
+        plan: a run directory, its ``plan.json``, or a scenario with tasks or a goal; "" for none.
+        goals: what should hold in the end, e.g. "coffee in basket".
 
     Raises:
         UserError: neither plan nor goal, or a plan that cannot be used.
@@ -203,18 +186,6 @@ def read_text(program: Path) -> str:
         if b"\0" in found or program.suffix == ".json":
             raise UserError(f"'{program}' is no text: byte {error.start} is not UTF-8.") from error
         return found.decode("cp1252", "replace")
-
-
-def _judge(arguments: argparse.Namespace) -> int:
-    return judge_program(
-        arguments.program,
-        world=arguments.world,
-        plan=arguments.plan,
-        goals=arguments.goal,
-        seed=arguments.seed,
-        plugins=plugin_choice(arguments),
-        json_output=arguments.json,
-    )
 
 
 def add_purpose(command: argparse.ArgumentParser) -> None:

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 from ..base.errors import NoSolution, UserError, nearest
 from ..base.json_text import as_json
 from ..model.twins.error_model import SOURCES
-from ..plugin.selection import INSTALLED, PluginChoice
 from .arguments import Add, plugin_choice
 from .judge import naming, read_text, robots_world
 
@@ -38,48 +37,29 @@ NEVER_DRAWN = (
 """Errors that no twin is drawn with."""
 
 
-def preflight(
-    program: Path,
-    *,
-    world: str = "",
-    speed: float | None = None,
-    limits: Sequence[str] = (),
-    seed: int = 0,
-    out: Path | None = None,
-    plugins: PluginChoice = INSTALLED,
-    json_output: bool = False,
-) -> int:
+def _preflight(arguments: argparse.Namespace) -> int:
     """Print one page about a program: settings of the controller, values that its runs reached, and the
     errors that its proof did and did not cover.
 
-    Args:
-        program: a run directory, or a text.
-        world: that a text runs in; a run directory has its own.
-        speed: share of the program's speed for a dry run in simulation; None for none.
-        limits: of the user, each "NAME=VALUE".
-        out: where the text of the dry run is written.
-
-    Returns:
-        0 when nothing is exceeded and no validator objects.
-
     Raises:
-        NoSolution: something is; the page was printed.
+        NoSolution: a limit is exceeded or a validator objects; the page was printed.
         UserError: a file, limit or speed that cannot be used.
     """
     from ..engine.real_arm.preflight import checks, dry_run
     from ..plugin.catalogue import Knowledge
 
-    own, share = _own(limits), _share(speed, out)
-    knowledge = Knowledge(plugins.registry())
+    program, world, seed = arguments.program, arguments.world, arguments.seed
+    own, share = _own(arguments.limit), _share(arguments.speed, arguments.out)
+    knowledge = Knowledge(plugin_choice(arguments).registry())
     flight = _flight(program, world, knowledge, seed)
     if share is not None:
         place = robots_world(world, program, knowledge, seed) if world else flight.rollout.world
         with naming(program):
             flight = dry_run(flight, share, place, knowledge, seed)
-        _write(out, flight.text.text)
+        _write(arguments.out, flight.text.text)
     found = list(checks(flight, own))
     objections = list(_objections(flight, found))
-    print(as_json(_json(program, flight, found, objections)) if json_output else page(program, flight, found, objections))
+    print(as_json(_json(program, flight, found, objections)) if arguments.json else page(program, flight, found, objections))
     if objections:
         raise NoSolution(f"'{program}' is not ready for a real arm: {'; '.join(objections)}.")
     return 0
@@ -291,13 +271,6 @@ def _doubts(flight: Flight) -> list[str]:
 
 def _wrapped(text: str) -> str:
     return textwrap.fill(text, WIDTH, initial_indent="  - ", subsequent_indent="    ")
-
-
-def _preflight(arguments: argparse.Namespace) -> int:
-    return preflight(
-        arguments.program, world=arguments.world, speed=arguments.speed, limits=arguments.limit, seed=arguments.seed, out=arguments.out,
-        plugins=plugin_choice(arguments), json_output=arguments.json,
-    )  # fmt: skip
 
 
 def add_commands(add: Add) -> None:

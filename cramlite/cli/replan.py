@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,10 +13,10 @@ from msgspec.structs import replace
 from ..base.errors import UserError
 from ..base.json_text import as_json
 from ..base.resources import find_scenario
-from ..plugin.selection import INSTALLED, PluginChoice
 from ..scenario.faults import faulty, read_fault_text
 from ..scenario.scenario import read_scenario
 from ..scenario.worlds import read_world
+from .arguments import plugin_choice
 from .execution_files import vacant, write_run
 from .judge import read_text
 from .texts import rollout_json, rollout_text
@@ -26,52 +27,32 @@ if TYPE_CHECKING:
     from ..engine.recovery.replanning import Attempt, Round
     from ..engine.recovery.time_line import Moment
     from ..model.episode import Event
+    from ..plugin.selection import PluginChoice
     from ..scenario.scenario import Scenario
 
 
-def execute_and_replan(
-    program: Path,
-    *,
-    scenario: str,
-    world: str,
-    seed: int = 0,
-    rounds: int,
-    faults: Sequence[str] = (),
-    out: Path | None = None,
-    episode: bool = True,
-    plugins: PluginChoice = INSTALLED,
-    json_output: bool = False,
-    verbose: bool = False,
-) -> int:
+def execute_and_replan(arguments: argparse.Namespace) -> int:
     """Run a program of a run directory; after each stop, observe the world, resolve the rest of the plan, and
     continue.
 
-    Args:
-        scenario: that the program was made from; with ``poses: camera`` its camera looks where a program stops by itself, else poses are
-            readings, and watched.
-        faults: as ``execute_program`` has them.
-        rounds: how many programs may run, the first one included.
-        verbose: whether a refusal has every cause, or three lines.
-        out: folder with a folder for each round, as ``execute_program`` writes one, with the round's program.
-
-    Returns:
-        0 when a program came to its end.
+    In a scenario with ``poses: camera`` its camera looks where a program stops by itself, else poses are readings, and watched.
 
     Raises:
-        NoSolution: none did; why each one ended was printed.
+        NoSolution: no program came to its end; why each one ended was printed.
         UserError: a file that cannot be used.
     """
-    vacant(out)
-    scene, engine = _who_replans(scenario, rounds, plugins)
-    first = _first_attempt(program, scene, engine, world, seed)
-    first = replace(first, world=faulty(first.world, map(read_fault_text, faults)))
-    account = _Account(engine, out, program.stem, episode=episode, json_output=json_output)
+    program, rounds, seed = arguments.program, arguments.rounds, arguments.seed
+    vacant(arguments.out)
+    scene, engine = _who_replans(arguments.replan, rounds, plugin_choice(arguments))
+    first = _first_attempt(program, scene, engine, arguments.world, seed)
+    first = replace(first, world=faulty(first.world, map(read_fault_text, arguments.fault)))
+    account = _Account(engine, arguments.out, program.stem, episode=not arguments.no_episode, json_output=arguments.json)
     try:
-        for one in _executed(first, scene, engine, account, seed=seed, most=rounds, verbose=verbose):
+        for one in _executed(first, scene, engine, account, seed=seed, most=rounds, verbose=arguments.verbose):
             account.add(one)
     finally:
         account.close()
-    if not json_output:
+    if not arguments.json:
         count = len(account.done)
         print("Came to its end " + ("at the first execution" if count == 1 else f"after {count} executions"))
     return 0

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 
 from ..base.errors import UserError
 from ..model.run.rollout import load_rollout
-from ..plugin.selection import INSTALLED, PluginChoice
 from .arguments import Add, duration, plugin_choice
 
 if TYPE_CHECKING:
@@ -25,25 +24,8 @@ RATE = 25.0
 """Positions of the slider a second: what viser plays smoothly."""
 
 
-def view_run(
-    run: Path,
-    *,
-    world: str | None = None,
-    seed: int = 0,
-    host: str = "127.0.0.1",
-    port: int = 8080,
-    browser: bool = True,
-    seconds: float = 0.0,
-    plugins: PluginChoice = INSTALLED,
-) -> int:
+def _view(arguments: argparse.Namespace) -> int:
     """Serve a run to the browser until the time is up or the person interrupts.
-
-    Args:
-        run: a folder with ``rollout.npz``, of ``cramlite resolve --out`` or ``cramlite execute --out``.
-        world: as ``cramlite execute`` takes it; by default the run's own ``world.json``.
-        port: where to serve, or the next one that is free.
-        browser: open one.
-        seconds: 0 for no limit.
 
     Raises:
         UserError: the extra is not installed, the folder holds no run, or the address cannot be used.
@@ -51,14 +33,15 @@ def view_run(
     from ..plugin.catalogue import Knowledge
 
     require_viser()
-    knowledge = Knowledge(plugins.registry())
-    rollout = recorded(run, world, knowledge, seed)
-    viewer = viewer_of(rollout, knowledge, program_of(run), host, port)
+    run = arguments.directory
+    knowledge = Knowledge(plugin_choice(arguments).registry())
+    rollout = recorded(run, arguments.world, knowledge, arguments.seed)
+    viewer = viewer_of(rollout, knowledge, program_of(run), arguments.host, arguments.port)
     print(f"{run}: {rollout.times[-1]:.1f} s, {rollout.outcome}. The viewer is at {viewer.url}", flush=True)
-    if browser and not open_browser(viewer.url):
+    if not arguments.no_browser and not open_browser(viewer.url):
         print(no_browser(viewer.url), file=sys.stderr, flush=True)
     try:
-        viewer.play(seconds)
+        viewer.play(arguments.seconds)
     except KeyboardInterrupt:
         pass
     finally:
@@ -173,20 +156,6 @@ def no_browser(url: str) -> str:
     return (
         f"No browser could be opened here. Open {url} yourself; from another computer, after 'ssh -L {port}:localhost:{port} "
         "HOST', open the same address there. With --no-browser none is opened; Ctrl+C ends the viewer."
-    )
-
-
-def _view(arguments: argparse.Namespace) -> int:
-
-    return view_run(
-        arguments.directory,
-        world=arguments.world,
-        seed=arguments.seed,
-        host=arguments.host,
-        port=arguments.port,
-        browser=not arguments.no_browser,
-        seconds=arguments.seconds,
-        plugins=plugin_choice(arguments),
     )
 
 
