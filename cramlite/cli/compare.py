@@ -5,16 +5,17 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..base.errors import NoSolution, UserError
 from ..base.json_text import as_json
 from ..base.quantities import parse_quantity
+from ..engine.real_arm.rtde_log import read_rtde_log
+from ..engine.real_arm.run_comparison import PARTS, Compared, RunComparison, compare_run
+from ..plugin.catalogue import Knowledge, pick
+from ..report.comparison_page import write_comparison_page
 from .arguments import Add, plugin_choice
 from .view import recorded
-
-if TYPE_CHECKING:
-    from ..engine.real_arm.run_comparison import Compared, RunComparison
 
 
 def _compare(arguments: argparse.Namespace) -> int:
@@ -24,11 +25,6 @@ def _compare(arguments: argparse.Namespace) -> int:
         NoSolution: a joint differs by more than it may; everything was printed.
         UserError: a file cannot be used, or log and run are of different arms.
     """
-    from ..engine.real_arm.rtde_log import read_rtde_log
-    from ..engine.real_arm.run_comparison import compare_run
-    from ..plugin.catalogue import Knowledge, pick
-    from ..report.comparison_page import write_comparison_page
-
     run, log, within = arguments.run_folder, arguments.log, _within(arguments.within)
     knowledge = Knowledge(plugin_choice(arguments).registry())
     rollout = recorded(run, None, knowledge, 0)
@@ -46,8 +42,6 @@ def _compare(arguments: argparse.Namespace) -> int:
 
 def _within(angle: str | None) -> float:
     """Return by how much joints may differ [rad]; the usual angle for None."""
-    from ..engine.real_arm.run_comparison import PARTS
-
     try:
         return PARTS if angle is None else parse_quantity(angle, "angle")
     except ValueError as error:

@@ -6,13 +6,16 @@ import argparse
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
 from ..base.errors import NoSolution, UserError, nearest
 from ..base.json_text import as_json
-from ..plugin.catalogue import pick
+from ..engine.proof.judging import JudgedRun
+from ..model.program.program_json import is_program_text, read_program
+from ..model.robot_file import RobotFile
+from ..model.run.rollout import Rollout
+from ..plugin.catalogue import Knowledge, pick
 from ..plugin.selection import INSTALLED, PluginChoice
 from ..scenario.faults import faulty, read_fault_text
 from ..scenario.worlds import read_world
@@ -20,12 +23,6 @@ from .arguments import Add, duration, plugin_choice
 from .execution_files import vacant, write_run
 from .judge import add_purpose, judged_json, judged_text, naming, purpose_of, read_text, refuse, robots_world
 from .texts import findings_text, rollout_json, rollout_text
-
-if TYPE_CHECKING:
-    from ..engine.proof.judging import JudgedRun
-    from ..model.robot_file import RobotFile
-    from ..model.run.rollout import Rollout
-    from ..plugin.catalogue import Knowledge
 
 
 def execute_program(
@@ -57,8 +54,6 @@ def execute_program(
         NoSolution: it did not; the reason is its own last message, what stopped it, or the validators' objections.
         UserError: a file that cannot be used.
     """
-    from ..plugin.catalogue import Knowledge
-
     knowledge = Knowledge(plugins.registry())
     vacant(out)
     text, place = read_text(program), robots_world(world, program, knowledge, seed)
@@ -88,9 +83,6 @@ def _drive(arguments: argparse.Namespace) -> int:
         NoSolution: the program did not come to its end.
         UserError: a text that cannot be driven; a process that does not answer as it must.
     """
-    from ..model.program.program_json import is_program_text, read_program
-    from ..plugin.catalogue import Knowledge
-
     program, out = arguments.program, arguments.out
     knowledge = Knowledge(plugin_choice(arguments).registry())
     vacant(out)
@@ -167,8 +159,6 @@ def _controller(arguments: argparse.Namespace) -> int:
     Raises:
         UserError: the world cannot be used, or a port is taken.
     """
-    from ..plugin.catalogue import Knowledge
-
     knowledge = Knowledge(plugin_choice(arguments).registry())
     place = read_world(arguments.world, knowledge, arguments.seed)
     if not place.robots:

@@ -4,22 +4,23 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from ..base.errors import UserError, did_you_mean
 from ..base.pulse import working
+from ..engine.proof.intent import FILE, PROGRAM, read_intent
+from ..engine.recorded_run import record_of
+from ..model.program.program import Code, Program
 from ..model.program.program_json import read_program
+from ..model.run.run_record import RunRecord
+from ..planning.heartbeat import Heartbeat
+from ..planning.trace import Trace
+from ..plugin.catalogue import Knowledge
 from ..plugin.exporting import require_absent, require_installed, write_new
+from ..plugin.protocols import Exporter
 from .arguments import Add, plugin_choice
 from .progress import Progress
 from .signals import interruptible
 from .view import recorded
-
-if TYPE_CHECKING:
-    from ..model.program.program import Code, Program
-    from ..model.run.run_record import RunRecord
-    from ..plugin.catalogue import Knowledge
-    from ..plugin.protocols import Exporter
 
 
 def exporter_named(name: str, knowledge: Knowledge) -> Exporter:
@@ -42,8 +43,6 @@ def run_record(run: Path, world: str | None, knowledge: Knowledge, seed: int = 0
     Raises:
         UserError: as ``cramlite.cli.view.recorded``.
     """
-    from ..engine.recorded_run import record_of
-
     rollout = recorded(run, world, knowledge, seed)
     program, code = program_and_code(run)
     try:
@@ -54,8 +53,6 @@ def run_record(run: Path, world: str | None, knowledge: Knowledge, seed: int = 0
 
 def program_and_code(run: Path) -> tuple[Program | None, Code | None]:
     """Read the typed program of a run's folder, and its text with the origin of each line; None where the folder has none."""
-    from ..engine.proof.intent import FILE, PROGRAM, read_intent
-
     if (run / FILE).is_file():
         intent = read_intent(run)
         return intent.program, intent.kept.code
@@ -68,10 +65,6 @@ def _export(arguments: argparse.Namespace) -> int:
     Raises:
         UserError: no such format, its extra is not installed, no run there, or something is where it should be written.
     """
-    from ..planning.heartbeat import Heartbeat
-    from ..planning.trace import Trace
-    from ..plugin.catalogue import Knowledge
-
     run, left = arguments.run_dir, "nothing is left of what was written"
     with Progress(quiet=False) as say, interruptible(left) as taken, Heartbeat(Trace(), say, taken.one)():
         knowledge = Knowledge(plugin_choice(arguments).registry())

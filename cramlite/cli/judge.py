@@ -6,23 +6,26 @@ import argparse
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from msgspec.structs import replace
 
 from ..base.errors import NoSolution, UserError
 from ..base.json_text import as_json
 from ..base.resources import find_scenario
-from ..scenario.scenario import read_scenario
+from ..engine.proof.intent import read_intent
+from ..engine.proof.judging import JudgedRun, Purpose, judge_text
+from ..interpretation.fluents import symbolic_world
+from ..model.world.world import World
+from ..planning.operators import Grounder
+from ..planning.spoken_goals import spoken
+from ..planning.symbolic.goal_planner import ground_goal
+from ..planning.task_goals import Goal, plan_from_tasks
+from ..plugin.catalogue import Knowledge
+from ..scenario.scenario import Scenario, read_scenario
 from ..scenario.worlds import read_world
 from .arguments import Add, plugin_choice
 from .texts import findings_text, warn_of
-
-if TYPE_CHECKING:
-    from ..engine.proof.judging import JudgedRun, Purpose
-    from ..model.world.world import World
-    from ..plugin.catalogue import Knowledge
-    from ..scenario.scenario import Scenario
 
 
 def _judge(arguments: argparse.Namespace) -> int:
@@ -32,8 +35,6 @@ def _judge(arguments: argparse.Namespace) -> int:
         NoSolution: a validator objects; all findings were printed.
         UserError: a file that cannot be used, a goal that is none, or neither plan nor goal.
     """
-    from ..plugin.catalogue import Knowledge
-
     program, seed = arguments.program, arguments.seed
     knowledge = Knowledge(plugin_choice(arguments).registry())
     text, place = read_text(program), robots_world(arguments.world, program, knowledge, seed)
@@ -46,8 +47,6 @@ def _judge(arguments: argparse.Namespace) -> int:
 
 def judged_text(program: Path, text: str, place: World, purpose: Purpose, knowledge: Knowledge, seed: int) -> JudgedRun:
     """Run and judge a program's text; errors in the text name its file."""
-    from ..engine.proof.judging import judge_text
-
     with naming(program):
         return judge_text(text, place, purpose, knowledge, seed)
 
@@ -83,9 +82,6 @@ def purpose_of(plan: str, goals: Sequence[str], knowledge: Knowledge, place: Wor
     Raises:
         UserError: neither plan nor goal, or a plan that cannot be used.
     """
-    from ..engine.proof.intent import read_intent
-    from ..engine.proof.judging import Purpose
-
     if not plan and not goals:
         raise UserError("Say what the program is for: --plan with a run directory or scenario, --goal 'THING on PLACE', or both.")
     if not plan:
@@ -99,9 +95,6 @@ def purpose_of(plan: str, goals: Sequence[str], knowledge: Knowledge, place: Wor
 
 def _of_scenario(scenario: Scenario, knowledge: Knowledge, place: World) -> Purpose:
     """Return what a program text is judged by: the scenario's goal, or its tasks if they name all their things."""
-    from ..engine.proof.judging import Purpose
-    from ..planning.task_goals import plan_from_tasks
-
     if scenario.spec.demonstration is not None:
         raise UserError(
             f"{scenario.where('demonstration')}: which things a demonstration means is found when it is resolved; give the run "
@@ -125,12 +118,6 @@ def _meant(scenario: Scenario, knowledge: Knowledge, place: World) -> tuple[str,
     Raises:
         UserError: a described object may be several of them, or none.
     """
-    from ..interpretation.fluents import symbolic_world
-    from ..planning.operators import Grounder
-    from ..planning.spoken_goals import spoken
-    from ..planning.symbolic.goal_planner import ground_goal
-    from ..planning.task_goals import Goal
-
     scene = symbolic_world(place, knowledge.taxonomy)
     goal = spoken(Goal(scenario.spec.goal or ()), scene, knowledge, f"{scenario.where('goal')}: ")
     grounder = Grounder(scene, knowledge.predicates)

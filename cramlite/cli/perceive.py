@@ -4,30 +4,24 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
 from ..base.errors import NoSolution, UserError
 from ..base.json_text import as_json
 from ..base.resources import find_scenario
-from ..model.world.world import Camera
+from ..engine.engine import Engine
+from ..model.world.world import Camera, Thing
 from ..perception.active_perception import Look, Picture, ask, pictures
 from ..perception.camera_check import camera_warning
-from ..perception.query import parse_query
+from ..perception.query import ObjectQuery, parse_query
 from ..perception.result import perceived_json, perceived_text
+from ..plugin.catalogue import Knowledge
 from ..scenario.robots import robot_of
-from ..scenario.scenario import read_scenario
+from ..scenario.scenario import Scenario, read_scenario
 from ..scenario.worlds import build_world, real_world
 from .arguments import Add, plugin_choice
 from .texts import warn_of
-
-if TYPE_CHECKING:
-    from ..engine.engine import Engine
-    from ..model.world.world import Thing
-    from ..perception.query import ObjectQuery
-    from ..plugin.catalogue import Knowledge
-    from ..scenario.scenario import Scenario
 
 
 def _perceive(arguments: argparse.Namespace) -> int:
@@ -38,8 +32,6 @@ def _perceive(arguments: argparse.Namespace) -> int:
         NoPipeline: the experts cannot answer it.
         UserError: a query or a source that cannot be used.
     """
-    from ..engine.engine import Engine
-
     source, seed = arguments.view, arguments.seed
     engine = Engine.with_plugins(plugin_choice(arguments).extended((), (), tuple(arguments.models)))
     if (scenario := _scenario_of(source)) is not None:

@@ -7,18 +7,28 @@ import math
 import textwrap
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..base.errors import NoSolution, UserError, nearest
 from ..base.json_text import as_json
+from ..base.run_directory import write_whole
+from ..engine.real_arm.preflight import (
+    OWN,
+    Check,
+    Flight,
+    checks,
+    covered,
+    dry_run,
+    flight_of_run,
+    flight_of_text,
+    heaviest,
+    strongest_grip,
+)
+from ..model.program.program import LatePose
 from ..model.twins.error_model import SOURCES
+from ..plugin.catalogue import Knowledge
 from .arguments import Add, plugin_choice
 from .judge import naming, read_text, robots_world
-
-if TYPE_CHECKING:
-    from ..engine.real_arm.preflight import Check, Flight
-    from ..model.program.program import LatePose
-    from ..plugin.catalogue import Knowledge
 
 WIDTH = 110
 LEFT_OUT = (
@@ -45,9 +55,6 @@ def _preflight(arguments: argparse.Namespace) -> int:
         NoSolution: a limit is exceeded or a validator objects; the page was printed.
         UserError: a file, limit or speed that cannot be used.
     """
-    from ..engine.real_arm.preflight import checks, dry_run
-    from ..plugin.catalogue import Knowledge
-
     program, world, seed = arguments.program, arguments.world, arguments.seed
     own, share = _own(arguments.limit), _share(arguments.speed, arguments.out)
     knowledge = Knowledge(plugin_choice(arguments).registry())
@@ -66,8 +73,6 @@ def _preflight(arguments: argparse.Namespace) -> int:
 
 
 def _flight(program: Path, world: str, knowledge: Knowledge, seed: int) -> Flight:
-    from ..engine.real_arm.preflight import flight_of_run, flight_of_text
-
     if program.is_dir():
         return flight_of_run(program, knowledge)
     text = read_text(program)
@@ -81,8 +86,6 @@ def _flight(program: Path, world: str, knowledge: Knowledge, seed: int) -> Fligh
 
 
 def _own(limits: Sequence[str]) -> dict[str, float]:
-    from ..engine.real_arm.preflight import OWN
-
     found = {}
     for limit in limits:
         name, _, value = limit.partition("=")
@@ -109,8 +112,6 @@ def _share(speed: float | None, out: Path | None) -> float | None:
 
 
 def _write(out: Path | None, text: str) -> None:
-    from ..base.run_directory import write_whole
-
     if out is None:
         return
     if out.exists():
@@ -130,8 +131,6 @@ def _objections(flight: Flight, found: Sequence[Check]) -> Iterator[str]:
 
 
 def _json(program: Path, flight: Flight, found: Sequence[Check], objections: Sequence[str]) -> dict[str, Any]:
-    from ..engine.real_arm.preflight import covered
-
     return {
         "program": str(program), "robot": flight.robot.type, "speed": flight.speed, "ready": not objections, "objections": objections,
         "typed": flight.program is not None, "proven": flight.verdict is not None,
@@ -180,8 +179,6 @@ def _dry(flight: Flight) -> str:
 
 
 def _set(flight: Flight) -> list[str]:
-    from ..engine.real_arm.preflight import heaviest, strongest_grip
-
     robot, program = flight.robot, flight.program
     tcp, mass = robot.gripper.tcp, robot.gripper.mass
     if program is not None:
@@ -251,8 +248,6 @@ def _left_out() -> list[str]:
 
 
 def _doubts(flight: Flight) -> list[str]:
-    from ..engine.real_arm.preflight import covered
-
     known = covered(flight.draws)
     lines = ["DOUBTS THAT THE PROOF COVERED"]
     for source, drawn in known.items():

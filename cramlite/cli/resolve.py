@@ -7,32 +7,30 @@ import json
 import sys
 from itertools import takewhile
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from ..base.errors import NoSolution, PluginError
 from ..base.json_text import as_json
 from ..base.pulse import Stopped, pulse
 from ..base.resources import find_scenario
 from ..base.run_directory import RunDirectory
-from ..engine.engine import make_engine
+from ..engine.engine import Engine, make_engine
+from ..engine.reading import Reading
+from ..engine.relaxing import relaxations
 from ..engine.scenario_doubts import changes_of_things, doubts, doubts_of_files
+from ..engine.setting import Setting
+from ..engine.solution import Solution
 from ..planning.failure import brief_failure_text, failure_text
 from ..planning.heartbeat import interrupted_text
 from ..planning.search.budget import is_late
 from ..planning.trace import Trace, read_trace
+from ..scenario.scenario import Scenario
 from .arguments import Add, plugin_choice
 from .progress import Progress
 from .run_files import failure_summary, run_key, solution_summary, write_solution, write_trace
-from .say import add_say, said_in, said_of
+from .say import add_say, said_in, said_of, understood_text
 from .signals import Interrupted, Signals, interruptible
 from .texts import counted, first_execution_failed, solution_text, warn_of
-
-if TYPE_CHECKING:
-    from ..engine.engine import Engine
-    from ..engine.reading import Reading
-    from ..engine.setting import Setting
-    from ..engine.solution import Solution
-    from ..scenario.scenario import Scenario
 
 
 def _resolve(arguments: argparse.Namespace) -> int:
@@ -148,8 +146,6 @@ def _report_nothing(job: _Job, tried: Solution | None) -> None:
 
 def _changes(scenario: Scenario, setting: Setting, engine: Engine, *, json_output: bool) -> str:
     """Changes that would make a scenario solvable, as lines to be printed after the refusal."""
-    from ..engine.relaxing import relaxations
-
     found = relaxations(scenario, setting, engine, lambda _: None if json_output else print(f"tried: {_}", flush=True))
     lines = [f"\n  The scenario could be solved if you brought {r}." for r in found]
     return "".join(lines) or "\n  No declared change makes it solvable: neither base nor things, by up to 0.64 m."
@@ -223,8 +219,6 @@ def _say_understood(scenario: Scenario, setting: Setting, engine: Engine) -> Non
     Raises:
         NotUnderstood: it is ambiguous, false of the scene, or in words that are not known.
     """
-    from .say import understood_text
-
     for line in understood_text(scenario, setting, engine.knowledge):
         print(f"cramlite: {line}", file=sys.stderr)
 

@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..base.errors import UserError
-from ..model.run.rollout import load_rollout
+from ..model.run.rollout import Rollout, load_rollout
+from ..plugin.catalogue import Knowledge
+from ..scenario.worlds import read_world
 from .arguments import Add, duration, plugin_choice
 
 if TYPE_CHECKING:
-    from ..model.run.rollout import Rollout
-    from ..plugin.catalogue import Knowledge
     from .viewer import Viewer
 
 
@@ -30,8 +30,6 @@ def _view(arguments: argparse.Namespace) -> int:
     Raises:
         UserError: the extra is not installed, the folder holds no run, or the address cannot be used.
     """
-    from ..plugin.catalogue import Knowledge
-
     require_viser()
     run = arguments.directory
     knowledge = Knowledge(plugin_choice(arguments).registry())
@@ -66,8 +64,6 @@ def recorded(run: Path, world: str | None, knowledge: Knowledge, seed: int = 0) 
     Raises:
         UserError: there is none, or nobody says in which world it was.
     """
-    from ..scenario.worlds import read_world
-
     file, own = run / "rollout.npz", run / "world.json"
     if not file.is_file():
         raise UserError(
