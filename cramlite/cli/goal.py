@@ -10,11 +10,7 @@ from ..base.errors import NoSolution, UserError
 from ..base.resources import find_scenario
 from ..engine.engine import Engine, make_engine
 from ..planning.goal_parts import PART, goal_answers
-from ..planning.operators import Grounder
-from ..planning.spoken_goals import spoken
-from ..planning.symbolic.goal_planner import ground_goal
-from ..planning.symbolic.planning_problem import PlanningProblem, problem_of
-from ..planning.task_goals import Goal
+from ..planning.scenario_goals import problem_of_scenario
 from ..planning.task_sequences import plans_for_goal
 from ..planning.trace import Trace
 from ..scenario.scenario import Scenario
@@ -57,7 +53,8 @@ def _show(scenario: Scenario, engine: Engine, arguments: argparse.Namespace) -> 
 
 def _write(scenario: Scenario, engine: Engine, arguments: argparse.Namespace) -> int:
     """Write the PDDL domain and problem of a scenario's goal."""
-    problem = _problem(scenario, engine, arguments.seed)
+    scene = engine.setting(scenario, seed=arguments.seed).symbolic(engine.knowledge.taxonomy)
+    problem = problem_of_scenario(scenario, scene, engine.knowledge)
     scope = None if arguments.all else next(problem.scopes())
     text, folder = problem.pddl(scope), arguments.pddl
     try:
@@ -71,18 +68,6 @@ def _write(scenario: Scenario, engine: Engine, arguments: argparse.Namespace) ->
     print(f"{folder}/domain.pddl and problem.pddl: '{' and '.join(problem.says)}', {counted(len(text.actions), 'action')}{told}.")
     print(f"A program from a plan for this problem: cramlite resolve {arguments.scenario} --plan FILE")
     return 0
-
-
-def _problem(scenario: Scenario, engine: Engine, seed: int) -> PlanningProblem:
-    """Return the planning problem of a scenario's goal, described objects replaced by the things that fit
-    them best."""
-    scene = engine.setting(scenario, seed=seed).symbolic(engine.knowledge.taxonomy)
-    grounder = Grounder(scene, engine.knowledge.predicates)
-    goal = spoken(Goal(scenario.spec.goal or ()), scene, engine.knowledge, f"{scenario.where('goal')}: ")
-    choice = next(ground_goal(goal, scenario.spec.objects, grounder), None)
-    if choice is None:
-        raise UserError(f"{scenario.where('goal')}: no thing of the world fits the goal's objects.")
-    return problem_of(choice, grounder, engine.knowledge, f"{scenario.where('goal')}: ")
 
 
 def add_commands(add: Add) -> None:

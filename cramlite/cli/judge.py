@@ -17,9 +17,7 @@ from ..engine.proof.intent import read_intent
 from ..engine.proof.judging import JudgedRun, Purpose, judge_text
 from ..interpretation.fluents import symbolic_world
 from ..model.world.world import World
-from ..planning.operators import Grounder
-from ..planning.spoken_goals import spoken
-from ..planning.symbolic.goal_planner import ground_goal
+from ..planning.scenario_goals import meanings
 from ..planning.task_goals import Goal, plan_from_tasks
 from ..plugin.catalogue import Knowledge
 from ..scenario.scenario import Scenario, read_scenario
@@ -118,13 +116,10 @@ def _meant(scenario: Scenario, knowledge: Knowledge, place: World) -> tuple[str,
     Raises:
         UserError: a described object may be several of them, or none.
     """
-    scene = symbolic_world(place, knowledge.taxonomy)
-    goal = spoken(Goal(scenario.spec.goal or ()), scene, knowledge, f"{scenario.where('goal')}: ")
-    grounder = Grounder(scene, knowledge.predicates)
-    choices = list(ground_goal(goal, scenario.spec.objects, grounder))
+    choices = list(meanings(scenario, symbolic_world(place, knowledge.taxonomy), knowledge))
     if len(choices) != 1:
         may = f"may mean '{choices[0]}' or '{choices[1]}'" if choices else "means nothing that is there"
-        raise UserError(f"{scenario.where('goal')}: '{goal}' {may}; name the things with --goal.")
+        raise UserError(f"{scenario.where('goal')}: '{Goal(scenario.spec.goal or ())}' {may}; name the things with --goal.")
     return choices[0].says
 
 

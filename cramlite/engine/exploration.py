@@ -148,16 +148,11 @@ def is_meant(setting: Setting, scenario: Scenario, plan: Plan | None, knowledge:
     if plan is not None:
         return are_there(plan, setting, knowledge, Trace())
     from ..language.sentence import NotUnderstood
-    from ..planning.operators import Grounder
-    from ..planning.spoken_goals import spoken
-    from ..planning.symbolic.goal_planner import ground_goal
-    from ..planning.task_goals import Goal
+    from ..planning.scenario_goals import meanings
 
     scene = setting.symbolic(knowledge.taxonomy)
-    grounder = Grounder(scene, knowledge.predicates)
     try:
-        goal = spoken(Goal(scenario.spec.goal or ()), scene, knowledge)
-        return next(ground_goal(goal, scenario.spec.objects, grounder), None) is not None
+        return next(meanings(scenario, scene, knowledge), None) is not None
     except NotUnderstood as error:
         return error.ambiguous  # it is asked back
     except UserError:
