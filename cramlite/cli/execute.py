@@ -64,7 +64,7 @@ def execute_program(
         rollout = judged.rollout
     else:
         with naming(program):
-            rollout = knowledge.simulator.execute(text, place, knowledge.robots_of(place), mount=place.robots[0].name, seed=seed)
+            rollout = knowledge.run(text, place, seed)
     if out is not None:
         write_run(out, rollout, program.stem, knowledge, episode=episode)
     _print(rollout, judged, json_output=json_output)

@@ -175,8 +175,7 @@ def _revealed(setting: Setting, reveal: Reveal, knowledge: Knowledge) -> Setting
     state, candidate = proven
     text = text_that_runs(candidate, setting.backend)
     assert text is not None  # it ran in the proof
-    mount = seen.real.robots[0].name
-    ran = knowledge.simulator.execute(text.text, seen.real, knowledge.robots_of(seen.real), mount=mount, seed=setting.seed)
+    ran = knowledge.run(text.text, seen.real, setting.seed)
     if ran.outcome != "finished":
         return _shut(setting, reveal.name, f"the proven program did not come to its end ({ran.outcome}): {ran.reason}")
     looked = look_into(seen, reveal.place, state, seen.camera, world_after_run(ran, seen.real), knowledge, setting.seed)

@@ -117,9 +117,8 @@ def _back(stopped: Stopped, knowledge: Knowledge, seed: int) -> Attempt | None:
         snapshots=(), late=(), start=setting.world.robots[0].joints,
     )  # fmt: skip
     code = setting.backend.emit(program, setting.robot)
-    robots, mount = knowledge.robots_of(setting.world), setting.world.robots[0]
-    proof = knowledge.simulator.execute(code.text, setting.world, robots, mount=mount.name, seed=seed)
-    held = mount.holds.thing if mount.holds else ""
+    proof, holds = knowledge.run(code.text, setting.world, seed), setting.world.robots[0].holds
+    held = holds.thing if holds else ""
     still = all(_moved(proof, t.name) <= STILL for t in setting.world.things if t.movable and t.name != held)
     return Attempt(done.attempt.plan, program, code, stopped.world) if proof.outcome == "finished" and still else None
 

@@ -109,9 +109,7 @@ def rounds(first: Attempt, scenario: Scenario, engine: Engine, *, seed: int, mos
 
 
 def _run(attempt: Attempt, engine: Engine, seed: int) -> Round:
-    knowledge, name = engine.knowledge, attempt.world.robots[0].name
-    rollout = knowledge.simulator.execute(attempt.code.text, attempt.world, knowledge.robots_of(attempt.world), mount=name, seed=seed)
-    return Round(attempt, rollout)
+    return Round(attempt, engine.knowledge.run(attempt.code.text, attempt.world, seed))
 
 
 def _next(done: Round, scenario: Scenario, engine: Engine, seed: int, number: int, say: Say, verbose: bool) -> Attempt:

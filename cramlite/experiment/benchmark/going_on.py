@@ -111,10 +111,7 @@ def _expected(attempt: Attempt, engine: Engine, setting: Setting) -> Expectation
     """Return what a run should show, by its proof; the way back has none on record, and is run again."""
     proof = attempt.candidate.rollout if attempt.candidate else None
     if proof is None:
-        world = setting.world
-        proof = engine.knowledge.simulator.execute(
-            attempt.code.text, world, engine.knowledge.robots_of(world), mount=world.robots[0].name, seed=setting.seed
-        )
+        proof = engine.knowledge.run(attempt.code.text, setting.world, setting.seed)
     return expectation(proof, attempt.code.origins)
 
 
