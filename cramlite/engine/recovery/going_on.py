@@ -30,9 +30,9 @@ from ...scenario.faults import foreseen
 from ..candidates import attempts
 from ..search_in_setting import search_in
 from .expectation import EXACT, SIGMAS, Noise, RunWatch, expectation
-from .next_program import BACK, Stopped, at_once, attempt_of, next_program
+from .next_program import Stopped, at_once, attempt_of, next_program
 from .read_belief import STILL, apart, real_after, setting_as_read, world_as_read
-from .replanning import Attempt, Round, Say
+from .replanning import BACK, Attempt, Round, Say
 from .rest_of_plan import rests_of_plan
 
 if TYPE_CHECKING:

@@ -14,9 +14,9 @@ from ...base.errors import UserError
 from ...base.run_directory import write_whole
 from ...base.value import Value
 from ...engine.recovery.expectation import Expectation, Limits, RunWatch, expectation
-from ...engine.recovery.next_program import BACK, Stopped, attempt_of, next_program
+from ...engine.recovery.next_program import Stopped, attempt_of, next_program
 from ...engine.recovery.read_belief import world_as_read
-from ...engine.recovery.replanning import Attempt, Round
+from ...engine.recovery.replanning import BACK, Attempt, Round
 from ...model.geometry import Pose
 from ...model.run.readings import Deviation, Notice
 from ...planning.search.budget import budget_of
