@@ -199,8 +199,7 @@ class Tools:
     async def run(self, ctx: Context[Any, Any], run: str) -> Answer:
         """Run the proven program of a run in simulation, in the world that it was proven for, and judge
         it."""
-        registry = self._runs_engine(run).registry
-        executor = Executor(PluginChoice(tuple(registry.files), tuple(registry.blocked), tuple(registry.preferred), registry.models))
+        executor = Executor(PluginChoice.of(self._runs_engine(run).registry))
         try:
             return await self._work(ctx, lambda say, stop: self._ran(run, executor, say))
         finally:
