@@ -13,7 +13,7 @@ from helpers.short_runs import good
 from msgspec.structs import replace
 
 from cramlite.engine.recovery.next_program import AT_ONCE, Stopped, at_once, next_program
-from cramlite.engine.recovery.replanning import Attempt
+from cramlite.engine.recovery.replanning import BACK, Attempt
 from cramlite.model import Deviation, Notice
 from cramlite.planning.search.budget import Budget, budget_of
 from cramlite.planning.trace import Trace
