@@ -11,6 +11,7 @@ from msgspec.structs import replace
 
 from ..base.errors import NoSolution, UserError, nearest
 from ..base.json_text import as_json
+from ..base.run_directory import require_vacant
 from ..engine.proof.judging import JudgedRun
 from ..model.program.program_json import is_program_text, read_program
 from ..model.robot_file import RobotFile
@@ -20,7 +21,7 @@ from ..plugin.selection import INSTALLED, PluginChoice
 from ..scenario.faults import faulty, read_fault_text
 from ..scenario.worlds import read_world
 from .arguments import Add, duration, plugin_choice
-from .execution_files import vacant, write_run
+from .execution_files import write_run
 from .judge import add_purpose, judged_json, judged_text, naming, purpose_of, read_text, refuse, robots_world
 from .texts import findings_text, rollout_json, rollout_text
 
@@ -55,7 +56,7 @@ def execute_program(
         UserError: a file that cannot be used.
     """
     knowledge = Knowledge(plugins.registry())
-    vacant(out)
+    require_vacant(out, "run")
     text, place = read_text(program), robots_world(world, program, knowledge, seed)
     place = faulty(place, map(read_fault_text, faults))
     judged = None
@@ -85,7 +86,7 @@ def _drive(arguments: argparse.Namespace) -> int:
     """
     program, out = arguments.program, arguments.out
     knowledge = Knowledge(plugin_choice(arguments).registry())
-    vacant(out)
+    require_vacant(out, "run")
     text = read_text(program)
     if not is_program_text(text):
         raise UserError(f"{program}: --on runs typed programs (JSON) only; write one with 'resolve --backend stream'.")

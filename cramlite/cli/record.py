@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from ..base.errors import UserError
 from ..base.resources import find_scenario
+from ..base.run_directory import require_vacant
 from ..engine.engine import make_engine
 from ..engine.recording import record_episode, tasks_in_words
 from ..scenario.scenario import read_scenario
@@ -22,8 +22,7 @@ def _record(arguments: argparse.Namespace) -> int:
     """
     out, tasks = arguments.out, arguments.tasks
     scenario = read_scenario(find_scenario(arguments.scenario))
-    if out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise UserError(f"'{out}' exists and is not an empty folder; nothing was written. Choose another --out.")
+    require_vacant(out, "written")
     engine = make_engine(scenario, plugin_choice(arguments))
     chosen = tasks_in_words(tasks, engine.knowledge.tasks) if tasks else ()
     recorded = record_episode(scenario, engine, seed=arguments.seed, out=out, tasks=chosen)

@@ -12,6 +12,7 @@ from msgspec.structs import replace
 from ..base.errors import UserError
 from ..base.json_text import as_json
 from ..base.resources import find_scenario
+from ..base.run_directory import require_vacant
 from ..engine.engine import Engine, make_engine
 from ..engine.proof.intent import FILE, read_intent
 from ..engine.proof.judging import Purpose, candidate_of_text
@@ -27,7 +28,7 @@ from ..scenario.faults import faulty, read_fault_text
 from ..scenario.scenario import Scenario, read_scenario
 from ..scenario.worlds import read_world
 from .arguments import plugin_choice
-from .execution_files import vacant, write_run
+from .execution_files import write_run
 from .judge import read_text
 from .texts import rollout_json, rollout_text
 
@@ -43,7 +44,7 @@ def execute_and_replan(arguments: argparse.Namespace) -> int:
         UserError: a file that cannot be used.
     """
     program, rounds, seed = arguments.program, arguments.rounds, arguments.seed
-    vacant(arguments.out)
+    require_vacant(arguments.out, "run")
     scene, engine = _who_replans(arguments.replan, rounds, plugin_choice(arguments))
     first = _first_attempt(program, scene, engine, arguments.world, seed)
     first = replace(first, world=faulty(first.world, map(read_fault_text, arguments.fault)))
