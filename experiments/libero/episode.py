@@ -12,8 +12,10 @@ from cramlite_plugins.benchmarks.benchmark_scene import SceneModel, scene_model,
 
 from .goals import goal_sentences
 
-STRICT = {"bystander_motion": "1 mm"}
-"""Tolerances of a scenario whose obstacle may not be moved."""
+MOVED = "1 mm"
+"""Distance that an obstacle may be moved where SafeLIBERO forbids it."""
+ANYTHING = {"bystander_motion": "1 m", "bystander_tilt": "180 deg"}
+"""Tolerances for all other things, of which LIBERO asks nothing."""
 
 
 def read_model(engine: Engine, scene: dict[str, Any], hello: Hello, folder: Path, twins: int) -> SceneModel:
@@ -21,11 +23,9 @@ def read_model(engine: Engine, scene: dict[str, Any], hello: Hello, folder: Path
     x, y, z, *turn = scene["base"]
     if abs(turn[0]) < 0.999999:
         raise UserError(f"The robot's base is turned by the quaternion {turn}; all of LIBERO's stand straight.")
-    return scene_model(
-        engine, folder, scene, hello, twins,
-        robot={"type": "libero_panda", "at": {"position": [x, y, z]}},
-        limits=STRICT if scene.get("strict") else {"advisory": ["bystanders"], "may_push": True},  # LIBERO does not ask about them
-    )  # fmt: skip
+    kept = dict.fromkeys(scene.get("keep", ()), MOVED)
+    limits: dict[str, Any] = {"keep": kept, **ANYTHING} if kept else {"advisory": ["bystanders"], "may_push": True}
+    return scene_model(engine, folder, scene, hello, twins, robot={"type": "libero_panda", "at": {"position": [x, y, z]}}, limits=limits)
 
 
 def prepare(

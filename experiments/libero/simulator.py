@@ -115,7 +115,8 @@ class Simulator:
             **(whole or {"poses": poses(sim)}), "goal": env.parsed_problem["goal_state"],
             "bodies": {n: thing.root_body for n, thing in things.items() if hasattr(thing, "root_body")},
             "regions": {n: {"bodies": above(sim, n), "box": site_box(sim, n)} for n in env.object_sites_dict},
-            "absent": sorted(things[n].root_body for n in self.away), "strict": self.obstacles is not None,
+            "absent": sorted(things[n].root_body for n in self.away),
+            "keep": sorted(things[n].root_body for n in self.obstacles.here) if self.obstacles else [],
             "language": self.env.language_instruction, "agentview": sim.data.get_camera_xpos("agentview").tolist(),
             "base": [*sim.data.body_xpos[base].tolist(), *sim.data.body_xquat[base].tolist()],
         }  # fmt: skip

@@ -8,6 +8,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from msgspec import json
 
 from cramlite import Engine, Setting
 from cramlite.model import World
@@ -65,4 +66,5 @@ def test_poses_that_are_read_give_the_world_that_the_file_would(opened: float, s
     anew = setting(model_of(later, tmp_path / "anew"), {**later, "poses": {}}, tmp_path / "anew").world
     assert_alike(read, anew)
     assert not (tmp_path / "later" / "scene.xml").exists()
+    assert json.decode((tmp_path / "later" / "world.json").read_bytes(), type=World) == read
     assert abs(read.thing("box").pose.position[0] - first.thing("box").pose.position[0]) > 0.09

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import yaml
+from msgspec import json
 from msgspec.structs import replace
 
 from cramlite import Engine, Setting, read_scenario, setting_as_read
@@ -23,6 +24,8 @@ NOISE = 0.06
 """Noise of poses that are read while a benchmark moves things [m]: smaller differences from the proof are not noticed. It may move a thing
 into another, where it stays: a basket's wall was 15 mm inside a box, at rest; a box that leaned on a bowl fell by 40 mm once they were
 apart."""
+LATER = "# Resolved in the world of world.json; the scene's file has the poses that things had at first.\n"
+"""First line of a scenario of a later scene."""
 SEQUENCES = 3
 """Task sequences for each part of its goal, usually 12 in all: each part may have things in its way, which a sequence finds out."""
 
@@ -66,7 +69,7 @@ def scene_setting(
     """Return a scenario's file with the setting of a benchmark's present scene: world, robot, belief.
 
     Args:
-        folder: for ``scenario.yaml``.
+        folder: for ``scenario.yaml``, and for ``world.json`` where poses are no longer as in the scene's file.
         scene: what is ``absent``; the ``poses`` of bodies where they are no longer as in the file: position [m], quaternion (w, x, y, z).
         hello: what the robot feels.
         goal: what shall hold in the world of a setting.
@@ -82,9 +85,13 @@ def scene_setting(
     world = model.spec["world"] | ({"leave_out": sorted(absent)} if absent else {}) | ({"noise": f"{NOISE} m"} if model.noisy else {})
     asked = {"budget": {"sequences": SEQUENCES * len(parts), **SEARCH}, "goal": parts}
     scenario = folder / "scenario.yaml"
-    scenario.write_text(yaml.safe_dump({**model.spec, "world": world} | asked, sort_keys=False), encoding="utf-8", newline="\n")
+    said = yaml.safe_dump({**model.spec, "world": world} | asked, sort_keys=False)
+    scenario.write_text(f"{LATER if poses else ''}{said}", encoding="utf-8", newline="\n")
     mount = replace(read.robots[0], joints=hello.joints, opening=min(hello.opening, start.robot.gripper.opening[1]))
-    return scenario, replace(setting, world=replace(setting.world, robots=(mount,)))
+    setting = replace(setting, world=replace(setting.world, robots=(mount,)))
+    if poses:
+        (folder / "world.json").write_bytes(json.encode(setting.world))
+    return scenario, setting
 
 
 def _pose(row: Sequence[float]) -> Pose:
