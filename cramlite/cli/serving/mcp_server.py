@@ -25,6 +25,7 @@ from pydantic import ValidationError
 
 from ...base.errors import DEFECTS, CramliteError, NoSolution, UserError, nearest
 from ...base.json_text import plain_json
+from ...base.picture import encoded
 from ...base.pulse import Stop, Stopped, pulse
 from ...base.resources import shipped_scenarios
 from ...engine.proof.executor import Executor, ExecutorDied
@@ -234,13 +235,7 @@ class Tools:
         return data
 
     def _picture(self, run: str, at: float) -> bytes:
-        from io import BytesIO
-
-        from PIL import Image as Pixels
-
-        buffer = BytesIO()
-        Pixels.fromarray(self._runs.recall(run).solution.picture(at)).save(buffer, "PNG")
-        return buffer.getvalue()
+        return encoded(self._runs.recall(run).solution.picture(at), "PNG")
 
     def _ran(self, run: str, executor: Executor, say: Say) -> Answer:
         try:
