@@ -20,7 +20,7 @@ from ..plugin.catalogue import Knowledge, pick
 from ..plugin.selection import INSTALLED, PluginChoice
 from ..scenario.faults import faulty, read_fault_text
 from ..scenario.worlds import read_world
-from .arguments import Add, duration, plugin_choice
+from .arguments import Add, add_seed, duration, plugin_choice
 from .execution_files import write_run
 from .judge import add_purpose, judged_json, judged_text, naming, purpose_of, read_text, refuse, robots_world
 from .texts import findings_text, rollout_json, rollout_text
@@ -215,9 +215,7 @@ def _add_execute(execute: argparse.ArgumentParser) -> None:
         "--on", metavar="COMMAND",
         help="instead of --world: the process of a robot that takes actions, to which the program is streamed",
     )
-    execute.add_argument(
-        "--seed", type=int, default=0, help="seed of a scenario's world and of the sensors' noise; default 0"
-    )
+    add_seed(execute)
     add_purpose(execute)
     execute.add_argument(
         "--replan", metavar="SCENARIO",
@@ -260,6 +258,4 @@ def _add_controller(controller: argparse.ArgumentParser) -> None:
         "--idle", type=duration, default=600.0,
         help="close after this time without a client; default 600 s, 0 for no limit",
     )
-    controller.add_argument(
-        "--seed", type=int, default=0, help="seed of a scenario's world and of the sensors' noise; default 0"
-    )
+    add_seed(controller)

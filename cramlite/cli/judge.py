@@ -22,7 +22,7 @@ from ..planning.task_goals import Goal, plan_from_tasks
 from ..plugin.catalogue import Knowledge
 from ..scenario.scenario import Scenario, read_scenario
 from ..scenario.worlds import read_world
-from .arguments import Add, plugin_choice
+from .arguments import Add, add_seed, plugin_choice
 from .texts import findings_text, warn_of
 
 
@@ -190,9 +190,7 @@ def add_commands(add: Add) -> None:
         help="a run directory, its world.json, or a scenario, whose real world with this seed is taken",
     )
     add_purpose(judge)
-    judge.add_argument(
-        "--seed", type=int, default=0, help="seed of a scenario's world and of the sensors' noise; default 0"
-    )
+    add_seed(judge)
     judge.add_argument(
         "--json", action="store_true",
         help="print as JSON: passed, reason, findings, advice, left_out, remarks",

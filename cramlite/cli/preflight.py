@@ -27,7 +27,7 @@ from ..engine.real_arm.preflight import (
 from ..model.program.program import LatePose
 from ..model.twins.error_model import SOURCES
 from ..plugin.catalogue import Knowledge
-from .arguments import Add, plugin_choice
+from .arguments import Add, add_seed, plugin_choice
 from .judge import naming, read_text, robots_world
 
 WIDTH = 110
@@ -286,9 +286,7 @@ def add_commands(add: Add) -> None:
         "--limit", action="append", default=[], metavar="NAME=VALUE",
         help="limit of your cell: tool_speed [m/s], tool_force [N], joint_speed [deg/s] or payload [kg]; may be given several times",
     )  # fmt: skip
-    command.add_argument(
-        "--seed", type=int, default=0, help="seed of a scenario's world and of the sensors' noise; default 0"
-    )
+    add_seed(command)
     command.add_argument(
         "--json", action="store_true",
         help="print as JSON: ready, objections, checks with reaches, in_twins, limit, source and set, "
