@@ -15,7 +15,7 @@ from ..engine.real_arm.run_comparison import PARTS, Compared, RunComparison, com
 from ..plugin.catalogue import Knowledge, pick
 from ..report.comparison_page import write_comparison_page
 from .arguments import Add, plugin_choice
-from .view import recorded
+from .program_input import program_of, recorded
 
 
 def _compare(arguments: argparse.Namespace) -> int:
@@ -31,7 +31,7 @@ def _compare(arguments: argparse.Namespace) -> int:
     mount = rollout.world.robots[0]
     names = pick("robot", knowledge.robots_of(rollout.world), mount.type).joints
     found = compare_run(read_rtde_log(log), rollout, names, within)
-    text = _program(run)
+    text = program_of(run, typed=True)
     print(as_json(_json(found)) if arguments.json else "\n".join(comparison_lines(found, text)))
     if arguments.html is not None:
         write_comparison_page(arguments.html, f"{log.name} beside {run.name}", comparison_lines(found, text), found)
@@ -73,14 +73,6 @@ def _parting(found: RunComparison, text: Sequence[str]) -> str:
     time, name, far, line = found.parts
     ran = f", line {line}: {text[line - 1].strip()[:80]}" if 0 < line <= len(text) else ""
     return f"log and run diverge at {time:.2f} s{ran}: joint {name} is {far:.3f} rad off, {found.within:g} rad are allowed"
-
-
-def _program(run: Path) -> Sequence[str]:
-    found = next((p for p in sorted(run.glob("program.*")) if p.suffix != ".json"), run / "program.json")
-    try:
-        return found.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError):
-        return ()
 
 
 def _json(found: RunComparison) -> dict[str, Any]:

@@ -18,9 +18,9 @@ from ..plugin.catalogue import Knowledge
 from ..plugin.exporting import require_absent, require_installed, write_new
 from ..plugin.protocols import Exporter
 from .arguments import Add, plugin_choice
+from .program_input import recorded
 from .progress import Progress
 from .signals import interruptible
-from .view import recorded
 
 
 def exporter_named(name: str, knowledge: Knowledge) -> Exporter:
@@ -41,7 +41,7 @@ def run_record(run: Path, world: str | None, knowledge: Knowledge, seed: int = 0
     """Read the recorded run of a run's folder, with its program where the folder has one.
 
     Raises:
-        UserError: as ``cramlite.cli.view.recorded``.
+        UserError: as ``cramlite.cli.program_input.recorded``.
     """
     rollout = recorded(run, world, knowledge, seed)
     program, code = program_and_code(run)

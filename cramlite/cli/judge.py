@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +20,8 @@ from ..planning.scenario_goals import meanings
 from ..planning.task_goals import Goal, plan_from_tasks
 from ..plugin.catalogue import Knowledge
 from ..scenario.scenario import Scenario, read_scenario
-from ..scenario.worlds import read_world
 from .arguments import Add, add_seed, plugin_choice
+from .program_input import naming, read_text, robots_world
 from .texts import findings_text, warn_of
 
 
@@ -121,53 +120,6 @@ def _meant(scenario: Scenario, knowledge: Knowledge, place: World) -> tuple[str,
         may = f"may mean '{choices[0]}' or '{choices[1]}'" if choices else "means nothing that is there"
         raise UserError(f"{scenario.where('goal')}: '{Goal(scenario.spec.goal or ())}' {may}; name the things with --goal.")
     return choices[0].says
-
-
-def robots_world(world: str, program: Path, knowledge: Knowledge, seed: int) -> World:
-    """Read a world that has at least one robot.
-
-    Raises:
-        UserError: it cannot be read, or nobody is there to act.
-    """
-    place = read_world(world, knowledge, seed)
-    if not place.robots:
-        raise UserError(f"The world '{world}' has no robot, so nothing can run '{program}'.")
-    return place
-
-
-PACKED = b"\x1f\x8b"
-"""First bytes of a gzip file."""
-
-
-@contextmanager
-def naming(program: Path) -> Iterator[None]:
-    """Put the program's path before errors about its text, since the simulator does not know the path."""
-    try:
-        yield
-    except UserError as error:
-        raise UserError(f"{program}: {error}") from error
-
-
-def read_text(program: Path) -> str:
-    """Read the text of a program.
-
-    Robot programs of Windows editors are taken, too: comments in its Western code page, where they are not UTF-8.
-
-    Raises:
-        UserError: it cannot be read, or is no text.
-    """
-    try:
-        found = program.read_bytes()
-        return found.decode()
-    except OSError as error:
-        raise UserError(f"The program '{program}' cannot be read: {error.strerror}.") from error
-    except UnicodeDecodeError as error:
-        if found.startswith(PACKED):
-            why = "PolyScope's .urp is; take the .script that PolyScope saves beside it"
-            raise UserError(f"'{program}' is no text: it is compressed, as {why}.") from error
-        if b"\0" in found or program.suffix == ".json":
-            raise UserError(f"'{program}' is no text: byte {error.start} is not UTF-8.") from error
-        return found.decode("cp1252", "replace")
 
 
 def add_purpose(command: argparse.ArgumentParser) -> None:

@@ -28,7 +28,7 @@ from ..model.program.program import LatePose
 from ..model.twins.error_model import SOURCES
 from ..plugin.catalogue import Knowledge
 from .arguments import Add, add_seed, plugin_choice
-from .judge import naming, read_text, robots_world
+from .program_input import naming, read_text, robots_world
 
 WIDTH = 110
 LEFT_OUT = (

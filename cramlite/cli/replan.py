@@ -29,7 +29,7 @@ from ..scenario.scenario import Scenario, read_scenario
 from ..scenario.worlds import read_world
 from .arguments import plugin_choice
 from .execution_files import write_run
-from .judge import read_text
+from .program_input import read_text
 from .texts import rollout_json, rollout_text
 
 

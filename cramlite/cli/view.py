@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..base.errors import UserError
-from ..model.run.rollout import Rollout, load_rollout
+from ..model.run.rollout import Rollout
 from ..plugin.catalogue import Knowledge
-from ..scenario.worlds import read_world
 from .arguments import Add, duration, plugin_choice
+from .program_input import program_of, recorded
 
 if TYPE_CHECKING:
     from .viewer import Viewer
@@ -56,26 +56,6 @@ def require_viser() -> None:
             "'cramlite view' needs the package viser, which is not installed: pip install 'cramlite[view]' (4 MB). Without it, "
             "open the run's report.html in a browser: it has a drawing of the run that can be turned, with a time slider."
         )
-
-
-def recorded(run: Path, world: str | None, knowledge: Knowledge, seed: int = 0) -> Rollout:
-    """Read the run that a folder holds.
-
-    Raises:
-        UserError: there is none, or nobody says in which world it was.
-    """
-    file, own = run / "rollout.npz", run / "world.json"
-    if not file.is_file():
-        raise UserError(
-            f"'{run}' holds no recorded run (no rollout.npz): give a folder that 'cramlite resolve --out' or 'cramlite "
-            "execute --out' wrote. A run in which nothing was proven, or of a backend whose text cannot be run here, has "
-            "none; its report.html shows what there is."
-        )
-    if world is None and not own.is_file():
-        raise UserError(
-            f"'{run}' does not say in which world it was (no world.json): give it with --world, as 'cramlite execute' was."
-        )
-    return load_rollout(file, read_world(world or str(own), knowledge, seed))
 
 
 def viewer_of(rollout: Rollout, knowledge: Knowledge, program: Sequence[str], host: str, port: int) -> Viewer:
@@ -121,13 +101,6 @@ def free_port(host: str, first: int, tries: int = 100) -> int:
             if error.errno != errno.EADDRINUSE:
                 break
     raise UserError(f"Nothing can be served at {host}:{first} ({why}); choose --host and --port.")
-
-
-def program_of(run: Path) -> list[str]:
-    """Return the lines of the program text in a run directory; none if it holds only the typed program
-    (JSON), or no program."""
-    found = sorted(p for p in run.glob("program.*") if p.suffix != ".json")
-    return found[0].read_text("utf-8").splitlines() if found else []
 
 
 def open_browser(url: str) -> bool:
