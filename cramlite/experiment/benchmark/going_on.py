@@ -61,9 +61,9 @@ class Played(Value):
     """
 
     rollout: Rollout
-    notices: tuple[Notice, ...]
-    thought: tuple[float, ...]
-    decisions: tuple[str, ...]
+    notices: tuple[Notice, ...] = ()
+    thought: tuple[float, ...] = ()
+    decisions: tuple[str, ...] = ()
     reason: str = ""
     corrections: tuple[str, ...] = ()
 
