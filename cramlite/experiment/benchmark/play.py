@@ -19,7 +19,6 @@ from ...base.value import Value
 from ...engine.engine import Engine
 from ...engine.setting import Setting
 from ...engine.solution import Solution
-from ...model.run.readings import Notice
 from ...model.run.rollout import save_rollout
 from ...model.run.verdict import ADVICE
 from ...planning.diagnosis import nearest_miss
