@@ -5,6 +5,7 @@ Each is proven in the believed world before anything moves.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -12,7 +13,7 @@ from msgspec.structs import replace
 
 from ...base.value import Value
 from ..proof.proof import prove
-from .read_belief import STILL, apart
+from .read_belief import STILL
 from .replanning import BACK, Attempt, Round, back_program, way_back
 from .rest_of_program import may_be_finished, rest_of
 
@@ -125,4 +126,4 @@ def at_once(whole: Budget) -> Budget:
 
 def _moved(rollout: Rollout, name: str) -> float:
     track = rollout.poses[name]
-    return max(apart(tuple(row[:3]), tuple(track[0][:3])) for row in track)
+    return max(math.dist(tuple(row[:3]), tuple(track[0][:3])) for row in track)

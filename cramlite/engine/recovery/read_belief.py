@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
@@ -44,14 +45,9 @@ def setting_as_read(before: Setting, read: World, knowledge: Knowledge, noise: f
     """
     world = corrected(read, knowledge, noise, deep)
     where = {t.name: t.pose.position for t in before.world.things}
-    stayed = {t.name for t in world.things if t.name in where and apart(where[t.name], t.pose.position) <= STILL}
+    stayed = {t.name for t in world.things if t.name in where and math.dist(where[t.name], t.pose.position) <= STILL}
     relations = tuple(r for r in before.relations if r[1] in stayed)
     return with_load(replace(before, world=world, relations=relations, real=None, look=None), knowledge)
-
-
-def apart(one: tuple[float, ...], other: tuple[float, ...]) -> float:
-    """Return the distance between two positions [m]."""
-    return float(sum((a - b) ** 2 for a, b in zip(one, other, strict=True)) ** 0.5)
 
 
 def world_as_read(before: World, readings: Readings, models: World, closed: float) -> World:

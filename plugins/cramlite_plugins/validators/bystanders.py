@@ -84,23 +84,25 @@ def _objections(candidate: Candidate, name: str, stay: Stay, tasks: list[str], v
     if stay.way > most:
         whose = f"limit {1000 * most:g} mm {limits.source(key)}"
         said = f"{who} was {1000 * stay.way:.0f} mm from its place{than} at {times[stay.sample]:.1f} s; {whose}"
-        let = _let(name, key, 1000 * stay.way, "mm")
+        let = _let(candidate, name, key, 1000 * stay.way, "mm")
         yield Finding(validator, False, said, stay.way, most, "m", tasks[stay.sample], remedy=let)
     if stay.tilt > limits.bystander_tilt:
         whose = f"limit {np.degrees(limits.bystander_tilt):g} deg {limits.source('bystander_tilt')}"
         said = f"{who} leant over by {np.degrees(stay.tilt):.0f} deg{than} at {times[stay.leant]:.1f} s; {whose}"
-        let = _let(name, "bystander_tilt", float(np.degrees(stay.tilt)), "deg")
+        let = _let(candidate, name, "bystander_tilt", float(np.degrees(stay.tilt)), "deg")
         yield Finding(validator, False, said, stay.tilt, limits.bystander_tilt, "rad", tasks[stay.leant], remedy=let)
 
 
-def _let(name: str, key: str, value: float, unit: str) -> Remedy:
+def _let(candidate: Candidate, name: str, key: str, value: float, unit: str) -> Remedy | None:
     """Return the advice for a thing that moved though no task moves it: put it farther from the others, or
-    permit it to move that far.
+    permit it to move that far; None for a payload of the plan, whose grasp is at fault then.
 
     Args:
         key, unit: of the limit in a scenario.
         value: that the limit must be to let it [unit].
     """
+    if any(h.thing == name for h in candidate.handovers or ()):
+        return None
     amount = f"{math.ceil(value)} {unit}"
     let = f"'limits: {{{key}: {f'{{{name}: {amount}}}' if key == 'keep' else amount}}}' in the scenario"
     says = f"'{name}' moves though no task moves it: put it farther from other things, or, if its motion does no harm, permit it by {let}"
