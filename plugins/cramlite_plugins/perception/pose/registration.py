@@ -8,6 +8,7 @@ from typing import Any
 from cramlite.model import Pose, Value
 from cramlite.plugin import Expert, Inputs, Judged, Parameter, hookimpl
 
+
 class Fit(Value):
     """Pose of a known model that was registered with measured points, with its score and the reason for the
     score.
