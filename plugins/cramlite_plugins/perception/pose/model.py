@@ -173,11 +173,11 @@ def surface_of(thing: Thing) -> PoseModel:
     Raises:
         UserError: it has no shape, or one without a surface.
     """
-    return _surface(ModelKey(repr(thing), thing))
+    return _kept(ModelKey(repr(thing), thing))
 
 
 @lru_cache(maxsize=64)
-def _surface(key: ModelKey) -> PoseModel:
+def _kept(key: ModelKey) -> PoseModel:
     return pose_model(key.thing)
 
 
