@@ -86,8 +86,7 @@ def next_program(
 
 def attempt_of(candidate: Candidate, world: World) -> Attempt:
     """Return a proven program to be run in a world."""
-    assert candidate.code is not None
-    return Attempt(candidate.plan, candidate.program, candidate.code, world, candidate)
+    return Attempt(candidate.plan, candidate.program, candidate.written, world, candidate)
 
 
 def _same_program(stopped: Stopped, knowledge: Knowledge, seed: int, trace: Trace) -> Attempt | None:

@@ -46,8 +46,7 @@ class Bystanders(Value):
     may_advise: bool = True  # whoever judges a goal elsewhere may not mind what became of other things
 
     def check(self, candidate: Candidate) -> Iterator[Finding]:
-        rollout = candidate.rollout
-        assert rollout is not None
+        rollout = candidate.ran
         moved, tasks, kept = moved_by(candidate), inner_tasks(candidate), dict(candidate.limits.keep)
         moved = moved | {n: ["" if task == "" else None for task in moved[n]] for n in kept if n in moved}
         worst: tuple[float, str] = (0.0, "")
@@ -76,8 +75,7 @@ class Bystanders(Value):
 
 
 def _objections(candidate: Candidate, name: str, stay: Stay, tasks: list[str], validator: str) -> Iterator[Finding]:
-    assert candidate.rollout is not None
-    limits, times = candidate.limits, candidate.rollout.times
+    limits, times = candidate.limits, candidate.ran.times
     most, key = limits.motion_of(name)
     who = f"'{name}', which {'must keep its place' if key == 'keep' else 'no task moved then'},"
     than = f" on '{stay.beside}', which carries it," if stay.beside else ""
