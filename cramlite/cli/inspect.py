@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ..base.errors import UserError
 from ..base.json_text import as_json
-from ..plugin.catalogue import Knowledge
+from ..plugin.catalogue import Knowledge, examine
 from .arguments import Add, plugin_choice
 from .texts import interpretation_text, plugins_json, plugins_text, repairs_json, tasks_json, tasks_text, warn_of
 
@@ -64,7 +64,7 @@ def _tasks(arguments: argparse.Namespace) -> int:
 
 def _plugins(arguments: argparse.Namespace) -> int:
     registry = plugin_choice(arguments).registry(strict=False)
-    registry.examine()
+    examine(registry)
     print(as_json(plugins_json(registry)) if arguments.json else plugins_text(registry, every=arguments.all))
     return 3 if registry.faults else 0
 
