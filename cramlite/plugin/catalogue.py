@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from ..model.imported_robot import ImportedRobot
     from ..model.robot import Robot
     from ..model.robot_file import RobotFile
+    from ..model.run.readings import Watch
+    from ..model.run.rollout import Rollout
     from ..model.world.world import Thing, World
     from ..ontology.taxonomy import Taxonomy
     from .demonstration import RecordScript
@@ -216,6 +218,17 @@ class Knowledge:
         for _, simulator in self.registry.collect("simulators"):
             return simulator  # type: ignore[no-any-return]
         raise UserError("No plugin offers a simulator, and nothing can be proven without one; see 'cramlite plugins'.")
+
+    def run(self, text: str, world: World, seed: int, *, mount: str = "", watch: Watch | None = None) -> Rollout:
+        """Run a program's text on the controller model in a world.
+
+        Args:
+            mount: name of the robot; "" for the world's first one.
+            watch: is shown readings, and can stop the run; a simulator without that parameter can run only without one.
+        """
+        robots, mount = self.robots_of(world), mount or world.robots[0].name
+        watching = {} if watch is None else {"watch": watch}
+        return self.simulator.execute(text, world, robots, mount=mount, seed=seed, **watching)
 
     @cached_property
     def episodes(self) -> EpisodeHooks:
