@@ -131,4 +131,4 @@ def test_a_refused_run_says_when_it_held(tmp_path: Path) -> None:
     held, let_go, begun, ended = map(float, found.groups())
     assert begun < held <= ended + 0.2 < let_go
     line = 1 + (tmp_path / "grasping.yaml").read_text().splitlines().index("run:") + 1
-    assert remedy is not None and f"grasping.yaml:{line} does not hold during Grasping: change what the task does" in remedy.says
+    assert remedy is not None and f"grasping.yaml:{line} does not hold during soma:Grasping: change what the task does" in remedy.says
