@@ -19,6 +19,8 @@ from ...shapes.surfaces import Surface
 from .query import openings, roof_above
 from .stable_poses import carried_at
 
+HIGH = 0.010  # lowest point above a floor on a level way [m]
+HIGHER = 0.02  # the same above a thing that can move, whose place is uncertain by some 5 mm [m]
 STEP = 0.01  # between positions, from the middle of a floor outwards [m]
 OUTERMOST = 0.012  # position from the edge of a floor [m]: what is dropped there shifts by some millimetres
 ASIDE = (0.0, 0.3, -0.3, 0.1, -0.1, 0.2, -0.2)
@@ -35,6 +37,7 @@ class Floor(Value):
         surface: in the base frame.
         room: up to the roof [m].
         out: level unit vector (3,) through the open side.
+        high: height of a payload's lowest point above it on a level way [m].
     """
 
     whole: Thing
@@ -42,6 +45,7 @@ class Floor(Value):
     surface: Surface
     room: float
     out: Floats
+    high: float = HIGH
 
     def spots(self, few: int = 1) -> list[tuple[Floats, str]]:
         """Return points (3,) on a floor under a roof, from its middle to its open side, with descriptions;

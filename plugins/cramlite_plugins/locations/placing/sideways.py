@@ -28,11 +28,10 @@ from ..pushing.contacts import STEEP
 from ..reached import Arm
 from .attitudes import attitudes
 from .checks import at_rest
-from .floors import ASIDE, Floor, levels
+from .floors import ASIDE, HIGH, HIGHER, Floor, levels
 from .query import Groups, Placement, Query, roof_above
 from .stable_poses import TURNLESS, about_vertical, as_asked, check_turn
 
-HIGH = 0.010  # lowest point above a floor on a level way [m]
 BEFORE_IT = 0.02  # between the payload and the thing that it goes into, where a level way begins [m]
 TURNS = (0.0, 10.0, -10.0, 20.0, -20.0, 5.0, -5.0)  # of the hand from pointing straight inwards [deg]
 PARTS = (0.0, 0.15, 0.4, 1.0)  # of a way out at which boxes about hand and payload have to be free
@@ -63,7 +62,7 @@ def sideways(asked: list[Query]) -> Groups:
     if first.where.attitude:
         check_turn(first, upright)
     for kind, now in attitudes(first, upright):
-        tall = height(first.thing, now) + 2 * HIGH
+        tall = height(first.thing, now) + _gaps(first)
         for query, floor in _floors(asked, now, tall, low):
             found = True
             for placement in _level(query, floor, now, kind):
@@ -74,7 +73,7 @@ def sideways(asked: list[Query]) -> Groups:
             "anywhere", "the bounding boxes of hand and payload fit nowhere on the floor of the target"
         )
     if not found:
-        raise _too_high(first, max(low, default=0.0), height(first.thing, upright) + 2 * HIGH)
+        raise _too_high(first, max(low, default=0.0), height(first.thing, upright) + _gaps(first))
 
 
 def _floors(
@@ -94,17 +93,23 @@ def _floors(
         ):
             low.append(over)
             there = replace(query, target=surface, under=query.whole, settles=True) if query.roof else query
+            high = HIGHER if query.roof else HIGH
             for out in open_sides(whole, at, surface, tall / 2 - HIGH) if tall <= over else ():
-                yield there, Floor(whole, at, surface, over, out)
+                yield there, Floor(whole, at, surface, over, out, high)
+
+
+def _gaps(query: Query) -> float:
+    """Room that a payload needs under a roof beyond its own height, below and above it [m]."""
+    return (HIGHER if query.roof else HIGH) + HIGH
 
 
 def _too_high(query: Query, room: float, needed: float) -> Unresolvable:
     """Refusal of a payload that is too high for the room under an overhang, or of a target without an open
     side; it names the grasp as a cause if a lying payload would fit."""
-    low = room - needed + 2 * HIGH
-    if low >= 2 * HIGH:
+    low, gaps = room - needed + _gaps(query), _gaps(query)
+    if low >= gaps:
         return Unresolvable(f"no side of '{query.entity}' is open", blocking=())
-    more = f"{1000 * low:.0f} mm higher than '{query.thing.name}', {2000 * HIGH:.0f} mm is needed"
+    more = f"{1000 * low:.0f} mm higher than '{query.thing.name}', {1000 * gaps:.0f} mm is needed"
     says = (
         f"the opening of '{query.entity}' is {1000 * room:.0f} mm high, '{query.thing.name}' needs "
         f"{1000 * needed:.0f} mm with the gap around it: take a lower thing, lay it down, or name another "
@@ -113,7 +118,7 @@ def _too_high(query: Query, room: float, needed: float) -> Unresolvable:
     remedy = Remedy(f"room {query.entity}", says, needed - room)
     said = f"the room under the roof of '{query.entity}' is {more}"
     low_side = float(np.min(np.ptp(corners(query.thing, Pose()), axis=0)))
-    lies = low_side + 2 * HIGH <= room and not query.where.attitude and query.thing.filling is None
+    lies = low_side + gaps <= room and not query.where.attitude and query.thing.filling is None
     grasps = taken_at(query.belief, query.context) if lies else ()
     return Unresolvable(said, grasps, blocking=(), remedy=remedy)
 
@@ -161,13 +166,13 @@ def _at(query: Query, floor: Floor, now: Pose, kind: str, spot: tuple[Floats, st
     spin = math.atan2(-floor.out[1], -floor.out[0]) - math.atan2(ahead[1], ahead[0]) + math.radians(turn)
     turned = about_vertical(now, spin)
     over = point - turned.apply(centre_of_mass(query.thing)) * (1.0, 1.0, 0.0)
-    thing = shift(shift(turned, over), (0.0, 0.0, HIGH + support(query.thing, turned, (0, 0, -1))))
+    thing = shift(shift(turned, over), (0.0, 0.0, floor.high + support(query.thing, turned, (0, 0, -1))))
     far = support(floor.whole, floor.at, floor.out) + support(query.thing, thing, -floor.out) + BEFORE_IT
     pose, said = query.hand(thing), f"{name}, turned {turn:+.0f} deg, through its side"
     reorients = turned.distance(about_vertical(query.now, spin))[1] > TURNLESS
     said += f", as a hand holds it that points down by {_down(pose):.0f} deg" if reorients else ""
     before = shift(pose, far * floor.out)
-    return Placement(said, thing, pose, before, HIGH, kind, led=True, reorients=reorients)
+    return Placement(said, thing, pose, before, floor.high, kind, led=True, reorients=reorients)
 
 
 def _down(hand: Pose) -> float:
@@ -200,7 +205,7 @@ def _free(
         return np.zeros(shape, bool)
     spin = _inwards(floor, hands, turns)
     x, y, _ = centre_of_mass(thing) @ now.rotation.T + now.position
-    foot = np.array([x, y, now.position[2] + lowest(thing, now) - HIGH])
+    foot = np.array([x, y, now.position[2] + lowest(thing, now) - floor.high])
 
     def spread(vectors: Floats) -> Floats:
         """Move points (n, 3) of the payload or hand, relative to the payload's foot, to each spot, turned by
@@ -325,4 +330,4 @@ def _floors_later(thing: Thing, now: Pose, belief: Belief, context: Context) -> 
         for within in (False, True):
             for surface, over in levels(thing, now, whole, region, belief, within):
                 for out in open_sides(roof, at, surface, height(thing, now) / 2):
-                    yield Floor(roof, at, surface, over, out)
+                    yield Floor(roof, at, surface, over, out, HIGHER if above else HIGH)
