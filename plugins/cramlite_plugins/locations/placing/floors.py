@@ -20,7 +20,7 @@ from .query import openings, roof_above
 from .stable_poses import carried_at
 
 HIGH = 0.010  # lowest point above a floor on a level way [m]
-HIGHER = 0.02  # the same above a thing that can move, whose place is uncertain by some 5 mm [m]
+HIGHER = 0.02  # the same above the top of a thing that can move, whose place is uncertain by some 5 mm [m]
 STEP = 0.01  # between positions, from the middle of a floor outwards [m]
 OUTERMOST = 0.012  # position from the edge of a floor [m]: what is dropped there shifts by some millimetres
 ASIDE = (0.0, 0.3, -0.3, 0.1, -0.1, 0.2, -0.2)
@@ -35,7 +35,7 @@ class Floor(Value):
         whole: thing whose roof that is.
         at: its pose in the base frame.
         surface: in the base frame.
-        room: up to the roof [m].
+        room: up to the roof, with ``high`` in excess of ``HIGH`` taken off [m].
         out: level unit vector (3,) through the open side.
         high: height of a payload's lowest point above it on a level way [m].
     """
@@ -65,8 +65,8 @@ class Floor(Value):
 
 def levels(
     thing: Thing, now: Pose, whole: Thing, region: str, belief: Belief, within: bool
-) -> Iterator[tuple[Surface, float]]:
-    """Generate floors under a roof, each with the height of the room over it [m].
+) -> Iterator[tuple[Surface, float, float]]:
+    """Generate floors under a roof, each with ``Floor.room`` and ``Floor.high``.
 
     They are upper faces of a thing, what the payload would rest on in its cavity, or where it would rest on a
     thing that stands under another one's roof.
@@ -76,17 +76,18 @@ def levels(
         over = belief.pose(roof)
         surface = _upon(thing, now, whole, at, over.rotate((1.0, 0.0, 0.0)))
         if surface is not None:
-            yield surface, roof_over(belief.thing(roof), over, surface.pose.position)
+            high = float(corners(whole, at)[:, 2].max()) - surface.pose.position[2] + HIGHER
+            yield surface, roof_over(belief.thing(roof), over, surface.pose.position) - high + HIGH, high
         return
     if not within:
-        yield from roofed(whole, at, region)
+        yield from ((surface, room, HIGH) for surface, room in roofed(whole, at, region))
         return
     for target, depth in openings(whole, at, region) if has_own_roof(whole, at, region) else ():
         x, y, z = map(float, target.pose.apply((0.0, 0.0, -depth / 2)))
         low = carried_at(thing, now, (x, y, z), belief)
         if low is not None:
             floor = Surface(Pose((x, y, low), target.pose.quaternion), target.area)
-            yield floor, roof_over(whole, at, (x, y, low))
+            yield floor, roof_over(whole, at, (x, y, low)), HIGH
 
 
 def _upon(thing: Thing, now: Pose, below: Thing, at: Pose, along: Floats) -> Surface | None:

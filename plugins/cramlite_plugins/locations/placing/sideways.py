@@ -28,7 +28,7 @@ from ..pushing.contacts import STEEP
 from ..reached import Arm
 from .attitudes import attitudes
 from .checks import at_rest
-from .floors import ASIDE, HIGH, HIGHER, Floor, levels
+from .floors import ASIDE, HIGH, Floor, levels
 from .query import Groups, Placement, Query, roof_above
 from .stable_poses import TURNLESS, about_vertical, as_asked, check_turn
 
@@ -62,7 +62,7 @@ def sideways(asked: list[Query]) -> Groups:
     if first.where.attitude:
         check_turn(first, upright)
     for kind, now in attitudes(first, upright):
-        tall = height(first.thing, now) + _gaps(first)
+        tall = height(first.thing, now) + 2 * HIGH
         for query, floor in _floors(asked, now, tall, low):
             found = True
             for placement in _level(query, floor, now, kind):
@@ -73,7 +73,7 @@ def sideways(asked: list[Query]) -> Groups:
             "anywhere", "the bounding boxes of hand and payload fit nowhere on the floor of the target"
         )
     if not found:
-        raise _too_high(first, max(low, default=0.0), height(first.thing, upright) + _gaps(first))
+        raise _too_high(first, max(low, default=0.0), height(first.thing, upright) + 2 * HIGH)
 
 
 def _floors(
@@ -88,28 +88,22 @@ def _floors(
     """
     for query in asked[:1] if asked[0].roof else asked:
         whole, at = query.roofing, query.belief.pose(query.roofing.name)
-        for surface, over in levels(
+        for surface, over, high in levels(
             query.thing, now, query.whole, query.region, query.belief, query.depth > 0
         ):
             low.append(over)
             there = replace(query, target=surface, under=query.whole, settles=True) if query.roof else query
-            high = HIGHER if query.roof else HIGH
             for out in open_sides(whole, at, surface, tall / 2 - HIGH) if tall <= over else ():
                 yield there, Floor(whole, at, surface, over, out, high)
-
-
-def _gaps(query: Query) -> float:
-    """Room that a payload needs under a roof beyond its own height, below and above it [m]."""
-    return (HIGHER if query.roof else HIGH) + HIGH
 
 
 def _too_high(query: Query, room: float, needed: float) -> Unresolvable:
     """Refusal of a payload that is too high for the room under an overhang, or of a target without an open
     side; it names the grasp as a cause if a lying payload would fit."""
-    low, gaps = room - needed + _gaps(query), _gaps(query)
-    if low >= gaps:
+    low = room - needed + 2 * HIGH
+    if low >= 2 * HIGH:
         return Unresolvable(f"no side of '{query.entity}' is open", blocking=())
-    more = f"{1000 * low:.0f} mm higher than '{query.thing.name}', {1000 * gaps:.0f} mm is needed"
+    more = f"{1000 * low:.0f} mm higher than '{query.thing.name}', {2000 * HIGH:.0f} mm is needed"
     says = (
         f"the opening of '{query.entity}' is {1000 * room:.0f} mm high, '{query.thing.name}' needs "
         f"{1000 * needed:.0f} mm with the gap around it: take a lower thing, lay it down, or name another "
@@ -118,7 +112,7 @@ def _too_high(query: Query, room: float, needed: float) -> Unresolvable:
     remedy = Remedy(f"room {query.entity}", says, needed - room)
     said = f"the room under the roof of '{query.entity}' is {more}"
     low_side = float(np.min(np.ptp(corners(query.thing, Pose()), axis=0)))
-    lies = low_side + gaps <= room and not query.where.attitude and query.thing.filling is None
+    lies = low_side + 2 * HIGH <= room and not query.where.attitude and query.thing.filling is None
     grasps = taken_at(query.belief, query.context) if lies else ()
     return Unresolvable(said, grasps, blocking=(), remedy=remedy)
 
@@ -328,6 +322,6 @@ def _floors_later(thing: Thing, now: Pose, belief: Belief, context: Context) -> 
         if not (region or above) and surfaces(whole, at):
             continue
         for within in (False, True):
-            for surface, over in levels(thing, now, whole, region, belief, within):
+            for surface, over, high in levels(thing, now, whole, region, belief, within):
                 for out in open_sides(roof, at, surface, height(thing, now) / 2):
-                    yield Floor(roof, at, surface, over, out, HIGHER if above else HIGH)
+                    yield Floor(roof, at, surface, over, out, high)
