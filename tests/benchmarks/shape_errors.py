@@ -11,12 +11,12 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator
 
-from cramlite.engine.proof.proof import text_that_runs
-from cramlite.engine.proof.twin_proof import Doubtful, twin_seed
 from figure import add_figure, rate, value, write
 from msgspec.structs import replace
 
 from cramlite import Engine, find_scenario, read_scenario
+from cramlite.engine.proof.proof import text_that_runs
+from cramlite.engine.proof.twin_proof import Doubtful, twin_seed
 from cramlite.experiment.figure import Number
 from cramlite.model import ErrorModel, ProofDoubts
 

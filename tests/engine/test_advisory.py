@@ -6,7 +6,6 @@ import re
 from pathlib import Path
 
 import pytest
-from cramlite.engine.proof.proof import findings_of
 from msgspec.structs import replace
 
 from cramlite import Budget, Engine, Finished, Solution, Trace, UserError, find_scenario, read_scenario
@@ -14,6 +13,7 @@ from cramlite.base.run_directory import RunDirectory
 from cramlite.cli.run_files import solution_summary
 from cramlite.cli.serving.answers import solution_answer
 from cramlite.cli.texts import _finding_lines, findings_text, solution_text
+from cramlite.engine.proof.proof import findings_of
 from cramlite.model import JudgingLimits
 from cramlite_plugins.reports import summary
 
@@ -104,3 +104,8 @@ def test_planning_is_permitted_to_push_by_a_word_of_its_own(tmp_path: Path, limi
 def test_a_validator_that_there_is_not_is_refused(tmp_path: Path) -> None:
     with pytest.raises(UserError, match=r"limited.yaml:\d+: no validator 'bystander'; did you mean 'bystanders'"):
         resolved(tmp_path, "advisory: [bystander]")
+
+
+def test_what_must_keep_its_place_is_in_the_world(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match=r"limited.yaml:\d+: no thing 'nobody'; "):
+        resolved(tmp_path, "keep: {nobody: 1 mm}")

@@ -11,10 +11,10 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
 import pytest
-from cramlite.engine.proof.executor_group import ExecutorGroup
 
 from cramlite import Engine, Solution, Trace, find_scenario, read_scenario
 from cramlite.base.pulse import Stopped, pulse
+from cramlite.engine.proof.executor_group import ExecutorGroup
 from cramlite.model import Collision, RobotMount, World
 from cramlite.planning.symbolic.pddl import PddlText
 from cramlite.planning.symbolic.symbolic_planner import _end, fast_downward

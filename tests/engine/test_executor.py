@@ -14,10 +14,10 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
-from cramlite.engine.proof.executor import Executor, ExecutorDied
 
 from cramlite import Engine
 from cramlite.base.stopwatch import Stopwatch
+from cramlite.engine.proof.executor import Executor, ExecutorDied
 from cramlite.experiment.demonstrations import twins
 from cramlite.model import RobotMount, World
 from cramlite.plugin import UserError

@@ -9,10 +9,10 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from cramlite.engine.proof.executor_group import ExecutorGroup, _List
 
 from cramlite import Engine, find_scenario, read_scenario
 from cramlite.base.pulse import Stopped, pulse
+from cramlite.engine.proof.executor_group import ExecutorGroup, _List
 from cramlite.model import RobotMount, World
 from cramlite.plugin.selection import INSTALLED
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from cramlite.engine.proof.judging import JudgedRun, Purpose, judge_text
 from helpers.written_runs import Says, Written, grounded, intent, knowing, planned, ran, written
 from msgspec.structs import replace
 
+from cramlite.engine.proof.judging import JudgedRun, Purpose, judge_text
 from cramlite.model import JudgingLimits, Pose, RobotMount
 from cramlite.model.program.program_json import typed_code
 from cramlite.plugin import UserError

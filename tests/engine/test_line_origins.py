@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from cramlite.engine.proof.line_origins import origins_by_labels, origins_of
 
+from cramlite.engine.proof.line_origins import origins_by_labels, origins_of
 from cramlite.model import Code
 
 TEXT = """def p():

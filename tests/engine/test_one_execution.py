@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from cramlite.engine.proof.executor import Executor
 from helpers.short_runs import good
 from helpers.written_runs import Says, Writes, Written, knowing, planned, ran, written
 from msgspec.structs import replace
 
 from cramlite.engine.execution import execute
+from cramlite.engine.proof.executor import Executor
 from cramlite.model import Pose, Rollout, World
 from cramlite.plugin import UserError
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
-from cramlite.engine.proof.program_time import TARE, about
 from msgspec.structs import replace
 
 from cramlite import Solution
+from cramlite.engine.proof.program_time import TARE, about
 from cramlite.model import AnyStep, Fallback, Monitor, MoveJoints, Parallel, Repeat, SetGripper, Wait, ZeroSensor
 
 Proven = Callable[[str], Solution]

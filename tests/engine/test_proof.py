@@ -6,6 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.short_runs import good
+from helpers.written_runs import Says, Writes, Written, grounded, knowing, planned, ran
+from msgspec.structs import replace
+
 from cramlite.engine.proof.proof import (
     allowances,
     assemble,
@@ -16,10 +20,6 @@ from cramlite.engine.proof.proof import (
     run_and_judge,
     text_that_runs,
 )
-from helpers.short_runs import good
-from helpers.written_runs import Says, Writes, Written, grounded, knowing, planned, ran
-from msgspec.structs import replace
-
 from cramlite.model import Estimate, Finding, Held, JudgingLimits, Pose, Verdict
 from cramlite.model.program.program import Code, LatePose
 from cramlite.model.program.program_json import is_program_text

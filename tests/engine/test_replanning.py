@@ -14,11 +14,11 @@ import msgspec
 import numpy as np
 import pytest
 from conftest import ROOT, Run
-from cramlite.engine.proof.proof import conflict_of
 
 from cramlite import Engine, read_scenario
 from cramlite.cli.main import main
 from cramlite.engine.late_poses import worlds_at_tolerance
+from cramlite.engine.proof.proof import conflict_of
 from cramlite.engine.recovery.replanning import way_back
 from cramlite.model import Action, Pose, Verdict, World, read_program
 from cramlite.planning.refutation import InTask, as_they_are

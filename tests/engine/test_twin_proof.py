@@ -11,8 +11,6 @@ from pathlib import Path
 
 import pytest
 from conftest import Run
-from cramlite.engine.proof.executor_group import ExecutorGroup
-from cramlite.engine.proof.twin_proof import doubt, twin_seed
 from helpers.properties import examples
 from helpers.task_scenarios import attempted
 from hypothesis import given
@@ -22,6 +20,8 @@ from msgspec.structs import replace
 from cramlite import Engine, UserError, find_scenario, read_scenario
 from cramlite.base.pulse import Stopped, pulse
 from cramlite.base.wilson import wilson_interval
+from cramlite.engine.proof.executor_group import ExecutorGroup
+from cramlite.engine.proof.twin_proof import doubt, twin_seed
 from cramlite.engine.setting import Setting
 from cramlite.model import ErrorModel, Finding, PoseError, ProofDoubts, TwinRun, TwinVerdict, Verdict
 from cramlite.model.twins.error_model import NO_ERRORS

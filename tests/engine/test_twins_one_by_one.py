@@ -11,14 +11,14 @@ from contextlib import closing
 from typing import Any
 
 import pytest
-from cramlite.engine.proof.executor_group import ExecutorGroup, group_of, processes_here
-from cramlite.engine.proof.twin_proof import doubt, over, sight_of, twin_seed
 from helpers.edited import engine, proven
 from helpers.written_runs import Says, Written, knowing
 from msgspec.structs import replace
 
 from cramlite import find_scenario, read_scenario
 from cramlite.base.pulse import ASKED, Stopped, pulse
+from cramlite.engine.proof.executor_group import ExecutorGroup, group_of, processes_here
+from cramlite.engine.proof.twin_proof import doubt, over, sight_of, twin_seed
 from cramlite.engine.setting import Setting
 from cramlite.model import (
     Camera,

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 from conftest import ROOT
-from cramlite.engine.proof.proof import conflict_of
 
 from cramlite import Engine, Trace, read_scenario
+from cramlite.engine.proof.proof import conflict_of
 from cramlite.engine.search_in_setting import search_in
 from cramlite.model import Verdict
 from cramlite.planning.refutation import Later

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from cramlite.engine.proof.line_origins import origins_of
-from cramlite.engine.proof.proof import findings_of
 from msgspec.structs import replace
 
+from cramlite.engine.proof.line_origins import origins_of
+from cramlite.engine.proof.proof import findings_of
 from cramlite.model import Finding, World
 from cramlite.plugin import Candidate
 from helpers.task_scenarios import attempted, engine

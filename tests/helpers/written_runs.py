@@ -8,13 +8,13 @@ from functools import cache
 from typing import Any
 
 from conftest import ROOT
-from cramlite.engine.proof.intent import Intent, Kept, write_intent
-from cramlite.engine.proof.proof import assemble
 from msgspec import json
 from msgspec.structs import replace
 
 from cramlite import Trace, read_scenario
 from cramlite.engine.candidates import CandidateSequence
+from cramlite.engine.proof.intent import Intent, Kept, write_intent
+from cramlite.engine.proof.proof import assemble
 from cramlite.engine.search_in_setting import search_in
 from cramlite.model import Code, Cost, Finding, Program, Robot, Rollout, World
 from cramlite.planning.search.state import State

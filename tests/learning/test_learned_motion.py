@@ -12,13 +12,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cramlite.engine.proof.line_origins import origins_of
-from cramlite.engine.proof.proof import findings_of
 from learned_motions import DONE, ROLES, job, solved
 from motion_demonstrations import TOLD, WORLDS, WRONG, Shown_, of, shown, stir, wipe
 from msgspec.structs import replace
 
 from cramlite import Engine, Trace, read_scenario
+from cramlite.engine.proof.line_origins import origins_of
+from cramlite.engine.proof.proof import findings_of
 from cramlite.interpretation.path_predicate import gone_through, headed, rests
 from cramlite.interpretation.timeline import Timeline
 from cramlite.learning.from_episodes import learn_task

@@ -9,11 +9,11 @@ from typing import Any
 
 import pytest
 from conftest import ROOT
-from cramlite.engine.proof.proof import prove
 from msgspec.structs import replace
 
 from cramlite import Engine, Solution, read_scenario
 from cramlite.engine.late_poses import parametric
+from cramlite.engine.proof.proof import prove
 from cramlite.model import MoveJoints, MoveLinear, Pose, Rollout
 from cramlite.plugin import UserError
 from cramlite_plugins.backends import typed_json

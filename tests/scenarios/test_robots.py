@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from cramlite.engine.proof.executor import Executor
 from msgspec.structs import replace
 
+from cramlite.engine.proof.executor import Executor
 from cramlite.model import MoveJoints, Program, RobotMount, World, write_program
 from cramlite.plugin import UserError
 from cramlite.plugin.catalogue import Knowledge

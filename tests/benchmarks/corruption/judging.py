@@ -10,10 +10,10 @@ from multiprocessing import get_context
 from pathlib import Path
 
 import msgspec
-from cramlite.engine.proof.intent import read_intent
-from cramlite.engine.proof.judging import JudgedRun, Purpose, judge_text
 
 from cramlite.base.value import Value
+from cramlite.engine.proof.intent import read_intent
+from cramlite.engine.proof.judging import JudgedRun, Purpose, judge_text
 from cramlite.plugin.catalogue import Knowledge
 from cramlite.plugin.selection import INSTALLED
 

@@ -9,11 +9,11 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from cramlite.engine.proof.proof import findings_of
 from helpers.edited import engine
 from helpers.short_runs import COUNT, HANDOVERS, LEFT, LINES, OPENED, candidate, good, posed, shifted, touching, track
 from msgspec.structs import replace
 
+from cramlite.engine.proof.proof import findings_of
 from cramlite.interpretation.fluents import symbolic_world
 from cramlite.model import Action, Floats, MoveJoints, Object, Pose, Rollout, SetGripper, Touch, World
 from cramlite.planning.goal_literals import literals_of_goals
