@@ -20,7 +20,7 @@ from ...shapes.bounds import box_around, centre_of_mass, corners, height, lowest
 from ...shapes.box_overlaps import overlaps
 from ...shapes.roofs import has_a_roof, open_sides
 from ...shapes.standing_up import stood_up
-from ...shapes.surfaces import surfaces
+from ...shapes.surfaces import Surface, footprint, surfaces
 from ..antipodal import Hands
 from ..hand_room import HandRoom
 from ..later import brings
@@ -61,19 +61,39 @@ def sideways(asked: list[Query]) -> Groups:
         upright = as_asked(stood_up(first.thing, first.now), first.where)
     if first.where.attitude:
         check_turn(first, upright)
-    for kind, now in attitudes(first, upright):
+    for kind, now in _kinds(first, upright):
         tall = height(first.thing, now) + 2 * HIGH
         for query, floor in _floors(asked, now, tall, low):
             found = True
-            for placement in _level(query, floor, now, kind):
+            there = _over_all(query, floor) if query.roof and kind == "dropped" else query
+            for placement in _level(there, floor, now, kind):
                 none = False
-                yield iter([(query, placement)])
+                yield iter([(there, placement)])
     if found and none:
         yield Refused(
             "anywhere", "the bounding boxes of hand and payload fit nowhere on the floor of the target"
         )
     if not found:
         raise _too_high(first, max(low, default=0.0), height(first.thing, upright) + 2 * HIGH)
+
+
+def _kinds(query: Query, upright: Pose) -> Iterator[tuple[str, Pose]]:
+    """Attitudes of the payload, each with a kind of placement.
+
+    Upon a thing under a roof, the payload may come to rest of itself where shapes alone do not show
+    that it stands, such as on the rim of a bowl.
+    """
+    for kind, now in attitudes(query, upright):
+        yield kind, now
+        if query.roof and kind != "dropped":
+            yield "dropped", now
+
+
+def _over_all(query: Query, floor: Floor) -> Query:
+    """Return the placing problem with all of the thing below as the target, not only where it is first
+    touched."""
+    seen = floor.surface.pose.inverse() * query.at
+    return replace(query, target=Surface(floor.surface.pose, footprint(query.whole, seen)))
 
 
 def _floors(
