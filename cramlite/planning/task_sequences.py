@@ -162,14 +162,14 @@ class _Turn:
 
 
 def diagonally(choices: Iterable[_Turn]) -> Iterator[_Turn]:
-    """Generate choices of things in turn, until each is over: in each round one more, which comes first.
+    """Generate choices of things in turn, until each is over: in each round one more, which comes last.
 
-    So none is asked for its second plan before another one, if there is one, was asked for its first.
+    So better choices come more often, and none is left out until all before it are over.
     """
     further, begun = iter(choices), list[_Turn]()
     while True:
         new = next(further, None)
-        begun = [*([new] if new is not None else []), *(t for t in begun if not t.over)]
+        begun = [*(t for t in begun if not t.over), *([new] if new is not None else [])]
         if not begun:
             return
         yield from begun
