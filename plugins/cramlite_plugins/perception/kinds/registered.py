@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from cramlite.model import Floats, Mask, Pose
 
-from ..pose.estimate import COARSE, FINE, MIDDLE, PoseHypothesis, allowed, best, hypotheses
+from ..pose.estimate import COARSE, FINE, MIDDLE, PoseHypothesis, allowed, best, hypotheses, without_duplicates
 from ..pose.icp import PoseBatch, register
 from ..pose.model import Floats32, PoseModel
 from ..pose.outline import Outline
@@ -98,7 +98,7 @@ def full_readings(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior
     starts = best(model, *seen, slid(model, seen[1], best(model, *seen, starts, kept, 300)), kept, 300)
     starts = allowed(view, prior, register(model, seen[0], starts, FINE, seen[1]))
     found = []
-    for h in distinct(model, hypotheses(view, starts, _scored(model, seen, starts))):
+    for h in without_duplicates(model, hypotheses(view, starts, _scored(model, seen, starts))):
         found.append(_by_print(scene, mask, appearance, seen, h))
     return found
 
@@ -120,16 +120,6 @@ def _by_print(scene: Scene, mask: Mask, appearance: Appearance, seen: tuple[Floa
         pose, fit = refined[0].pose, refined[0].score
         colour = float(agreement(scene.picture, mask, appearance, [pose])[0])
     return Reading(appearance, pose, fit, colour, (*found.reasons, f"{100 * colour:.0f} % of its printed texture agrees with the picture"))
-
-
-def distinct(model: PoseModel, found: Sequence[PoseHypothesis]) -> list[PoseHypothesis]:
-    """Return hypotheses without those that are within 3 mm and 3 degrees of a better one."""
-    kept: list[PoseHypothesis] = []
-    for h in found:
-        apart = [model.difference(h.pose, k.pose) for k in kept]
-        if all(d > 0.003 or a > math.radians(3) for d, a in apart):
-            kept.append(h)
-    return kept
 
 
 def _turned(scene: Scene, seen: tuple[Floats32, Outline], model: PoseModel, pose: Pose) -> tuple[list[Pose], Floats]:
