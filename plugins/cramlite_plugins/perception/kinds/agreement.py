@@ -67,6 +67,21 @@ def agreement(picture: Picture, mask: Mask, appearance: Appearance, poses: Seque
     return found
 
 
+def best_by_print(picture: Picture, mask: Mask, appearance: Appearance, poses: Sequence[Pose], fits: Floats) -> tuple[int, float]:
+    """Return the index of the pose with the greatest product of squared fit and agreement of colours, and that agreement.
+
+    Poses are taken in the order of their fits, and no more when even full agreement could not make one of them the best.
+    """
+    first, colour, most = 0, 0.0, -1.0
+    for k in np.argsort(-fits, kind="stable"):
+        if fits[k] * fits[k] <= most:
+            break
+        own = float(agreement(picture, mask, appearance, [poses[k]])[0])
+        if fits[k] * fits[k] * own > most:
+            first, colour, most = int(k), own, float(fits[k] * fits[k] * own)
+    return first, colour
+
+
 def edged(picture: Picture, mask: Mask, appearance: Appearance, pose: Pose) -> float:
     """Return the share of a model's outline at a pose that has an edge of depth or colour beside it, 0 to 1.
 
