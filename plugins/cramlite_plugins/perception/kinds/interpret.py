@@ -23,7 +23,7 @@ from .appearance import Appearance, histogram, likeness
 from .pieces import given_back, middles, pieces
 from .reading import Part, Reading, Scene, bad
 from .region import Region
-from .registered import Ranked, coarse_poses, coarse_reading, full_readings, pose_batch, posed, standing
+from .registered import Ranked, coarse_poses, coarse_reading, full_readings, pose_batch, posed, standing, started
 
 ANY = Prior()
 
@@ -119,7 +119,7 @@ def _partial(region: Region, number: int) -> Iterator[Reading]:
     for mask in middles(scene.points, region.mask, number, scene.limits["pixels"]):
         part = Region(scene, mask)
         for a in _candidates(part, partly=True)[: int(scene.limits["partly"])]:
-            if (starts := coarse_poses(part, a, standing(a))) is not None:
+            if (begun := started(part, a, standing(a))) is not None and (starts := coarse_poses(part, begun)) is not None:
                 yield _touching(scene, region.mask, whole, a, starts)
 
 
@@ -157,8 +157,8 @@ def read(region: Region) -> Part:
         others = [q for q in quick[: 2 * int(limits["models"])] if q not in tried]
         found += [r for q in others for r in full_readings(region, q, standing(q.reading.appearance))]
     if _most(found) < region.bad:
-        any_way = [c for q in quick[:3] if (c := coarse_reading(region, q.reading.appearance, ANY)) is not None]
-        first = max(any_way, key=lambda q: q.reading.score, default=None)
+        begun = [s for q in quick[:3] if (s := started(region, q.reading.appearance, ANY)) is not None]
+        first = max((c for s in begun if (c := coarse_reading(region, s)) is not None), key=lambda q: q.reading.score, default=None)
         if first is not None and first.reading.score >= hopeless:
             found += full_readings(region, first, ANY)
     full = {r.appearance.model.name for r in found}
@@ -182,7 +182,9 @@ def _beside(scene: Scene, reading: Reading) -> bool:
 def ranked(region: Region) -> list[Ranked]:
     """Return the best coarse registration of each model whose colours and size fit a region of the picture,
     best first."""
-    quick = [q for a in _candidates(region) if (q := coarse_reading(region, a, standing(a))) is not None]
+    begun = [s for a in _candidates(region) if (s := started(region, a, standing(a))) is not None]
+    least = region.scene.limits["started"] * max((s.score for s in begun), default=0.0)
+    quick = [q for s in begun if s.score >= least and (q := coarse_reading(region, s)) is not None]
     return sorted(quick, key=lambda q: -q.reading.score)
 
 

@@ -46,8 +46,16 @@ def standing(appearance: Appearance) -> Prior:
     return Prior((Alignment(appearance.up, ((0.0, 0.0, 1.0),)),))
 
 
-def coarse_poses(region: Region, appearance: Appearance, prior: Prior) -> PoseBatch | None:
-    """The best few poses of a model after coarse registration with a region of the picture; None if there are none.
+class Started(Value, eq=False):
+    """The best few poses of a model after the first stage of registration with a region, and the best score of their shapes."""
+
+    appearance: Appearance
+    starts: PoseBatch
+    score: float
+
+
+def started(region: Region, appearance: Appearance, prior: Prior) -> Started | None:
+    """Register a model with a region of the picture from all usual attitudes, with few points; None if no pose is possible.
 
     The search for a large model has a longer reach and takes more iterations.
     """
@@ -61,8 +69,17 @@ def coarse_poses(region: Region, appearance: Appearance, prior: Prior) -> PoseBa
     starts = register(model, seen[0], starts_for(view.camera, model, prior, seen[0]), stage, seen[1])
     starts = allowed(view, prior, starts)
     starts = slid(model, seen[1], starts) if len(starts) and region.is_covered else starts
-    starts = best(model, *seen, starts, int(scene.limits["yaws"]), 200)
-    return register(model, seen[0], starts, MIDDLE, seen[1]) if len(starts) else None
+    if not len(starts):
+        return None
+    scores = score_poses(model, *seen, starts, 200).score
+    order = np.argsort(-scores, kind="stable")[: int(scene.limits["yaws"])]
+    return Started(appearance, starts.pick(order), float(scores[order[0]]))
+
+
+def coarse_poses(region: Region, found: Started) -> PoseBatch | None:
+    """Refine the poses that a model's registration was started with."""
+    seen = region.seen
+    return register(found.appearance.surface, seen[0], found.starts, MIDDLE, seen[1]) if seen is not None else None
 
 
 class Ranked(Value, eq=False):
@@ -72,9 +89,9 @@ class Ranked(Value, eq=False):
     starts: PoseBatch
 
 
-def coarse_reading(region: Region, appearance: Appearance, prior: Prior) -> Ranked | None:
-    """Register a model coarsely with a region of the picture; None where no pose is possible."""
-    starts, seen, scene = coarse_poses(region, appearance, prior), region.seen, region.scene
+def coarse_reading(region: Region, found: Started) -> Ranked | None:
+    """Choose the best of a model's coarsely registered poses by shape and print."""
+    starts, seen, scene, appearance = coarse_poses(region, found), region.seen, region.scene, found.appearance
     if starts is None or seen is None:
         return None
     scored = hypotheses(scene.picture.view, starts, _scored(appearance.surface, seen, starts, 300))
