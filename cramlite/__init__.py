@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from .engine.engine import Engine as Engine
     from .engine.recovery.expectation import Noise as Noise
     from .engine.recovery.going_on import GoingOn as GoingOn, Stretch as Stretch
+    from .engine.recovery.read_belief import setting_as_read as setting_as_read
     from .engine.reading import Reading as Reading
     from .engine.setting import Setting as Setting
     from .engine.solution import Solution as Solution

@@ -61,6 +61,7 @@ def setting_of(
     real = real_world(scenario, world, relations, seed) if scenario.spec.unknown_error or scenario.spec.faults else None
     world = foreseen(real.faults, world) if real is not None else world
     _check_advisory(scenario, knowledge)
+    _check_kept(scenario, world)
     force, limits = scenario.spec.force_limit, scenario.spec.limits.judging()
     doubts = _doubts(scenario, world, robot, twins)
     setting = Setting(scenario.name, world, relations, robot, writer, seed, real, force_limit=force, limits=limits, doubts=doubts)
@@ -162,6 +163,18 @@ def _check_advisory(scenario: Scenario, knowledge: Knowledge) -> None:
             others = f"only {', '.join(may)} may" if may else "none that is installed may"
             said = "may not advise only, since a program that it refuses is none"
             raise UserError(f"{place}: validator '{name}' {said}; {others}. Take it out.")
+
+
+def _check_kept(scenario: Scenario, world: World) -> None:
+    """Check that the things that must keep their place are in the world.
+
+    Raises:
+        UserError: one is not; with file and line.
+    """
+    names = [t.name for t in world.things]
+    for name in scenario.spec.limits.keep or {}:
+        if name not in names:
+            raise UserError(f"{scenario.where('limits', 'keep', name)}: no thing '{name}'; {nearest(name, names)}.")
 
 
 def _late(scenario: Scenario, world: World) -> dict[str, Tolerance]:

@@ -128,6 +128,7 @@ class LimitsSpec(Spec):
     """
 
     bystander_motion: Length | None = Field(default=None, ge=0.0, le=1.0)
+    keep: dict[str, Length] | None = None
     bystander_tilt: Angle | None = Field(default=None, ge=0.0, le=math.pi)
     brush: Force | None = Field(default=None, ge=0.0, le=HIGHEST_FORCE_LIMIT)
     advisory: tuple[str, ...] | None = None
@@ -136,6 +137,7 @@ class LimitsSpec(Spec):
     def judging(self) -> JudgingLimits:
         """Return the limits of judging a run: those that the scenario states, and the defaults of all others."""
         written = self.model_dump(exclude_none=True)
+        written |= {"keep": tuple(self.keep.items())} if self.keep is not None else {}
         return JudgingLimits(**{"may_push": bool(self.advisory), **written}, of_scenario=tuple(written))
 
 

@@ -15,7 +15,7 @@ from cramlite import Engine, Setting, UserError
 from cramlite.model import Pose, RobotMount, Thing, World
 from cramlite.planning.spoken_goals import understand
 from cramlite_plugins.benchmarks.benchmark_process import PATIENCE
-from cramlite_plugins.benchmarks.benchmark_scene import scene_setting
+from cramlite_plugins.benchmarks.benchmark_scene import scene_model, scene_setting
 
 from .connection import Libero
 from .placed_kinds import files_of, scene_of
@@ -82,10 +82,10 @@ class LiberoByCamera(Libero):
             scene = setting.symbolic(engine.knowledge.taxonomy)
             return list(understand(self.sentence, scene, engine.knowledge, f"{x:.3f}, {y:.3f}").goals)
 
-        return scene_setting(
-            engine, folder, {"xml": xml, "qpos": state}, hello, goal, twins, now, robot={"type": "libero_panda"},
-            limits={"advisory": ["bystanders"], "may_push": True},
-        )  # fmt: skip
+        limits = {"advisory": ["bystanders"], "may_push": True}
+        scene = {"xml": xml, "qpos": state}
+        model = scene_model(engine, folder, scene, hello, twins, robot={"type": "libero_panda"}, limits=limits)
+        return scene_setting(engine, model, folder, scene, hello, goal, now)
 
 
 def library_folder() -> Path:

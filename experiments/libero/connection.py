@@ -7,8 +7,9 @@ from pathlib import Path
 from cramlite import Engine, Setting
 from cramlite.model import World
 from cramlite_plugins.benchmarks.benchmark_process import PATIENCE, BenchmarkEnvironment, BenchmarkProcess
+from cramlite_plugins.benchmarks.benchmark_scene import SceneModel
 
-from .episode import prepare
+from .episode import prepare, read_model
 
 SCRIPT = Path(__file__).parent / "simulator.py"
 ENVIRONMENT = BenchmarkEnvironment(
@@ -27,13 +28,26 @@ class Libero(BenchmarkProcess):
         UserError: the environment is not there; the message says the command that makes it.
     """
 
+    model: SceneModel | None = None
+    """Scene of the present episode, as its file was read."""
+
     def __init__(self, environment: Path | None = None, patience: float = PATIENCE) -> None:
         super().__init__([ENVIRONMENT.python(environment), str(SCRIPT)], "docs/how-to/libero.md", "libero_panda", 7, patience)
 
+    def reset(self, suite: str, task: int, state: int) -> str:
+        """Begin an episode and return the name of its task; the next ``setting`` reads the scene's file."""
+        self.model = None
+        return super().reset(suite, task, state)
+
     def setting(self, engine: Engine, folder: Path, twins: int, now: World | None = None) -> tuple[Path, Setting]:
-        """Write the episode's scene and scenario; return the scenario's file, and the ``Setting`` of the
-        search: world, robot and backend."""
-        return prepare(engine, self.scene(), self.hello(), folder, twins, now)
+        """Write the episode's scenario; return its file, and the ``Setting`` of the search: world, robot and backend.
+
+        The scene's file is written and read once in an episode, whose things later stand where their poses are read.
+        """
+        scene, hello = self.scene(model=self.model is None), self.hello()
+        if self.model is None:
+            self.model = read_model(engine, scene, hello, folder, twins)
+        return prepare(engine, self.model, scene, hello, folder, now)
 
 
 def connect(environment: Path | None) -> Libero:

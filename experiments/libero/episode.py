@@ -8,24 +8,28 @@ from typing import Any
 from cramlite import Engine, Setting, UserError
 from cramlite.model import World
 from cramlite_plugins.backends.stream.messages import Hello
-from cramlite_plugins.benchmarks.benchmark_scene import scene_setting
+from cramlite_plugins.benchmarks.benchmark_scene import SceneModel, scene_model, scene_setting
 
 from .goals import goal_sentences
 
-STRICT = {"bystander_motion": "1 mm"}
-"""Tolerances of a scenario whose obstacle may not be moved."""
+MOVED = "1 mm"
+"""Distance that an obstacle may be moved where SafeLIBERO forbids it."""
+ANYTHING = {"bystander_motion": "1 m", "bystander_tilt": "180 deg"}
+"""Tolerances for all other things, of which LIBERO asks nothing."""
 
 
-def prepare(
-    engine: Engine, scene: dict[str, Any], hello: Hello, folder: Path, twins: int, now: World | None = None
-) -> tuple[Path, Setting]:
-    """Write the scene and scenario of an episode; return the scenario's file, and the ``Setting`` of the
-    search: world, robot and backend."""
+def read_model(engine: Engine, scene: dict[str, Any], hello: Hello, folder: Path, twins: int) -> SceneModel:
+    """Write the scene of an episode as a file, and read its things."""
     x, y, z, *turn = scene["base"]
     if abs(turn[0]) < 0.999999:
         raise UserError(f"The robot's base is turned by the quaternion {turn}; all of LIBERO's stand straight.")
-    return scene_setting(
-        engine, folder, scene, hello, lambda setting: goal_sentences(scene, setting.world.things), twins, now,
-        robot={"type": "libero_panda", "at": {"position": [x, y, z]}},
-        limits=STRICT if scene.get("strict") else {"advisory": ["bystanders"], "may_push": True},  # LIBERO does not ask about them
-    )  # fmt: skip
+    kept = dict.fromkeys(scene.get("keep", ()), MOVED)
+    limits: dict[str, Any] = {"keep": kept, **ANYTHING} if kept else {"advisory": ["bystanders"], "may_push": True}
+    return scene_model(engine, folder, scene, hello, twins, robot={"type": "libero_panda", "at": {"position": [x, y, z]}}, limits=limits)
+
+
+def prepare(
+    engine: Engine, model: SceneModel, scene: dict[str, Any], hello: Hello, folder: Path, now: World | None = None
+) -> tuple[Path, Setting]:
+    """Write the scenario of an episode's present scene; return its file, and the ``Setting`` of the search: world, robot and backend."""
+    return scene_setting(engine, model, folder, scene, hello, lambda setting: goal_sentences(scene, setting.world.things), now)

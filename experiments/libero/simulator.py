@@ -42,6 +42,8 @@ SHUT = 0.0019
 """Opening below which fingers that have hardly moved for half a second have closed on nothing [m]: they creep from 2.1 to 1 mm in 1 s."""
 CREEP = 0.002
 """Rest of the way to an opening that fingers have left after they hardly moved for half a second [m]: at most 1.5 mm were seen."""
+DRAWS = 10
+"""Number of draws of places for things, of which one must have room for all."""
 PIXELS = 256
 HAND = "gripper0_right_gripper"
 
@@ -88,15 +90,10 @@ class Simulator:
 
     def begin(self, path: str, start: Any, seed: int) -> None:
         """Begin an episode of a problem file from an initial state."""
-        from libero.libero.envs.env_wrapper import ControlEnv
-
         if self.env is not None:
             self.env.close()
-        np.random.seed(seed)  # LIBERO's states do not say where fixtures stand: each reset draws that anew, within 2 cm
-        self.env = ControlEnv(
-            bddl_file_name=path, has_offscreen_renderer=False, use_camera_obs=False, horizon=100_000, ignore_done=True, control_freq=RATE
-        )
-        self.env.reset()
+            self.env = None
+        self.env = drawn(path, seed)
         self.env.set_init_state(start)
         robot = self.env.robots[0]
         self.force = WristForce(self.env.env, lambda: robot.ee_force)
@@ -107,18 +104,19 @@ class Simulator:
             self.env.step(np.zeros(7))
         self.steps, self.first = 0, None
 
-    def scene(self) -> dict[str, Any]:
-        """Describe the world: the model as MJCF, its state, the goal and its sentence, the regions, and
-        the position of the camera."""
+    def scene(self, model: bool = True) -> dict[str, Any]:
+        """Describe the world: the model as MJCF with its state, or the poses of bodies alone; the goal and its sentence, the regions,
+        and the position of the camera."""
         env, sim = self.env.env, self.env.sim
+        whole = {"xml": with_masses(sim.model.get_xml(), sim.model._model), "qpos": sim.data.qpos.tolist()} if model else {}
         base = sim.model.body_name2id("robot0_link0")
         things = {n: env.get_object(n) for n in (*env.objects_dict, *env.fixtures_dict)}
         return {
-            "xml": with_masses(sim.model.get_xml(), sim.model._model), "qpos": sim.data.qpos.tolist(),
-            "goal": env.parsed_problem["goal_state"],
+            **(whole or {"poses": poses(sim)}), "goal": env.parsed_problem["goal_state"],
             "bodies": {n: thing.root_body for n, thing in things.items() if hasattr(thing, "root_body")},
             "regions": {n: {"bodies": above(sim, n), "box": site_box(sim, n)} for n in env.object_sites_dict},
-            "absent": sorted(things[n].root_body for n in self.away), "strict": self.obstacles is not None,
+            "absent": sorted(things[n].root_body for n in self.away),
+            "keep": sorted(things[n].root_body for n in self.obstacles.here) if self.obstacles else [],
             "language": self.env.language_instruction, "agentview": sim.data.get_camera_xpos("agentview").tolist(),
             "base": [*sim.data.body_xpos[base].tolist(), *sim.data.body_xquat[base].tolist()],
         }  # fmt: skip
@@ -214,6 +212,37 @@ class Simulator:
                 "position": data.camera(name).xpos.tolist(), "rotation": data.camera(name).xmat.tolist(),
             }  # fmt: skip
         return found
+
+
+def drawn(path: str, seed: int) -> Any:
+    """Return LIBERO's environment of a problem file after a reset.
+
+    States do not say where fixtures stand: each reset draws that anew, within 2 cm; and it draws places of all things, which a state
+    replaces. A draw without room for all of them is repeated.
+
+    Raises:
+        Refused: none of ``DRAWS`` draws had.
+    """
+    from libero.libero.envs.env_wrapper import ControlEnv
+    from robosuite.utils.errors import RandomizationError
+
+    for again in range(DRAWS):
+        np.random.seed([seed, again] if again else seed)
+        try:
+            env = ControlEnv(
+                bddl_file_name=path, has_offscreen_renderer=False, use_camera_obs=False, horizon=100_000, ignore_done=True,
+                control_freq=RATE,
+            )  # fmt: skip
+            env.reset()
+        except RandomizationError:
+            continue
+        return env
+    raise Refused(f"in {DRAWS} draws there was no place for all things of '{Path(path).name}'")
+
+
+def poses(sim: Any) -> dict[str, list[float]]:
+    """Poses of all bodies in the world: position [m], quaternion (w, x, y, z)."""
+    return {n: [*sim.data.get_body_xpos(n).tolist(), *sim.data.get_body_xquat(n).tolist()] for n in sim.model.body_names}
 
 
 def above(sim: Any, name: str) -> list[str]:

@@ -9,7 +9,7 @@ from cramlite import Engine, Setting
 from cramlite.model import World
 from cramlite_plugins.backends.stream.process import RobotProcess
 from cramlite_plugins.benchmarks.benchmark_process import PATIENCE, BenchmarkEnvironment, BenchmarkProcess
-from cramlite_plugins.benchmarks.benchmark_scene import scene_setting
+from cramlite_plugins.benchmarks.benchmark_scene import scene_model, scene_setting
 
 SCRIPT = Path(__file__).parent / "simulator.py"
 ENVIRONMENT = BenchmarkEnvironment(
@@ -45,7 +45,8 @@ class Robosuite(BenchmarkProcess):
         the search: world, robot and backend."""
         scene = self.scene()
         robot: dict[str, Any] = {"type": self.robot.robot, "at": {"position": scene["base"], "yaw": f"{scene['yaw']} deg"}}
-        return scene_setting(engine, folder, scene, self.hello(), lambda _: list(scene["goal"]), twins, now, robot=robot)
+        model = scene_model(engine, folder, scene, self.hello(), twins, robot=robot)
+        return scene_setting(engine, model, folder, scene, self.hello(), lambda _: list(scene["goal"]), now)
 
 
 def connect(environment: Path | None) -> Robosuite:

@@ -40,6 +40,8 @@ CONTROL, CHANGED = 0, 1
 """States of a suite of changes."""
 INTENT = {"instruction_target_update", "instruction_receptacle_update", "task_cancel"}
 """Families in which nothing physical changes."""
+KINDS = ("physical", "asked", "safe")
+"""Kinds of episodes: something physical changes, another thing or nothing more is asked for, an obstacle may not be moved."""
 PERIOD = 0.05
 """Of an action [s]."""
 Families = Mapping[str, Sequence[tuple[Episode, str]]]
@@ -65,6 +67,11 @@ def families(*, end: bool) -> Families:
             same = f"{kind}{case['task_suite_name']} {case['task_index']} {setup}"
             found[case["scenario"]["change_type"]].append((Episode(suite, number, CHANGED), same))
     return found
+
+
+def kind_of(episode: Episode) -> str:
+    """Return an episode's kind, of ``KINDS``."""
+    return "safe" if episode.suite.startswith("safe") else "asked" if "intent" in episode.suite else "physical"
 
 
 def safe(*, end: bool) -> list[Episode]:
@@ -165,12 +172,12 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0, help="of the order")
     parser.add_argument("--first", type=int, default=0, help="episodes of the order that are left out, as they were played before")
     parser.add_argument("--most", type=int, help="episodes of the order, those left out included; all of them if left out")
-    parser.add_argument("--physical", action="store_true", help="physical changes and their controls alone")
+    parser.add_argument("--only", nargs="+", choices=KINDS, default=KINDS, help="kinds of episodes, controls with their cases")
     add_figure(parser)
     asked = parser.parse_args()
     groups, scenes = families(end=asked.end), safe(end=asked.end)
     drawn = itertools.islice(order(groups, scenes, asked.seed), asked.first, asked.most)
-    chosen = tuple(e for e in drawn if not asked.physical or ("max" in e.suite and "intent" not in e.suite))
+    chosen = tuple(e for e in drawn if kind_of(e) in asked.only)
     trials = Episodes(read_benchmark(LIBERO / "experiment.yaml"), chosen, pictures=False)
     results = {Episode.named(n): r for n, r in run_experiment(Order(trials, asked.out, 1), speak).items()}
     said = f"seed {asked.seed} draws the order; {'kept for the end' if asked.end else 'for development'}: {len(results)} episodes"

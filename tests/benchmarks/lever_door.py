@@ -4,7 +4,7 @@ A seed draws the world: where the cabinet stands and how it is turned, the door'
 spring, and the height of what the tongue lies behind, which says how far the lever must be turned. A program counts if it is proven, with
 or without twins, and so the door is open in its run.
 
-    python tests/benchmarks/lever_door.py [--first SEED] [--count N] [--twins N]
+    python tests/benchmarks/lever_door.py [--first SEED] [--count N] [--twins N] [--robot TYPE]
 """
 
 from __future__ import annotations
@@ -18,8 +18,9 @@ from figure import add_figure, rate, write
 
 from cramlite import Engine, Trace, read_scenario
 
-ROBOTS = {"ur5e": (0.0, 0.0), "fr3": (0.1, 0.0)}
-"""Where each robot stands [m]; an FR3 reaches less far than a UR5e."""
+ROBOTS = {"ur5e": (0.0, 0.0), "fr3": (0.1, 0.0), "panda": (0.1, 0.0)}
+"""Where each robot stands [m]; an FR3 and a Panda reach less far than a UR5e."""
+PANDA = Path(__file__).with_name("panda_arm.py")
 
 
 def world(robot: str, seed: int) -> str:
@@ -67,11 +68,13 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=1)
     parser.add_argument("--count", type=int, default=10)
     parser.add_argument("--twins", type=int, default=0)
+    parser.add_argument("--robot", action="append", choices=[*ROBOTS], help="all by default")
     add_figure(parser)
     arguments = parser.parse_args()
-    engine, seeds = Engine(), range(arguments.first, arguments.first + arguments.count)
+    engine, seeds = Engine(files=[PANDA]), range(arguments.first, arguments.first + arguments.count)
     with tempfile.TemporaryDirectory() as name:
-        done = {robot: sum(opens(engine, robot, seed, arguments.twins, Path(name)) for seed in seeds) for robot in ROBOTS}
+        asked, folder = arguments.robot or ROBOTS, Path(name)
+        done = {robot: sum(opens(engine, robot, seed, arguments.twins, folder) for seed in seeds) for robot in asked}
     write(arguments, [rate(f"worlds in which the {r} opens the door by its lever", n, len(seeds)) for r, n in done.items()], seeds)
     print(done)
 

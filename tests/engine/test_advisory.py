@@ -104,3 +104,8 @@ def test_planning_is_permitted_to_push_by_a_word_of_its_own(tmp_path: Path, limi
 def test_a_validator_that_there_is_not_is_refused(tmp_path: Path) -> None:
     with pytest.raises(UserError, match=r"limited.yaml:\d+: no validator 'bystander'; did you mean 'bystanders'"):
         resolved(tmp_path, "advisory: [bystander]")
+
+
+def test_what_must_keep_its_place_is_in_the_world(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match=r"limited.yaml:\d+: no thing 'nobody'; "):
+        resolved(tmp_path, "keep: {nobody: 1 mm}")

@@ -202,6 +202,7 @@ def test_where_a_thing_comes_and_nothing_has_moved_the_same_program_is_finished(
     folder = tmp_path / "episodes" / "watched-0-0"
     first, rest = (json.loads((folder / name).read_text())["steps"] for name in ("program.json", "round_2/program.json"))
     assert 1 < len(rest) < len(first) and rest[1:] == first[1 - len(rest) :]  # the step under way may begin in its middle
+    assert [p.parent for p in folder.rglob("scene.xml")] == [folder], "the scene's file is read once"
 
 
 @pytest.mark.parametrize(("task", "outcome", "missed"), [(0, "finished", True), (2, "finished", False), (0, "noticed", False)])

@@ -50,6 +50,11 @@ def test_rounds_take_turns_and_controls_follow_their_first_case(groups: changed_
     found = list(changed_scenes.order(groups, scenes, 3))
     assert found == list(changed_scenes.order(groups, scenes, 3)) != list(changed_scenes.order(groups, scenes, 4))
     kinds = {case: family for family, cases in groups.items() for case, _ in cases}
+    physical = {"obstacle_insertion", "target_relocation"}
+    for e in found:
+        said = changed_scenes.kind_of(e)
+        assert said == ("safe" if e in scenes else "asked" if "intent" in e.suite else "physical")
+        assert e not in kinds or (said == "physical") == (kinds[e] in physical)
     changed = [kinds.get(e, "safe") for e in found if e.state == changed_scenes.CHANGED and "max" in e.suite]
     assert {*changed[:3]} == {"obstacle_insertion", "target_relocation", "task_cancel"}
     controls = [e for e in found if e.state == changed_scenes.CONTROL and "max" in e.suite]

@@ -241,11 +241,14 @@ def _corners(model: Any, geom: int) -> np.ndarray:
 
 
 def test_an_episode_begins_alike_whatever_was_played_before(monkeypatch: pytest.MonkeyPatch) -> None:
-    """LIBERO's states do not say where fixtures stand: a reset draws that from NumPy's generator."""
+    """LIBERO's states do not say where fixtures stand: a reset draws that from NumPy's generator, anew where there was no room."""
     drawn: list[float] = []
+    room = [True, False, True, True]
 
     class Env(SimpleNamespace):
         def __init__(self, **_: object) -> None:
+            if not room.pop(0):
+                raise LookupError("Cannot place all objects ):")
             reset = lambda: drawn.append(float(np.random.uniform()))  # noqa: E731
             felt = {"robots": [SimpleNamespace(ee_force=(0.0, 0.0, 0.0))], "env": SimpleNamespace(model_timestep=1.0, add_observable=id)}
             super().__init__(reset=reset, set_init_state=id, step=id, close=lambda: None, language_instruction="", **felt)
@@ -257,12 +260,13 @@ def test_an_episode_begins_alike_whatever_was_played_before(monkeypatch: pytest.
         "benchmark": SimpleNamespace(get_benchmark_dict=lambda: {"suite": lambda: tasks}), "get_libero_path": lambda _: "",
     }  # fmt: skip
     there["robosuite.utils.observables"] = vars(OBSERVABLES)
+    there["robosuite.utils.errors"] = {"RandomizationError": LookupError}
     for name, members in there.items():
         monkeypatch.setitem(sys.modules, name, SimpleNamespace(__path__=[], **members))
     simulator = module_of(LIBERO / "simulator.py").Simulator()
     for state in (0, 1, 0):
         simulator.reset("suite", 0, state)
-    assert drawn[0] == drawn[2] != drawn[1]
+    assert drawn[0] == drawn[2] != drawn[1] and not room
 
 
 @pytest.mark.parametrize(("speed", "said"), [(1.0, ""), (1e12, "The benchmark's simulation became unstable")])

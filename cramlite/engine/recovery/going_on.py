@@ -27,13 +27,11 @@ from ...planning.symbolic.planning_problem import planning_problem
 from ...planning.task_goals import Goal
 from ...planning.trace import Trace
 from ...scenario.faults import foreseen
-from ...scenario.worlds import corrected
 from ..candidates import attempts
 from ..search_in_setting import search_in
-from ..setting import with_load
 from .expectation import EXACT, SIGMAS, Noise, RunWatch, expectation
-from .next_program import BACK, STILL, Stopped, apart, at_once, attempt_of, next_program
-from .read_belief import real_after, world_as_read
+from .next_program import BACK, Stopped, at_once, attempt_of, next_program
+from .read_belief import STILL, apart, real_after, setting_as_read, world_as_read
 from .replanning import Attempt, Round, Say
 from .rest_of_plan import rests_of_plan
 
@@ -294,13 +292,9 @@ class GoingOn:
         before, attempt = self.setting, done.attempt
         assert watch.last is not None
         read = world_as_read(before.world, watch.last, attempt.world, self._closed)
-        world = corrected(read, self.engine.knowledge, SIGMAS * self.noise.position, RESTING)
-        for note in world.notes[len(read.notes) :]:
+        self.setting = setting_as_read(before, read, self.engine.knowledge, SIGMAS * self.noise.position, RESTING)
+        for note in self.setting.world.notes[len(read.notes) :]:
             self.say(note)
-        where = {t.name: t.pose for t in before.world.things}
-        stayed = {t.name for t in world.things if t.name in where and apart(where[t.name].position, t.pose.position) <= STILL}
-        relations = tuple(r for r in before.relations if r[1] in stayed)
-        self.setting = with_load(replace(before, world=world, relations=relations, real=None, look=None), self.engine.knowledge)
         names = [a.name for a in attempt.plan.actions]
         if done.step != BACK:
             self.at, self.step = next((k for k, n in enumerate(names) if n == task_of(done.step)), 0), done.step

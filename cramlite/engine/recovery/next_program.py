@@ -13,6 +13,7 @@ from msgspec.structs import replace
 from ...base.value import Value
 from ...model.program.steps import MoveJoints
 from ..proof.proof import prove
+from .read_belief import STILL, apart
 from .replanning import SLOW, Attempt, Round, way_back
 from .rest_of_program import may_be_finished, rest_of
 
@@ -31,8 +32,6 @@ if TYPE_CHECKING:
 
 BACK = "0.Back"
 """Designator of the way back."""
-STILL = 0.005
-"""Distance by which things may move on the way back [m]: the default of bystanders."""
 AT_ONCE = {"expansions": 50, "proofs": 2, "sequences": 3}
 """Budget of a search where the arm was stopped: searches that found a program there took at most 32 expansions of a task sequence."""
 Search = Callable[["Budget"], "Iterator[Candidate]"]
@@ -129,11 +128,6 @@ def at_once(whole: Budget) -> Budget:
     """Return the small budget of the first search after a stop: the arm should rather go back the way it came
     than wait for a longer search."""
     return replace(whole, **{name: min(most, getattr(whole, name)) for name, most in AT_ONCE.items()})
-
-
-def apart(one: tuple[float, ...], other: tuple[float, ...]) -> float:
-    """Return the distance between two positions [m]."""
-    return float(sum((a - b) ** 2 for a, b in zip(one, other, strict=True)) ** 0.5)
 
 
 def _moved(rollout: Rollout, name: str) -> float:

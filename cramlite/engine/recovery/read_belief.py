@@ -13,12 +13,16 @@ from ...model.run.rollout import world_after_run
 from ...model.world.thing_boxes import Box, boxes
 from ...model.world.world import InHand, RobotMount, Thing
 from ...scenario.faults import left_over
+from ...scenario.worlds import corrected
+from ..setting import with_load
 
 if TYPE_CHECKING:
     from ...model.geometry import Floats, Pose
     from ...model.run.readings import Readings
     from ...model.run.rollout import Rollout
     from ...model.world.world import World
+    from ...plugin.catalogue import Knowledge
+    from ..setting import Setting
 
 REACH = 0.02
 """A thing is in the hand if a box of it, grown by so much, has the tool centre point [m]: it may have slipped."""
@@ -26,6 +30,28 @@ LOOSE = 0.002
 """Fingers that are further apart than a thing is wide there by so much do not hold it [m]."""
 SHUT = 0.003
 """Width beyond the closed one from which pressing fingers have something between them [m]."""
+
+STILL = 0.005
+"""Distance by which things may move on the way back, or between readings, and count as at rest [m]: the default of bystanders."""
+
+
+def setting_as_read(before: Setting, read: World, knowledge: Knowledge, noise: float, deep: float | None = None) -> Setting:
+    """Return a setting whose world was read again: impossible poses are corrected, relations of things that moved are dropped.
+
+    Args:
+        noise: how far measured poses may be off [m]; with 0 they are not corrected.
+        deep: how far a thing may have been read inside another one [m]; None for the simulator's own limit.
+    """
+    world = corrected(read, knowledge, noise, deep)
+    where = {t.name: t.pose.position for t in before.world.things}
+    stayed = {t.name for t in world.things if t.name in where and apart(where[t.name], t.pose.position) <= STILL}
+    relations = tuple(r for r in before.relations if r[1] in stayed)
+    return with_load(replace(before, world=world, relations=relations, real=None, look=None), knowledge)
+
+
+def apart(one: tuple[float, ...], other: tuple[float, ...]) -> float:
+    """Return the distance between two positions [m]."""
+    return float(sum((a - b) ** 2 for a, b in zip(one, other, strict=True)) ** 0.5)
 
 
 def world_as_read(before: World, readings: Readings, models: World, closed: float) -> World:

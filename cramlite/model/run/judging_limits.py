@@ -18,6 +18,7 @@ class JudgingLimits(Value):
         advisory: names of validators whose objections are told, and refuse nothing; those alone that declare ``may_advise``.
         may_push: whether planning may have things that no task is about pushed out of the way, as by a drawer that opens.
         of_scenario: names of those that a scenario sets; the others are the defaults.
+        keep: things that must keep their place, whoever moves them: name, and how far any point of it may get [m].
     """
 
     bystander_motion: float = 0.005
@@ -26,6 +27,12 @@ class JudgingLimits(Value):
     advisory: tuple[str, ...] = ()
     may_push: bool = False
     of_scenario: tuple[str, ...] = ()
+    keep: tuple[tuple[str, float], ...] = ()
+
+    def motion_of(self, thing: str) -> tuple[float, str]:
+        """Return how far any point of a thing may get [m], and the name of the limit that says so."""
+        kept = dict(self.keep)
+        return (kept[thing], "keep") if thing in kept else (self.bystander_motion, "bystander_motion")
 
     def source(self, name: str) -> str:
         """Source of a limit in words: "of the scenario", or "by default"."""

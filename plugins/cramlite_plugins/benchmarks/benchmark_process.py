@@ -127,9 +127,9 @@ class BenchmarkProcess:
         self.last = None
         return str(said["task"])
 
-    def scene(self) -> dict[str, Any]:
-        """Return the benchmark's description of its world as it is now."""
-        return self.ask({"ask": "scene"}, self.patience)
+    def scene(self, *, model: bool = True) -> dict[str, Any]:
+        """Return the benchmark's description of its world as it is now; without its ``model``, what changes alone: poses, and the goal."""
+        return self.ask({"ask": "scene"} if model else {"ask": "scene", "model": False}, self.patience)
 
     def check(self) -> Check:
         """Ask the benchmark whether the goal holds now, and return its answer."""

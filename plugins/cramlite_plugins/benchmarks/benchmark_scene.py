@@ -4,61 +4,100 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import yaml
+from msgspec import json
 from msgspec.structs import replace
 
-from cramlite import Engine, Setting, read_scenario
-from cramlite.model import World
+from cramlite import Engine, Setting, read_scenario, setting_as_read
+from cramlite.model import Pose, Value, World
 
 from ..backends.stream.messages import Hello
 
 SEARCH = {"proofs": 4, "expansions": 300}
 """Work that an episode's search may take over one task sequence: less than usual (8 and 3000), so that a refusal takes some ten seconds;
 all of it is counted, so that an episode has the same program on any machine."""
-NOISE = "60 mm"
-"""Noise of poses that are read while a benchmark moves things: smaller differences from the proof are not noticed. It may move a thing into
-another, where it stays: a basket's wall was 15 mm inside a box, at rest; a box that leaned on a bowl fell by 40 mm once they were apart."""
+NOISE = 0.06
+"""Noise of poses that are read while a benchmark moves things [m]: smaller differences from the proof are not noticed. It may move a thing
+into another, where it stays: a basket's wall was 15 mm inside a box, at rest; a box that leaned on a bowl fell by 40 mm once they were
+apart."""
+LATER = "# Resolved in the world of world.json; the scene's file has the poses that things had at first.\n"
+"""First line of a scenario of a later scene."""
 SEQUENCES = 3
 """Task sequences for each part of its goal, usually 12 in all: each part may have things in its way, which a sequence finds out."""
 
 
-def scene_setting(
-    engine: Engine, folder: Path, scene: Mapping[str, Any], hello: Hello, goal: Callable[[Setting], list[str]], twins: int,
-    now: World | None = None, **spec: Any,
-) -> tuple[Path, Setting]:  # fmt: skip
-    """Write a benchmark's scene as MJCF and scenario files, and return the scenario's file with its setting
-    (world, robot, belief).
+class SceneModel(Value, eq=False):
+    """Scene of an episode, of which the file is read once; later settings are made from poses that are read.
 
     Args:
-        folder: for ``scene.xml`` and ``scenario.yaml``.
+        setting: world with all things of the file, those included that are absent at first; robot and backend.
+        spec: the scenario but for its goal, and for what is absent.
+        noisy: whether poses are read while the benchmark moves things.
+    """
+
+    setting: Setting
+    spec: Mapping[str, Any]
+    noisy: bool
+
+
+def scene_model(engine: Engine, folder: Path, scene: Mapping[str, Any], hello: Hello, twins: int, **spec: Any) -> SceneModel:
+    """Write a benchmark's scene as an MJCF file, and read its things.
+
+    Args:
+        folder: for ``scene.xml``.
         scene: with its MJCF text, ``xml``, and its state, ``qpos``.
         hello: what the robot feels.
-        goal: what shall hold in the world of a setting.
-        now: the world as it was read last; what its robot holds stays where it was read.
         spec: further keys of the scenario; ``robot`` at least.
-
-    Returns:
-        The scenario's file, and where it is to be resolved.
     """
     folder.mkdir(parents=True, exist_ok=True)
     state = " ".join(f"{v:.17g}" for v in scene["qpos"])
     key = f'<keyframe><key name="state" qpos="{state}"/></keyframe></mujoco>'
     (folder / "scene.xml").write_text(scene["xml"].replace("</mujoco>", key), encoding="utf-8", newline="\n")
-    absent = {"leave_out": list(scene["absent"])} if scene.get("absent") else {}
-    world = {"file": str(folder.resolve() / "scene.xml"), "keyframe": "state", "packages": _assets(scene["xml"])} | absent
-    world |= {"noise": NOISE} if hello.poses is not None else {}
+    world = {"file": str(folder.resolve() / "scene.xml"), "keyframe": "state", "packages": _assets(scene["xml"])}
     whole = {"scenario": "episode", "world": world, **spec}
-    setting = engine.setting(read_scenario(whole | {"tasks": []}), twins=twins, now=now)
+    return SceneModel(engine.setting(read_scenario(whole | {"tasks": []}), twins=twins), whole, hello.poses is not None)
+
+
+def scene_setting(
+    engine: Engine, model: SceneModel, folder: Path, scene: Mapping[str, Any], hello: Hello, goal: Callable[[Setting], list[str]],
+    now: World | None = None,
+) -> tuple[Path, Setting]:  # fmt: skip
+    """Return a scenario's file with the setting of a benchmark's present scene: world, robot, belief.
+
+    Args:
+        folder: for ``scenario.yaml``, and for ``world.json`` where poses are no longer as in the scene's file.
+        scene: what is ``absent``; the ``poses`` of bodies where they are no longer as in the file: position [m], quaternion (w, x, y, z).
+        hello: what the robot feels.
+        goal: what shall hold in the world of a setting.
+        now: the world as it was read last; what its robot holds stays where it was read.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    start, absent, poses = model.setting, set(scene.get("absent", ())), scene.get("poses", {})
+    things = start.world.put({t.name: _pose(poses[t.name]) for t in start.world.things if t.name in poses}).things
+    present = tuple(t for t in things if t.name not in absent)
+    read = replace(start.world, things=present, robots=now.robots if now else start.world.robots)
+    setting = setting_as_read(start, read, engine.knowledge, NOISE if model.noisy else 0.0)
     parts = goal(setting)
+    world = model.spec["world"] | ({"leave_out": sorted(absent)} if absent else {}) | ({"noise": f"{NOISE} m"} if model.noisy else {})
     asked = {"budget": {"sequences": SEQUENCES * len(parts), **SEARCH}, "goal": parts}
     scenario = folder / "scenario.yaml"
-    scenario.write_text(yaml.safe_dump(whole | asked, sort_keys=False), encoding="utf-8", newline="\n")
-    mount = replace(setting.world.robots[0], joints=hello.joints, opening=min(hello.opening, setting.robot.gripper.opening[1]))
-    return scenario, replace(setting, world=replace(setting.world, robots=(mount,)))
+    said = yaml.safe_dump({**model.spec, "world": world} | asked, sort_keys=False)
+    scenario.write_text(f"{LATER if poses else ''}{said}", encoding="utf-8", newline="\n")
+    mount = replace(read.robots[0], joints=hello.joints, opening=min(hello.opening, start.robot.gripper.opening[1]))
+    setting = replace(setting, world=replace(setting.world, robots=(mount,)))
+    if poses:
+        (folder / "world.json").write_bytes(json.encode(setting.world))
+    return scenario, setting
+
+
+def _pose(row: Sequence[float]) -> Pose:
+    """Return the pose of a row: position [m], quaternion (w, x, y, z)."""
+    x, y, z, *turn = row
+    return Pose((x, y, z), (turn[0], turn[1], turn[2], turn[3]))
 
 
 def _assets(xml: str) -> dict[str, str]:

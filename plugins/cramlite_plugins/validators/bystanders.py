@@ -39,7 +39,7 @@ class Stay(NamedTuple):
 
 class Bystanders(Value):
     """Check that movable things keep within the limits of motion and tilt while no task moves them
-    (``moved_by``), and are at rest at the end."""
+    (``moved_by``), or, if they must keep their place, always; and are at rest at the end."""
 
     name: str = "bystanders"
     cost: Cost = "rollout"
@@ -48,7 +48,8 @@ class Bystanders(Value):
     def check(self, candidate: Candidate) -> Iterator[Finding]:
         rollout = candidate.rollout
         assert rollout is not None
-        moved, tasks = moved_by(candidate), inner_tasks(candidate)
+        moved, tasks, kept = moved_by(candidate), inner_tasks(candidate), dict(candidate.limits.keep)
+        moved = moved | {n: ["" if task == "" else None for task in moved[n]] for n in kept if n in moved}
         worst: tuple[float, str] = (0.0, "")
         for thing in rollout.world.things:
             if not (thing.movable or thing.joint):
@@ -56,7 +57,7 @@ class Bystanders(Value):
             for stay in stays(rollout, thing, moved):
                 wrong = list(_objections(candidate, thing.name, stay, tasks, self.name))
                 yield from wrong
-                worst = max(worst, (stay.way, thing.name))
+                worst = worst if thing.name in kept else max(worst, (stay.way, thing.name))
                 if wrong:
                     break
         yield from self._at_rest(candidate, rollout)
@@ -77,13 +78,14 @@ class Bystanders(Value):
 def _objections(candidate: Candidate, name: str, stay: Stay, tasks: list[str], validator: str) -> Iterator[Finding]:
     assert candidate.rollout is not None
     limits, times = candidate.limits, candidate.rollout.times
-    who = f"'{name}', which no task moved then,"
+    most, key = limits.motion_of(name)
+    who = f"'{name}', which {'must keep its place' if key == 'keep' else 'no task moved then'},"
     than = f" on '{stay.beside}', which carries it," if stay.beside else ""
-    if stay.way > limits.bystander_motion:
-        whose = f"limit {1000 * limits.bystander_motion:g} mm {limits.source('bystander_motion')}"
+    if stay.way > most:
+        whose = f"limit {1000 * most:g} mm {limits.source(key)}"
         said = f"{who} was {1000 * stay.way:.0f} mm from its place{than} at {times[stay.sample]:.1f} s; {whose}"
-        let = _let(name, "bystander_motion", 1000 * stay.way, "mm")
-        yield Finding(validator, False, said, stay.way, limits.bystander_motion, "m", tasks[stay.sample], remedy=let)
+        let = _let(name, key, 1000 * stay.way, "mm")
+        yield Finding(validator, False, said, stay.way, most, "m", tasks[stay.sample], remedy=let)
     if stay.tilt > limits.bystander_tilt:
         whose = f"limit {np.degrees(limits.bystander_tilt):g} deg {limits.source('bystander_tilt')}"
         said = f"{who} leant over by {np.degrees(stay.tilt):.0f} deg{than} at {times[stay.leant]:.1f} s; {whose}"
@@ -99,7 +101,8 @@ def _let(name: str, key: str, value: float, unit: str) -> Remedy:
         key, unit: of the limit in a scenario.
         value: that the limit must be to let it [unit].
     """
-    let = f"'limits: {{{key}: {math.ceil(value)} {unit}}}' in the scenario"
+    amount = f"{math.ceil(value)} {unit}"
+    let = f"'limits: {{{key}: {f'{{{name}: {amount}}}' if key == 'keep' else amount}}}' in the scenario"
     says = f"'{name}' moves though no task moves it: put it farther from other things, or, if its motion does no harm, permit it by {let}"
     return Remedy(f"{key} {name}", says, value)
 

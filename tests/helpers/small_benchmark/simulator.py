@@ -49,11 +49,11 @@ class Simulator:
         self.robot = Robot(compile_world(world, self.knowledge.robots), world.robots[0].base, "deltas", True)
         return {"task": f"task {task}"}
 
-    def scene(self) -> dict[str, Any]:
-        poses = {n: self.robot.compiled.pose(self.robot.data, n) for n in THINGS}
+    def scene(self, model: bool = True) -> dict[str, Any]:
+        poses = {n: self.at(n) for n in THINGS}
+        state = {"xml": (HERE / "table.xml").read_text(), "qpos": [v for n in THINGS for v in poses[n]]} if model else {"poses": poses}
         return {
-            "xml": (HERE / "table.xml").read_text(), "qpos": [v for n in THINGS for v in (*poses[n].position, *poses[n].quaternion)],
-            "goal": [TASKS[self.task]], "bodies": {n.removesuffix("_main"): n for n in THINGS},
+            **state, "goal": [TASKS[self.task]], "bodies": {n.removesuffix("_main"): n for n in THINGS},
             "absent": [] if self.can else ["can_1_main"],
             "regions": {"tray_1_contain_region": {"bodies": ["tray_1_main"]}}, "base": [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0],
         }  # fmt: skip

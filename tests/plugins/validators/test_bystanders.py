@@ -97,6 +97,27 @@ def test_a_bystander_moves_no_further_than_the_limit(way: float, passes: bool, a
         assert all(f.passed for f in Bystanders().check(replace(pushed, limits=let))), "what it says, does"
 
 
+@pytest.mark.parametrize(("way", "passes"), [(0.0009, True), (0.0011, False)])
+def test_what_must_keep_its_place_has_a_limit_of_its_own(way: float, passes: bool) -> None:
+    """Wider limits for all others are none for it; and none of its own leaves it to theirs."""
+    wide = JudgingLimits(bystander_motion=1.0, keep=(("cup", 0.001),), of_scenario=("bystander_motion", "keep"))
+    pushed = replace(shifted((way, 0, 0), "cup", 40), limits=wide)
+    found = [f for f in Bystanders().check(pushed) if not f.passed]
+    assert not found if passes else found
+    assert all(f.passed for f in Bystanders().check(replace(pushed, limits=replace(wide, keep=()))))
+    for one in found:
+        assert one.reason == "'cup', which must keep its place, was 1 mm from its place at 2.0 s; limit 1 mm of the scenario"
+        assert str(one.remedy).endswith("'limits: {keep: {cup: 2 mm}}' in the scenario")
+        let = replace(wide, keep=(("cup", 0.002),))
+        assert all(f.passed for f in Bystanders().check(replace(pushed, limits=let))), "what it says, does"
+
+
+def test_no_task_may_move_what_must_keep_its_place() -> None:
+    """The block of the good run is carried, which is a task's business but where it must stay."""
+    kept = JudgingLimits(keep=(("block", 0.005),), of_scenario=("keep",))
+    assert any("must keep its place" in r for r in said(Bystanders(), replace(good(), limits=kept)))
+
+
 def test_the_limit_that_would_let_it_is_named_to_the_next_millimetre() -> None:
     (one,) = (f for f in Bystanders().check(shifted((0, 0, 1.6004), "cup", 40)) if not f.passed)
     assert one.remedy is not None and one.remedy.missing == pytest.approx(1600.4)
