@@ -73,7 +73,7 @@ def best_by_print(picture: Picture, mask: Mask, appearance: Appearance, poses: S
 
     Poses are taken in the order of their fits, and no more when even full agreement could not make one of them the best.
     """
-    first, colour, most = 0, 0.0, -1.0
+    first, colour, most = 0, 0.0, 0.0
     for k in np.argsort(-fits, kind="stable"):
         if fits[k] * fits[k] <= most:
             break
