@@ -160,7 +160,7 @@ def experts() -> Iterable[Expert]:
         Parameter("chroma", 0.03, "as the segments: the tab of a product is no peg"),
         Parameter("misfit_m", 0.0007, "development seeds 0 to 99: 0.29 to 0.56 mm where right; pegs that were 4 mm wrong had 0.71 to 0.94"),
         Parameter("misfit", 0.9, "of the panel's, which is noise: right ones .62 to .73, at 1 to 3 times a D435's; .97 where 4 mm wrong"),
-        Parameter("leaning", 0.4, "of the panel's, by a quarter of the peg: right ones .28 to .42, .67 and more where it leans by 4 deg"),
+        Parameter("leaning", 0.4, "of the panel's, by a quarter of the peg: .28 to .42 where right, .60 and more where it leans by 4 deg"),
         Parameter("iterations", 20, "it moves less than 10 um after 8, measured"),
     )
     return [
