@@ -59,8 +59,7 @@ def write_solution(run: RunDirectory, solution: Solution, engine: Engine, seed: 
     from ..model.run.rollout import save_rollout
 
     candidate = solution.candidate
-    assert candidate.code is not None
-    run.write(f"program{candidate.code.suffix}", candidate.code.text)
+    run.write(f"program{candidate.written.suffix}", candidate.written.text)
     run.write("program.json", write_program(candidate.program))
     run.write("world.json", json.format(json.encode(candidate.world), indent=1))
     run.write("plan.json", as_json(candidate.plan))
@@ -82,12 +81,12 @@ def write_execution(run: RunDirectory, execution: Execution, engine: Engine) -> 
     from ..model.run.rollout import save_rollout
 
     candidate, place = execution.candidate, "execution"
-    assert candidate.rollout is not None and candidate.code is not None and candidate.episode is not None
-    run.write(f"{place}/execution.json", as_json(rollout_json(candidate.rollout)))
-    run.write(f"{place}/world.json", json.format(json.encode(candidate.rollout.world), indent=1))
+    assert candidate.episode is not None
+    run.write(f"{place}/execution.json", as_json(rollout_json(candidate.ran)))
+    run.write(f"{place}/world.json", json.format(json.encode(candidate.ran.world), indent=1))
     run.write(f"{place}/verdict.json", as_json(execution.verdict))
-    run.write(f"{place}/program{candidate.code.suffix}", candidate.code.text)
-    save_rollout(candidate.rollout, run.path / place / "rollout.npz")
+    run.write(f"{place}/program{candidate.written.suffix}", candidate.written.text)
+    save_rollout(candidate.ran, run.path / place / "rollout.npz")
     if not (run.path / place / "episode").exists():
         engine.knowledge.episodes.write(candidate.episode, run.path / place / "episode")
 

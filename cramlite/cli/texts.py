@@ -62,8 +62,8 @@ def _finding_lines(verdict: Verdict) -> list[str]:
 
 def first_execution_failed(solution: Solution, run: Path, scenario: Scenario) -> str:
     """Return the reason why a proven program failed in the real world, and the next step."""
-    assert solution.execution is not None and solution.candidate.code is not None
-    text = run / f"program{solution.candidate.code.suffix}"
+    assert solution.execution is not None
+    text = run / f"program{solution.candidate.written.suffix}"
     verdict = solution.execution.verdict
     first, *others = [f"{f.validator}: {f.reason}" for f in verdict.objections] or [verdict.reason]
     more = f" (and {len(others)} more, listed above)" if others else ""

@@ -103,7 +103,7 @@ def changes(scenario: Scenario, setting: Setting) -> Iterator[Change]:
     for thing in named:
         if way := _level(np.subtract(thing.pose.position, base.position)):
             yield Change(f"the base of '{world.robots[0].name}' nearer to '{thing.name}'", way)
-    for other in (t for t in world.things if t.movable and t.joint is None and t not in named):
+    for other in (t for t in world.things if not t.furniture and t not in named):
         near = min(named, key=lambda t: math.dist(t.pose.position, other.pose.position), default=None)
         close = near is not None and math.dist(near.pose.position, other.pose.position) <= CLOSE
         way = _level(np.subtract(other.pose.position, near.pose.position)) if near is not None and close else None

@@ -72,8 +72,7 @@ class Solution(Value):
     @property
     def code(self) -> str:
         """Program text that was proven."""
-        assert self.candidate.code is not None
-        return self.candidate.code.text
+        return self.candidate.written.text
 
     @property
     def succeeded(self) -> bool:
@@ -173,6 +172,6 @@ class Solution(Value):
 
 def _left(world: World, rollout: Rollout) -> World:
     """Return a world as a run left it: things where they came to rest."""
-    movable = {t.name for t in world.things if t.movable and t.joint is None}
-    ends = {n: Pose(tuple(r[-1][:3]), tuple(r[-1][3:])) for n, r in rollout.poses.items() if n in movable}
+    movable = {t.name for t in world.things if not t.furniture}
+    ends = {n: Pose.from_row(r[-1]) for n, r in rollout.poses.items() if n in movable}
     return world.moved(ends)

@@ -87,7 +87,7 @@ class Space:
         self.view, self._base = view, world.robots[0].base.inverse() if world.robots else Pose()
         self._boxes = {t.name: around(boxes(t)) for t in world.things if t.geoms}
         self._at = {t.name: t.pose.position for t in world.things}
-        self._loose = [t.name for t in world.things if t.movable and t.joint is None and t.geoms]
+        self._loose = [t.name for t in world.things if not t.furniture and t.geoms]
 
     def along(self, name: str, side: str) -> float:
         """Return the coordinate of a thing's centre towards a side ("left", "right", "front", "back", "top"

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..base.value import Value
 from ..interpretation.turn_predicate import turn_in_hand
-from ..model.geometry import Vector3
+from ..model.geometry import Vector3, vector3
 from ..model.robot import WRIST_TURN
 from .span import Span
 
@@ -57,7 +57,7 @@ def shown_turn(spans: Sequence[Span]) -> ShownTurn | None:
         axis = mean / max(float(np.linalg.norm(mean)), 1e-9)
         alike = all(s.timeline.types(n)[:1] == first for s, n in zip(spans, things, strict=True))
         if alike and (turns @ axis >= ASLANT * sizes).all() and sizes.max() <= AGREED * sizes.min():
-            x, y, z = (np.round(axis, 3) + 0.0).tolist()
             bounds = ENOUGH * float(sizes.min()), TOO_FAR * float(sizes.max())
-            return ShownTurn((x, y, z), round(float(sizes.mean()), 2), round(bounds[0], 2), round(bounds[1], 2), things)
+            way = vector3(np.round(axis, 3) + 0.0)
+            return ShownTurn(way, round(float(sizes.mean()), 2), round(bounds[0], 2), round(bounds[1], 2), things)
     return None

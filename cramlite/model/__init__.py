@@ -58,6 +58,7 @@ if TYPE_CHECKING:
         Floats as Floats,
         Pose as Pose,
         Vector3 as Vector3,
+        vector3 as vector3,
         quaternion_product as quaternion_product,
         rotvec_quaternion as rotvec_quaternion,
     )
@@ -144,6 +145,7 @@ if TYPE_CHECKING:
         View as View,
     )
     from .world.world import (
+        GRAVITY as GRAVITY,
         Camera as Camera,
         Contact as Contact,
         Disturbance as Disturbance,

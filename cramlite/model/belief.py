@@ -78,6 +78,12 @@ class Belief(Value):
     relations: frozenset[Relation] = field(default_factory=frozenset)
     at: Pose | None = None
 
+    @property
+    def payload(self) -> Held:
+        """Payload of a belief in which something is grasped; an AssertionError where nothing is."""
+        assert self.held is not None
+        return self.held
+
     def thing(self, entity: str) -> Thing:
         """Return the thing that an entity name ("thing" or "thing/feature") belongs to."""
         return self.world.thing(thing_of(entity))
@@ -127,9 +133,8 @@ class Belief(Value):
             estimate: of the thing's pose, in the world frame.
             opening: distance between the pads then [m].
         """
-        assert self.held is not None
-        along = {n: replace(e, pose=estimate.pose * e.pose) for n, e in self.held.carries.items()}
-        return replace(self, poses={**self.poses, self.held.thing: estimate, **along}, held=None, opening=opening)
+        along = {n: replace(e, pose=estimate.pose * e.pose) for n, e in self.payload.carries.items()}
+        return replace(self, poses={**self.poses, self.payload.thing: estimate, **along}, held=None, opening=opening)
 
     def in_hand(self) -> dict[str, Pose]:
         """Return the things that move with the hand, the payload first: poses in the TCP frame."""

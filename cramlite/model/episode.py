@@ -84,7 +84,7 @@ class Track(Value):
         """
         k = max(int(np.searchsorted(self.times, time, side="right")) - 1, 0)
         row = self.poses[k]
-        return Pose(tuple(row[:3]), tuple(row[3:]))
+        return Pose.from_row(row)
 
 
 class Repair(Value):

@@ -51,6 +51,16 @@ class Pose(Value, dict=True):
         force_setattr(self, "quaternion", quaternion)
 
     @classmethod
+    def at(cls, point: ArrayLike, turned: Pose) -> Pose:
+        """Return the pose at a point (3,) [m], with the orientation of another pose."""
+        return cls(vector3(point), turned.quaternion)
+
+    @classmethod
+    def from_row(cls, row: Sequence[float] | Floats) -> Pose:
+        """Return the pose of a row of samples: position (3,) [m], then quaternion (w, x, y, z)."""
+        return cls(tuple(row[:3]), tuple(row[3:]))
+
+    @classmethod
     def from_matrix(cls, matrix: ArrayLike) -> Pose:
         """Return the pose of a (4, 4) homogeneous or (3, 3) rotation matrix."""
         m = np.asarray(matrix, dtype=float)
@@ -58,12 +68,12 @@ class Pose(Value, dict=True):
         return cls(tuple(position), _quaternion(m[:3, :3]))
 
     @classmethod
-    def from_rotvec(cls, position: Sequence[float], rotvec: Sequence[float]) -> Pose:
+    def from_rotvec(cls, position: Sequence[float] | Floats, rotvec: Sequence[float] | Floats) -> Pose:
         """Return the pose with a position [m] and a rotation vector [rad], as in URScript's p[...]."""
-        return cls(tuple(position), rotvec_quaternion(rotvec))  # type: ignore[arg-type]
+        return cls(tuple(position), rotvec_quaternion(rotvec))
 
     @classmethod
-    def from_axes(cls, position: Sequence[float], z: ArrayLike, x: ArrayLike) -> Pose:
+    def from_axes(cls, position: ArrayLike, z: ArrayLike, x: ArrayLike) -> Pose:
         """Return the pose whose z axis is ``z`` and whose x axis is as near to ``x`` as it can be.
 
         Args:
@@ -139,6 +149,12 @@ class Pose(Value, dict=True):
         return math.dist(self.position, other.position), 2 * math.acos(min(1.0, dot))
 
 
+def vector3(values: ArrayLike) -> Vector3:
+    """Return three numbers (3,) as a tuple of floats."""
+    x, y, z = np.asarray(values, dtype=float).tolist()
+    return (x, y, z)
+
+
 def quaternion_product(a: Quaternion, b: Quaternion) -> Quaternion:
     """Multiply two quaternions (w, x, y, z): the rotation b, followed by a."""
     (p, q, r, s), (w, x, y, z) = a, b
@@ -150,7 +166,7 @@ def quaternion_product(a: Quaternion, b: Quaternion) -> Quaternion:
     )
 
 
-def rotvec_quaternion(rotvec: Sequence[float]) -> Quaternion:
+def rotvec_quaternion(rotvec: Sequence[float] | Floats) -> Quaternion:
     """Compute the quaternion (w, x, y, z) of a rotation vector (3,) [rad]."""
     x, y, z = rotvec
     angle = math.hypot(x, y, z)

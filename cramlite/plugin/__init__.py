@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from ..base.quantities import Angle as Angle, Length as Length, Mass as Mass, parse_quantity as parse_quantity
     from ..base.spec import Spec as Spec, read_value as read_value
     from ..base.yaml_file import explain_validation as explain_validation, load_yaml as load_yaml
-    from ..interpretation.conditions import Compare as Compare, Not as Not, atoms as atoms
+    from ..interpretation.conditions import Atom as Atom, Compare as Compare, Not as Not, atoms as atoms
     from ..interpretation.fluents import (
         EFFECTOR as EFFECTOR,
         Bound as Bound,

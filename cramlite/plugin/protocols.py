@@ -77,6 +77,18 @@ class Candidate(Value):
     handovers: tuple[Handover, ...] | None = None
     proven: Code | None = None
 
+    @property
+    def written(self) -> Code:
+        """Text of a candidate whose code was generated; an AssertionError before it is."""
+        assert self.code is not None
+        return self.code
+
+    @property
+    def ran(self) -> Rollout:
+        """Rollout of a candidate whose text ran; an AssertionError before it did."""
+        assert self.rollout is not None
+        return self.rollout
+
 
 class Validator(Protocol):
     """Check of a candidate; validators of cost "rollout" are asked after the program ran, the others before.

@@ -115,8 +115,7 @@ class Finished(Value):
             about: names of things that the picture is fitted to; none for the usual view.
         """
         checkpoint()
-        knowledge, rollout = self.engine.knowledge, self.solution.candidate.rollout
-        assert rollout is not None
+        knowledge, rollout = self.engine.knowledge, self.solution.candidate.ran
         return knowledge.simulator.picture(rollout, sample, knowledge.robots_of(rollout.world), size, about)
 
     def start_picture(self, size: tuple[int, int], about: Collection[str] = ()) -> Any:
@@ -137,8 +136,7 @@ class Finished(Value):
     def scene(self, samples: Sequence[int]) -> Scene:
         """Return the shapes of the run, and their poses at some samples."""
         checkpoint()
-        knowledge, rollout = self.engine.knowledge, self.solution.candidate.rollout
-        assert rollout is not None
+        knowledge, rollout = self.engine.knowledge, self.solution.candidate.ran
         return knowledge.simulator.scene(rollout, knowledge.robots_of(rollout.world), samples)
 
 

@@ -222,7 +222,7 @@ def _check(world: World, fault: Fault) -> None:
     thing = world.thing(fault.thing)
     if fault.kind is FaultKind.STICKING and thing.joint is None:
         raise UserError(f"A fault says that '{thing.name}' sticks, but it is on no joint.")
-    if fault.kind in _PUT and not (thing.movable and thing.joint is None):
+    if fault.kind in _PUT and thing.furniture:
         raise UserError(f"A fault moves '{thing.name}' while the program runs; only loose things can be moved then.")
 
 

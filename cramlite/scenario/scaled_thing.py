@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import numpy as np
 from msgspec.structs import replace
 
-from ..model.geometry import Pose, Vector3
+from ..model.geometry import Pose, vector3
 from ..model.world.world import Feature, Geom, Inertia, Thing
 
 
@@ -21,7 +22,7 @@ def scaled(thing: Thing, factor: float) -> Thing:
 
 
 def _geom(geom: Geom, factor: float) -> Geom:
-    size, corners = tuple(factor * s for s in geom.size), tuple(_times(factor, c) for c in geom.corners)
+    size, corners = tuple(factor * s for s in geom.size), tuple(map(vector3, factor * np.array(geom.corners)))
     return replace(geom, size=size, corners=corners, pose=_nearer(geom.pose, factor))
 
 
@@ -31,13 +32,8 @@ def _feature(feature: Feature, factor: float) -> Feature:
 
 def _inertia(inertia: Inertia, factor: float) -> Inertia:
     xx, yy, zz, xy, xz, yz = (factor**2 * m for m in inertia.moments)
-    return Inertia(_times(factor, inertia.centre), (xx, yy, zz, xy, xz, yz))
+    return Inertia(vector3(factor * np.array(inertia.centre)), (xx, yy, zz, xy, xz, yz))
 
 
 def _nearer(pose: Pose, factor: float) -> Pose:
-    return Pose(_times(factor, pose.position), pose.quaternion)
-
-
-def _times(factor: float, way: Vector3) -> Vector3:
-    x, y, z = way
-    return (factor * x, factor * y, factor * z)
+    return Pose(vector3(factor * np.array(pose.position)), pose.quaternion)

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from msgspec.structs import replace
 
 from ..base.value import Value
-from ..model.geometry import Pose, Vector3
+from ..model.geometry import Pose, Vector3, vector3
 from ..model.twins.error_model import ErrorModel
 from ..model.twins.twin_drawing import DEG, MM, Drawing
 from ..model.world.thing_boxes import Box, around, boxes
@@ -88,8 +88,7 @@ class _Placing:
         more = self.factors.get(thing.name, 1.0) - 1.0
         if not more:
             return pose
-        x, y, z = lean.rotate((0.0, 0.0, more * (thing.pose.position[2] - self._foot(thing)))).tolist()
-        return _shifted(pose, (x, y, z))
+        return _shifted(pose, vector3(lean.rotate((0.0, 0.0, more * (thing.pose.position[2] - self._foot(thing))))))
 
     def _support(self, thing: Thing) -> tuple[str, float]:
         """Return the support of a thing, and how far the support was raised below it [m]; "" and 0 if there

@@ -95,7 +95,7 @@ class Proven:
         self.code, self.proof = found.candidate.code, found.candidate.rollout
         self.expected: Expectation = expectation(self.proof, self.code.origins)
         self.world = replace(self.setting.real or self.setting.world, faults=())
-        self.loose = [t.name for t in self.world.things if t.movable and t.joint is None]
+        self.loose = [t.name for t in self.world.things if not t.furniture]
 
     def goal(self) -> tuple[str, ...]:
         return tuple(g.format(*self.loose) for g in SCENES[self.scene][0])

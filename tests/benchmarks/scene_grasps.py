@@ -29,7 +29,7 @@ from msgspec.structs import replace
 
 from cramlite import Engine, Setting, read_scenario
 from cramlite.experiment.figure import Number
-from cramlite.model import Held, Location, Place, Pose, RobotMount, Thing, Value, initial_belief, pair_friction
+from cramlite.model import GRAVITY, Held, Location, Place, Pose, RobotMount, Thing, Value, initial_belief, pair_friction
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.locations import grips
@@ -39,7 +39,6 @@ from cramlite_plugins.simulation.model.compile import Compiled, compile_world
 
 LIFT, HELD, TURNED = 0.20, 0.020, math.radians(20)
 LOOKED = 100  # answers of one query
-GRAVITY = 9.81
 
 
 class Row(Value):
@@ -173,7 +172,7 @@ def siblings(setting: Setting, engine: Engine, thing: Thing) -> list[str]:
 
 def loose(setting: Setting) -> list[Thing]:
     """The things of a scene that a hand may take away."""
-    return [t for t in setting.world.things if t.movable and t.joint is None]
+    return [t for t in setting.world.things if not t.furniture]
 
 
 def main() -> None:

@@ -99,7 +99,7 @@ def test_a_text_that_kills_twice_is_given_up(executor: Executor, deaths: int, fo
             return executor.run(*what)
 
     place = SimpleNamespace(executor=Dying(), watch=Stopwatch())
-    candidate = SimpleNamespace(code=SimpleNamespace(text=TEXT, suffix=".script"))
+    candidate = SimpleNamespace(written=SimpleNamespace(text=TEXT, suffix=".script"))
     rollout = twins._run(cast(Any, place), cast(Any, candidate), WORLD, 0)
     assert (rollout is not None) == found == ("execute" in place.watch.read())
 

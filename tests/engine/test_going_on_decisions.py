@@ -17,7 +17,7 @@ from msgspec.structs import replace
 from cramlite import Engine, read_scenario
 from cramlite.engine.recovery.expectation import RunWatch
 from cramlite.engine.recovery.going_on import ACKNOWLEDGED, SAME, GoingOn, _declared
-from cramlite.engine.recovery.next_program import BACK, _moved, apart
+from cramlite.engine.recovery.next_program import BACK, _moved
 from cramlite.engine.recovery.replanning import Attempt, Round
 from cramlite.engine.recovery.rest_of_plan import rests_of_plan
 from cramlite.model import Action, Code, Deviation, MoveJoints, Notice, Object, Plan, Pose, Program
@@ -341,7 +341,6 @@ def test_of_a_task_with_parts_the_rest_begins_with_the_part_under_way(with_tasks
 
 
 def test_a_thing_moved_as_far_as_it_was_from_its_start_at_most() -> None:
-    assert apart((1.0, 2.0, 3.0), (2.0, 4.0, 1.0)) == pytest.approx(3.0)
     run = good().rollout
     assert run is not None
     way = run.poses["cup"].copy()

@@ -251,10 +251,10 @@ class Tools:
         finally:
             executor.close()
         execution = solution.execution
-        assert execution is not None and execution.candidate.rollout is not None
+        assert execution is not None
         verdict = execution.verdict
         told = {"headline": solution.headline, "succeeded": verdict.passed, "reason": verdict.reason, "findings": verdict.findings}
-        data: Answer = _data({"run": run, **told, "rollout": rollout_json(execution.candidate.rollout)})
+        data: Answer = _data({"run": run, **told, "rollout": rollout_json(execution.candidate.ran)})
         return data
 
     async def _work(self, ctx: Context[Any, Any], do: Callable[[Say, Stop], T]) -> T:

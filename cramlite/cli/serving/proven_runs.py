@@ -234,8 +234,7 @@ def _write(run: RunDirectory, solution: Solution, engine: Engine, seed: int, say
 
 
 def _hash(run: RunDirectory, solution: Solution) -> str:
-    code = solution.candidate.code
-    assert code is not None
+    code = solution.candidate.written
     return content_key(*(run.path / n for n in (f"program{code.suffix}", "program.json", "plan.json", "world.json")))
 
 

@@ -66,8 +66,7 @@ class Intent(Value):
 
 def write_intent(candidate: Candidate) -> bytes:
     """Encode the content of ``intent.json``; the same candidate gives the same text."""
-    code = candidate.code
-    assert code is not None
+    code = candidate.written
     bindings = {k: v for k, v in candidate.bindings.items() if isinstance(v, str)}
     kept = Kept(
         candidate.plan, candidate.actions, candidate.parts, candidate.belief, candidate.world, candidate.limits, bindings,

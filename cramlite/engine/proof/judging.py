@@ -94,8 +94,7 @@ def judge_rollout(text: str, rollout: Rollout, purpose: Purpose, knowledge: Know
 
 def _judged(text: str, candidate: Candidate, remarks: tuple[str, ...], purpose: Purpose, knowledge: Knowledge) -> JudgedRun:
     """Findings of the validators on a candidate's run."""
-    rollout = candidate.rollout
-    assert rollout is not None
+    rollout = candidate.ran
     episode = knowledge.episodes.detect(rollout, candidate.program.name)
     episode = replace(episode, extras={**episode.extras, "park": np.array(candidate.robot.home)})
     ran = replace(candidate, episode=episode)

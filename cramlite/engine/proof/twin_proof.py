@@ -69,7 +69,7 @@ class Doubtful(Value):
         if isinstance(rollout, str):
             return Finding("execution", False, rollout, stopped=True)
         _, findings = judge_run(self.candidate, self.text, rollout, self.knowledge)
-        return next((f for f in findings if not f.passed), None)
+        return next(iter(Verdict(tuple(findings)).objections), None)
 
 
 def doubt(

@@ -139,7 +139,7 @@ def expectation(proof: Rollout, steps: Mapping[int, str]) -> Expectation:
     Args:
         steps: line -> designator, as ``Code.origins``.
     """
-    loose = tuple(t.name for t in proof.world.things if t.movable and t.joint is None)
+    loose = tuple(t.name for t in proof.world.things if not t.furniture)
     tool = proof.poses["effector"]
     return Expectation(
         proof.lines, proof.times, {n: proof.poses[n] for n in (*loose, "effector")}, {n: _in(tool, proof.poses[n]) for n in loose},
@@ -230,8 +230,7 @@ class RunWatch:
 
     def _off(self, pose: Pose) -> Pose:
         way, turn = self._draw.normal(0.0, self.noise.position, 3), self._draw.normal(0.0, self.noise.turn, 3)
-        place = tuple(np.add(pose.position, way).tolist())
-        return Pose.from_rotvec(place, tuple(turn.tolist())) * Pose(quaternion=pose.quaternion)
+        return Pose.from_rotvec(np.add(pose.position, way), turn) * Pose(quaternion=pose.quaternion)
 
     def _frozen(self, readings: Readings) -> Notice | None:
         """Return a notice if all joint readings have stayed the same for ``SAME`` seconds at a line that

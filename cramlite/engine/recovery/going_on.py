@@ -8,6 +8,7 @@ believed, but the braking.
 
 from __future__ import annotations
 
+import math
 import time
 from collections import Counter
 from collections.abc import Iterator, Mapping
@@ -31,7 +32,7 @@ from ..candidates import attempts
 from ..search_in_setting import search_in
 from .expectation import EXACT, SIGMAS, Noise, RunWatch, expectation
 from .next_program import BACK, Stopped, at_once, attempt_of, next_program
-from .read_belief import STILL, apart, real_after, setting_as_read, world_as_read
+from .read_belief import STILL, real_after, setting_as_read, world_as_read
 from .replanning import Attempt, Round, Say
 from .rest_of_plan import rests_of_plan
 
@@ -149,7 +150,7 @@ class GoingOn:
         """Update the believed world and the robot to how the last run left them."""
         rollout, world = last.round.rollout, self.setting.world
         left = world_after_run(rollout, world)
-        stays = {t.name for t in left.things if apart(world.thing(t.name).pose.position, t.pose.position) <= STILL}
+        stays = {t.name for t in left.things if math.dist(world.thing(t.name).pose.position, t.pose.position) <= STILL}
         relations = tuple(r for r in self.setting.relations if r[1] in stays)
         now = world_after_run(rollout, last.round.attempt.world) if real else None
         self.setting = replace(self.setting, world=left, relations=relations, real=now)

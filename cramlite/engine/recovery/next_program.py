@@ -5,6 +5,7 @@ Each is proven in the believed world before anything moves.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -13,7 +14,7 @@ from msgspec.structs import replace
 from ...base.value import Value
 from ...model.program.steps import MoveJoints
 from ..proof.proof import prove
-from .read_belief import STILL, apart
+from .read_belief import STILL
 from .replanning import SLOW, Attempt, Round, way_back
 from .rest_of_program import may_be_finished, rest_of
 
@@ -88,8 +89,7 @@ def next_program(
 
 def attempt_of(candidate: Candidate, world: World) -> Attempt:
     """Return a proven program to be run in a world."""
-    assert candidate.code is not None
-    return Attempt(candidate.plan, candidate.program, candidate.code, world, candidate)
+    return Attempt(candidate.plan, candidate.program, candidate.written, world, candidate)
 
 
 def _same_program(stopped: Stopped, knowledge: Knowledge, seed: int, trace: Trace) -> Attempt | None:
@@ -132,4 +132,4 @@ def at_once(whole: Budget) -> Budget:
 
 def _moved(rollout: Rollout, name: str) -> float:
     track = rollout.poses[name]
-    return max(apart(tuple(row[:3]), tuple(track[0][:3])) for row in track)
+    return max(math.dist(tuple(row[:3]), tuple(track[0][:3])) for row in track)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
@@ -44,14 +45,9 @@ def setting_as_read(before: Setting, read: World, knowledge: Knowledge, noise: f
     """
     world = corrected(read, knowledge, noise, deep)
     where = {t.name: t.pose.position for t in before.world.things}
-    stayed = {t.name for t in world.things if t.name in where and apart(where[t.name], t.pose.position) <= STILL}
+    stayed = {t.name for t in world.things if t.name in where and math.dist(where[t.name], t.pose.position) <= STILL}
     relations = tuple(r for r in before.relations if r[1] in stayed)
     return with_load(replace(before, world=world, relations=relations, real=None, look=None), knowledge)
-
-
-def apart(one: tuple[float, ...], other: tuple[float, ...]) -> float:
-    """Return the distance between two positions [m]."""
-    return float(sum((a - b) ** 2 for a, b in zip(one, other, strict=True)) ** 0.5)
 
 
 def world_as_read(before: World, readings: Readings, models: World, closed: float) -> World:
@@ -71,7 +67,7 @@ def world_as_read(before: World, readings: Readings, models: World, closed: floa
         if thing.name in read:
             possible[thing.name] = _possible(thing, read[thing.name], every.carrier_shift(thing.name, possible))
     things = every.put(possible).things
-    seen = tuple(t for t in things if t.name in read or not _is_read(t))
+    seen = tuple(t for t in things if t.name in read or t.furniture)
     mount = replace(before.robots[0], joints=readings.joints, opening=readings.opening, holds=in_hand(seen, readings, closed))
     return replace(before, things=seen, robots=(mount, *before.robots[1:]))
 
@@ -113,12 +109,6 @@ def _possible(thing: Thing, read: Pose, carrier: Pose) -> Pose:
     joint, start = thing.joint, carrier * thing.pose
     by = joint.between(start, read)
     return joint.moved(start, min(max(joint.value + by, joint.lower), joint.upper) - joint.value)
-
-
-def _is_read(thing: Thing) -> bool:
-    """Check whether a thing is gone from the world if sensors do not report it: one that moves freely, not
-    on a joint."""
-    return thing.movable and thing.joint is None
 
 
 def _width(thing: Thing, readings: Readings) -> float:

@@ -159,8 +159,7 @@ def _search(engine: Engine, scenario: object, setting: Setting, trace: Trace) ->
 
 def _attempt(trial: Trial, benchmark: Benchmark, engine: Engine, solution: Solution, name: str) -> Attempt:
     """Run a program in the benchmark's simulator; check the state at its end, and again when all things are at rest."""
-    code = solution.candidate.code
-    assert code is not None
+    code = solution.candidate.written
     write_whole(trial.folder / f"{name}{code.suffix}", code.text)
     write_whole(trial.folder / MOVED, name)
     notices: tuple[Notice, ...] = ()

@@ -39,7 +39,6 @@ def execute_in_twin(trial: Trial, judged: Solution, *, scale: float) -> Executio
         scale: how many times the errors of the experiment's ``twin`` the world is drawn from; with 0 it is the believed world.
     """
     place, candidate, number, setting = trial.place, judged.candidate, judged.number, judged.setting
-    assert candidate.code is not None
     seed = derive_seed(trial.demonstration.seed, (("execution", "unseen"),), f"twin {number}")  # one draw, larger with the scale
     world = setting.world
     if scale:
@@ -66,10 +65,9 @@ def peak_force(rollout: Rollout) -> float:
 
 def _run(place: Bench, candidate: Candidate, world: World, seed: int) -> Rollout | None:
     """Return the recording of the execution; None if the executing process died twice."""
-    assert candidate.code is not None
     for _ in range(DEATHS):
         try:
-            rollout, seconds = place.executor.run(candidate.code.text, world, seed)
+            rollout, seconds = place.executor.run(candidate.written.text, world, seed)
         except ExecutorDied:
             continue
         place.watch.add("execute", seconds)

@@ -187,8 +187,7 @@ def world_after_run(rollout: Rollout, world: World) -> World:
 def _end(rollout: Rollout, name: str, before: Pose) -> Pose:
     if name not in rollout.poses:
         return before
-    x, y, z, *turn = rollout.poses[name][-1].tolist()
-    return Pose((x, y, z), tuple(turn))
+    return Pose.from_row(rollout.poses[name][-1])
 
 
 _ARRAYS = ("times", "joints", "wrench", "opening", "lines")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 
+from ...base.rate import digits
 from ...base.value import Value
 from ...base.wilson import wilson_interval
 from ..remedy import Remedy
@@ -107,17 +108,12 @@ class TwinVerdict(Value):
         low, high = self.interval
         left = self.doubts.runs - self.ran
         spared = f"; {left} not run: the verdict is certain" if left else ""
-        return f"{self.succeeded} of {self.ran}, interval {share_text(low)} to {share_text(high)}{spared}"
+        return f"{self.succeeded} of {self.ran}, interval {digits(low)} to {digits(high)}{spared}"
 
     @property
     def reason(self) -> str:
         """Outcome of a proof's runs, as the text of a validator's finding: how many succeeded, the required share,
         and why runs failed."""
-        asked = f"{share_text(self.doubts.at_least)} of {self.doubts.runs} required"
+        asked = f"{digits(self.doubts.at_least)} of {self.doubts.runs} required"
         why = "; ".join(f"twin {t.number}: {t.text}" for t in self.failed)
         return f"{self.text}; {asked}" + (f"; {why}" if why else "")
-
-
-def share_text(share: float) -> str:
-    """Format a share (0 to 1) with two decimals and without a leading zero, as ".57"; "1.00" for all."""
-    return f"{share:.2f}".removeprefix("0")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from typing import Literal
 
@@ -51,6 +52,12 @@ class Finding(Value):
     literal: str = ""
     remedy: Remedy | None = None
 
+    @property
+    def task_number(self) -> float:
+        """Number of the task that the finding is about, in the plan; inf where it names none."""
+        numbered = re.match(r"\d+", self.origin)
+        return int(numbered[0]) if numbered else math.inf
+
     def as_advice(self) -> Finding:
         """Return an objection as advice, which is reported, but does not refuse the program."""
         return self if self.passed else replace(self, passed=True, advice=True, reason=f"{ADVICE}{self.reason}")
@@ -77,8 +84,9 @@ class Verdict(Value):
 
     @property
     def objections(self) -> tuple[Finding, ...]:
-        """Findings that did not pass, in the order of the validators; those that stopped the run come first."""
-        return tuple(sorted((f for f in self.findings if not f.passed), key=lambda f: not f.stopped))
+        """Findings that did not pass: those that stopped the run first, then by the number of their task, then in the order of the
+        validators, since what went wrong first may have caused the rest."""
+        return tuple(sorted((f for f in self.findings if not f.passed), key=lambda f: (not f.stopped, f.task_number)))
 
     @property
     def advice(self) -> tuple[Finding, ...]:

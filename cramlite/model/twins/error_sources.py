@@ -10,11 +10,12 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any, Literal
 
+import numpy as np
 from msgspec import field
 from msgspec.structs import replace
 
 from ...base.value import Value
-from ..geometry import Vector3
+from ..geometry import Vector3, vector3
 from ..robot import Robot
 from ..sensor_errors import SensorErrors
 from ..world.thing_boxes import extents
@@ -102,7 +103,7 @@ def with_links(twin: World, size: float, draw: Drawing, around: Around) -> World
     """Return a twin whose arm has random errors in the lengths of its links."""
     count = len(around.robot.joints)
     link = draw.scale * size / max(count, 1) ** 0.5
-    links = tuple(_times(link, draw.sphere("arm")) for _ in range(count))
+    links = tuple(vector3(link * np.array(draw.sphere("arm"))) for _ in range(count))
     return _disturbed(twin, links=links if link else ())
 
 
@@ -151,6 +152,3 @@ def _disturbed(twin: World, **changes: Any) -> World:
     return replace(twin, disturbance=replace(twin.disturbance, **changes))
 
 
-def _times(factor: float, way: Vector3) -> Vector3:
-    x, y, z = way
-    return (factor * x, factor * y, factor * z)

@@ -8,7 +8,7 @@ from typing import Any
 
 from ...base.seeds import derive_seed
 from ...base.value import Value
-from ..geometry import Vector3
+from ..geometry import Vector3, vector3
 
 LEAST = 0.05
 """A share of friction, mass, size or force is drawn no lower, however large the error model's numbers are."""
@@ -87,8 +87,7 @@ class Drawing:
     def sphere(self, source: str) -> Vector3:
         """Draw a random direction, a vector of length 1, uniformly."""
         way = self.random(source).normal(size=3)
-        x, y, z = (way / (way @ way) ** 0.5).tolist()
-        return (x, y, z)
+        return vector3(way / (way @ way) ** 0.5)
 
     def between(self, source: str, name: str, ends: tuple[float, float], unit: str, per: float) -> float:
         """Draw a random number uniformly between two limits."""

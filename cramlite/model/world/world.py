@@ -21,6 +21,9 @@ from ..robot_file import RobotFile
 from ..view import D435, Intrinsics
 from .joint import Joint
 
+GRAVITY = 9.81
+"""Gravitational acceleration in every world [m/s^2]: MuJoCo's default, which worlds do not change."""
+
 
 class Contact(Value):
     """MuJoCo's contact parameters of a geom, as a file states them, in MuJoCo's units and with its defaults.

@@ -53,7 +53,7 @@ def kinds_of(schemas: Iterable[ActionSchema], facts: Iterable[Fact]) -> Kinds:
     """Return the kinds of entities that each argument of a relation can have, from the facts at the start
     and the effects of tasks."""
     found: dict[tuple[str, int], set[str]] = {}
-    added = ((f[0], map(_kind, f[1:])) for s in schemas for f in s.change.adds)
+    added = ((f[0], map(kind_of, f[1:])) for s in schemas for f in s.change.adds)
     known = ((f[0], map(kind_of, f[1:])) for f in facts)
     for name, kinds in (*added, *known):
         for k, kind in enumerate(kinds, 1):
@@ -71,10 +71,6 @@ def kinds_of_free(term: str, facts: Iterable[Fact], tables: Iterable[Table], kin
             parts = frozenset({("component", "body")[k]}) if table.name == PART_OF else frozenset()
             places.append(parts or frozenset(kind_of(row[k]) for row in table.rows))
     return frozenset({"hand", "body", "component"}).intersection(*places)
-
-
-def _kind(term: str) -> str:
-    return "hand" if term == EFFECTOR else "component" if BETWEEN in term else "body"
 
 
 def endings(schema: ActionSchema, fluents: Fluents, kinds: Kinds) -> tuple[Ending, ...]:
@@ -157,7 +153,7 @@ def _possible(ending: Ending, kinds: Kinds) -> bool:
     task makes it false, are of kinds of entities that occur there."""
     facts = [ending.fact, *ending.when]
     terms = {t for f in facts for t in f[1:]} - set(ending.free)
-    fits = all(_kind(t) in kinds.get((f[0], k), ()) for f in facts for k, t in enumerate(f[1:], 1) if t in terms)
+    fits = all(kind_of(t) in kinds.get((f[0], k), ()) for f in facts for k, t in enumerate(f[1:], 1) if t in terms)
     ever = all((f[0], k) in kinds for f in facts for k in range(1, len(f)))
     return fits and ever and all(kinds_of_free(t, facts, ending.tables, kinds) for t in ending.free)
 

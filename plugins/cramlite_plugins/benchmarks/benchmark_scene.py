@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -77,7 +77,7 @@ def scene_setting(
     """
     folder.mkdir(parents=True, exist_ok=True)
     start, absent, poses = model.setting, set(scene.get("absent", ())), scene.get("poses", {})
-    things = start.world.put({t.name: _pose(poses[t.name]) for t in start.world.things if t.name in poses}).things
+    things = start.world.put({t.name: Pose.from_row(poses[t.name]) for t in start.world.things if t.name in poses}).things
     present = tuple(t for t in things if t.name not in absent)
     read = replace(start.world, things=present, robots=now.robots if now else start.world.robots)
     setting = setting_as_read(start, read, engine.knowledge, NOISE if model.noisy else 0.0)
@@ -94,10 +94,6 @@ def scene_setting(
     return scenario, setting
 
 
-def _pose(row: Sequence[float]) -> Pose:
-    """Return the pose of a row: position [m], quaternion (w, x, y, z)."""
-    x, y, z, *turn = row
-    return Pose((x, y, z), (turn[0], turn[1], turn[2], turn[3]))
 
 
 def _assets(xml: str) -> dict[str, str]:

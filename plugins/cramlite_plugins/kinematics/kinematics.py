@@ -285,9 +285,8 @@ def _led(robot: Robot, target: Pose, posture: Joints) -> Joints | None:
         1, math.ceil(np.linalg.norm(shift) / LEADING[0]), math.ceil(np.linalg.norm(turn) / LEADING[1])
     )
     for part in np.arange(1, count) / count:
-        x, y, z = (start.position + part * shift).tolist()
-        turned = Pose((x, y, z), start.quaternion) * Pose.from_rotvec((0.0, 0.0, 0.0), part * turn)
-        q = q and refine(robot, turned, q)
+        turned = Pose.at((0.0, 0.0, 0.0), start) * Pose.from_rotvec((0.0, 0.0, 0.0), part * turn)
+        q = q and refine(robot, Pose.at(start.position + part * shift, turned), q)
     return q and refine(robot, target, q, steps=12)
 
 

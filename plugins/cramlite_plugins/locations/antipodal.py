@@ -31,7 +31,9 @@ TIPS = 0.008  # of the pads, in a grasp by the tips [m]
 ENDS = 0.005  # and in one by no more than their ends: half of pads that are 20 mm long [m]
 THIN = 0.6  # overlap of the pads as a share of a thin thing's thickness: hands stay off its support
 BEFORE, INTO = 0.003, 0.004  # a shallow grasp: tips before the far side, pinch point behind the near one [m]
-DEEP = 0.004  # what stays between the palm and the near side [m]
+DEEP = 0.010
+"""Room between the palm and the near side [m]: parts of a hand reach 4 mm beyond its palm, and poses are in
+doubt."""
 FACE = 0.001  # pads are pressed in by less, and lean by less [m]
 ANGLES = 8  # side grasps around a cylinder
 

@@ -38,7 +38,7 @@ from ..motion_planning.reach import SIGMAS, bound, reference_pose, shift, tcp
 from ..motions import grip_force
 from ..shapes import ray_casting as rays
 from ..shapes.bounds import centre_of_mass
-from . import antipodal, pinched
+from . import antipodal, rim_pinches
 from .from_aside import slants
 from .grips import AGAIN, SLACK, Grip, ranked, too_wide, varied, why_none
 from .hand_room import HandRoom
@@ -99,7 +99,7 @@ def grasps(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     thing, gripper = belief.thing(bound(context, location.of)), context.robot.gripper
     reference_pose(belief, location, context)
     grips = ranked(thing, gripper, pair_friction(belief.world.physics.pad_friction, thing.least_friction))
-    rims = pinched.pinches(thing, belief, context)
+    rims = rim_pinches.pinches(thing, belief, context)
     if not grips and not rims:
         raise Unresolvable(
             why_none(thing, gripper), (location.of or "",), blocking=(), remedy=too_wide(thing, gripper)
@@ -109,7 +109,7 @@ def grasps(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     if not ordered and not rims:
         reason = f"at each of {len(grips)} grips of '{thing.name}' the hand would be inside it"
         raise Unresolvable(reason, (location.of or "",), blocking=(), remedy=too_wide(thing, gripper))
-    pinched_at = pinched.places(rims, thing, arm)
+    pinched_at = rim_pinches.places(rims, thing, arm)
     for cost, grasp in sorted(ordered, key=lambda found: found[1].tight) if rims else ordered:
         if grasp.tight:  # of what lies flat these are hundreds, and the hand is in what carries it
             yield from pinched_at

@@ -277,7 +277,7 @@ def _checked(
     return [
         replace(
             grips[k],
-            pose=_at(grips[k].pose, p),
+            pose=Pose.at(p, grips[k].pose),
             width=width,
             lever=lever,
             slant=float(found.slant[k]),
@@ -287,11 +287,6 @@ def _checked(
         )
         for p, k, width, lever, cover, slack, hangs in zip(hands.positions, *columns, strict=True)
     ]
-
-
-def _at(pose: Pose, position: Floats) -> Pose:
-    x, y, z = position.tolist()
-    return Pose((x, y, z), pose.quaternion)
 
 
 def _cells(hands: antipodal.Hands) -> Floats:

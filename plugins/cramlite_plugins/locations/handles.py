@@ -15,6 +15,7 @@ from cramlite.model import (
     Estimate,
     Feature,
     Floats,
+    GripFacts,
     Joint,
     Location,
     Place,
@@ -24,17 +25,22 @@ from cramlite.model import (
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..motion_planning.reach import bound, causes, held_pose, led_by, tcp
+from ..motion_planning.space import refusal
 from ..shapes import ray_casting as rays
 from ..shapes.bounds import box_around
 from ..shapes.joint_values import joint_value
 from .antipodal import Hands, pinches
-from .hand_around import HandAround
-from .joint_way import driven_along, met_on_its_way
+from .joint_obstacles import driven_along, met_on_its_way
 from .levers import freeing, lever_of
 from .parameters import Handle, JointWay, Turned, asked
+from .reached import Arm, Leg
 
 # How much farther out the pads also take it, where their ends come too near to the front behind [m]
 TIPS = 0.006
+STANDOFF = 0.08  # in front of the handle [m]: the fingers, open, are clear of the bar
+SLACK = (0.05, 0.03, 0.016, 0.01)
+"""Opening of the fingers beyond the bar's width [m], whose half is the bar's error; the widest that obstacles
+allow."""
 ROOM = 0.006  # about the hand, without which a grip comes last [m]: streamed arms come to rest within 4 mm
 TILTS = (0.0, 30.0, -30.0, 45.0, -45.0, 60.0, -60.0)
 """Turns of the hand about the bar [deg]: a low drawer is reached from above, a door beside a wall from its
@@ -90,7 +96,7 @@ def handle_grasps(location: Location, belief: Belief, context: Context) -> Itera
         raise Unresolvable(f"'{entity}' has no {lacks}", (location.of or "",), blocking=())
     if lever is None:
         check_way(location, thing, belief, context)
-    hand, late = HandAround(belief, context, thing), list[Grounding | Refused]()
+    arm, late = Arm(belief, context), list[Grounding | Refused]()
     tilted = itertools.product(TILTS, (0.0, 180.0), (0.0,), (0.0, TIPS))
     ways = [*tilted, *itertools.product((0.0,), (0.0, 180.0), LEANS, (TIPS,))]
     for k, (tilt, turn, lean, back) in enumerate(ways):
@@ -105,13 +111,39 @@ def handle_grasps(location: Location, belief: Belief, context: Context) -> Itera
             f"across the handle, turned {turn:.0f} deg{''.join(said)}",
             belief.pose(thing.name) * across * Pose((0, 0, -back)),
         )
-        found = hand.around(at, width, ROOM)
+        found = _around(arm, thing.name, at, width, ROOM)
         if isinstance(found, Place):
             yield _held(name, found, 0.1 * k)
             continue
-        found = hand.around(at, width)
+        found = _around(arm, thing.name, at, width)
         late.append(_held(name, found, 0.1 * (k + len(ways))) if isinstance(found, Place) else found.of(name))
     yield from late
+
+
+def _around(arm: Arm, thing: str, at: Pose, width: float, room: float = 0.0) -> Place | Refused:
+    """Find the widest opening at which the hand touches nothing, at a TCP pose around the bar of a thing's
+    handle and at the stand-off before it.
+
+    Args:
+        at: of the TCP, in the base frame.
+        width: of what is to be between the fingers [m].
+        room: about the hand that must be free there [m].
+    """
+    refused = refusal(f"the bar is {1000 * width:.0f} mm thick, as wide as the hand opens")
+    before = at * Pose((0, 0, -STANDOFF))
+    most = arm.context.robot.gripper.opening[1]
+    for opening in dict.fromkeys(round(min(width + s, most), 4) for s in SLACK if width + SLACK[-1] <= most):
+        bare = arm.scene((), opening, room)
+        there = arm.at(Leg(at, (thing,), opening))
+        if not isinstance(there, Refused) and not bare.free(there):
+            there = refusal(bare.why(there), collision=bare.collision(there))
+        off = there if isinstance(there, Refused) else arm.at(Leg(before, opening=opening), there)
+        if not isinstance(off, Refused):
+            return Place(
+                at, before, opening, tuple(at.rotate((0, 0, 1))), thing=thing, grip=GripFacts(width)
+            )
+        refused = off
+    return refused
 
 
 def check_way(location: Location, thing: Thing, belief: Belief, context: Context) -> None:

@@ -41,8 +41,9 @@ def laid_down(
     Args:
         spots: placements of what is held fast.
     """
-    assert belief.held is not None and belief.held.swing is not None
-    lying = replace(belief, held=replace(belief.held, tcp_to_thing=belief.held.swing.start))
+    swing = belief.payload.swing
+    assert swing is not None
+    lying = replace(belief, held=replace(belief.payload, tcp_to_thing=swing.start))
     for answer in spots(location, lying, context):
         yield answer if isinstance(answer, Refused) else _led(answer, location, belief, context)
 
@@ -65,8 +66,8 @@ def hung(answer: Grounding | Refused, held: Held) -> Grounding | Refused:
 def _led(answer: Grounding, location: Location, belief: Belief, context: Context) -> Grounding | Refused:
     """Placement with the path that lays the payload down, or the refusal if the arm cannot follow that
     path."""
-    held, place = belief.held, answer.value
-    assert held is not None and held.swing is not None
+    held, place = belief.payload, answer.value
+    assert held.swing is not None
     lies = shift(place.pose, (0.0, 0.0, OVER - place.release.height_m))
     thing = belief.world.thing(held.thing)
     onto = bound(context, location.of)
@@ -104,8 +105,7 @@ def released(shares: list[float], hands: list[Pose]) -> tuple[float, Pose]:
     """
     ways = np.array([hand.position for hand in hands])
     share = float(np.interp(ways[-1, 2] + LEFT, ways[::-1, 2], shares[::-1]))
-    x, y, z = (float(np.interp(share, shares[::-1], way)) for way in ways[::-1].T)
-    return share, Pose((x, y, z), hands[-1].quaternion)
+    return share, Pose.at([np.interp(share, shares[::-1], way) for way in ways[::-1].T], hands[-1])
 
 
 def rolled(

@@ -10,7 +10,7 @@ from cramlite.model import Belief, Estimate, Location, Pose, Thing
 from cramlite.plugin import Context, Refused, Unresolvable
 
 from ..shapes.joint_values import joint_value
-from .joint_way import met_on_its_way
+from .joint_obstacles import met_on_its_way
 
 STEP = math.radians(5.0)
 """Between the angles that are looked at [rad]."""

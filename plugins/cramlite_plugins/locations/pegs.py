@@ -9,7 +9,18 @@ from collections.abc import Iterator
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Floats, Location, PegFit, Place, Pose, Remedy, Thing, Value, Vector3
+from cramlite.model import (
+    Belief,
+    Floats,
+    Location,
+    PegFit,
+    Place,
+    Pose,
+    Remedy,
+    Thing,
+    Value,
+    vector3,
+)
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..motion_planning.reach import bound, causes, held_pose, taken_at, traverse
@@ -114,9 +125,10 @@ def insert(location: Location, belief: Belief, context: Context) -> Iterator[Gro
 
     def candidates() -> Iterator[Candidate]:
         for side, hole in _ways_round(peg, belief, context):
-            corners = [_hand(belief, Pose(_three(centre), hole.quaternion)) for centre in centres]
+            corners = [_hand(belief, Pose.at(centre, hole)) for centre in centres]
             held, path = belief.held.thing if belief.held else "", tuple(corners[1:])
-            place = Place(corners[-1], corners[0], approach=_three(-peg.axis), path=path, thing=held, fit=fit)
+            down = vector3(-peg.axis)
+            place = Place(corners[-1], corners[0], approach=down, path=path, thing=held, fit=fit)
             name = f"{side} of the hole along the peg, {1000 * depth:.0f} mm onto it"
             yield Candidate(name, place, tuple(_legs(location, context, corners)), key=side, anew=True)
 
@@ -152,16 +164,11 @@ def _feet(peg: Peg, owner: str, belief: Belief) -> tuple[str, ...]:
 
 def _reaches(pose: Pose, thing: Thing, peg: Peg) -> bool:
     inverse = pose.inverse()
-    root, down = np.asarray(inverse.apply(_three(peg.root))), np.asarray(inverse.rotate(_three(-peg.axis)))
+    root, down = np.asarray(inverse.apply(peg.root)), np.asarray(inverse.rotate(-peg.axis))
     return any(
         low <= SHORT and high >= -GAP
         for low, high, _ in ray_casting.spans(ray_casting.body(thing.geoms), root, down)
     )
-
-
-def _three(vector: Floats) -> Vector3:
-    x, y, z = vector.tolist()
-    return x, y, z
 
 
 def _ways_round(peg: Peg, belief: Belief, context: Context) -> Iterator[tuple[str, Pose]]:
@@ -190,18 +197,16 @@ def _ways_round(peg: Peg, belief: Belief, context: Context) -> Iterator[tuple[st
 
 
 def _hole_now(belief: Belief, context: Context) -> Pose:
-    assert belief.held is not None
-    hole = belief.world.thing(belief.held.thing).feature("vrps:Hole")
+    hole = belief.world.thing(belief.payload.thing).feature("vrps:Hole")
     assert hole is not None
     return held_pose(belief, context) * hole.pose
 
 
 def _hand(belief: Belief, hole: Pose) -> Pose:
     """Return the TCP pose at which the held thing's hole is at a pose."""
-    assert belief.held is not None
-    feature = belief.world.thing(belief.held.thing).feature("vrps:Hole")
+    feature = belief.world.thing(belief.payload.thing).feature("vrps:Hole")
     assert feature is not None
-    return hole * (belief.held.tcp_to_thing * feature.pose).inverse()
+    return hole * (belief.payload.tcp_to_thing * feature.pose).inverse()
 
 
 def _legs(location: Location, context: Context, corners: list[Pose]) -> Iterator[Leg]:
@@ -221,8 +226,7 @@ def _unmoved(belief: Belief, context: Context) -> bool:
 
     A failure then depends on the chosen things and on earlier tasks, but on no place of the hand.
     """
-    assert belief.held is not None
-    initial = belief.base().inverse() * belief.world.thing(belief.held.thing).pose
+    initial = belief.base().inverse() * belief.world.thing(belief.payload.thing).pose
     return held_pose(belief, context).distance(initial)[0] <= SAME
 
 
@@ -233,8 +237,7 @@ def find_peg(location: Location, belief: Belief, context: Context) -> Peg:
         Unresolvable: one of them is missing, or the peg is too thick for the hole.
     """
     thing = held_pose(belief, context)
-    assert belief.held is not None
-    owner, held = belief.thing(bound(context, location.of)), belief.world.thing(belief.held.thing)
+    owner, held = belief.thing(bound(context, location.of)), belief.world.thing(belief.payload.thing)
     peg, tip, hole = owner.feature("vrps:Peg"), owner.feature("vrps:Tip"), held.feature("vrps:Hole")
     if peg is None or hole is None:
         missing = f"'{owner.name}' has no peg" if peg is None else f"'{held.name}' has no hole"

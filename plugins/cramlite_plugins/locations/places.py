@@ -72,9 +72,8 @@ def lift(location: Location, belief: Belief, context: Context) -> Groundings:
 
 def _until_it_hangs(here: Pose, height: float, belief: Belief, swing: Swing, context: Context) -> Groundings:
     """Yield lifts that are high enough for a payload that swings down in the hand to come off its support."""
-    assert belief.held is not None
-    needed = dropped(belief.world.thing(belief.held.thing), here, swing) + OFF
-    hanging = replace(belief, held=replace(belief.held, tcp_to_thing=swing.end))
+    needed = dropped(belief.world.thing(belief.payload.thing), here, swing) + OFF
+    hanging = replace(belief, held=replace(belief.payload, tcp_to_thing=swing.end))
     ways = [
         (f"{1000 * h:.0f} mm up", shift(here, (0, 0, h)))
         for h in dict.fromkeys((max(height, needed), needed))
@@ -109,8 +108,7 @@ def _reachable(options: list[tuple[str, Pose]], belief: Belief, context: Context
     """Groundings of the named poses that the arm reaches free of collision, in order, and refusals of the
     others."""
     ends = (Candidate(name, Place(pose, pose), (Leg(pose),)) for name, pose in options)
-    for answer in reached(ends, Arm(belief, context)):
-        yield replace(answer, because=led_here(context)) if isinstance(answer, Refused) else answer
+    yield from reached(ends, Arm(belief, context), led_here(context))
 
 
 def slide(location: Location, belief: Belief, context: Context) -> Groundings:

@@ -163,11 +163,14 @@ class Arm:
         return not any(isinstance(self.at(one, seed), Refused) for one in legs)
 
 
-def reached(candidates: Iterable[Candidate | Refused], arm: Arm) -> Iterator[Grounding | Refused]:
+def reached(
+    candidates: Iterable[Candidate | Refused], arm: Arm, because: tuple[str, ...] | None = None
+) -> Iterator[Grounding | Refused]:
     """Yield the places that an arm reaches, and why it does not reach the others.
 
     Args:
         candidates: best first; refusals among them are passed on.
+        because: choices that refusals of candidates depend on, in place of their own.
     """
     done = set[str]()
     for k, candidate in enumerate(candidates):
@@ -176,6 +179,7 @@ def reached(candidates: Iterable[Candidate | Refused], arm: Arm) -> Iterator[Gro
         elif candidate.group not in done:
             no = objection(candidate, arm)
             if no is not None:
+                no = no if because is None else replace(no, because=because)
                 yield no.of(candidate.name, max(candidate.passed, no.passed))
                 continue
             done |= {candidate.group} - {""}

@@ -1,5 +1,5 @@
 """Pinches across a slanted rim: grips of a flat thing, such as a plate, on a support that hands cannot go
-below.
+below; they are tried after all other grasps.
 
 Hands are broad along their closing direction: over a table one leans by no more than some 20 deg, and no pad
 comes below a rim that slopes by 19 deg. Its upper face then meets the tips of one finger, and its edge the
@@ -17,14 +17,31 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Iterator
 
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Floats, Geom, Gripper, Pose, Swing, Thing, Value
+from cramlite.model import (
+    Belief,
+    Floats,
+    Geom,
+    GripFacts,
+    Gripper,
+    Place,
+    Pose,
+    Swing,
+    Thing,
+    Value,
+    pair_friction,
+    vector3,
+)
+from cramlite.plugin import Context, Grounding, Refused
 
+from ..motion_planning.reach import tcp
 from ..shapes.bounds import centre_of_mass
 from ..shapes.convex import hull_planes
+from .reached import Arm, Candidate, Leg, reached
 
 SLOPES = math.radians(8.0), math.radians(50.0)
 """Slopes of a rim, from level, that are pinched: what is flatter gives the tips nothing to turn it by, and
@@ -41,6 +58,9 @@ LEAST = 0.8  # friction of pads and thing: see above
 # Opening of the fingers about the rim [m]: narrower ones come down on its edge (30 mm), wider ones meet the
 # table sooner
 OPENING = 0.04
+COST = 1.0  # beyond that of any grasp without a turn in the hand
+PER_RADIAN = 0.005  # cost of a radian that the hand turns on its way, as for other grasps
+STANDOFF = 0.06  # before it [m]: the thing is lower than the tips are then
 
 
 class RimPinch(Value):
@@ -150,8 +170,7 @@ def _pinch(rim: Rim, lean: float, side: float, pose: Pose, gripper: Gripper) -> 
     approach = math.cos(lean) * down - math.sin(lean) * out
     closing = math.cos(lean) * out + math.sin(lean) * down
     tips = rim.middle + rim.thick / 2 * rim.normal + DEEPER * down
-    x, y, z = (tips - gripper.pad[1] / 2 * approach).tolist()
-    at = Pose.from_axes((x, y, z), approach, np.cross(side * closing, approach))
+    at = Pose.from_axes(tips - gripper.pad[1] / 2 * approach, approach, np.cross(side * closing, approach))
     says = (
         f"across its rim at {math.degrees(math.atan2(out[1], out[0])):.0f} deg, leaning "
         f"{math.degrees(lean):.0f} deg outwards"
@@ -196,5 +215,32 @@ def _swing(rim: Rim, pose: Pose, at: Pose) -> Swing:
     ).quaternion
     local = pose.inverse().apply(end)
     held = np.array([float(hand.apply(end)[0]), 0.0, float(hand.apply(rim.edge)[2])])
-    x, y, z = (held - Pose((0.0, 0.0, 0.0), turned).apply(local)).tolist()
-    return Swing(lies, Pose((x, y, z), turned), tuple(local.tolist()))
+    off = Pose((0.0, 0.0, 0.0), turned).apply(local)
+    return Swing(lies, Pose(vector3(held - off), turned), tuple(local.tolist()))
+
+
+def pinches(thing: Thing, belief: Belief, context: Context) -> list[RimPinch]:
+    """Return the grasps across a sloping rim of a thing where it is believed to be, the least turn of the
+    hand first."""
+    friction = pair_friction(belief.world.physics.pad_friction, thing.least_friction)
+    here = tcp(belief, context)
+    found = rim_pinches(thing, belief.pose(thing.name), context.robot.gripper, friction)
+    return sorted(found, key=lambda p: (round(here.distance(p.at)[1], 4), p.name))
+
+
+def places(found: list[RimPinch], thing: Thing, arm: Arm) -> Iterator[Grounding | Refused]:
+    """Yield the grasps across a rim that the arm reaches, and from which it can lift the thing."""
+    return reached((_candidate(pinch, thing.name, arm) for pinch in found), arm)
+
+
+def _candidate(pinch: RimPinch, thing: str, arm: Arm) -> Candidate:
+    before = pinch.at * Pose((0.0, 0.0, -STANDOFF))
+    place = Place(
+        pinch.at, before, OPENING, tuple(pinch.at.rotate((0, 0, 1)).tolist()), thing=thing,
+        grip=GripFacts(pinch.width), swing=pinch.swing,
+    )  # fmt: skip
+    cost = COST + PER_RADIAN * tcp(arm.belief, arm.context).distance(pinch.at)[1]
+    legs = Leg(pinch.at, (thing,), OPENING, 0.0), Leg(before, opening=OPENING)
+    return Candidate(
+        pinch.name, place, legs, f"{pinch.name}: it swings down as it is lifted", cost, anew=True
+    )

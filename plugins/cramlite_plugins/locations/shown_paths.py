@@ -8,7 +8,6 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-from msgspec.structs import replace
 
 from cramlite.model import Belief, Floats, Location, Place, Pose, ShownPath, Thing, foot
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
@@ -28,8 +27,7 @@ def followed(location: Location, belief: Belief, context: Context) -> Iterator[G
     directions."""
     path, entity = asked(location, Followed).path, bound(context, location.of)
     now = held_pose(belief, context)
-    assert belief.held is not None
-    thing, about = belief.world.thing(belief.held.thing), belief.thing(entity)
+    thing, about = belief.world.thing(belief.payload.thing), belief.thing(entity)
     if path.anchor.own:
         yield from _in_place(path, thing, now, belief, context)
         return
@@ -41,7 +39,7 @@ def followed(location: Location, belief: Belief, context: Context) -> Iterator[G
         )
     pose, hand, under = (
         reference_pose(belief, location, context) * frame[0],
-        belief.held.tcp_to_thing.inverse(),
+        belief.payload.tcp_to_thing.inverse(),
         foot(thing.geoms),
     )
     touching = (about.name,) if path.touching else ()
@@ -69,8 +67,7 @@ def followed(location: Location, belief: Belief, context: Context) -> Iterator[G
             )
             yield Candidate(f"{name}, turned by {degrees:+.0f} deg", place, legs)
 
-    for answer in reached(candidates(), Arm(belief, context)):
-        yield replace(answer, because=taken_at(belief, context)) if isinstance(answer, Refused) else answer
+    yield from reached(candidates(), Arm(belief, context), taken_at(belief, context))
 
 
 def _in_place(
@@ -78,8 +75,7 @@ def _in_place(
 ) -> Iterator[Grounding | Refused]:
     """Generate repeated motions along a path from the payload's present place, with the path turned to
     several headings."""
-    assert belief.held is not None
-    hand = belief.held.tcp_to_thing.inverse()
+    hand = belief.payload.tcp_to_thing.inverse()
 
     def candidates() -> Iterator[Candidate]:
         for degrees in TURNS:
@@ -92,8 +88,7 @@ def _in_place(
                 (Leg(way[0], clearance=0.0, along=way[1:]),),
             )
 
-    for answer in reached(candidates(), Arm(belief, context)):
-        yield replace(answer, because=taken_at(belief, context)) if isinstance(answer, Refused) else answer
+    yield from reached(candidates(), Arm(belief, context), taken_at(belief, context))
 
 
 def _yaw(frame: Pose) -> float:

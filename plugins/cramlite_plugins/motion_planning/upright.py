@@ -19,7 +19,7 @@ from itertools import pairwise, product
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Floats, Motion, MoveLinear, Place, Pose, Robot, Value
+from cramlite.model import Belief, Floats, Motion, MoveLinear, Place, Pose, Robot, Value, vector3
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..kinematics.blends import Corner
@@ -116,8 +116,8 @@ def load(belief: Belief, context: Context) -> Load | None:
     limits = [float(v) for v in context.taxonomy.fillers(thing.type, PROPERTY)]
     if not limits:
         return None
-    x, y, z = belief.base().inverse().rotate((0.0, 0.0, 1.0)).tolist()
-    found = Load(thing.name, math.radians(min(limits)) - SLACK, belief.held.tcp_to_thing, (x, y, z))
+    up = vector3(belief.base().inverse().rotate((0.0, 0.0, 1.0)))
+    found = Load(thing.name, math.radians(min(limits)) - SLACK, belief.held.tcp_to_thing, up)
     now = found.tilt(forward(context.robot, belief.joints))
     return replace(found, limit=max(found.limit, now + SLACK)) if now <= math.pi / 2 else None
 

@@ -11,6 +11,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import (
+    GRAVITY,
     Belief,
     CompliantSlide,
     ExpectedContact,
@@ -34,7 +35,9 @@ from cramlite.model import (
 from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl
 
 from ..kinematics.timing import steady_speed
+from ..motion_planning.cartesian import line
 from ..shapes.carried_along import carried_along, driven, driven_before, pushed_along
+from .free_motion import place_of
 from .motion_kinds import KINDS, value, word
 from .ontology_limits import adapted, known, noted
 from .sprung import across, tangent, with_lever
@@ -49,7 +52,6 @@ ON_THE_SPOT = 0.03  # [m]: about what is no farther away the hand only turns, an
 STRAIGHT = 0.01  # [rad]: of a path that turns less the hand goes straight, and forces do not grow with speed as on a hinge's arc
 TURN = 0.25  # way of a radian [m]: at a speed given in m/s, controllers turn by so much for each metre
 PATIENCE = 2.0, 3.0  # a time-out is the nominal time times the first plus the second [s]
-GRAVITY = 9.81
 
 
 @hookimpl
@@ -87,9 +89,7 @@ def widen(motion: Motion, belief: Belief) -> tuple[Belief, str]:
 def _force_path(motion: Motion, belief: Belief, context: Context) -> Groundings:
     """Resolve a compliant motion along the path of a place, or a part of that path; the arm gives way across
     the path."""
-    from ..motion_planning.cartesian import line
     from ..motion_planning.reach import tcp
-    from .free_motion import place_of
 
     place = place_of(motion, context)
     out = np.subtract(place.path[-1].position, tcp(belief, context).position)
@@ -131,7 +131,6 @@ def _force_path(motion: Motion, belief: Belief, context: Context) -> Groundings:
 def _against_spring(motion: Motion, place: Place, belief: Belief, context: Context) -> Grounding:
     """Path on which the hand moves a thing against the spring of its joint: leg by leg, so that the hand never
     gives way along the spring's pull."""
-    from ..motion_planning.cartesian import line
     from ..motion_planning.reach import tcp
 
     speed, limit = value(motion, "speed_m_s"), value(motion, "force_limit_n")
@@ -189,9 +188,7 @@ def timeout(length: float, speed: float) -> float:
 
 def _slide(motion: Motion, belief: Belief, context: Context) -> Groundings:
     """Resolve motion "slide": along a place's path, pressing down on the surface that the path lies on."""
-    from ..motion_planning.cartesian import line
     from ..motion_planning.reach import tcp
-    from .free_motion import place_of
 
     place = place_of(motion, context)
     points = line(motion, belief, context, list(place.path))
@@ -209,9 +206,7 @@ def _slide(motion: Motion, belief: Belief, context: Context) -> Groundings:
 def _until_contact(motion: Motion, belief: Belief, context: Context) -> Groundings:
     """Resolve a guarded motion: from the present TCP pose towards the place, or a corner of its path, and a
     little beyond, until a contact is felt."""
-    from ..motion_planning.cartesian import line
     from ..motion_planning.reach import tcp
-    from .free_motion import place_of
 
     place, here = place_of(motion, context), tcp(belief, context)
     corner = motion.parameters.get("corner")
@@ -235,7 +230,6 @@ def _until_contact(motion: Motion, belief: Belief, context: Context) -> Groundin
 
 def _in_the_air(motion: Motion, belief: Belief, context: Context, target: Pose, way: Any) -> tuple[MoveLinear, ...]:
     """Contact-free part of a guarded motion's way; none if hand or thing is near to something already."""
-    from ..motion_planning.cartesian import line
     from ..motion_planning.reach import tcp
 
     there = replace(target, position=tuple(np.add(tcp(belief, context).position, way).tolist()))
@@ -291,9 +285,6 @@ def spiral_search(motion: Motion, belief: Belief, context: Context) -> Grounding
 
     The pitch follows from the radial play of hole and peg.
     """
-    from ..motion_planning.cartesian import line
-    from .free_motion import place_of
-
     place, p = place_of(motion, context), motion.parameters
     points = line(motion, belief, context, [place.path[int(p["corner"])]])
     assert place.fit is not None, f"motion '{motion.name}' needs a place on a peg"
@@ -328,9 +319,6 @@ def force_insert(motion: Motion, belief: Belief, context: Context) -> Groundings
 
     The tool starts at the corner of the path from which on the peg guides the hole.
     """
-    from ..motion_planning.cartesian import line
-    from .free_motion import place_of
-
     place, p = place_of(motion, context), motion.parameters
     first, last = int(p["corner"]), int(p["end"])
     points = line(motion, belief, context, list(place.path[first + 1 : last + 1]))
@@ -346,9 +334,7 @@ def force_insert(motion: Motion, belief: Belief, context: Context) -> Groundings
 
 def force_extract(motion: Motion, belief: Belief, context: Context) -> Groundings:
     """Pull a thing's hole off a peg: the end of the place's path sets the distance, and the peg guides the thing."""
-    from ..motion_planning.cartesian import line
     from ..motion_planning.reach import tcp
-    from .free_motion import place_of
 
     place = place_of(motion, context)
     points = line(motion, belief, context, list(place.path))

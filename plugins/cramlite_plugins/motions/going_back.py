@@ -26,6 +26,10 @@ from cramlite.model import (
 )
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
+from ..kinematics.kinematics import forward
+from ..motion_planning.cartesian import plan_straight_line
+from .gripping import PADS_SPEED
+
 SURE = (MoveJoints, MoveLinear, SetPayload, ZeroSensor, Wait)
 """Steps that cannot fail; nor does a gripper that expects nothing, unless it does not answer."""
 SPEED, ACCELERATION = 0.05, 0.5  # straight back [m/s, m/s2]: half as fast as other straight motions, out of contact
@@ -79,8 +83,6 @@ def _ends(steps: Iterable[AnyStep]) -> list[Joints]:
 
 
 def _check_lines(motion: Motion, start: Belief, context: Context, pivot: Joints, ends: list[Joints]) -> None:
-    from ..kinematics.kinematics import forward
-    from ..motion_planning.cartesian import plan_straight_line
     from ..motion_planning.reach import make_scene, touched
 
     scene = make_scene(start, context, touched(motion.may_touch, context), clearance=0.0)
@@ -93,8 +95,6 @@ def _check_lines(motion: Motion, start: Belief, context: Context, pivot: Joints,
 
 
 def _open(motion: Motion, start: Belief, after: list[AnyStep]) -> Iterator[AnyStep]:
-    from .gripping import PADS_SPEED
-
     last = next((s for s in reversed(after) if isinstance(s, SetGripper)), None)
     if last is not None and start.held is None:
         yield SetGripper(start.opening, PADS_SPEED, last.force, origin=motion.name, comment="as wide as before")
@@ -105,8 +105,6 @@ def _straight(motion: Motion, context: Context, pivot: Joints, rest: list[AnySte
 
     So a thing that is touched is left in a straight line.
     """
-    from ..kinematics.kinematics import forward
-
     if _ends(rest):
         target = forward(context.robot, pivot)
         yield MoveLinear(target, SPEED, ACCELERATION, pivot, origin=motion.name, comment=motion.reason)
@@ -115,8 +113,6 @@ def _straight(motion: Motion, context: Context, pivot: Joints, rest: list[AnySte
 def _retraced(motion: Motion, start: Belief, context: Context, lead: list[AnyStep]) -> Iterator[AnyStep]:
     """Yield motions that undo, in reverse order, those first steps of a control structure that cannot
     fail."""
-    from ..kinematics.kinematics import forward
-
     here = start.joints
     back: list[AnyStep] = []
     for step in lead:

@@ -15,14 +15,13 @@ from __future__ import annotations
 
 import math
 
-from cramlite.model import Gripper, Held, Pose, Remedy, Thing, Value, World, pair_friction
+from cramlite.model import GRAVITY, Gripper, Held, Pose, Remedy, Thing, Value, World, pair_friction
 from cramlite.plugin import Context, Unresolvable
 
 from ..shapes.bounds import centre_of_mass
 from .motion_kinds import LIMIT
 from .ontology_limits import Knowing, lowest
 
-GRAVITY = 9.81
 MARGIN = 2.5
 """Friction may be half of what is believed, and mass a fifth more: 1.2 / 0.5 = 2.4."""
 ACCELERATION = 1.2

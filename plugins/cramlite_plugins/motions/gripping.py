@@ -28,6 +28,11 @@ from cramlite.model import (
 )
 from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl  # fmt: skip
 
+from ..predicates.motion import OPENED
+from ..shapes.bounds import lowest
+from ..shapes.carried_along import carried_along
+from ..shapes.surfaces import resting_height
+from .free_motion import place_of
 from .grip_force import grip_force, grip_of, load
 from .motion_kinds import value, word
 
@@ -51,8 +56,6 @@ def _close(motion: Motion, belief: Belief, context: Context) -> Groundings:
     """Resolve a gripper motion that closes on the thing at a place; the thing moves with the hand from
     then on."""
     from ..motion_planning.reach import tcp
-    from ..shapes.carried_along import carried_along
-    from .free_motion import place_of
 
     place, gripper = place_of(motion, context), context.robot.gripper
     width = place.grip.width_m if place.grip else 0.0
@@ -98,8 +101,6 @@ def _is_open(belief: Belief, gripper: Gripper) -> bool:
 
     A task that opens them has nothing left to do then.
     """
-    from ..predicates.motion import OPENED
-
     low, high = gripper.opening
     return (belief.opening - low) / (high - low) > OPENED
 
@@ -122,8 +123,6 @@ def release_opening(belief: Belief, context: Context) -> float:
 
 
 def _opening(motion: Motion, belief: Belief, context: Context) -> float:
-    from .free_motion import place_of
-
     low, high = context.robot.gripper.opening
     match word(motion, "to", Fingers):
         case Fingers.OPEN:
@@ -139,15 +138,14 @@ def _let_go(motion: Motion, belief: Belief, context: Context, opening: float) ->
     support."""
     from ..motion_planning.reach import held_pose
 
-    assert belief.held is not None
     release = context.bindings[motion.to.name].release if motion.to is not None else None
     let_go_at = belief.base() * held_pose(belief, context)
     pose, into = (let_go_at * release.settles, release.into) if release else (let_go_at, "")
-    if into or belief.relates("on", belief.held.thing):
+    if into or belief.relates("on", belief.payload.thing):
         pose = fallen(belief, pose)
     deepest = fallen(belief, pose, onto=into) if into else pose  # what lies in there may give way
-    on_rails = belief.world.thing(belief.held.thing).joint is not None  # or on hinges: it neither falls nor shifts
-    sigma = math.hypot(release.sigma_m if release else 0.0 if on_rails else LET_GO, belief.held.sigma)
+    on_rails = belief.world.thing(belief.payload.thing).joint is not None  # or on hinges: it neither falls nor shifts
+    sigma = math.hypot(release.sigma_m if release else 0.0 if on_rails else LET_GO, belief.payload.sigma)
     fall = max(0.0, float(let_go_at.position[2] - min(pose.position[2], deepest.position[2])))
     return belief.released(Estimate(pose, sigma, f"predicted: let go by {motion.name}", fall), opening)
 
@@ -159,11 +157,7 @@ def fallen(belief: Belief, pose: Pose, onto: str = "") -> Pose:
     Args:
         onto: the only thing that counts as a support; "" for all.
     """
-    from ..shapes.bounds import lowest
-    from ..shapes.surfaces import resting_height
-
-    assert belief.held is not None
-    thing = belief.world.thing(belief.held.thing)
+    thing = belief.world.thing(belief.payload.thing)
     under = [(belief.world.thing(name), e.pose) for name, e in belief.poses.items() if onto in ("", name)]
     height, _ = resting_height(thing, pose, under)
     return Pose((*pose.position[:2], height - lowest(thing, pose)), pose.quaternion) if math.isfinite(height) else pose

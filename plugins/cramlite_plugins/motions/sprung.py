@@ -34,7 +34,7 @@ def with_lever(thing: str, belief: Belief, context: Context) -> Belief:
     """Return the belief in which a hand that holds a thing's lever takes that thing along, with its content."""
     from ..motion_planning.reach import held_pose
 
-    assert belief.held is not None
     known, there = belief.poses[thing], (belief.base() * held_pose(belief, context)).inverse()
     along = {n: replace(e, pose=there * known.pose * e.pose) for n, e in carried_along(belief, thing).items()}
-    return belief.grasped(replace(belief.held, carries={**belief.held.carries, thing: replace(known, pose=there * known.pose), **along}))
+    held = belief.payload
+    return belief.grasped(replace(held, carries={**held.carries, thing: replace(known, pose=there * known.pose), **along}))

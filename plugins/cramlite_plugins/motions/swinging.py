@@ -13,6 +13,7 @@ from msgspec.structs import replace
 from cramlite.model import Belief, Hang, Motion, MoveLinear, Pose
 from cramlite.plugin import Answers, Context, Grounding, Refused, hookimpl
 
+from ..motion_planning.cartesian import interpolate, plan_straight_line
 from .free_motion import because, place_of
 from .motion_kinds import value, word
 
@@ -53,7 +54,6 @@ def _raised(target: Pose, belief: Belief, context: Context) -> Sequence[Pose]:
 
     Its near side rises from the start, its far side last of all.
     """
-    from ..motion_planning.cartesian import interpolate
     from ..motion_planning.reach import tcp
 
     here = tcp(belief, context)
@@ -65,11 +65,9 @@ def _line(motion: Motion, belief: Belief, tcp_to_thing: Pose, target: Pose, cont
 
     That is its flattest pose on the line, with its far side as low as its support.
     """
-    from ..motion_planning.cartesian import plan_straight_line
     from ..motion_planning.reach import make_scene, touched
 
-    assert belief.held is not None
-    there = replace(belief, held=replace(belief.held, tcp_to_thing=tcp_to_thing))
+    there = replace(belief, held=replace(belief.payload, tcp_to_thing=tcp_to_thing))
     scene = make_scene(there, context, touched(motion.may_touch, context), clearance=0.0)
     found = plan_straight_line(scene, context.robot, belief.joints, [target])
     if isinstance(found, Refused):

@@ -11,6 +11,9 @@ from typing import TYPE_CHECKING
 from cramlite.model import Belief, Joints, Motion, Pose, Repeat, Tilt
 from cramlite.plugin import Answers, Context, Grounding, Refused, hookimpl
 
+from ..kinematics.timing import leading
+from ..motion_planning.cartesian import plan_straight_line
+from .free_motion import place_of
 from .motion_kinds import value, word
 
 if TYPE_CHECKING:
@@ -36,7 +39,6 @@ def _tilt(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundin
     from ..motion_planning.joint_move import joint_move
     from ..motion_planning.reach import make_scene
     from ..motion_planning.round_off import blend_radii
-    from .free_motion import place_of
 
     path = place_of(motion, context).path
     poses = path[1:] if word(motion, "to", Tilt) is Tilt.TILTED else path[-2::-1]
@@ -58,7 +60,6 @@ def _trace(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundi
     from ..motion_planning.joint_move import joint_move
     from ..motion_planning.reach import make_scene, tcp, touched
     from ..motion_planning.round_off import blend_radii
-    from .free_motion import place_of
 
     place = place_of(motion, context)
     rounds = place.rounds
@@ -86,8 +87,6 @@ def _through(
     Raises:
         Unresolvable: a line cannot be gone.
     """
-    from ..motion_planning.cartesian import plan_straight_line
-
     points = [belief.joints]
     for pose in poses:
         part = plan_straight_line(scene, context.robot, points[-1], pose)
@@ -99,6 +98,4 @@ def _through(
 
 def _turned(points: Sequence[Joints]) -> float:
     """Return the length of a joint path [rad]: on each line, that of the joint that moves farthest."""
-    from ..kinematics.timing import leading
-
     return sum(leading(a, b) for a, b in pairwise(points))

@@ -13,7 +13,7 @@ from cramlite.plugin import Fluent, GoalCondition, GoalPhrase, Manner, Phase, Pr
 
 from ..shapes.front import front
 from .goal_phrases import let_go
-from .phase_poses import pose_of, things
+from .phase_poses import each, pairs, pose_of
 
 UPRIGHT = math.radians(10.0)
 """Largest angle of an upright thing from the vertical: a thing that stands is within 1 deg, and a can that leans on another is not."""
@@ -51,7 +51,7 @@ def stands_upside_down(phase: Phase, name: str | None) -> Iterator[Row]:
 
 
 def _oriented(phase: Phase, name: str | None, way: float) -> Iterator[Row]:
-    for one in [name] if name is not None else things(phase):
+    for one in each(phase, name):
         pose = pose_of(phase, one, phase.end)
         if pose is not None and upward(pose, way):
             yield (one,)
@@ -59,12 +59,10 @@ def _oriented(phase: Phase, name: str | None, way: float) -> Iterator[Row]:
 
 def faces(phase: Phase, name: str | None, other: str | None) -> Iterator[Row]:
     """Evaluate faces(Thing, Other): Thing's front looks at Other's origin at the end of the phase."""
-    for one in [name] if name is not None else things(phase):
-        here = pose_of(phase, one, phase.end)
-        for another in [other] if other is not None else things(phase):
-            there = pose_of(phase, another, phase.end)
-            if here is not None and there is not None and one != another and looks_at(_front(phase, one), here, there):
-                yield one, another
+    for one, another in pairs(phase, name, other):
+        here, there = pose_of(phase, one, phase.end), pose_of(phase, another, phase.end)
+        if here is not None and there is not None and looks_at(_front(phase, one), here, there):
+            yield one, another
 
 
 def _front(phase: Phase, name: str) -> Floats:
@@ -95,20 +93,20 @@ def _faces(scene: SymbolicWorld, thing: str, other: str) -> GoalCondition:
 
 
 def _movable(scene: SymbolicWorld, thing: str, what: str) -> None:
-    if not scene.world.thing(thing).movable or scene.world.thing(thing).joint is not None:
+    if scene.world.thing(thing).furniture:
         raise UserError(f"'{thing}' cannot be moved, so it cannot be {what}.")
 
 
 def _standing(scene: SymbolicWorld, way: float) -> Iterator[tuple[str]]:
     """Names of the movable things whose z axis points up (``way`` = 1.0) or down (``way`` = -1.0)."""
     for thing in scene.world.things:
-        if thing.movable and thing.joint is None and upward(thing.pose, way):
+        if not thing.furniture and upward(thing.pose, way):
             yield (thing.name,)
 
 
 def _facing(scene: SymbolicWorld) -> Iterator[tuple[str, str]]:
     for thing in scene.world.things:
-        if thing.movable and thing.joint is None:
+        if not thing.furniture:
             others = (o for o in scene.world.things if o.name != thing.name)
             yield from ((thing.name, o.name) for o in others if looks_at(front(thing.features), thing.pose, o.pose))
 

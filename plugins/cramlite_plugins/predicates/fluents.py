@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 import shapely
 
-from cramlite.model import EntityName, Floats, Thing, thing_of
+from cramlite.model import EntityName, Floats, Thing, thing_of, vector3
 from cramlite.plugin import (
     EFFECTOR,
     Fact,
@@ -117,7 +117,7 @@ def _carried(scene: SymbolicWorld) -> Iterator[tuple[Thing, str]]:
         below = _hanger(thing, scene) or inside.get(thing.name)
         if below is None and thing.name == scene.in_hand:
             below = _stood_on(thing, scene)
-        elif below is None and thing.movable and thing.joint is None:
+        elif below is None and not thing.furniture:
             below = _stacked(thing, scene, boxes) or _below(thing, scene)
         if below is not None:
             yield thing, below
@@ -128,15 +128,15 @@ def _contained(scene: SymbolicWorld) -> Iterator[tuple[Thing, Thing]]:
     hollow = [(t, f) for t in scene.world.things for f in t.features if f.type == CAVITY]
     for thing in scene.world.things:
         for container, cavity in hollow:
-            if thing.movable and thing.joint is None and thing.name != container.name:
-                x, y, z = (container.pose * cavity.pose).inverse().apply(thing.pose.position).tolist()
-                if in_cavity((x, y, z), cavity.size):
+            if not thing.furniture and thing.name != container.name:
+                point = vector3((container.pose * cavity.pose).inverse().apply(thing.pose.position))
+                if in_cavity(point, cavity.size):
                     yield thing, container
 
 
 def _tops(scene: SymbolicWorld) -> list[tuple[str, Floats, Floats]]:
     """Things that can be moved, with the lowest and the highest corner of the box around each [m]."""
-    movable = [t for t in scene.world.things if t.movable and t.joint is None and t.geoms]
+    movable = [t for t in scene.world.things if not t.furniture and t.geoms]
     points = [corners(t, t.pose) for t in movable]
     return [(t.name, p.min(axis=0), p.max(axis=0)) for t, p in zip(movable, points, strict=True)]
 

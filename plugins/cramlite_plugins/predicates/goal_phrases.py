@@ -158,7 +158,7 @@ def _turned(scene: SymbolicWorld, thing: str, on: bool) -> GoalCondition:
 
 def _loose(thing: Thing) -> bool:
     """Whether a thing can be carried."""
-    return thing.movable and thing.joint is None
+    return not thing.furniture
 
 
 def _jointed(thing: Thing) -> bool:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
-from cramlite.model import Floats, Pose, Vector3
+from cramlite.model import Floats, Pose, Vector3, vector3
 from cramlite.plugin import Phase, Timeline
 
 from ..shapes.bounds import box_around
@@ -24,6 +25,16 @@ def things(phase: Phase) -> tuple[str, ...]:
             n for n, e in phase.timeline.entities.items() if e.part_of is None and n not in effectors
         )
     return memo["things"]  # type: ignore[no-any-return]
+
+
+def each(phase: Phase, name: str | None) -> tuple[str, ...]:
+    """Return a name that is given, or the names of all things where none is."""
+    return things(phase) if name is None else (name,)
+
+
+def pairs(phase: Phase, one: str | None, other: str | None) -> Iterator[tuple[str, str]]:
+    """Generate the pairs of two different things, ordered by the first; a name that is given stands for itself."""
+    yield from ((a, b) for a in each(phase, one) for b in each(phase, other) if a != b)
 
 
 def tips(timeline: Timeline) -> tuple[str, ...]:
@@ -63,11 +74,11 @@ def _find_box(phase: Phase, name: str) -> Box | None:
         return None
     if entity.geoms:
         low, high = box_around(entity.geoms)
-        return _vector(low), _vector(high)
+        return vector3(low), vector3(high)
     if entity.size is None:
         return None
     half = np.asarray(entity.size) / 2
-    return _vector(-half), _vector(half)
+    return vector3(-half), vector3(half)
 
 
 def relative_position(phase: Phase, name: str, other: str, time: float) -> Vector3 | None:
@@ -76,7 +87,7 @@ def relative_position(phase: Phase, name: str, other: str, time: float) -> Vecto
     if pose is None or origin is None:
         return None
     offset = np.subtract(origin.position, pose.position) @ pose.rotation
-    return _vector(offset)
+    return vector3(offset)
 
 
 def distance_to_box(phase: Phase, name: str, other: str, time: float) -> float | None:
@@ -136,8 +147,3 @@ def _distance(phase: Phase, name: str, other: str, time: float) -> float | None:
         return None
     low, high = box_of(phase, name) or ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     return math.hypot(*(max(a - v, v - b, 0.0) for v, a, b in zip(point, low, high, strict=True)))
-
-
-def _vector(values: Floats) -> Vector3:
-    x, y, z = values.tolist()
-    return (x, y, z)

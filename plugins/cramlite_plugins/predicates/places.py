@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from cramlite.plugin import Phase, Predicate, Row
 
 from ..shapes.ray_casting import body, crossed
 from . import extents, fluents, unknowns
-from .phase_poses import Box, box_of, distance_to_box, pose_of, relative_position, things, tips
+from .phase_poses import Box, box_of, distance_to_box, each, pairs, pose_of, relative_position, things, tips
 
 REACH = 0.15
 """[m] from the effector's frame to a thing's box: a recorded hand's frame is about 0.15 m from what it picks up."""
@@ -90,7 +90,7 @@ def thing(phase: Phase, _name: str | None) -> Iterator[Row]:
 
 def flat(phase: Phase, name: str | None) -> Iterator[Row]:
     """Evaluate flat(Thing): the box around it is too low for fingers to grip it from the side."""
-    for one in [name] if name is not None else things(phase):
+    for one in each(phase, name):
         box = box_of(phase, one)
         if box is not None and fluents.low(np.subtract(box[1], box[0])):
             yield (one,)
@@ -99,7 +99,7 @@ def flat(phase: Phase, name: str | None) -> Iterator[Row]:
 def approaches(phase: Phase, name: str | None) -> Iterator[Row]:
     """Evaluate approaches(Thing): the hand's distance to the thing's box is smaller at the end of the
     phase than at the start."""
-    for other in [name] if name is not None else things(phase):
+    for other in each(phase, name):
         before, after = _from_hand(phase, other, phase.start), _from_hand(phase, other, phase.end)
         if before is not None and after is not None and before - after > APPROACHED:
             yield (other,)
@@ -107,7 +107,7 @@ def approaches(phase: Phase, name: str | None) -> Iterator[Row]:
 
 def within_reach(phase: Phase, name: str | None) -> Iterator[Row]:
     """Evaluate within_reach(Thing): the hand is less than ``REACH`` from Thing's box at the end of the phase."""
-    for other in [name] if name is not None else things(phase):
+    for other in each(phase, name):
         gap = _from_hand(phase, other, phase.end)
         if gap is not None and gap < REACH:
             yield (other,)
@@ -120,7 +120,7 @@ def between_fingers(phase: Phase, name: str | None) -> Iterator[Row]:
     known: by its round side a mug was held between the ends of the pads' edges, 2 mm deep, and not between their middles.
     """
     lines = _between_pads(phase)
-    for other in [name] if name is not None else things(phase):
+    for other in each(phase, name):
         pose, box = pose_of(phase, other, phase.end), box_of(phase, other)
         if pose is None or box is None:
             continue
@@ -171,11 +171,11 @@ def in_or_above(phase: Phase, name: str | None, place: str | None) -> Iterator[R
 
 def _over_boxes(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
     """Pairs of a thing and a place whose box is below the thing's origin, or around it."""
-    for below in [place] if place is not None else things(phase):
+    for below in each(phase, place):
         corners = box_of(phase, below)
         if corners is None:
             continue
-        for above in [name] if name is not None else things(phase):
+        for above in each(phase, name):
             point = relative_position(phase, below, above, phase.end)
             if above != below and point is not None and _over(point, *corners):
                 yield above, below
@@ -189,18 +189,12 @@ def in_cavity(phase: Phase, name: str | None, place: str | None) -> Iterator[Row
     """
     for cavity in phase.timeline.entities_of("cram:Cavity"):
         container, size = phase.timeline.wholes[cavity][-1], phase.timeline.entities[cavity].properties
-        if place not in (None, container) or "height" not in size or not {"radius", "width"} & set(size):
+        if place not in (None, container):
             continue
-        for one in [name] if name is not None else things(phase):
+        for one in each(phase, name):
             point = relative_position(phase, cavity, one, phase.end)
-            if one != container and point is not None and _in_cavity(point, size):
+            if one != container and point is not None and extents.in_cavity(point, size, RIM):
                 yield one, container
-
-
-def _in_cavity(point: Vector3, size: Mapping[str, float]) -> bool:
-    x, y, z = point
-    beside = math.hypot(x, y) > size["radius"] if "radius" in size else abs(x) > size["width"] / 2 or abs(y) > size["depth"] / 2
-    return not beside and -size["height"] <= z <= RIM
 
 
 def in_region(phase: Phase, name: str | None, region: str | None) -> Iterator[Row]:
@@ -216,7 +210,7 @@ def in_region_by(phase: Phase, name: str | None, region: str | None, margin: flo
     for type_ in extents.REGIONS:
         for place in phase.timeline.entities_of(type_):
             size, whole = phase.timeline.entities[place].properties, phase.timeline.wholes[place][-1]
-            for one in [name] if name is not None else things(phase):
+            for one in each(phase, name):
                 point = relative_position(phase, place, one, phase.end)
                 if region not in (None, place) or one == whole or point is None:
                     continue
@@ -229,20 +223,18 @@ def near(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
 
     For a place of unknown size, whose origin stands for the box, the limit is larger by ``UNSIZED``.
     """
-    for other in [place] if place is not None else things(phase):
-        for one in [name] if name is not None else things(phase):
-            gap = distance_to_box(phase, other, one, phase.end)
-            if one != other and gap is not None and gap < NEAR + (UNSIZED if box_of(phase, other) is None else 0.0):
-                yield one, other
+    for other, one in pairs(phase, place, name):
+        gap = distance_to_box(phase, other, one, phase.end)
+        if gap is not None and gap < NEAR + (UNSIZED if box_of(phase, other) is None else 0.0):
+            yield one, other
 
 
 def distance_seen_from_above(phase: Phase, name: str | None, other: str | None) -> Iterator[Row]:
     """Evaluate distance_seen_from_above(Thing, Other): the horizontal distance of their origins [m]."""
-    for another in [other] if other is not None else things(phase):
-        for one in [name] if name is not None else things(phase):
-            here, there = pose_of(phase, one, phase.end), pose_of(phase, another, phase.end)
-            if one != another and here is not None and there is not None:
-                yield one, another, math.dist(here.position[:2], there.position[:2])
+    for another, one in pairs(phase, other, name):
+        here, there = pose_of(phase, one, phase.end), pose_of(phase, another, phase.end)
+        if here is not None and there is not None:
+            yield one, another, math.dist(here.position[:2], there.position[:2])
 
 
 def recedes(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
@@ -251,11 +243,11 @@ def recedes(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
     Neither its origin's distance from Place's box nor, seen from above, that from Place's middle shrinks by
     more than ``APPROACHED``.
     """
-    for one in [name] if name is not None else things(phase):
+    for one in each(phase, name):
         poses = [pose_of(phase, one, t) for t in (phase.start, phase.end)]
         if None in poses or math.dist(*(p.position for p in poses if p is not None)) < ELSEWHERE:
             continue
-        for other in [place] if place is not None else things(phase):
+        for other in each(phase, place):
             before, after = (
                 (distance_to_box(phase, other, one, t), _horizontal_distance(phase, one, other, t)) for t in (phase.start, phase.end)
             )
@@ -274,13 +266,12 @@ def stands_at(phase: Phase, name: str | None, place: str | None) -> Iterator[Row
 
     The distance is from outline to outline on the floor; without a size, from an origin.
     """
-    for other in [place] if place is not None else things(phase):
-        for one in [name] if name is not None else things(phase):
-            here, there = pose_of(phase, one, phase.end), pose_of(phase, other, phase.end)
-            if one != other and here is not None and there is not None:
-                boxes = [box_of(phase, n) or ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)) for n in (one, other)]
-                if apart(here, boxes[0], there, boxes[1]) < BESIDE:
-                    yield one, other
+    for other, one in pairs(phase, place, name):
+        here, there = pose_of(phase, one, phase.end), pose_of(phase, other, phase.end)
+        if here is not None and there is not None:
+            boxes = [box_of(phase, n) or ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)) for n in (one, other)]
+            if apart(here, boxes[0], there, boxes[1]) < BESIDE:
+                yield one, other
 
 
 def apart(one: Pose, box: Box, other: Pose, its: Box) -> float:
@@ -322,7 +313,7 @@ def in_view(phase: Phase, name: str | None) -> Iterator[Row]:
     """
     for camera in phase.timeline.entities_of("cram:Camera"):
         eye = pose_of(phase, camera, phase.end)
-        for other in [name] if name is not None else things(phase):
+        for other in each(phase, name):
             pose = pose_of(phase, other, phase.end)
             if eye is not None and pose is not None and other != camera:
                 x, y, z = eye.inverse().apply(pose.position)

@@ -124,9 +124,7 @@ def effector(phase: Phase, _name: str | None) -> Iterator[Row]:
 
 def grasps(phase: Phase, _gripper: str | None, _thing: str | None) -> Iterator[Row]:
     """Evaluate grasps(Gripper, Thing), from cram:GraspState."""
-    for state in phase.states("cram:GraspState"):
-        if "gripper" in state.roles and "object" in state.roles:
-            yield state.roles["gripper"], state.roles["object"]
+    return _filled(phase, "cram:GraspState", "gripper", "object")
 
 
 def supports(phase: Phase, _supporter: str | None, _supportee: str | None) -> Iterator[Row]:
@@ -134,16 +132,20 @@ def supports(phase: Phase, _supporter: str | None, _supportee: str | None) -> It
 
     What supports or carries a part does so for the whole.
     """
-    for state in phase.states("soma:SupportState"):
-        if "supporter" in state.roles and "supportee" in state.roles:
-            yield from _lifted(phase, state.roles["supporter"], state.roles["supportee"])
+    for supporter, supportee in _filled(phase, "soma:SupportState", "supporter", "supportee"):
+        yield from _lifted(phase, supporter, supportee)
 
 
 def contains(phase: Phase, _container: str | None, _content: str | None) -> Iterator[Row]:
     """Evaluate contains(Container, Content), from soma:ContainmentState."""
-    for state in phase.states("soma:ContainmentState"):
-        if "container" in state.roles and "content" in state.roles:
-            yield state.roles["container"], state.roles["content"]
+    return _filled(phase, "soma:ContainmentState", "container", "content")
+
+
+def _filled(phase: Phase, type_: str, one: str, other: str) -> Iterator[tuple[str, str]]:
+    """Generate what fills two roles of the states of a type, for each state in which both are filled."""
+    for state in phase.states(type_):
+        if one in state.roles and other in state.roles:
+            yield state.roles[one], state.roles[other]
 
 
 def touches(phase: Phase, _a: str | None, _b: str | None) -> Iterable[Row]:

@@ -15,7 +15,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cramlite.model import Floats, Geom, Pose, Thing, Vector3
+from cramlite.model import Floats, Geom, Pose, Thing, Vector3, vector3
 
 from .convex import hull_volume
 from .itself import Itself
@@ -163,5 +163,4 @@ def centre_of_mass(thing: Thing) -> Vector3:
         return thing.inertia.centre
     body = [g for g in thing.geoms if not g.part] or list(thing.geoms)
     volumes = np.array([volume(g) for g in body])
-    x, y, z = (volumes @ np.array([g.pose.position for g in body]) / volumes.sum()).tolist()
-    return (x, y, z)
+    return vector3(volumes @ np.array([g.pose.position for g in body]) / volumes.sum())

@@ -53,8 +53,7 @@ def gone_along(
     """Return a belief in which a thing and all that moves along with it have moved by a vector (3,) in the
     base frame [m], each with ``sigma`` more uncertainty."""
     known, with_it = belief.poses[name], carried_along(belief, name)
-    x, y, z = (np.asarray(known.pose.position) + np.asarray(belief.base().rotate(way))).tolist()
-    there = Pose((x, y, z), known.pose.quaternion)
+    there = Pose.at(known.pose.position + belief.base().rotate(way), known.pose)
     poses = {name: replace(known, pose=there, sigma=known.sigma + sigma, source=source)}
     poses |= {one: replace(e, pose=there * e.pose) for one, e in with_it.items()}
     return replace(belief, poses={**belief.poses, **poses})
@@ -80,7 +79,7 @@ def _directly(belief: Belief, name: str) -> Iterator[str]:
     carrier = belief.world.thing(name)
     yield from (t.name for t in belief.world.mounted_on(name) if t.name in belief.poses)
     for thing in belief.world.things:
-        if thing.movable and thing.joint is None and thing.name in belief.poses and thing.name != name:
+        if not thing.furniture and thing.name in belief.poses and thing.name != name:
             said = {thing_of(place) for p, one, place in belief.relations if one == thing.name and p in AT}
             if name in said or (
                 not said and (_is_in(belief, thing, carrier) or _stands_on(belief, thing, carrier))

@@ -15,7 +15,7 @@ import numpy as np
 from msgspec import DecodeError, json
 from msgspec.structs import replace
 
-from cramlite.model import Feature, Floats, Geom, Pose, Value
+from cramlite.model import Feature, Floats, Geom, Pose, Value, vector3
 from cramlite.plugin import UserError
 
 VERSION = 5  # of what is kept: raise it when parts or features of the same file change
@@ -115,7 +115,7 @@ def from_mesh(mesh: Any, notes: Sequence[str] = ()) -> Shape:
     mass = mesh.moment_inertia
     moments = (mass[0, 0], mass[1, 1], mass[2, 2], mass[0, 1], mass[0, 2], mass[1, 2])
     return Shape(
-        geoms, tuple(o.feature for o in found), float(mesh.volume), _three(mesh.center_mass),
+        geoms, tuple(o.feature for o in found), float(mesh.volume), vector3(mesh.center_mass),
         tuple(float(v) for v in moments), (*notes, *said, built),  # type: ignore[arg-type]
     )  # fmt: skip
 
@@ -174,15 +174,11 @@ def _geom(corners: Floats, part: str) -> Geom:
     local = np.round(corners - centre, 6)
     return Geom(
         "convex",
-        _three(np.abs(local).max(axis=0)),
-        Pose(_three(centre)),
+        vector3(np.abs(local).max(axis=0)),
+        Pose(vector3(centre)),
         part,
-        corners=tuple(map(_three, local)),
+        corners=tuple(map(vector3, local)),
     )
-
-
-def _three(values: Any) -> tuple[float, float, float]:
-    return (float(values[0]), float(values[1]), float(values[2]))
 
 
 def _folder() -> Path:

@@ -35,10 +35,8 @@ def stood_up(thing: Thing, pose: Pose) -> Pose:
         return pose
     down = pose.rotate(normals[face])
     axis = np.cross(down, _DOWN)
-    x, y, z = (axis / np.linalg.norm(axis) * leaning[face]).tolist()
-    return Pose(
-        pose.position, (Pose.from_rotvec((0, 0, 0), (x, y, z)) * Pose((0, 0, 0), pose.quaternion)).quaternion
-    )
+    turn = Pose.from_rotvec((0, 0, 0), axis / np.linalg.norm(axis) * leaning[face])
+    return Pose.at(pose.position, turn * pose)
 
 
 def carrying_faces(thing: Thing) -> list[Floats]:

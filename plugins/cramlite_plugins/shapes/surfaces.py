@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from cramlite.model import Feature, Floats, Geom, Pose, Thing, Value, Vector3
+from cramlite.model import Feature, Floats, Geom, Pose, Thing, Value, Vector3, vector3
 
 from .bounds import FLAT_FACED, centre_of_mass, corners, lowest
 from .convex import hull_planes
@@ -233,8 +233,7 @@ def _turns_alike(geoms: Itself[tuple[Geom, ...]]) -> bool:
 def _up(pose: Pose) -> Vector3:
     """Vertical direction in a thing's frame, rounded: says how the thing leans, however it is turned about
     the vertical."""
-    x, y, z = (pose.rotation[2] + 0.0).round(FINE).tolist()
-    return (x, y, z)
+    return vector3((pose.rotation[2] + 0.0).round(FINE))
 
 
 @lru_cache(maxsize=512)

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from cramlite.model import Floats, Pose, Thing
+from cramlite.model import Floats, Pose, Thing, vector3
 
 from .bounds import centre_of_mass, corners
 from .standing_up import carrying_faces
@@ -55,6 +55,4 @@ def _turn(normal: Floats, axis: Floats) -> float | None:
 
 def _about(pose: Pose, edge: Floats, axis: Floats, turn: float) -> Pose:
     """A pose turned about an axis through a point."""
-    x, y, z = (turn * axis).tolist()
-    there = Pose(tuple(edge.tolist()), Pose.from_rotvec((0.0, 0.0, 0.0), (x, y, z)).quaternion)
-    return there * Pose(tuple((-edge).tolist())) * pose
+    return Pose.from_rotvec(edge, turn * axis) * Pose(vector3(-edge)) * pose

@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Notice, Readings, Robot, Rollout, Vector3, Watch, World, is_program_text
+from cramlite.model import Notice, Readings, Robot, Rollout, Vector3, Watch, World, is_program_text, vector3
 from cramlite.plugin import UserError, nearest
 
 from ..simulation.controller.controller import Controller
@@ -159,8 +159,7 @@ def _typed(run: _Run, text: str) -> _Runner:
 def _across(arm: Controller) -> Vector3:
     """Unit vector from one pad to the other, in the world."""
     left, right = (arm.data.geom_xpos[list(pads)].mean(axis=0) for pads in (arm.index.left, arm.index.right))
-    x, y, z = ((left - right) / max(float(np.linalg.norm(left - right)), 1e-9)).tolist()
-    return (x, y, z)
+    return vector3((left - right) / max(float(np.linalg.norm(left - right)), 1e-9))
 
 
 class _Run:

@@ -7,7 +7,17 @@ from collections.abc import Iterable
 
 from msgspec.structs import replace
 
-from cramlite.model import Action, Belief, ExpectedContact, ExpectedGrip, Fingers, Location, Motion, Stage
+from cramlite.model import (
+    GRAVITY,
+    Action,
+    Belief,
+    ExpectedContact,
+    ExpectedGrip,
+    Fingers,
+    Location,
+    Motion,
+    Stage,
+)
 from cramlite.plugin import Decomposition, Parameter, Role, TaskType, Unresolvable, hookimpl
 
 from ..shapes.bounds import height
@@ -18,7 +28,6 @@ APART = 0.6
 PRESSED = 0.6
 """Friction of a thing [N] from which two open fingers that push it look as if they held it: it presses on each with more than 0.3 N,
 and lasting 0.6 N count as a grip (episodes/detection/grasped.py). Closed fingers push that."""
-GRAVITY = 9.81
 DOWN = {"speed_m_s": 0.02, "free_m_s": 0.1, "force_n": 2.0, "beyond_m": 0.01}
 """Guarded motion of the fingers down to the floor of a thing."""
 LOW = 0.03

@@ -19,7 +19,7 @@ from ..kinematics.timing import profile_for_duration
 from ..simulation.controller.controller import ABANDONED, Controller
 from ..simulation.controller.force_mode import ForceMode
 from ..simulation.controller.halted import Halted
-from ..simulation.controller.trajectories import Motion, StoppingMotion
+from ..simulation.controller.trajectories import Motion
 from .clock import Clock
 from .electrics import electrics
 from .pose_server import PoseServer
@@ -27,7 +27,7 @@ from .registers import Registers
 from .settings import SETTINGS, Settings
 from .signals import Signals
 from .sockets import SOCKETS, Sockets
-from .streaming import STREAMED, STREAMING, Streaming
+from .streaming import STREAMING, Streaming
 from .urscript.builtins import PURE, Library, blocks
 from .urscript.doubts import NO_BLEND
 from .urscript.values import PoseValue, ScriptError, as_pose, from_pose, numbers, real, show
@@ -115,7 +115,7 @@ class Functions:
         rates = _rates(v, a, "movej", t, float(np.abs(goal - start).max()))
         if radius < 0:
             raise ScriptError(f"movej needs a blend radius of 0 or more, not {show(r)}")
-        self._only_here()
+        self.streaming.only_mover()
         self.blending.append((goal, rates, radius))
         if radius <= 0:  # else the next movej, in the same cycle, starts the motion
             yield from self._blended_joints()
@@ -135,7 +135,7 @@ class Functions:
         """Move the TCP to a pose on a straight line; it stops there, whatever blend radius ``r`` is given."""
         goal = self._place(pose, "movel")
         self._stops_there("movel", r)
-        self._only_here()
+        self.streaming.only_mover()
         yield from self._follow(self.arm.move_linear(goal, *_rates(v, a, "movel", t, self.arm.path_length(goal))))
 
     def movep(self, pose: Any, a: Any = 1.2, v: Any = 0.25, r: Any = 0) -> Wait:
@@ -147,7 +147,7 @@ class Functions:
             raise ScriptError(f"movep needs a blend radius of 0 or more, not {show(r)}")
         if any(rates != earlier for _, earlier, _ in self.process):
             raise ScriptError("movep: the tool goes through its blends at one speed: give all of them the same v and a")
-        self._only_here()
+        self.streaming.only_mover()
         self.process.append((goal, rates, radius))
         if radius <= 0:  # else the next movep, in the same cycle, starts the motion
             yield from self._blended_process()
@@ -169,7 +169,7 @@ class Functions:
         if mode not in (0, 1):
             raise ScriptError(f"movec: mode is 0, which turns the tool to its goal, or 1, fixed to the tangent; not {show(mode)}")
         self._stops_there("movec", r)
-        self._only_here()
+        self.streaming.only_mover()
         try:
             motion = self.arm.move_circular(via.position, goal, *_rates(v, a, "movec", 0, 0.0), fixed=mode == 1)
         except ValueError as error:
@@ -351,10 +351,6 @@ class Functions:
         """Discard motions that still wait for a next motion to blend into, after the end of their program."""
         self.blending.clear()
         self.process.clear()
-
-    def _only_here(self) -> None:
-        if self.arm.motion is not None and not isinstance(self.arm.motion, (StoppingMotion, *STREAMED)):
-            raise ScriptError("another thread is already moving the robot: kill it first")
 
     def _joints(self, q: Any, where: str) -> Floats:
         if isinstance(q, PoseValue):

@@ -64,9 +64,8 @@ class ToolSpeed(JointSpeed):
     def at(self, time: float) -> Floats | Pose:
         """Return the TCP pose in the base frame at a time since the start of the motion [s]."""
         gone = self.gone(time)
-        x, y, z = (float(a + b) for a, b in zip(self.place.position, gone[:3], strict=True))
-        turned = Pose.from_rotvec((0, 0, 0), gone[3:].tolist()) * Pose((0, 0, 0), self.place.quaternion)
-        return Pose((x, y, z), turned.quaternion)
+        turned = Pose.from_rotvec((0, 0, 0), gone[3:]) * self.place
+        return Pose.at(self.place.position + gone[:3], turned)
 
 
 class Servo(Value):
@@ -125,7 +124,7 @@ class Streaming:
             raise ScriptError(
                 f"servoj: lookahead_time {ahead:g} is not in 0.03 .. 0.2 s, or gain {strong:g} not in 100 .. 2000"
             )
-        self._free()
+        self.only_mover()
         motion = self.arm.follow(Servo(self.arm.q.copy(), goal, ahead * GAIN / strong))
         yield from self._wait(motion, wait)
 
@@ -134,7 +133,7 @@ class Streaming:
         raise ScriptError("servoc is not modelled here: use servoj or movel")
 
     def _hold_on(self, motion: JointSpeed, t: Any, ramp: float) -> Wait:
-        self._free()
+        self.only_mover()
         yield from self._wait(self.arm.follow(motion), real(t, "t") or ramp)
 
     def _wait(self, motion: Any, seconds: float) -> Wait:
@@ -148,7 +147,8 @@ class Streaming:
                 self.arm.stop(2.0)
             raise
 
-    def _free(self) -> None:
+    def only_mover(self) -> None:
+        """Raise ScriptError if another thread moves the robot."""
         if self.arm.motion is not None and not isinstance(self.arm.motion, (StoppingMotion, *STREAMED)):
             raise ScriptError("another thread is already moving the robot: kill it first")
 

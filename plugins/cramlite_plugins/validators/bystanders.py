@@ -46,8 +46,7 @@ class Bystanders(Value):
     may_advise: bool = True  # whoever judges a goal elsewhere may not mind what became of other things
 
     def check(self, candidate: Candidate) -> Iterator[Finding]:
-        rollout = candidate.rollout
-        assert rollout is not None
+        rollout = candidate.ran
         moved, tasks, kept = moved_by(candidate), inner_tasks(candidate), dict(candidate.limits.keep)
         moved = moved | {n: ["" if task == "" else None for task in moved[n]] for n in kept if n in moved}
         worst: tuple[float, str] = (0.0, "")
@@ -76,31 +75,32 @@ class Bystanders(Value):
 
 
 def _objections(candidate: Candidate, name: str, stay: Stay, tasks: list[str], validator: str) -> Iterator[Finding]:
-    assert candidate.rollout is not None
-    limits, times = candidate.limits, candidate.rollout.times
+    limits, times = candidate.limits, candidate.ran.times
     most, key = limits.motion_of(name)
     who = f"'{name}', which {'must keep its place' if key == 'keep' else 'no task moved then'},"
     than = f" on '{stay.beside}', which carries it," if stay.beside else ""
     if stay.way > most:
         whose = f"limit {1000 * most:g} mm {limits.source(key)}"
         said = f"{who} was {1000 * stay.way:.0f} mm from its place{than} at {times[stay.sample]:.1f} s; {whose}"
-        let = _let(name, key, 1000 * stay.way, "mm")
+        let = _let(candidate, name, key, 1000 * stay.way, "mm")
         yield Finding(validator, False, said, stay.way, most, "m", tasks[stay.sample], remedy=let)
     if stay.tilt > limits.bystander_tilt:
         whose = f"limit {np.degrees(limits.bystander_tilt):g} deg {limits.source('bystander_tilt')}"
         said = f"{who} leant over by {np.degrees(stay.tilt):.0f} deg{than} at {times[stay.leant]:.1f} s; {whose}"
-        let = _let(name, "bystander_tilt", float(np.degrees(stay.tilt)), "deg")
+        let = _let(candidate, name, "bystander_tilt", float(np.degrees(stay.tilt)), "deg")
         yield Finding(validator, False, said, stay.tilt, limits.bystander_tilt, "rad", tasks[stay.leant], remedy=let)
 
 
-def _let(name: str, key: str, value: float, unit: str) -> Remedy:
+def _let(candidate: Candidate, name: str, key: str, value: float, unit: str) -> Remedy | None:
     """Return the advice for a thing that moved though no task moves it: put it farther from the others, or
-    permit it to move that far.
+    permit it to move that far; None for a payload of the plan, whose grasp is at fault then.
 
     Args:
         key, unit: of the limit in a scenario.
         value: that the limit must be to let it [unit].
     """
+    if any(h.thing == name for h in candidate.handovers or ()):
+        return None
     amount = f"{math.ceil(value)} {unit}"
     let = f"'limits: {{{key}: {f'{{{name}: {amount}}}' if key == 'keep' else amount}}}' in the scenario"
     says = f"'{name}' moves though no task moves it: put it farther from other things, or, if its motion does no harm, permit it by {let}"

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
-from cramlite.model import Floats, Pose, Rollout, thing_of
+from cramlite.model import Pose, Rollout, thing_of
 
 from ..shapes.bounds import corners
-from .slides import GAP
+from .slides import stretches
 
 
 class Carry(NamedTuple):
@@ -32,10 +31,8 @@ def carries(rollout: Rollout, thing: str, within: range) -> Iterator[Carry]:
     """Yield how far the hand takes a thing along by touching it, for each stretch of samples with touch; 0
     for a hand at rest."""
     near = [k for k in within if _touched(rollout, thing, k)]
-    breaks = [n for n, (a, b) in enumerate(pairwise(near), 1) if rollout.times[b] - rollout.times[a] > GAP]
-    for first, end in pairwise((0, *breaks, len(near))):
-        if end > first:
-            yield _carry(rollout, thing, near[first:end])
+    for stretch in stretches(near, rollout):
+        yield _carry(rollout, thing, stretch)
 
 
 def _touched(rollout: Rollout, thing: str, sample: int) -> bool:
@@ -45,15 +42,11 @@ def _touched(rollout: Rollout, thing: str, sample: int) -> bool:
 
 def _carry(rollout: Rollout, thing: str, stretch: list[int]) -> Carry:
     points = corners(rollout.world.thing(thing), Pose())
-    there = np.array([_pose(rollout.poses[thing][k]).apply(points) for k in stretch])
-    in_hand = _pose(rollout.poses["effector"][stretch[0]]).inverse().apply(there[0])
-    led = np.array([_pose(rollout.poses["effector"][k]).apply(in_hand) for k in stretch]) - there[0]
+    there = np.array([Pose.from_row(rollout.poses[thing][k]).apply(points) for k in stretch])
+    in_hand = Pose.from_row(rollout.poses["effector"][stretch[0]]).inverse().apply(there[0])
+    led = np.array([Pose.from_row(rollout.poses["effector"][k]).apply(in_hand) for k in stretch]) - there[0]
     far = np.linalg.norm(led, axis=2)
     along = np.sum((there - there[0]) * led, axis=2) / np.maximum(far, 1e-9)
     ways = np.minimum(along, far).max(axis=1)
     k = int(np.argmax(ways))
     return Carry(float(ways[k]), stretch[0], stretch[k])
-
-
-def _pose(row: Floats) -> Pose:
-    return Pose(tuple(row[:3]), tuple(row[3:]))

@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
-from cramlite.model import Remedy, Rollout, Touch, Value, thing_of
+from cramlite.model import GRAVITY, Remedy, Rollout, Touch, Value, thing_of
 from cramlite.plugin import HAND, HELD, Allowance, Candidate, Cost, Finding, checkpoint
 
 from ..motions.motion_kinds import LIMIT
@@ -17,7 +17,6 @@ from .grips import pressed_at
 from .movers import moved_by
 from .task_times import inner_tasks
 
-GRAVITY = 9.81
 GAP = 0.2  # a contact that is lost for less still goes on [s]: what slides or rattles leaps (as long as rules' PADDING)
 GRIP = 0.1  # one pad presses a thing that they close on for so long before both do [s]
 
@@ -48,7 +47,6 @@ class Collision(Value):
     cost: Cost = "rollout"
 
     def check(self, candidate: Candidate) -> Iterator[Finding]:
-        assert candidate.rollout is not None
         brush = candidate.limits.brush
         whose = f"limit {brush:g} N {candidate.limits.source('brush')}"
         worst = max(bumps(candidate), default=None)
@@ -57,7 +55,7 @@ class Collision(Value):
             yield Finding(self.name, True, reason, 0.0, brush, "N")
             return
         task = inner_tasks(candidate)[worst.sample]
-        when = f"at {candidate.rollout.times[worst.sample]:.1f} s" + (f" in {task}" if task else "")
+        when = f"at {candidate.ran.times[worst.sample]:.1f} s" + (f" in {task}" if task else "")
         said = worst.why or whose
         reason = f"'{worst.one}' hit '{worst.other}' with {worst.force:.0f} N {when}; {said}"
         there = {t.name for t in candidate.world.things}
@@ -79,8 +77,7 @@ def more_room(worst: Bump) -> Remedy:
 def bumps(candidate: Candidate) -> Iterator[Bump]:
     """Yield the contacts, at each sample, whose force is above the permitted one, or above ``limits.brush``
     where no task permits a contact."""
-    rollout, brush = candidate.rollout, candidate.limits.brush
-    assert rollout is not None
+    rollout, brush = candidate.ran, candidate.limits.brush
     contacts = _Contacts(candidate, rollout)
     for k, touches in _to_judge(rollout, contacts):
         checkpoint()

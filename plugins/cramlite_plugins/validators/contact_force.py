@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cramlite.model import (
+    GRAVITY,
     AnyStep,
     CompliantSlide,
     Floats,
@@ -30,7 +31,6 @@ from ..motions.ontology_limits import Known, lowest
 from .grips import held_at
 from .task_times import inner_tasks, origins
 
-GRAVITY = 9.81
 STOPPED = 1.15  # a program that stops at its task's force limit has gone beyond it by then: 28.3 N at 25 N, measured
 RISE = 750.0
 """A guarded motion presses beyond the force that ends it by so much of its speed [N s/m]: one that ends at 3 N peaks at 9 N with 10 mm/s
@@ -119,8 +119,7 @@ def force_limits(candidate: Candidate) -> ForceLimits:
     text that goes on pressing beyond the force of the plan is refused. What is carried may be heavier than believed; what bears little
     lowers the limit.
     """
-    program, rollout, tasks = candidate.program, candidate.rollout, inner_tasks(candidate)
-    assert rollout is not None
+    program, rollout, tasks = candidate.program, candidate.ran, inner_tasks(candidate)
     own, fragile, held = task_forces(candidate), _fragile(candidate), held_at(rollout)
     guards = guard_forces(candidate)
     weights = {t.name: GRAVITY * (t.mass or 0.0) for t in candidate.world.things if t.joint is None}

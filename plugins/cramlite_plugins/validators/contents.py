@@ -18,8 +18,7 @@ class Poured(Value):
     cost: Cost = "rollout"
 
     def check(self, candidate: Candidate) -> Iterator[Finding]:
-        rollout = candidate.rollout
-        assert rollout is not None
+        rollout = candidate.ran
         for action in candidate.actions:
             source, into = (action.roles[r].entity if r in action.roles else None for r in ("Source", "Destination"))
             if action.task == "soma:Pouring" and source in rollout.grains:
@@ -38,8 +37,7 @@ class Spilled(Value):
     cost: Cost = "rollout"
 
     def check(self, candidate: Candidate) -> Iterator[Finding]:
-        rollout = candidate.rollout
-        assert rollout is not None
+        rollout = candidate.ran
         limits = [float(a.parameters["spilled"]) for a in candidate.actions if "spilled" in a.parameters]
         limit = max(limits, default=SPILLED)
         for thing, grains in rollout.grains.items():

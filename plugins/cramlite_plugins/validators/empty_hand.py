@@ -18,8 +18,7 @@ def closed_on_nothing(candidate: Candidate, sample: int) -> str:
     Args:
         sample: at which the run ended.
     """
-    rollout = candidate.rollout
-    assert rollout is not None
+    rollout = candidate.ran
     if candidate.robot.gripper.linkage is None:
         return ""
     by = origins(candidate)[sample]

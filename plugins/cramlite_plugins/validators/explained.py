@@ -40,16 +40,14 @@ class ExplainedGrip(NamedTuple):
 @remembered
 def explained_grips(candidate: Candidate) -> list[ExplainedGrip]:
     """Return every grip of a run with the step of the plan that ends it, or the reason why no task explains it."""
-    assert candidate.rollout is not None
-    run = _Run(candidate, candidate.rollout)
-    return [run.explained(grip) for grip in grips(candidate.rollout)]
+    run = _Run(candidate, candidate.ran)
+    return [run.explained(grip) for grip in grips(candidate.ran)]
 
 
 @remembered
 def explained_at(candidate: Candidate) -> list[str]:
     """Return the name of the payload at each sample; "" where no task took the held thing into the hand."""
-    assert candidate.rollout is not None
-    held = [""] * len(candidate.rollout.times)
+    held = [""] * len(candidate.ran.times)
     for found in explained_grips(candidate):
         for k in range(found.grip.first, found.grip.last + 1) if found.taken else ():
             held[k] = found.grip.thing

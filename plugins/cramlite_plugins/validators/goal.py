@@ -25,7 +25,7 @@ from .steps import LEAN
 from .task_times import origins
 
 if TYPE_CHECKING:
-    from cramlite.plugin import Clause, GoalLiteral, Timeline
+    from cramlite.plugin import Atom, Clause, GoalLiteral, Timeline
 
 LASTS = 0.5
 """A literal holds all through the last so many seconds of a run [s]: what falls past a place is over it for less."""
@@ -66,10 +66,10 @@ class Goal(Value):
     def check(self, candidate: Candidate) -> Iterator[Finding]:
         from cramlite.plugin import Timeline
 
-        assert candidate.rollout is not None and candidate.episode is not None
+        assert candidate.episode is not None
         if not candidate.goal:
             return
-        timeline, rollout = Timeline(candidate.episode, candidate.taxonomy), candidate.rollout
+        timeline, rollout = Timeline(candidate.episode, candidate.taxonomy), candidate.ran
         for literal in candidate.goal:
             wrong = _unmet(literal, timeline, rollout) or _doubtful(literal, timeline, rollout)
             wrong = wrong or _beside(literal, candidate) or _unsettled(literal, rollout) or _badly_rests(literal, candidate)
@@ -105,17 +105,23 @@ def _unmet(literal: GoalLiteral, timeline: Timeline, rollout: Rollout) -> str:
 def _doubtful(literal: GoalLiteral, timeline: Timeline, rollout: Rollout) -> str:
     """Describe a thing so near to the border of its region that another simulator may find it outside; "" if
     it is well inside."""
-    from cramlite.plugin import atoms
-
     binding: dict[str, str | float] = {v: _recorded(e, timeline.episode) for v, e in literal.binding.items()}
     end = timeline.instant(float(rollout.times[-1]))
-    for clause in literal.clauses:
-        for atom in atoms(clause.condition) if not clause.text.startswith("not ") else ():
-            if atom.predicate.function is in_region:
-                thing, region = (None if v is None else str(v) for v in atom.arguments(binding))
-                if next(in_region_by(end, thing, region, SURE), None) is None:
-                    return f"'{thing}' is less than {1000 * SURE:g} mm inside of '{region}': another simulator may find it outside"
+    for atom in _asserted(literal.clauses):
+        if atom.predicate.function is in_region:
+            thing, region = (None if v is None else str(v) for v in atom.arguments(binding))
+            if next(in_region_by(end, thing, region, SURE), None) is None:
+                return f"'{thing}' is less than {1000 * SURE:g} mm inside of '{region}': another simulator may find it outside"
     return ""
+
+
+def _asserted(clauses: Iterable[Clause]) -> Iterator[Atom]:
+    """Generate the atoms of the clauses that are not denied."""
+    from cramlite.plugin import atoms
+
+    for clause in clauses:
+        if not clause.text.startswith("not "):
+            yield from atoms(clause.condition)
 
 
 def _recorded(entity: str, episode: Episode) -> str:
@@ -139,9 +145,7 @@ def _too_few(clause: Clause, literal: GoalLiteral, rollout: Rollout) -> str:
 
     Empty, too, for conditions that are about no content.
     """
-    from cramlite.plugin import atoms
-
-    for atom in atoms(clause.condition) if not clause.text.startswith("not ") else ():
+    for atom in _asserted((clause,)):
         into, filling = (literal.binding.get(getattr(t, "name", ""), "") for t in (atom.terms[0], atom.terms[-1]))
         source = thing_of(filling)
         if atom.predicate.fluent.of_contents and source in rollout.grains:
@@ -156,9 +160,8 @@ def _beside(literal: GoalLiteral, candidate: Candidate) -> str:
     is."""
     if not literal.side:
         return ""
-    assert candidate.rollout is not None
     base = candidate.world.robots[0].base.inverse()
-    one, other = (np.asarray(base.apply(_at(candidate.rollout, n))) for n in (literal.things[0], literal.other))
+    one, other = (np.asarray(base.apply(_at(candidate.ran, n))) for n in (literal.things[0], literal.other))
     if literal.side not in SIDES:
         gap = float(np.linalg.norm((one - other)[:2]))
         return "" if gap <= NEAR else f"it is {1000 * gap:.0f} mm from '{literal.other}', up to {1000 * NEAR:.0f} mm count as near"
@@ -181,35 +184,27 @@ def _unsettled(literal: GoalLiteral, rollout: Rollout) -> str:
 
 def _badly_rests(literal: GoalLiteral, candidate: Candidate) -> str:
     """Describe a thing that rests wrongly on its support, such as on its edge; empty if it rests well."""
-    from cramlite.plugin import atoms
-
-    assert candidate.rollout is not None
-    rollout, there = candidate.rollout, {t.name for t in candidate.rollout.world.things}
-    for clause in literal.clauses:
-        for atom in atoms(clause.condition) if not clause.text.startswith("not ") else ():
-            if atom.predicate.function is supports:
-                below, above = (thing_of(str(v)) for v in atom.arguments(dict(literal.binding)))
-                if {below, above} <= there and (wrong := wrongly_rests(candidate, at_the_end(rollout, above), at_the_end(rollout, below))):
-                    return wrong
+    rollout, there = candidate.ran, {t.name for t in candidate.ran.world.things}
+    for atom in _asserted(literal.clauses):
+        if atom.predicate.function is supports:
+            below, above = (thing_of(str(v)) for v in atom.arguments(dict(literal.binding)))
+            if {below, above} <= there and (wrong := wrongly_rests(candidate, at_the_end(rollout, above), at_the_end(rollout, below))):
+                return wrong
     return ""
 
 
 def _sprung_back(literal: GoalLiteral, candidate: Candidate) -> str:
     """Describe a knob that the goal wants off and that is not at the end of its range; empty if there is none."""
-    from cramlite.plugin import atoms
-
-    assert candidate.rollout is not None
-    rollout = candidate.rollout
-    for clause in literal.clauses:
-        for atom in atoms(clause.condition) if not clause.text.startswith("not ") else ():
-            if atom.predicate.function is joint_closed:
-                (name,) = (str(v) for v in atom.arguments(dict(literal.binding)))
-                thing, joint = rollout.world.thing(name), rollout.world.thing(name).joint
-                if joint is None or name not in rollout.values or not candidate.taxonomy.any_is_a((thing.type,), CONTROL):
-                    continue
-                share = joint.opening(float(rollout.values[name][-1]))
-                if share > AT_STOP:
-                    return f"'{name}' is {100 * share:.2g} % of its range from its stop; up to {100 * AT_STOP:g} % count as off"
+    rollout = candidate.ran
+    for atom in _asserted(literal.clauses):
+        if atom.predicate.function is joint_closed:
+            (name,) = (str(v) for v in atom.arguments(dict(literal.binding)))
+            thing, joint = rollout.world.thing(name), rollout.world.thing(name).joint
+            if joint is None or name not in rollout.values or not candidate.taxonomy.any_is_a((thing.type,), CONTROL):
+                continue
+            share = joint.opening(float(rollout.values[name][-1]))
+            if share > AT_STOP:
+                return f"'{name}' is {100 * share:.2g} % of its range from its stop; up to {100 * AT_STOP:g} % count as off"
     return ""
 
 
@@ -219,9 +214,8 @@ def _tipped(literal: GoalLiteral, candidate: Candidate) -> str:
 
     Also where bystanders only advise: how it then comes to rest is left to chance.
     """
-    rollout, let_go = candidate.rollout, {h.thing: h.by for h in candidate.handovers or () if not h.taken}
+    rollout, let_go = candidate.ran, {h.thing: h.by for h in candidate.handovers or () if not h.taken}
     names = {thing_of(t) for t in literal.things} & set(let_go)
-    assert rollout is not None
     if not names:
         return ""
     moved, came_from = moved_by(candidate), np.array(origins(candidate))

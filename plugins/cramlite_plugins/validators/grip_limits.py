@@ -41,8 +41,7 @@ class GripLimits(Value):
     cost: Cost = "rollout"
 
     def check(self, candidate: Candidate) -> Iterator[Finding]:
-        rollout = candidate.rollout
-        assert rollout is not None
+        rollout = candidate.ran
         for limit in grip_limits(candidate):
             told, pressed = told_to_press(rollout, limit.thing), lasting(pressed_with(rollout, limit.thing), rollout.times, CHATTER)
             slack = half_a_step(candidate.robot.gripper)
@@ -50,18 +49,16 @@ class GripLimits(Value):
             yield self._finding(candidate, limit, pressed, "a pad pressed", PRESSED * limit.force, 0.0)
 
     def _finding(self, candidate: Candidate, limit: Limit, force: Floats, verb: str, most: float, slack: float) -> Finding:
-        assert candidate.rollout is not None
         k = int(np.argmax(force))
-        said = f"{verb} '{limit.thing}' with {force[k]:.1f} N at {candidate.rollout.times[k]:.1f} s, limit {most:g} N ({limit.why})"
+        said = f"{verb} '{limit.thing}' with {force[k]:.1f} N at {candidate.ran.times[k]:.1f} s, limit {most:g} N ({limit.why})"
         return Finding(self.name, bool(force[k] <= most + slack), said, float(force[k]), most, "N", task_at(candidate, k))
 
 
 def grip_limits(candidate: Candidate) -> Iterator[Limit]:
     """Yield the force limit of each thing that has one: the lower of that of the believed thing and that
     of the thing in the run's world."""
-    assert candidate.rollout is not None
-    for name in sorted({t.name for w in (candidate.world, candidate.rollout.world) for t in w.things}):
-        things = [t for w in (candidate.world, candidate.rollout.world) if (t := _thing(w, name)) is not None]
+    for name in sorted({t.name for w in (candidate.world, candidate.ran.world) for t in w.things}):
+        things = [t for w in (candidate.world, candidate.ran.world) if (t := _thing(w, name)) is not None]
         said = [borne for t in things if (borne := most_borne(t, candidate)) is not None]
         if said:
             yield Limit(name, *min(said, key=lambda x: x[0]))

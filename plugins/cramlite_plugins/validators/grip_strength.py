@@ -6,10 +6,10 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from cramlite.model import Held, Pose, Rollout, SetGripper, Value, walk
+from cramlite.model import GRAVITY, Held, Pose, Rollout, SetGripper, Value, walk
 from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 
-from ..motions.grip_force import ACCELERATION, GRAVITY, MARGIN, GripLoad, grip_of
+from ..motions.grip_force import ACCELERATION, MARGIN, GripLoad, grip_of
 from . import grips as hand
 from .physics import SLIP
 from .swings import Turn, declared
@@ -26,8 +26,7 @@ class GripStrength(Value):
     cost: Cost = "rollout"
 
     def check(self, candidate: Candidate) -> Iterator[Finding]:
-        rollout = candidate.rollout
-        assert rollout is not None
+        rollout = candidate.ran
         came_from, turns = origins(candidate), declared(candidate)
         closings = {s.origin: s for s in walk(candidate.program.steps) if isinstance(s, SetGripper)}
         for found in hand.grips(rollout):

@@ -36,8 +36,7 @@ def moved_by(candidate: Candidate) -> Moved:
     has come to rest after its release, whatever runs meanwhile. It moves what it says that it moves, all through, until its effects
     have appeared. What rests again is nobody's, though the task that let go of it still runs.
     """
-    rollout = candidate.rollout
-    assert rollout is not None
+    rollout = candidate.ran
     tasks, held = inner_tasks(candidate), explained_at(candidate)
     loose = [t.name for t in rollout.world.things if t.movable or t.joint]
     moved: Moved = {name: [None] * len(tasks) for name in loose}

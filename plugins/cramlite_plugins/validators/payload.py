@@ -41,8 +41,7 @@ class Payload(Value):
     cost: Cost = "rollout"
 
     def check(self, candidate: Candidate) -> Iterator[Finding]:
-        rollout = candidate.rollout
-        assert rollout is not None
+        rollout = candidate.ran
         if rollout.payload is None:
             return
         if not rollout.payload.any():
@@ -85,8 +84,7 @@ def hanging_on(candidate: Candidate) -> Hanging:
     While the payload stands on something, the least load is that of the gripper alone. The least load counts
     vessels as empty, the largest one as full.
     """
-    rollout, mass = candidate.rollout, candidate.robot.gripper.mass
-    assert rollout is not None
+    rollout, mass = candidate.ran, candidate.robot.gripper.mass
     count, awake = len(rollout.times), rollout.awake_touches
     least, most, what = np.full(count, mass), np.full(count, mass), [f"the gripper's {mass:.2f} kg"] * count
     for grip in (g for g in grips(rollout) if rollout.world.thing(g.thing).joint is None):  # a joint carries what it moves
@@ -101,8 +99,7 @@ def hanging_on(candidate: Candidate) -> Hanging:
 
 def _believed(candidate: Candidate, name: str) -> Thing:
     """Return a thing as the robot believes it to be; as it really is if it is not in the belief."""
-    assert candidate.rollout is not None
-    return next(t for w in (candidate.world, candidate.rollout.world) for t in w.things if t.name == name)
+    return next(t for w in (candidate.world, candidate.ran.world) for t in w.things if t.name == name)
 
 
 def _empty(thing: Thing) -> float:
@@ -116,7 +113,7 @@ def _along(rollout: Rollout, grip: Grip) -> Iterator[str]:
 
     They also stay at rest in the hand's frame.
     """
-    loose = {t.name for t in rollout.world.things if t.movable and t.joint is None} - {grip.thing}
+    loose = {t.name for t in rollout.world.things if not t.furniture} - {grip.thing}
     pairs = [frozenset({thing_of(t.a), thing_of(t.b)}) for t in rollout.touches[(grip.first + grip.last) // 2]]
     found, new = set[str](), {grip.thing}
     while new:

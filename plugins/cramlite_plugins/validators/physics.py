@@ -30,8 +30,7 @@ class Execution(Value):
     cost: Cost = "rollout"
 
     def check(self, candidate: Candidate) -> Iterator[Finding]:
-        rollout = candidate.rollout
-        assert rollout is not None
+        rollout = candidate.ran
         running = np.flatnonzero(rollout.lines)
         last = int(running[-1]) if len(running) else 0
         if rollout.outcome == "finished":
@@ -54,8 +53,7 @@ class ForcePeak(Value):
     cost: Cost = "rollout"
 
     def check(self, candidate: Candidate) -> Iterator[Finding]:
-        rollout = candidate.rollout
-        assert rollout is not None
+        rollout = candidate.ran
         if not (rollout.lines > 0).any():
             return
         force, limits = force_while_running(rollout), force_limits(candidate)
@@ -73,8 +71,7 @@ class CommandedForce(Value):
     cost: Cost = "rollout"
 
     def check(self, candidate: Candidate) -> Iterator[Finding]:
-        rollout, program = candidate.rollout, candidate.program
-        assert rollout is not None
+        rollout, program = candidate.ran, candidate.program
         if rollout.commanded is None or not rollout.commanded.any():
             return
         tasks, own = inner_tasks(candidate), task_forces(candidate)
@@ -93,8 +90,7 @@ class GraspSlip(Value):
     cost: Cost = "rollout"
 
     def check(self, candidate: Candidate) -> Iterator[Finding]:
-        rollout = candidate.rollout
-        assert rollout is not None
+        rollout = candidate.ran
         turns = declared(candidate)
         for grip in grips(rollout):
             moved = slip(rollout, grip, turns)

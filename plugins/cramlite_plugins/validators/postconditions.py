@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from cramlite.model import (
+    GRAVITY,
     Action,
     EntityName,
     Feature,
@@ -28,7 +29,6 @@ from .task_times import Span, span
 if TYPE_CHECKING:
     from cramlite.plugin import Clause, Not, Phase, PhaseName, Rule, Timeline
 
-GRAVITY = 9.81
 NO_STEPS = "its program has no steps"
 OPENING = 0.6  # a thing has left the hand so long before the fingers are open [s]: 85 mm at 150 mm/s, a 2F-85's whole stroke
 LONGEST = 5.0  # or so long, where the hand has stayed since: fingers that are told to open in steps take 2 s [s]
@@ -44,8 +44,7 @@ class EndState(Value):
     cost: Cost = "rollout"
 
     def check(self, candidate: Candidate) -> Iterator[Finding]:
-        rollout = candidate.rollout
-        assert rollout is not None
+        rollout = candidate.ran
         tests: Mapping[str, Callable[[Rollout, str, Thing], str]] = {
             "in": _not_in, "on": _not_on, "hangs_on": _not_hanging,
         }  # fmt: skip
@@ -156,17 +155,17 @@ class TaskRules(Value):
     def check(self, candidate: Candidate) -> Iterator[Finding]:
         from cramlite.plugin import Timeline
 
-        assert candidate.episode is not None and candidate.rollout is not None
+        assert candidate.episode is not None
         timeline = Timeline(candidate.episode, candidate.taxonomy)
         rules = {r.task: r for r in candidate.rules}
         for action, ran, now in _in_order(candidate):
-            if ran is None and candidate.rollout.outcome != "finished":
+            if ran is None and candidate.ran.outcome != "finished":
                 return  # the program ended before
             missing = no_trace(candidate, action.name, ran)
             if missing:
                 yield Finding(self.name, False, missing, origin=action.name)
             elif action.task in rules:
-                already = _already(candidate, action) if ran else NO_STEPS if now > candidate.rollout.times[0] else ""
+                already = _already(candidate, action) if ran else NO_STEPS if now > candidate.ran.times[0] else ""
                 done = ran or Span(now, now)
                 yield _judged(rules[action.task], action, timeline, done, self.name, already)
                 yield from _as_many(rules[action.task], action, timeline, done, self.name)
@@ -194,8 +193,7 @@ def _fillers(action: Action) -> dict[str, str | None]:
 def _in_order(candidate: Candidate) -> Iterator[tuple[Action, Span | None, float]]:
     """Actions and their parts, each with the span in which its code ran (None if it did not), and the time at
     which earlier code ended [s]."""
-    assert candidate.rollout is not None
-    now = float(candidate.rollout.times[0])
+    now = float(candidate.ran.times[0])
     for action in candidate.actions:
         for one in (*(p for p in candidate.parts if is_part_of(p.name, action.name)), action):
             ran = span(candidate, one.name)
@@ -206,8 +204,6 @@ def _in_order(candidate: Candidate) -> Iterator[tuple[Action, Span | None, float
 def no_trace(candidate: Candidate, task: str, ran: Span | None) -> str:
     """Describe a task whose steps are in the program while none of their code ran; empty if some
     ran, or if it has no steps."""
-    code = candidate.code
-    assert code is not None
     steps = [s.origin for s in candidate.program.steps if task in enclosing_names(s.origin)]  # what the run decides about may be left out
     if steps and ran is None:
         return f"{task} was not executed: none of the code of its {len(steps)} steps ran"

@@ -19,8 +19,7 @@ class Recognised(Value):
     cost: Cost = "rollout"
 
     def check(self, candidate: Candidate) -> Iterator[Finding]:
-        assert candidate.rollout is not None
-        real = {t.name: t for t in candidate.rollout.world.things}
+        real = {t.name: t for t in candidate.ran.world.things}
         believed = {t.name: t for t in candidate.world.things}
         named = {o.thing: a.name for a in candidate.actions for o in a.roles.values()}
         for name, origin in sorted(named.items()):

@@ -6,9 +6,8 @@ from __future__ import annotations
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Pose, Rollout, Thing, Vector3, thing_of
+from cramlite.model import GRAVITY, Pose, Rollout, Thing, Vector3, thing_of
 
-GRAVITY = 9.81
 CARRIES = 0.5  # what bears this share of a thing's weight carries it along: a drawer its contents, a tray its cups
 REST = 0.01  # a thing at rest moves slower than this over the last half second [m/s]
 SWING = 0.04
@@ -31,7 +30,7 @@ here hang 60 to 70 mm below it. Measured: 0.01 to 0.03."""
 def at_the_end(rollout: Rollout, name: str) -> Thing:
     """Return a thing at the pose that it has at the end of the run."""
     thing, row = rollout.world.thing(name), rollout.poses[name][-1]
-    return replace(thing, pose=Pose(tuple(row[:3]), tuple(row[3:])))
+    return replace(thing, pose=Pose.from_row(row))
 
 
 def borne_by(rollout: Rollout, thing: str, sample: int) -> list[str]:
@@ -70,7 +69,7 @@ def _speed(rollout: Rollout, thing: str, point: Vector3) -> float:
     """Speed of a point of a thing in the last half second [m/s]: the diagonal of the box around its path,
     divided by the time."""
     recent = rollout.times >= rollout.times[-1] - 0.5
-    poses = [Pose(tuple(row[:3]), tuple(row[3:])) for row in rollout.poses[thing][recent]]
+    poses = [Pose.from_row(row) for row in rollout.poses[thing][recent]]
     way = float(np.linalg.norm(np.ptp([p.apply(point) for p in poses], axis=0)))
     return way / (float(np.ptp(rollout.times[recent])) or 1.0)
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cramlite.model import Floats, Pose, Rollout, thing_of
+from cramlite.model import Pose, Rollout, thing_of
 
 from ..shapes.bounds import corners
 from ..shapes.mounts import mounts
@@ -43,9 +43,14 @@ def slides(rollout: Rollout, grip: Grip, within: range) -> Iterator[Slide]:
     touched = _touched(rollout, grip.thing, rows)
     for other in sorted(set().union(*touched)):
         near = _near(rollout, grip.thing, {k for k, names in zip(rows, touched, strict=True) if other in names}, rows)
-        breaks = [n for n, (a, b) in enumerate(pairwise(near), 1) if rollout.times[b] - rollout.times[a] > GAP]
-        for first, end in pairwise((0, *breaks, len(near))):
-            yield _slide(rollout, grip.thing, other, near[first:end])
+        for stretch in stretches(near, rollout):
+            yield _slide(rollout, grip.thing, other, stretch)
+
+
+def stretches(near: list[int], rollout: Rollout) -> Iterator[list[int]]:
+    """Yield the stretches of samples in contact, divided where contact is lost for longer than ``GAP``."""
+    breaks = [n for n, (a, b) in enumerate(pairwise(near), 1) if rollout.times[b] - rollout.times[a] > GAP]
+    yield from (near[first:end] for first, end in pairwise((0, *breaks, len(near))) if end > first)
 
 
 def _touched(rollout: Rollout, thing: str, rows: list[int]) -> list[set[str]]:
@@ -80,8 +85,4 @@ def _slide(rollout: Rollout, thing: str, along: str, stretch: list[int]) -> Slid
 
 def _relative(rollout: Rollout, frame: str, thing: str, sample: int) -> Pose:
     """The pose of a thing in the frame of another at a sample."""
-    return _pose(rollout.poses[frame][sample]).inverse() * _pose(rollout.poses[thing][sample])
-
-
-def _pose(row: Floats) -> Pose:
-    return Pose(tuple(row[:3]), tuple(row[3:]))
+    return Pose.from_row(rollout.poses[frame][sample]).inverse() * Pose.from_row(rollout.poses[thing][sample])

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from cramlite.model import Rollout, Thing, thing_of
+from cramlite.model import GRAVITY, Rollout, Thing, thing_of
 from cramlite.plugin import Candidate
 
 from ..shapes.bounds import centre_of_mass, lowest
@@ -19,7 +19,6 @@ from ..shapes.surfaces import footprint
 LID = "soma:Lid"
 ALONE = 0.9
 """Share of a thing's weight from which one support bears it alone: contact forces chatter by some per cent."""
-GRAVITY = 9.81
 
 GAP = 0.002
 """An opening stays uncovered by no more than this [m]: things and their models differ by some millimetres."""
@@ -42,10 +41,9 @@ def wrongly_rests(candidate: Candidate, thing: Thing, support: Thing) -> str:
     Args:
         thing, support: where the run left them.
     """
-    assert candidate.rollout is not None
     if candidate.taxonomy.any_is_a((thing.type,), LID):
         return uncovered(thing, support)
-    stacked = support.movable and support.joint is None and borne(candidate.rollout, thing.name, support.name) > ALONE
+    stacked = not support.furniture and borne(candidate.ran, thing.name, support.name) > ALONE
     return unbalanced(thing, support) if stacked else ""
 
 

@@ -50,12 +50,11 @@ def wrong_end(candidate: Candidate, steps: Sequence[AnyStep], samples: Sequence[
     end = ends.get(type(steps[-1]))
     if end is None:
         return ""
-    assert candidate.rollout is not None
     first, last = samples
     if first == last:
         return "none of its code ran"
-    tools = np.array([_position(candidate, row) for row in candidate.rollout.joints[first : last + 1]])
-    return end(_Run(candidate.rollout, steps[:-1], tools, first, last), steps[-1])
+    tools = np.array([_position(candidate, row) for row in candidate.ran.joints[first : last + 1]])
+    return end(_Run(candidate.ran, steps[:-1], tools, first, last), steps[-1])
 
 
 class _Run(NamedTuple):

@@ -30,6 +30,7 @@ from cramlite.model import (
 )
 from cramlite.plugin import Allowance, Candidate, Cost, Finding, Validator, hookimpl
 
+from ..kinematics.kinematics import forward, twist
 from .grips import held_at
 from .step_ends import wrong_end
 from .task_times import origins
@@ -100,11 +101,10 @@ class Steps(Value):
             yield Finding(self.name, True, f"each of the program's {count} steps has code, ran in its turn and moved as far as planned")
 
     def _objections(self, candidate: Candidate, stages: list[Stage]) -> Iterator[Finding]:
-        assert candidate.rollout is not None
-        gone = _without_code(candidate.code, stages)
+        gone = _without_code(candidate.written, stages)
         lost = sorted({*gone} - {*_without_code(candidate.proven, stages)}) if candidate.proven is not None else ()
         yield from (Finding(self.name, False, said, origin=origin) for origin, said in _left_out(stages, lost))
-        if candidate.rollout.outcome != "finished":
+        if candidate.ran.outcome != "finished":
             return  # what came after was never reached
         turns = _turns(candidate, stages)
         yield from (self._late(candidate, stages, turn) for turn in turns.late)
@@ -116,9 +116,8 @@ class Steps(Value):
         yield from self._leaning(candidate, [(stages[k], _when(turns, k)) for k in judged])
 
     def _late(self, candidate: Candidate, stages: list[Stage], turn: tuple[int, int, int]) -> Finding:
-        assert candidate.rollout is not None
         late, sample, later = turn
-        when = candidate.rollout.times[sample]
+        when = candidate.ran.times[sample]
         said = f"the code of {stages[late].origin} ran at {when:.2f} s, after that of {stages[later].origin}"
         said = f"{said}, which comes later in the program"
         return Finding(self.name, False, said, origin=stages[late].origin)
@@ -143,15 +142,14 @@ class Steps(Value):
             yield Finding(self.name, False, f"{stage.origin} was not carried out: {reason}", origin=stage.origin)
 
     def _pushed(self, candidate: Candidate, stage: Stage, ran: Ran) -> Iterator[Finding]:
-        assert candidate.rollout is not None
         target = _target(candidate, stage)
         if target is None or any(s.relative for s in stage.steps):
             return
         planned = float(np.linalg.norm((target - _hand(candidate, ran.first))[:3, 3]))
         pushed = _pushes(candidate, stage.origin)
-        held = held_at(candidate.rollout)[ran.first : ran.end] if pushed else ()
+        held = held_at(candidate.ran)[ran.first : ran.end] if pushed else ()
         for thing in sorted(pushed - {*held}):
-            first, end = (candidate.rollout.poses[thing][k, :3] for k in ran)
+            first, end = (candidate.ran.poses[thing][k, :3] for k in ran)
             far = float(np.linalg.norm(end - first))
             if far > planned + AHEAD:
                 said = f"{stage.origin} pushed '{thing}' by {1000 * far:.0f} mm, where the hand was to go {1000 * planned:.0f} mm"
@@ -159,8 +157,7 @@ class Steps(Value):
                 yield Finding(self.name, False, said, far, planned + AHEAD, "m", stage.origin, things=True)
 
     def _leaning(self, candidate: Candidate, ran: Iterable[tuple[Stage, Ran]]) -> Iterator[Finding]:
-        assert candidate.rollout is not None
-        held, loose = held_at(candidate.rollout), {t.name for t in candidate.world.things if t.joint is None}
+        held, loose = held_at(candidate.ran), {t.name for t in candidate.world.things if t.joint is None}
         last = {task_of(stage.origin): (stage, when) for stage, when in ran if _leads(stage)}
         for stage, when in last.values():
             target, thing = _target(candidate, stage), held[when.end]
@@ -180,9 +177,8 @@ def _stages(steps: Iterable[AnyStep]) -> list[Stage]:
     return found
 
 
-def _without_code(code: Code | None, stages: list[Stage]) -> list[int]:
+def _without_code(code: Code, stages: list[Stage]) -> list[int]:
     """Indices of the stages (consecutive steps of one origin) for which a program text has no line of code."""
-    assert code is not None
     there = {origin for line, origin in code.origins.items() if code.lines_of(line)}
     return [k for k, stage in enumerate(stages) if not stage.known & there]
 
@@ -268,8 +264,7 @@ def _target(candidate: Candidate, stage: Stage) -> Floats | None:
 
 def _hand(candidate: Candidate, sample: int) -> Floats:
     """Pose (4, 4) of the tool in the base frame at a sample."""
-    assert candidate.rollout is not None
-    return _tool(candidate, candidate.rollout.joints[sample])
+    return _tool(candidate, candidate.ran.joints[sample])
 
 
 def _pushes(candidate: Candidate, origin: str) -> set[str]:
@@ -280,16 +275,12 @@ def _pushes(candidate: Candidate, origin: str) -> set[str]:
 
 
 def _tool(candidate: Candidate, joints: Iterable[float]) -> Floats:
-    from ..kinematics.kinematics import forward
-
     return forward(candidate.robot, tuple(joints)).matrix
 
 
 def _way(start: Floats, end: Floats) -> Floats:
     """Motion of the tool from one pose to another (6,): translation, and rotation vector times ``LEVER``
     [m]."""
-    from ..kinematics.kinematics import twist
-
     way: Floats = twist(start, end) * np.repeat([1.0, LEVER], 3)
     return way
 

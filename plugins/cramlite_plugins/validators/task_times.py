@@ -21,16 +21,14 @@ class Span(NamedTuple):
 
 def task_at(candidate: Candidate, sample: int) -> str:
     """Return the task of the plan whose code ran at a sample."""
-    assert candidate.rollout is not None and candidate.code is not None
-    return candidate.code.task_of(int(candidate.rollout.lines[sample]))
+    return candidate.written.task_of(int(candidate.ran.lines[sample]))
 
 
 @remembered
 def origins(candidate: Candidate) -> list[str]:
     """Return for each sample the designator whose code ran then, e.g. "3.Placing/PuttingDown/lower"; "" before
     the first step, the last one after the end."""
-    rollout, code = candidate.rollout, candidate.code
-    assert rollout is not None and code is not None
+    rollout, code = candidate.ran, candidate.written
     starts, lines = sorted(code.origins), rollout.lines.astype(int)
     running = np.flatnonzero(lines)
     last = int(running[-1]) if len(running) else -1
@@ -51,8 +49,7 @@ def inner_tasks(candidate: Candidate) -> list[str]:
 
 def span(candidate: Candidate, task: str) -> Span | None:
     """Span in which the code of an action (one of the plan, or a part of such an action) ran; None if it never ran."""
-    rollout, code = candidate.rollout, candidate.code
-    assert rollout is not None and code is not None
+    rollout, code = candidate.ran, candidate.written
     starts = sorted(code.origins)
     inside = [task in enclosing_names(code.origins[k]) for k in starts]
     before = np.searchsorted(starts, rollout.lines.astype(int), side="right") - 1

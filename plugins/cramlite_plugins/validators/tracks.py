@@ -55,14 +55,9 @@ class Tracks(Value):
             yield Finding(self.name, True, f"the hand held {what}, always as tasks of the plan explain")
 
 
-def _rollout(candidate: Candidate) -> Rollout:
-    assert candidate.rollout is not None
-    return candidate.rollout
-
-
 def _unexplained(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
     """Findings on grips that no task of the plan explains."""
-    rollout, tasks = _rollout(candidate), inner_tasks(candidate)
+    rollout, tasks = candidate.ran, inner_tasks(candidate)
     for grip, wrong, at, _, _ in found:
         if wrong:
             span = f"from {rollout.times[grip.first]:.1f} to {rollout.times[grip.last]:.1f} s"
@@ -81,7 +76,7 @@ def _interrupted(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterat
 
     Steps that the plan may leave out are not regarded.
     """
-    rollout, tasks = _rollout(candidate), inner_tasks(candidate)
+    rollout, tasks = candidate.ran, inner_tasks(candidate)
     came_from = np.array(origins(candidate))
     for taken, left in _held_between(candidate.handovers or ()):
         begun = np.flatnonzero(came_from == taken.by) if taken.by else np.array([0])
@@ -109,7 +104,7 @@ def _held_between(handovers: Iterable[Handover]) -> Iterator[tuple[Handover, Han
 def _fallen(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
     """Findings on falls after a release that are longer than the place of the release predicts, or on
     things that come to rest too late."""
-    rollout, tasks = _rollout(candidate), inner_tasks(candidate)
+    rollout, tasks = candidate.ran, inner_tasks(candidate)
     for grip, wrong, _, left, _ in found:
         if wrong or left is None or left.rest is None:
             continue
@@ -130,7 +125,7 @@ def _topples(rollout: Rollout, grip: Grip) -> float:
     """Height that a thing's origin loses when the thing falls over after its release [m]."""
     thing, row = rollout.world.thing(grip.thing), rollout.poses[grip.thing][grip.last]
     low, high = box_around(thing.geoms)
-    upright = -lowest(thing, Pose(tuple(row[:3]), tuple(row[3:])))
+    upright = -lowest(thing, Pose.from_row(row))
     return max(0.0, upright - float(np.min(high - low)) / 2)
 
 
@@ -139,7 +134,7 @@ def _slid(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Find
 
     Dragging during a declared turn of the payload in the hand is left out.
     """
-    rollout, tasks, turns = _rollout(candidate), inner_tasks(candidate), declared(candidate)
+    rollout, tasks, turns = candidate.ran, inner_tasks(candidate), declared(candidate)
     for grip, _, _, _, taken in found:
         for task, rows in () if not taken else _stretches(tasks):
             if candidate.allowances.get(task, Allowance()).slides:
@@ -156,7 +151,7 @@ def _slid(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Find
 def _taken_along(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
     """Findings on things that the open hand takes along without holding them: before their grasp, or after
     their release until they rest."""
-    rollout, tasks, limit = _rollout(candidate), inner_tasks(candidate), candidate.limits.bystander_motion
+    rollout, tasks, limit = candidate.ran, inner_tasks(candidate), candidate.limits.bystander_motion
     for grip, wrong, _, _, _ in found:
         rest = min(rests(rollout, grip.thing, grip.last), len(rollout.times) - 1)
         free = {task for task in set(tasks) if grip.thing in candidate.allowances.get(task, Allowance()).moves}
@@ -180,7 +175,7 @@ def _stretches(tasks: list[str]) -> Iterator[tuple[str, range]]:
 
 def _returned(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
     """Yield objections to tasks that moved a thing that then came back before the task ended."""
-    rollout, tasks = _rollout(candidate), inner_tasks(candidate)
+    rollout, tasks = candidate.ran, inner_tasks(candidate)
     for task, rows in _stretches(tasks):
         carried = _carried(rollout, found, rows)
         for name in sorted((candidate.allowances.get(task, Allowance()).moves & rollout.poses.keys()) - carried):

@@ -29,6 +29,7 @@ from cramlite.model import (
     SpiralSearch,
     Watch,
     World,
+    vector3,
     walk,
 )
 from cramlite.plugin import UserError
@@ -176,10 +177,10 @@ def readings(arm: StreamedArm, line: int, mount: RobotMount) -> Readings:
     The fingers are taken to close along the tool's y axis.
     """
     state, tool = arm.state, mount.base * arm.actual_tcp()
-    x, y, z = tool.rotation[:, 1].tolist()
-    poses = None if state.poses is None else {n: Pose((p[0], p[1], p[2]), (p[3], p[4], p[5], p[6])) for n, p in state.poses.items()}
+    poses = None if state.poses is None else {n: Pose.from_row(p) for n, p in state.poses.items()}
     goal = None if state.goal is None else tuple(" ".join(literal) for literal in state.goal)
-    return Readings(arm.clock, line, state.joints, state.opening, arm.force(), arm.gripper.pressing, tool, (x, y, z), poses, goal)
+    closing = vector3(tool.rotation[:, 1])
+    return Readings(arm.clock, line, state.joints, state.opening, arm.force(), arm.gripper.pressing, tool, closing, poses, goal)
 
 
 class _Watched(Struct):

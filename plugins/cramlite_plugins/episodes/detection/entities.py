@@ -87,7 +87,7 @@ def _initial(thing: Thing, rollout: Rollout) -> Pose | None:
     if thing.name in rollout.seen:
         return None  # nobody knew; its track begins when a camera sees it
     row = rollout.poses[thing.name][0] if thing.name in rollout.poses else None
-    return thing.pose if row is None else Pose(tuple(row[:3]), tuple(row[3:]))
+    return thing.pose if row is None else Pose.from_row(row)
 
 
 def _feature(thing: Thing, feature: Feature) -> Entity:

@@ -6,11 +6,11 @@ from collections import defaultdict
 
 import numpy as np
 
-from cramlite.model import Event, Floats, Rollout, thing_of
+from cramlite.model import GRAVITY, Event, Floats, Rollout, thing_of
 
 from .entities import effectors
 from .signals import GAP, Flags, close_gaps, hysteresis, moving_average, runs, spans
-from .touches import CONTACT, GRAVITY, Pair, state
+from .touches import CONTACT, Pair, state
 
 #: Share of the supportee's weight that the supporter must carry to start and to keep a support.
 SUPPORT = (0.3, 0.1)

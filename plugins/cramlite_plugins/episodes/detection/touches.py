@@ -15,7 +15,6 @@ from .signals import Flags, close_gaps, runs
 
 #: A contact starts above the first and ends below the second normal force [N]; 0.1 kg weighs 1 N.
 CONTACT = (0.05, 1e-6)
-GRAVITY = 9.81
 #: Gaps shorter than this may be chatter [s]: a slide of a program, too, counts a contact as lost after 0.5 s (``lost_s``).
 CHATTER = 0.5
 #: All through the gap the hand applies more than this [N], measured at the wrist. Finger tips that slide on a plate, pressed

@@ -144,8 +144,7 @@ def _numbers_text(values: tuple[float, ...]) -> str:
 
 
 def _pose(text: str) -> Pose:
-    numbers = [float(v) for v in text.split()]
-    return Pose(tuple(numbers[:3]), tuple(numbers[3:]))  # type: ignore[arg-type]
+    return Pose.from_row([float(v) for v in text.split()])
 
 
 def _vector(text: str) -> tuple[float, float, float]:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from cramlite.model import Floats, Geom, Pose, Vector3
+from cramlite.model import Floats, Geom, Pose, vector3
 
 from ...shapes.files import read
 from .convention import Convention
@@ -30,12 +30,12 @@ def geoms_of(spec: ShapeSpec, convention: Convention, folder: Path) -> tuple[Geo
     """
     at = convention.positions(np.array([spec.at]))[0]
     if spec.box is not None:
-        return (Geom("box", _vector(convention.extents(spec.box) / 2), Pose(_vector(at))),)
+        return (Geom("box", vector3(convention.extents(spec.box) / 2), Pose(vector3(at))),)
     if spec.hollow is not None:
         return _without_lid(convention.extents(spec.hollow), at)
     if spec.cylinder is not None:
         radius, height = (convention.unit * v for v in spec.cylinder)
-        return (Geom("cylinder", (radius, height / 2), Pose(_vector(at))),)
+        return (Geom("cylinder", (radius, height / 2), Pose(vector3(at))),)
     mesh = read(folder / str(spec.mesh), convention.unit)
     points = convention.axes @ np.asarray(mesh.vertices).T
     return _of_mesh(mesh, points.T + at)
@@ -48,20 +48,15 @@ def _of_mesh(mesh: Any, points: Floats) -> tuple[Geom, ...]:
     middle = (low + high) / 2
     if mesh.is_watertight and abs(mesh.volume) < CONVEX * mesh.convex_hull.volume:
         return _without_lid(high - low, middle)
-    corners = tuple(_vector(c - middle) for c in points[ConvexHull(points).vertices])
-    return (Geom("convex", _vector((high - low) / 2), Pose(_vector(middle)), corners=corners),)
+    corners = tuple(vector3(c - middle) for c in points[ConvexHull(points).vertices])
+    return (Geom("convex", vector3((high - low) / 2), Pose(vector3(middle)), corners=corners),)
 
 
 def _without_lid(size: Floats, at: Floats) -> tuple[Geom, ...]:
     """Return the geoms of a box that is open above: a floor and four walls."""
     wall = min(WALL, float(size.min()) / 10)
-    floor = Geom("box", (size[0] / 2, size[1] / 2, wall / 2), Pose(_vector(at - [0, 0, (size[2] - wall) / 2])))
+    floor = Geom("box", (size[0] / 2, size[1] / 2, wall / 2), Pose(vector3(at - [0, 0, (size[2] - wall) / 2])))
     across = (size[0] / 2, wall / 2, size[2] / 2), (wall / 2, size[1] / 2, size[2] / 2)
     ways = np.array([0, (size[1] - wall) / 2, 0]), np.array([(size[0] - wall) / 2, 0, 0])
-    walls = [Geom("box", half, Pose(_vector(at + sign * way))) for half, way in zip(across, ways, strict=True) for sign in (-1, 1)]
+    walls = [Geom("box", half, Pose(vector3(at + sign * way))) for half, way in zip(across, ways, strict=True) for sign in (-1, 1)]
     return (floor, *walls)
-
-
-def _vector(values: Floats) -> Vector3:
-    x, y, z = (float(v) for v in values)
-    return x, y, z

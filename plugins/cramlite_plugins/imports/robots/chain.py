@@ -221,8 +221,7 @@ def _speeds(source: Source, names: tuple[str, ...]) -> tuple[float, ...]:
 
 def pose_of(position: Floats, matrix: Floats) -> Pose:
     """Return a pose from a position (3,) [m] and a rotation matrix (9,) or (3, 3)."""
-    x, y, z = (float(v) for v in position)
-    return Pose((x, y, z), Pose.from_matrix(np.asarray(matrix).reshape(3, 3)).quaternion)
+    return Pose.at(position, Pose.from_matrix(np.asarray(matrix).reshape(3, 3)))
 
 
 def _in(frame: Pose, point: Floats) -> Floats:

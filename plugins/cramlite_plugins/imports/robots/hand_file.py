@@ -19,6 +19,7 @@ from .hand_drive import complete_drives
 from .hand_guesses import guesses
 from .hand_motion import Driven, driven, stroke
 from .hand_spec import ROOT, hand_spec
+from .model_text import numbers
 from .pads import Pads, find_pads
 
 SPEED = (0.010, 0.100)
@@ -140,8 +141,7 @@ def _at_site(where: Path, source: Source, spec: Any, pads: Pads, name: str) -> P
     places |= {model.body(k).name.removeprefix(f"{ROOT}/"): data.xpos[k] for k in range(2, model.nbody)}
     if name not in places:
         raise UserError(f"{where}: 'tcp' names '{name}', and the hand has no site or body of that name; {nearest(name, places)}.")
-    x, y, z = (float(v) for v in places[name])
-    return replace(pads, tcp=Pose((x, y, z), pads.tcp.quaternion))
+    return replace(pads, tcp=Pose.at(places[name], pads.tcp))
 
 
 def _linkage(hand: Driven, pads: Pads, controls: Floats, states: Floats, lengths: Floats) -> Linkage:
@@ -283,7 +283,7 @@ def _texts(text: str, tcp: Pose, wrist: str) -> tuple[str, str]:
     body = root.find("worldbody/body")
     assert body is not None
     body.set("gravcomp", "1")
-    body.insert(0, ElementTree.Element("site", name="tcp", pos=_line(tcp.position), quat=_line(tcp.quaternion)))
+    body.insert(0, ElementTree.Element("site", name="tcp", pos=numbers(tcp.position), quat=numbers(tcp.quaternion)))
     body.insert(0, ElementTree.Element("site", name="ft"))
     names = [b.get("name", "") for b in body.iter("body")]
     pairs = [*itertools.combinations(names, 2), *((wrist, n) for n in names)]
@@ -291,10 +291,6 @@ def _texts(text: str, tcp: Pose, wrist: str) -> tuple[str, str]:
     beside = "".join(ElementTree.tostring(s, encoding="unicode") for tag in SECTIONS for s in root.findall(tag))
     sensors = '<sensor><force name="ft_force" site="ft"/><torque name="ft_torque" site="ft"/></sensor>'
     return ElementTree.tostring(body, encoding="unicode"), f"{beside}<contact>{skip}</contact>{sensors}"
-
-
-def _line(values: Sequence[float]) -> str:
-    return " ".join(f"{float(v):.12g}" for v in values)
 
 
 def _floats(values: Any) -> tuple[float, ...]:

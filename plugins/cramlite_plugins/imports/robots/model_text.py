@@ -142,7 +142,7 @@ def _joint(model: Any, chain: Chain, table: Table, k: int) -> str:
     damping = float(model.dof_damping[model.jnt_dofadr[j]])
     armature = max(float(model.dof_armature[model.jnt_dofadr[j]]), ARMATURE)
     return (
-        f'<joint name="{chain.joints[k]}" pos="{_line(model.jnt_pos[j])}" axis="{_line(model.jnt_axis[j])}" ref="{zero:.12g}"'
+        f'<joint name="{chain.joints[k]}" pos="{numbers(model.jnt_pos[j])}" axis="{numbers(model.jnt_axis[j])}" ref="{zero:.12g}"'
         f' range="{low + zero:.12g} {high + zero:.12g}" damping="{damping:.9g}" armature="{armature:.9g}"/>'
     )
 
@@ -176,7 +176,7 @@ def _inertial(at_zero: Posed, part: RigidPart) -> str:
     own = frame.rotation.T @ total @ frame.rotation
     full = (own[0, 0], own[1, 1], own[2, 2], own[0, 1], own[0, 2], own[1, 2])
     where = frame.rotation.T @ (centre - np.array(frame.position))
-    return f'<inertial pos="{_line(where)}" mass="{mass:.9g}" fullinertia="{_line(full)}"/>'
+    return f'<inertial pos="{numbers(where)}" mass="{mass:.9g}" fullinertia="{numbers(full)}"/>'
 
 
 def _geoms(at_zero: Posed, part: RigidPart, meshes: dict[str, str]) -> Iterator[str]:
@@ -192,11 +192,11 @@ def _geoms(at_zero: Posed, part: RigidPart, meshes: dict[str, str]) -> Iterator[
             size[1] += 2 / 3 * size[0]
         if kind == "MESH":
             mesh = f"mesh_{int(model.geom_dataid[g])}"
-            meshes.setdefault(mesh, _line(hull_of(model, int(model.geom_dataid[g])).ravel()))
-        own = f'mesh="{mesh}"' if kind == "MESH" else f'size="{_line(size)}"'
+            meshes.setdefault(mesh, numbers(hull_of(model, int(model.geom_dataid[g])).ravel()))
+        own = f'mesh="{mesh}"' if kind == "MESH" else f'size="{numbers(size)}"'
         place = back * pose_of(data.geom_xpos[g], data.geom_xmat[g])
         yield (
-            f'<geom name="{part.name}/{k}" type="{KINDS[kind]}" {own} {_place(place)} rgba="{_line(model.geom_rgba[g])}" mass="0"/>'
+            f'<geom name="{part.name}/{k}" type="{KINDS[kind]}" {own} {_place(place)} rgba="{numbers(model.geom_rgba[g])}" mass="0"/>'
         )
 
 
@@ -226,8 +226,9 @@ def _overlapping(text: str, parts: set[str], table: Table, chain: Chain) -> tupl
 
 
 def _place(pose: Pose) -> str:
-    return f'pos="{_line(pose.position)}" quat="{_line(pose.quaternion)}"'
+    return f'pos="{numbers(pose.position)}" quat="{numbers(pose.quaternion)}"'
 
 
-def _line(values: Iterable[float]) -> str:
+def numbers(values: Iterable[float]) -> str:
+    """Return numbers as an attribute of a model file, with 12 digits."""
     return " ".join(f"{float(v):.12g}" for v in values)

@@ -21,7 +21,7 @@ from ..scenes.source import Source, read_source
 from .chain import Chain, find_chain
 from .dh_table import Table, reach_of, table_of
 from .hand_file import Hand, Mjcf, read_hand
-from .model_text import posed, write_model
+from .model_text import numbers, posed, write_model
 
 GRIPPERS: Mapping[str, tuple[Gripper, Mjcf]] = {
     "franka_hand": (franka_hand.FRANKA_HAND, franka_hand.gripper_mjcf),
@@ -182,8 +182,8 @@ def _bolted(tool: tuple[str, str], place: Pose, on_flange: Pose) -> tuple[str, s
     own = Pose((x, y, z), (w, i, j, k))
     (site,) = [s for s in body.iter("site") if s.get("name") == "ft"]
     for element, pose in ((body, place * own), (site, (on_flange * own).inverse())):
-        element.set("pos", _line(pose.position))
-        element.set("quat", _line(pose.quaternion))
+        element.set("pos", numbers(pose.position))
+        element.set("quat", numbers(pose.quaternion))
     return ElementTree.tostring(body, encoding="unicode"), tool[1]
 
 
@@ -235,7 +235,3 @@ def _missing(chain: Chain, robot: Robot, stated: Stated, home: str) -> tuple[str
     notes += [f"no speed is stated for {', '.join(slow)}: {stated.speed:g} rad/s; 'speed' can state another"] if slow else []
     notes += [] if robot.sensor else ["no force sensor is in the file: motions that feel are refused; 'sensor' can state where one is"]
     return (*notes, f"no file states accelerations: {ACCELERATION:g} rad/s2 for each joint")
-
-
-def _line(values: Sequence[float]) -> str:
-    return " ".join(f"{v:.12g}" for v in values)

@@ -11,6 +11,8 @@ import numpy as np
 
 from cramlite.model import Value
 
+from ...simulation.model.index import joints_of
+
 HINGE, SLIDE, BALL, FREE = (
     int(getattr(mujoco.mjtJoint, f"mjJNT_{kind}")) for kind in ("HINGE", "SLIDE", "BALL", "FREE")
 )
@@ -81,7 +83,7 @@ def grouped(model: Any, data: Any) -> Grouped:
 
 def _kind(model: Any, body: int, carrier: str) -> tuple[Literal["fixed", "joint", "free"], str]:
     """Kind of a body's motion ("fixed", "joint" or "free"), and a note on motion that is not supported."""
-    types, name = [int(model.jnt_type[j]) for j in joints(model, body)], model.body(body).name
+    types, name = [int(model.jnt_type[j]) for j in joints_of(model, body)], model.body(body).name
     if not types:
         said = f"'{name}' is a mocap body; it is fixed where it starts" if model.body_mocapid[body] >= 0 else ""
         return "fixed", said
@@ -138,12 +140,6 @@ def _touching(boxes: list[tuple[Any, Any]]) -> bool:
     return not waiting
 
 
-def joints(model: Any, body: int) -> range:
-    """Return the joints of a body."""
-    first = int(model.body_jntadr[body])
-    return range(first, first + int(model.body_jntnum[body])) if first >= 0 else range(0)
-
-
 def _robots(model: Any) -> tuple[frozenset[int], tuple[int, ...], list[str]]:
     """Return the bodies of all robot arms in a scene file, the base body of each arm, and a note on each arm for people."""
     driven = {int(model.actuator_trnid[a, 0]) for a in range(model.nu) if int(model.actuator_trntype[a]) in (0, 1)}
@@ -151,11 +147,11 @@ def _robots(model: Any) -> tuple[frozenset[int], tuple[int, ...], list[str]]:
     bases: list[int] = []
     notes: list[str] = []
     for body in range(1, model.nbody):
-        if body in found or not len(joints(model, body)):
+        if body in found or not len(joints_of(model, body)):
             continue
         tree = tuple(_below(model, body))
         length = max(_chain(model, b, body) for b in tree)
-        motors = any(j in driven for b in tree for j in joints(model, b))
+        motors = any(j in driven for b in tree for j in joints_of(model, b))
         if length >= CHAIN or (length >= DRIVEN and motors):
             base = _base(model, body, frozenset(tree))
             found.update(base)
@@ -178,7 +174,7 @@ def _chain(model: Any, body: int, top: int) -> int:
     """Number of hinge and slide joints from a body up to one of its ancestors in the body tree, both included."""
     count = 0
     while True:
-        count += sum(int(model.jnt_type[j]) in (HINGE, SLIDE) for j in joints(model, body))
+        count += sum(int(model.jnt_type[j]) in (HINGE, SLIDE) for j in joints_of(model, body))
         if body == top:
             return count
         body = int(model.body_parentid[body])
@@ -190,10 +186,10 @@ def _base(model: Any, body: int, tree: frozenset[int]) -> frozenset[int]:
     Of the bodies above the arm, at most one has shapes.
     """
     above, first = int(model.body_parentid[body]), True
-    while above and not len(joints(model, above)):
+    while above and not len(joints_of(model, above)):
         whole = frozenset(_below(model, above))
         shapes = int(model.body_geomnum[above]) > 0
-        others = any(len(joints(model, b)) for b in whole - tree)
+        others = any(len(joints_of(model, b)) for b in whole - tree)
         if others or (shapes and not first):
             break
         tree, above, first = whole, int(model.body_parentid[above]), first and not shapes

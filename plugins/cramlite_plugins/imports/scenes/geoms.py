@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Contact, Feature, Floats, Geom, Pose, Value, Vector3
+from cramlite.model import Contact, Feature, Floats, Geom, Pose, Value, vector3
 from cramlite.plugin import UserError
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def pose_of(position: Any, matrix: Any) -> Pose:
     quaternion = np.zeros(4)
     mujoco.mju_mat2Quat(quaternion, np.asarray(matrix, dtype=float).reshape(9))
     w, x, y, z = quaternion.tolist()
-    return Pose(_three(position), (w, x, y, z))
+    return Pose(vector3(position), (w, x, y, z))
 
 
 def collides(model: Any, geom: int) -> bool:
@@ -158,7 +158,7 @@ def _hull(points: Floats, at: Pose, look: dict[str, Any]) -> Geom:
     middle = np.round((low + high) / 2, 6)
     local = np.round(corners - middle, 6)
     return Geom(
-        "convex", _three(np.abs(local).max(axis=0)), at * Pose(_three(middle)), corners=tuple(_three(c) for c in local), **look
+        "convex", vector3(np.abs(local).max(axis=0)), at * Pose(vector3(middle)), corners=tuple(vector3(c) for c in local), **look
     )
 
 
@@ -167,7 +167,3 @@ def _ball() -> Floats:
     turns, ups = np.meshgrid(np.linspace(0, 2 * np.pi, 24, endpoint=False), np.linspace(0, np.pi, 13)[1:-1])
     ring = np.column_stack([(np.sin(ups) * np.cos(turns)).ravel(), (np.sin(ups) * np.sin(turns)).ravel(), np.cos(ups).ravel()])
     return np.vstack([ring, [(0.0, 0.0, 1.0), (0.0, 0.0, -1.0)]])
-
-
-def _three(values: Any) -> Vector3:
-    return (float(values[0]), float(values[1]), float(values[2]))

@@ -12,7 +12,8 @@ import numpy as np
 from cramlite.model import Floats, Joint, Pose, StatedJoint
 from cramlite.plugin import UserError
 
-from .bodies import SLIDE, Group, joints
+from ...simulation.model.index import joints_of
+from .bodies import SLIDE, Group
 
 COMPACT = 0.95
 """Share of volume by which an end of a joint is the closed one: the box around the jointed thing and its mount has at most
@@ -40,7 +41,7 @@ def joint_of(source: Any, group: Group, parent: str, meets: bool, stated: Stated
         UserError: what is stated does not fit the joint.
     """
     model, data = source.model, source.data
-    j = joints(model, group.root)[0]
+    j = joints_of(model, group.root)[0]
     slide, dof = int(model.jnt_type[j]) == SLIDE, int(model.jnt_dofadr[j])
     name, value, notes = model.joint(j).name or model.body(group.root).name, float(data.qpos[model.jnt_qposadr[j]]), list[str]()
     low, high = _range(model, j, value, name, stated, notes)

@@ -36,7 +36,7 @@ def with_pegs(made: Sequence[Made]) -> list[Made]:
     posts = {m.thing.name: peg for m in made if (peg := _post(m.thing, [o.thing for o in made])) is not None}
     if not posts:
         return list(made)
-    found = {m.thing.name: _threading(m.thing, posts.values()) for m in made if m.thing.movable and m.thing.joint is None}
+    found = {m.thing.name: _threading(m.thing, posts.values()) for m in made if not m.thing.furniture}
     bored = [h for features in found.values() for h in features]
     pegs = {name: (peg,) for name, peg in posts.items() if any(_fits(h, peg) for h in bored)}
     return [_added(m, pegs.get(m.thing.name, found.get(m.thing.name, ()))) for m in made]

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Feature, Floats, Inertia, Pose, StatedJoint, Thing, Value
+from cramlite.model import Feature, Floats, Inertia, Pose, StatedJoint, Thing, Value, vector3
 
 from .bodies import Group
 from .geoms import Shaped, collides, pose_of, shaped
@@ -106,9 +106,8 @@ def inertia_of(model: Any, data: Any, bodies: Iterable[int], frame: Pose) -> tup
         turn, off = data.ximat[b].reshape(3, 3), at - centre
         whole += turn @ np.diag(model.body_inertia[b]) @ turn.T + mass * (off @ off * np.eye(3) - np.outer(off, off))
     own: Floats = frame.rotation.T @ whole @ frame.rotation
-    x, y, z = frame.inverse().apply(centre).tolist()
     xx, yy, zz, xy, xz, yz = (float(own[i]) for i in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
-    return float(masses.sum()), Inertia((x, y, z), (xx, yy, zz, xy, xz, yz))
+    return float(masses.sum()), Inertia(vector3(frame.inverse().apply(centre)), (xx, yy, zz, xy, xz, yz))
 
 
 def _featured(source: Any, group: Group, thing: Thing, shapes: list[Shaped]) -> tuple[Thing, str]:

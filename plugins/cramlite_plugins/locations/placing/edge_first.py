@@ -54,8 +54,9 @@ def _lying(asked: list[Query]) -> Iterator[Rest]:
     """Stable poses in which a payload would lie, each with the placement problem of the payload as it
     hangs from the hand."""
     belief, context = asked[0].belief, asked[0].context
-    assert belief.held is not None and belief.held.swing is not None
-    arm = Arm(replace(belief, held=replace(belief.held, tcp_to_thing=belief.held.swing.start)), context)
+    swing = belief.payload.swing
+    assert swing is not None
+    arm = Arm(replace(belief, held=replace(belief.payload, tcp_to_thing=swing.start)), context)
     level = with_middle(
         [replace(q, arm=arm, obstacles=standing_on(replace(q, arm=arm))) for q in asked if math.isinf(q.room)]
     )

@@ -95,8 +95,7 @@ class Query(Value, dict=True):
     @property
     def held(self) -> Held:
         """Return the name of the held thing with its pose in the hand and the opening of the fingers."""
-        assert self.belief.held is not None
-        return self.belief.held
+        return self.belief.payload
 
     @property
     def whole(self) -> Thing:

@@ -245,8 +245,7 @@ def as_asked(now: Pose, where: Where) -> Pose:
     angle = math.atan2(sine, axis * float(up[2]))
     if sine < TURNLESS:  # half a turn is as short about any level axis
         way, sine = now.rotate((1.0, 0.0, 0.0)), 1.0
-    x, y, z = (way / sine * angle).tolist()
-    turned = Pose.from_rotvec((0, 0, 0), (x, y, z)) * Pose((0, 0, 0), now.quaternion)
+    turned = Pose.from_rotvec((0, 0, 0), way / sine * angle) * Pose((0, 0, 0), now.quaternion)
     return Pose(now.position, turned.quaternion)
 
 
@@ -300,8 +299,8 @@ def toppled(query: Query, upright: Pose, out: Floats, lean: float) -> Iterator[t
         upright: attitude of the payload.
         out: level unit vector (3,).
     """
-    x, y, z = (math.radians(lean) * np.cross((0.0, 0.0, 1.0), out)).tolist()
-    turned = Pose((0.0, 0.0, 0.0), (Pose.from_rotvec((0.0, 0.0, 0.0), (x, y, z)) * upright).quaternion)
+    tilt = math.radians(lean) * np.cross((0.0, 0.0, 1.0), out)
+    turned = Pose((0.0, 0.0, 0.0), (Pose.from_rotvec((0.0, 0.0, 0.0), tilt) * upright).quaternion)
     over = tipped_over(query.thing, turned)
     if over is None or over[1] < BEYOND or (low := _floor(query, over[0])) is None:
         return
@@ -332,7 +331,7 @@ def carried_at(thing: Thing, turned: Pose, point: Vector3, belief: Belief) -> fl
     """
     points = corners(thing, turned)
     middle = np.asarray(point) - (points.min(axis=0) + points.max(axis=0)) / 2
-    there = Pose(tuple((np.asarray(turned.position) + middle).tolist()), turned.quaternion)
+    there = Pose.at(turned.position + middle, turned)
     others = [(belief.thing(n), belief.pose(n)) for n in belief.poses if n != thing.name]
     height, _ = resting_height(thing, there, others)
     return height if math.isfinite(height) else None

@@ -284,15 +284,13 @@ def _against(
         far = max((end for begin, end, _ in met if begin <= 0.0), default=0.0)
         # of the tips, a box as wide as the pads and as thick as two fingers, the corner farthest ahead
         ahead = np.abs(hand.inverse().rotate(out)) @ (gripper.pad[0] / 2, FINGER, gripper.pad[1] / 2)
-        x, y, z = (float(v) for v in point + out * (far + ahead + ALMOST))
-        return Pose((x, y, z), hand.quaternion), True
+        return Pose.at(point + out * (far + ahead + ALMOST), hand), True
     across = [OFF * way / np.linalg.norm(way) for way in (level, np.cross(out, level))]
     points = [point, *(point + sign * way for way in across for sign in (1.0, -1.0))]
     reach, *beside = (
         _clear_of(thing, pose, replace(hand, position=tuple(p.tolist())), out, gripper) for p in points
     )
-    x, y, z = (float(v) for v in point + out * (reach + ALMOST))
-    return Pose((x, y, z), hand.quaternion), min(beside) > reach - FIRM
+    return Pose.at(point + out * (reach + ALMOST), hand), min(beside) > reach - FIRM
 
 
 def _facing(handle: Pose, inner: bool) -> tuple[Floats, Floats]:
@@ -327,8 +325,7 @@ def upon(thing: Thing, handle: Feature, pose: Pose, turns: tuple[float, float], 
     top = max((end for begin, end, _ in met if begin <= 0.0), default=0.0)
     down = np.sign(np.round(hand.inverse().rotate(-up), 3))
     edge = hand.rotate(down * (gripper.pad[0] / 2, 0.0, gripper.pad[1] / 2))
-    x, y, z = (float(v) for v in middle + up * (top + ALMOST) - edge)
-    return Pose((x, y, z), hand.quaternion)
+    return Pose.at(middle + up * (top + ALMOST) - edge, hand)
 
 
 def _turned(out: Floats, up: Floats, turns: tuple[float, float]) -> Pose:

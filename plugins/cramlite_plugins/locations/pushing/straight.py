@@ -104,12 +104,11 @@ def behind(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     With "inside" they are in the thing, low, and take it along at the inner side of its rim. With "aside_m"
     in the place of a region it shall go about as far as that, in any direction.
     """
-    entity, inside = bound(context, location.of), asked(location, PushedThing).inside
+    entity, wanted = bound(context, location.of), asked(location, PushedThing)
     thing, pose = belief.thing(entity), reference_pose(belief, location, context)
     if not thing.movable:
         raise Unresolvable(f"'{entity}' is fixed and cannot be pushed", (location.of or "",))
-    aside = asked(location, PushedThing).aside_m is not None
-    hands = (_aside if aside else _to_region)(thing, pose, location, belief, context)
+    hands = (_to_region if wanted.aside_m is None else _aside)(thing, pose, wanted, belief, context)
 
     def over(hand: Hand | Refused) -> Candidate | Refused:
         if isinstance(hand, Refused):
@@ -123,24 +122,24 @@ def behind(location: Location, belief: Belief, context: Context) -> Iterator[Gro
         place = Place(
             at, before, opening, (0.0, 0.0, -1.0), thing=thing.name, carried=CarriedAlong(to_m=(x, y))
         )
-        legs = Leg(before, (), opening), Leg(at, (entity,) if inside else (), opening)
+        legs = Leg(before, (), opening), Leg(at, (entity,) if wanted.inside else (), opening)
         return Candidate(name, place, legs, f"'{entity}' {name}", anew=True)
 
     yield from reached(map(over, hands), Arm(belief, context))
 
 
 def _to_region(
-    thing: Thing, pose: Pose, location: Location, belief: Belief, context: Context
+    thing: Thing, pose: Pose, wanted: PushedThing, belief: Belief, context: Context
 ) -> Iterator[Hand | Refused]:
     """Yield hand poses that push a thing to its region.
 
     With fingers inside the thing, a refusal if the thing itself meets obstacles on the last line of its way.
     """
-    area, frame = _region(thing, pose, asked(location, PushedThing).region, belief)
-    if not asked(location, PushedThing).inside:
-        yield from hands_behind(thing, pose, _apart(location), context.robot.gripper, area, frame)
+    area, frame = _region(thing, pose, wanted.region, belief)
+    if not wanted.inside:
+        yield from hands_behind(thing, pose, wanted.apart, context.robot.gripper, area, frame)
         return
-    last = _last(location, belief, context, thing.name, area, frame)
+    last = _last(wanted, belief, context, thing.name, area, frame)
     if isinstance(last, Refused):
         yield last.of("by any hand", passed=1)  # says more than where each hand is stopped
         return
@@ -148,7 +147,7 @@ def _to_region(
 
 
 def _aside(
-    thing: Thing, pose: Pose, location: Location, belief: Belief, context: Context
+    thing: Thing, pose: Pose, wanted: PushedThing, belief: Belief, context: Context
 ) -> Iterator[Hand | Refused]:
     """Yield hand poses that push a thing out of the way: one for each free direction, then further ones for
     each.
@@ -158,15 +157,15 @@ def _aside(
     (x, y, z), gripper, met = pose.position, context.robot.gripper, met_alone(belief, context, thing.name)
     found = list[Iterator[Hand]]()
     for farther, (cos, sin) in itertools.product(FARTHER, _directions(pose, belief, context)):
-        far = farther * (asked(location, PushedThing).aside_m or 0.0)
+        far = farther * (wanted.aside_m or 0.0)
         way = np.array([far * cos, far * sin, 0.0])
         to = x + far * cos, y + far * sin
         if isinstance(no := way_straight((x, y), to, met), Refused):
             yield no.of(f"by ({1000 * way[0]:+.0f} {1000 * way[1]:+.0f}) mm")
-        elif asked(location, PushedThing).inside:
+        elif wanted.inside:
             found.append(hands_in(thing, pose, gripper, way, way))
         else:
-            found.append(hands_behind(thing, pose, _apart(location), gripper, SPOT, Pose((*to, z)), (0.0,)))
+            found.append(hands_behind(thing, pose, wanted.apart, gripper, SPOT, Pose((*to, z)), (0.0,)))
     yield from (hand for row in itertools.zip_longest(*found) for hand in row if hand is not None)
 
 
@@ -186,10 +185,10 @@ def _directions(pose: Pose, belief: Belief, context: Context) -> list[Point]:
 def pushed_to(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
     """Generate paths on which a thing is pushed to its region: straight, or with "around" past obstacles by
     way of corners."""
-    entity = bound(context, location.of)
-    begun: Place = context.bindings[asked(location, PushedThing).begin]
-    if asked(location, PushedThing).around:
-        yield from _around(location, belief, context, entity)
+    entity, wanted = bound(context, location.of), asked(location, PushedThing)
+    begun: Place = context.bindings[wanted.begin]
+    if wanted.around:
+        yield from _around(wanted, belief, context, entity)
         return
     assert begun.carried is not None and begun.carried.to_m is not None
     to = begun.carried.to_m
@@ -197,7 +196,7 @@ def pushed_to(location: Location, belief: Belief, context: Context) -> Iterator[
         belief, context, entity, [to], gap_before(belief, context, entity, to, begun.opening or 0.0)
     )
     if isinstance(there, Refused):
-        yield _stopped(there, location, entity)
+        yield _stopped(there, wanted, entity)
     else:
         yield Grounding(
             there,
@@ -206,46 +205,46 @@ def pushed_to(location: Location, belief: Belief, context: Context) -> Iterator[
         )
 
 
-def _stopped(no: Refused, location: Location, entity: str, way: str = "on") -> Refused:
+def _stopped(no: Refused, wanted: PushedThing, entity: str, way: str = "on") -> Refused:
     """Refuse a push that obstacles block; the cause is where they and the hand are, not the arm's joint
     positions."""
     return replace(
         no.of(way),
         reason=f"'{entity}' cannot be pushed on: {no.reason}",
-        because=(asked(location, PushedThing).begin,),
+        because=(wanted.begin,),
     )
 
 
 def _around(
-    location: Location, belief: Belief, context: Context, entity: str
+    wanted: PushedThing, belief: Belief, context: Context, entity: str
 ) -> Iterator[Grounding | Refused]:
     """Yield ways around obstacles that the arm can follow; if it can follow none, a refusal.
 
     The refusal blames obstacles of a shorter way, too.
     """
     pose, thing = belief.pose(entity), belief.thing(entity)
-    left = _left(*_region(thing, pose, asked(location, PushedThing).region, belief))
+    left = _left(*_region(thing, pose, wanted.region, belief))
     hand, (x, y, _) = met_with_hand(belief, context, entity, tcp(belief, context)), pose.position
     alone, followed = met_alone(belief, context, entity), False
     ways = ways_around((x, y), left, alone, hand)
     if isinstance(ways, Refused):
-        yield _stopped(ways, location, entity)
+        yield _stopped(ways, wanted, entity)
         return
     for k, (steps, corners) in enumerate(ways):
         there, key = pushed_straight(belief, context, entity, corners), f"{1000 * steps * STEP:.0f} mm aside"
         if isinstance(there, Refused):
-            yield _stopped(there, location, entity, key)
+            yield _stopped(there, wanted, entity, key)
         else:
             followed = True
             yield Grounding(
                 there, f"a way with {len(corners) - 1} corners, free up to {key}", 0.1 * k, key=key
             )
     if not followed and (shorter := on_a_shorter_way((x, y), left, alone, hand)):
-        yield _stopped(shorter, location, entity)
+        yield _stopped(shorter, wanted, entity)
 
 
 def _last(
-    location: Location, belief: Belief, context: Context, entity: str, area: Feature, frame: Pose
+    wanted: PushedThing, belief: Belief, context: Context, entity: str, area: Feature, frame: Pose
 ) -> Floats | Refused:
     """Return the direction and length (3,) [m] of the last straight stretch on which a thing is pushed to its
     region; a refusal if obstacles stop the thing.
@@ -259,10 +258,9 @@ def _last(
     (x, y, _), way = pose.position, towards(pose, area, frame, 0.0)
     if float(np.linalg.norm(way)) < SHORT:
         raise Unresolvable(f"'{entity}' is in the middle of its region already", (), blocking=())
-    around = asked(location, PushedThing).around
     found = (
         way_around((x, y), _left(area, frame), met)
-        if around
+        if wanted.around
         else way_straight((x, y), (x + way[0], y + way[1]), met)
     )
     if isinstance(found, Refused):
@@ -331,7 +329,3 @@ def gap_before(belief: Belief, context: Context, entity: str, to: Point, opening
     way = np.array([to[0] - pose.position[0], to[1] - pose.position[1], 0.0])
     ahead = way / max(float(np.linalg.norm(way)), SHORT)
     return free_ahead(belief.thing(entity), pose, tcp(belief, context), ahead, opening, context.robot.gripper)
-
-
-def _apart(location: Location) -> float:
-    return asked(location, PushedThing).apart

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import mujoco
 import numpy as np
 
-from cramlite.model import Disturbance, Floats, Pose
+from cramlite.model import GRAVITY, Disturbance, Floats, Pose
 from cramlite.plugin import checkpoint
 
 from ...kinematics.kinematics import nearest_solution
@@ -29,7 +29,7 @@ from .nominal_arm import cross
 from .platform_drive import PlatformDrive
 from .protective_stop import ProtectiveStop, Safety, SafetyWatch
 from .trajectories import CircularMotion, LinearMotion, Motion
-from .wrist_sensor import GRAVITY, WristSensor
+from .wrist_sensor import WristSensor
 
 STEPS = 4  # physics steps of one control cycle
 ABANDONED = 2.0  # deceleration of a motion whose thread was killed [m/s2 or rad/s2]

@@ -92,8 +92,7 @@ class ProcessMotion(TrapezoidalProfile):
         before, after = self.poses[leg], self.poses[leg + 1]
         turn = [(legs - leg) * v for v in (before.inverse() * after).rotvec]
         turned = Pose((0, 0, 0), before.quaternion) * Pose.from_rotvec((0, 0, 0), turn)
-        x, y, z = (float(v) for v in place)
-        return Pose((x, y, z), turned.quaternion)
+        return Pose.at(place, turned)
 
 
 def process_motion(poses: Sequence[Pose], radii: Sequence[float], speed: float, acceleration: float) -> ProcessMotion:

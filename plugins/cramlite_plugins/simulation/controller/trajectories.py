@@ -13,7 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
-from cramlite.model import Floats, Pose, Value, Vector3, quaternion_product, rotvec_quaternion
+from cramlite.model import Floats, Pose, Value, Vector3, quaternion_product, rotvec_quaternion, vector3
 
 from ...kinematics.blends import Section, Tcp, rounded, zone
 from ...kinematics.timing import profile_position, trapezoid
@@ -127,11 +127,11 @@ class CircularMotion(TrapezoidalProfile):
         """Return the TCP pose in the base frame at a time since the start [s]."""
         share = self.share(time)
         along = Pose.from_rotvec((0, 0, 0), [share * self.angle * v for v in self.axis])
-        x, y, z = self.centre + np.array(along.rotate(tuple(np.array(self.start.position) - self.centre)))
+        place = vector3(self.centre + along.rotate(np.array(self.start.position) - self.centre))
         if self.fixed:  # the tool turns with the tangent
-            return Pose((float(x), float(y), float(z)), quaternion_product(along.quaternion, self.start.quaternion))
+            return Pose(place, quaternion_product(along.quaternion, self.start.quaternion))
         turned = rotvec_quaternion([share * v for v in self.turn])
-        return Pose((float(x), float(y), float(z)), quaternion_product(self.start.quaternion, turned))
+        return Pose(place, quaternion_product(self.start.quaternion, turned))
 
 
 class StoppingMotion(Value):

@@ -11,13 +11,12 @@ import math
 
 import numpy as np
 
-from cramlite.model import Disturbance, Floats
+from cramlite.model import GRAVITY, Disturbance, Floats
 
 from .nominal_arm import cross
 
 # Time constant of the low-pass filter [s]: 10 Hz corner, between UR's 500 Hz sensor and its 8 ms script cycle.
 SMOOTHING = 0.016
-GRAVITY = 9.81
 SPREAD = np.array([1.0] * 3 + [0.05] * 3)  # of noise: N and Nm
 
 

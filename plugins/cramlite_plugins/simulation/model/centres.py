@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Inertia, Pose, Thing, Vector3, World
+from cramlite.model import Inertia, Pose, Thing, Vector3, World, vector3
 
 from .build import add_thing, finish
 
@@ -34,5 +34,4 @@ def of_shape(thing: Thing) -> Inertia:
     body = finish(spec).body(thing.name)
     turn = Pose(quaternion=tuple(body.iquat)).rotation
     m = turn @ np.diag(body.inertia) @ turn.T
-    x, y, z = body.ipos.tolist()
-    return Inertia((x, y, z), tuple(float(m[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))))  # type: ignore[arg-type]
+    return Inertia(vector3(body.ipos), tuple(float(m[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))))  # type: ignore[arg-type]

@@ -38,7 +38,7 @@ def far_apart(world: World, robots: Mapping[str, Robot]) -> Apart:
     Args:
         robots: descriptions by type, for the world's mounts.
     """
-    loose = [t for t in world.things if t.movable and t.joint is None]
+    loose = [t for t in world.things if not t.furniture]
     if not world.robots or any(robots[m.type].platform for m in world.robots):
         return Apart()  # hands go anywhere, and so does a robot that drives
     load = 2.0 * max(map(radius, loose), default=0.0)

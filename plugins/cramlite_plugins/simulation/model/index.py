@@ -225,7 +225,7 @@ def effector_fields(model: Model, name: str, root: str, reach: tuple[float, floa
     """Look up the fields of EffectorIndex for the effector whose first body is ``{name}/{root}``."""
     top = model.body(f"{name}/{root}").id
     bodies = tuple(b for b in range(model.nbody) if _inside(model, b, top))
-    fingers = [model.joint(j) for b in bodies if b != top for j in _joints(model, b)]
+    fingers = [model.joint(j) for b in bodies if b != top for j in joints_of(model, b)]
     return {
         "name": name,
         "tcp": model.site(f"{name}/tcp").id,
@@ -260,6 +260,7 @@ def _inside(model: Model, body: int, top: int) -> bool:
     return body == top
 
 
-def _joints(model: Model, body: int) -> range:
+def joints_of(model: Model, body: int) -> range:
+    """Return the joints of a body."""
     start = int(model.body_jntadr[body])
     return range(start, start + int(model.body_jntnum[body])) if start >= 0 else range(0)

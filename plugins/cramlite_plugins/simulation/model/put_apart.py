@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Floats, InHand, Pose, Robot, Value, World
+from cramlite.model import Floats, InHand, Pose, Robot, Value, World, vector3
 from cramlite.plugin import checkpoint
 
 from .compile import Compiled, compile_world
@@ -101,8 +101,7 @@ def _free(
     for length in lengths:
         checkpoint()
         for (name, other), way in itertools.product(ways_out, WAYS):
-            x, y, z = (length * way).tolist()
-            pose = Pose((x, y, z)) * world.thing(name).pose
+            pose = Pose(vector3(length * way)) * world.thing(name).pose
             compiled.place(data, name, pose)
             mujoco.mj_fwdPosition(compiled.model, data)
             met = [(b if a == name else a, depth) for a, b, depth in overlaps(compiled, data) if name in (a, b)]

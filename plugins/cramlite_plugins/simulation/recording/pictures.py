@@ -10,7 +10,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from cramlite.model import EntityName, Floats, Pose, Robot, Rollout, Scene, Thing, Vector3, World
+from cramlite.model import EntityName, Floats, Pose, Robot, Rollout, Scene, Thing, World, vector3
 
 from ...shapes.bounds import corners, radius
 from ..camera.ray_tracer import Camera, cast, render
@@ -58,18 +58,13 @@ def fitted(usual: Camera, rollout: Rollout, about: Collection[str], size: tuple[
     spread = math.tan(usual.vertical_fov / 2) * np.array([size[0] / size[1], 1.0])
     nearest = ((np.abs(seen[:, :2] - middle) + MARGIN) / spread).max(axis=1) - (seen[:, 2] - deep)
     eye = axes @ [*middle, deep - max(float(nearest.max()), NEAREST)]
-    return Camera(_point(eye), _point(eye + axes[:, 2]), usual.vertical_fov)
+    return Camera(vector3(eye), vector3(eye + axes[:, 2]), usual.vertical_fov)
 
 
 def _outline(thing: Thing) -> Floats:
     """Corners (P, 3) of a thing in the world; only its origin if the thing is too large for a picture."""
     whole = bool(thing.geoms) and radius(thing) <= WHOLE
     return corners(thing, thing.pose) if whole else np.array([thing.pose.position])
-
-
-def _point(place: Floats) -> Vector3:
-    x, y, z = place.tolist()
-    return (x, y, z)
 
 
 def camera_of(world: World, model: Model, data: Data) -> Camera:
@@ -115,7 +110,7 @@ def _put(compiled: Compiled, data: Data, rollout: Rollout, sample: int) -> None:
     for thing in rollout.world.things:
         if thing.movable:
             row = rollout.poses[thing.name][sample]
-            compiled.place(data, thing.name, Pose(tuple(row[:3]), tuple(row[3:])))
+            compiled.place(data, thing.name, Pose.from_row(row))
     for name, centres in rollout.grains.items():
         addresses = np.array([address for _, address in compiled.things[name].grains])
         data.qpos[addresses[:, None] + np.arange(3)] = centres[sample]
@@ -125,7 +120,7 @@ def _put(compiled: Compiled, data: Data, rollout: Rollout, sample: int) -> None:
         if index.platform is not None:
             row = rollout.poses[str(EntityName(index.name, "base"))][sample]
             start = next(m.base for m in rollout.world.robots if m.name == index.name)
-            index.platform.put(data, start, Pose(tuple(row[:3]), tuple(row[3:])))
+            index.platform.put(data, start, Pose.from_row(row))
 
 
 class _ById:

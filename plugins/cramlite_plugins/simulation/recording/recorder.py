@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cramlite.model import EntityName, Floats, Message, Pose, Rollout, Vector3
+from cramlite.model import GRAVITY, EntityName, Floats, Message, Pose, Rollout, Vector3
 
 from ..controller.controller import Applied, Controller
 from ..controller.force_mode import ForceMode
@@ -19,8 +19,6 @@ from ..model.index import Data, EffectorIndex, Model, RobotIndex, site_pose
 from .contact_work import ContactWork
 from .contacts import Contacts
 from .sight import Sight
-
-GRAVITY = 9.81  # MuJoCo's default, which worlds do not change
 
 
 class _Sample(NamedTuple):

@@ -187,8 +187,7 @@ def _spiral(step: SpiralSearch, center: Pose) -> Generator[Pose, None, None]:
 
 
 def _moved(pose: Pose, way: Floats) -> Pose:
-    x, y, z = (float(a + b) for a, b in zip(pose.position, way, strict=True))
-    return Pose((x, y, z), pose.quaternion)
+    return Pose.at(pose.position + way, pose)
 
 
 def _axis(frame: Pose) -> Floats:

@@ -145,6 +145,6 @@ def _driven_into(
     start, line = begin.poses[name].pose, np.asarray(begin.base().rotate(way))
     count = max(1, math.ceil(float(np.linalg.norm(way)) / STEPS[0]))
     ways = (np.asarray(start.position) + (0.0, 0.0, OVER) + line * k / count for k in range(1, count + 1))
-    poses = [Pose((float(x), float(y), float(z)), start.quaternion) for x, y, z in ways]
+    poses = [Pose.at(point, start) for point in ways]
     no = next((no for no in _met_at(poses, name, end, context, along) if no), None)
     return no and replace(no, reason=f"'{name}', pushed along, would be {no.reason}")
