@@ -140,5 +140,6 @@ def did_you_mean(name: str, valid: Iterable[str]) -> str:
     """Return "did you mean 'x'? ", or "" where no valid name is similar."""
     import difflib
 
-    close = difflib.get_close_matches(name, sorted(valid), n=1, cutoff=0.5)
-    return f"did you mean '{close[0]}'? " if close else ""
+    written = {v.casefold(): v for v in sorted(valid)}
+    close = difflib.get_close_matches(name.casefold(), written, n=1, cutoff=0.5)
+    return f"did you mean '{written[close[0]]}'? " if close else ""

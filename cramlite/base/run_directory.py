@@ -13,6 +13,16 @@ from .errors import UserError
 MANIFEST = "manifest.json"
 
 
+def require_vacant(folder: Path | None, done: str) -> None:
+    """Raise UserError where a folder to be written exists and is not empty; None stands for no folder.
+
+    Args:
+        done: what then was not done: "run" or "written".
+    """
+    if folder is not None and folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise UserError(f"'{folder}' exists and is not an empty folder; nothing was {done}. Choose another --out.")
+
+
 class RunDirectory:
     """Folder with the files of one ``cramlite resolve`` or one experiment.
 

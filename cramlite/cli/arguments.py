@@ -87,6 +87,11 @@ def add_plugin_choice(command: argparse.ArgumentParser) -> None:
     command.add_argument("--prefer", action="append", default=[], metavar="NAME", help="ask this plugin first")
 
 
+def add_seed(command: argparse.ArgumentParser) -> None:
+    """Add the option for the seed of a command that runs a text in a world."""
+    command.add_argument("--seed", type=int, default=0, help="seed of a scenario's world and of the sensors' noise; default 0")
+
+
 def plugin_choice(arguments: argparse.Namespace) -> PluginChoice:
     """Return the plugins that a command line chooses.
 

@@ -5,18 +5,30 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from ..base.errors import UserError
 from ..base.json_text import as_json
 from ..base.resources import find_scenario
+from ..engine.engine import Engine
+from ..model.geometry import Pose
+from ..model.view import Intrinsics
+from ..model.world.world import Camera, RobotMount, World
+from ..perception.calibration.board import BoardSpec, opencv, write_board
+from ..perception.calibration.hand_eye import calibrated
+from ..perception.calibration.recording import FlangeOf, read_recording, read_spec
+from ..perception.calibration.result import (
+    calibration_file,
+    calibration_text,
+    correction_file,
+    warnings,
+    write_calibration,
+)
+from ..perception.camera_check import camera_offset, moved_text
+from ..plugin.catalogue import Knowledge, pick
+from ..plugin.registry import Registry
+from ..scenario.scenario import read_scenario
 from .arguments import Add, plugin_choice
-
-if TYPE_CHECKING:
-    from ..model.geometry import Pose
-    from ..perception.calibration.recording import FlangeOf
-    from ..plugin.catalogue import Knowledge
-    from ..plugin.registry import Registry
+from .perceive import fixtures_of
 
 
 def calibrate(arguments: argparse.Namespace) -> int:
@@ -25,9 +37,6 @@ def calibrate(arguments: argparse.Namespace) -> int:
     Raises:
         UserError: OpenCV is not installed, or what is read cannot tell where the camera is.
     """
-    from ..perception.calibration.board import BoardSpec, opencv, write_board
-    from ..perception.calibration.recording import read_spec
-
     registry = plugin_choice(arguments).registry()
     folder: Path | None = arguments.folder
     if arguments.view is not None:
@@ -49,11 +58,6 @@ def calibrate(arguments: argparse.Namespace) -> int:
 
 
 def _calibrate(folder: Path, registry: Registry, arguments: argparse.Namespace) -> int:
-    from ..perception.calibration.hand_eye import calibrated
-    from ..perception.calibration.recording import read_recording, read_spec
-    from ..perception.calibration.result import calibration_file, calibration_text, warnings, write_calibration
-    from ..plugin.catalogue import Knowledge
-
     spec = read_spec(folder)
     knowledge = Knowledge(registry)
     recording = read_recording(folder, spec, flange_of(spec.robot, folder, knowledge))
@@ -74,12 +78,6 @@ def _calibrate(folder: Path, registry: Registry, arguments: argparse.Namespace) 
 
 def _by_fixtures(scenario: Path | None, arguments: argparse.Namespace) -> int:
     """Correct the pose of a scenario's camera by the fixtures in a recorded view."""
-    from ..engine.engine import Engine
-    from ..perception.calibration.result import correction_file, write_calibration
-    from ..perception.camera_check import camera_offset, moved_text
-    from ..scenario.scenario import read_scenario
-    from .perceive import fixtures_of
-
     if scenario is None or scenario.is_dir():
         raise UserError("--view needs a scenario, whose furniture is in the view: cramlite calibrate SCENARIO.yaml --view RECORDING.")
     engine = Engine.with_plugins(plugin_choice(arguments))
@@ -104,10 +102,6 @@ def _by_fixtures(scenario: Path | None, arguments: argparse.Namespace) -> int:
 
 def flange_of(robot: str | None, where: Path, knowledge: Knowledge) -> FlangeOf:
     """Return a function from a robot's joint positions to the pose of its flange in the robot's base frame."""
-    from ..model.view import Intrinsics
-    from ..model.world.world import Camera, RobotMount, World
-    from ..plugin.catalogue import pick
-
     def pose(joints: Sequence[float]) -> Pose:
         if robot is None:
             raise UserError(f"{where}: pictures state joint positions, but no robot; add its type, such as 'robot: ur5e'.")
@@ -118,8 +112,6 @@ def flange_of(robot: str | None, where: Path, knowledge: Knowledge) -> FlangeOf:
         world = World((), (RobotMount("robot", robot),))
         eye = Camera(Pose(), "robot", tuple(joints), Intrinsics.from_field_of_view(16, 16), noise=False)
         return knowledge.simulator.look(world, knowledge.robots, eye, seed=0).camera
-
-    from ..model.geometry import Pose
 
     return pose
 

@@ -133,7 +133,7 @@ def _refused(trace: Trace) -> str:
 
 def _check_program(path: Path, plugins: PluginChoice) -> int:
     from ..plugin.catalogue import Knowledge
-    from .judge import read_text
+    from .program_input import read_text
 
     text = read_text(path)
     simulator = Knowledge(plugins.registry()).simulator

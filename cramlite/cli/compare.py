@@ -5,55 +5,47 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..base.errors import NoSolution, UserError
 from ..base.json_text import as_json
 from ..base.quantities import parse_quantity
-from ..plugin.selection import INSTALLED, PluginChoice
+from ..engine.real_arm.rtde_log import read_rtde_log
+from ..engine.real_arm.run_comparison import PARTS, Compared, RunComparison, compare_run
+from ..plugin.catalogue import Knowledge, pick
+from ..report.comparison_page import write_comparison_page
 from .arguments import Add, plugin_choice
-from .view import recorded
-
-if TYPE_CHECKING:
-    from ..engine.real_arm.run_comparison import Compared, RunComparison
+from .program_input import program_of, recorded
 
 
-def compare_log(
-    run: Path, log: Path, *, within: float | None = None, html: Path | None = None, json_output: bool = False,
-    plugins: PluginChoice = INSTALLED,
-) -> int:  # fmt: skip
+def _compare(arguments: argparse.Namespace) -> int:
     """Print where a real arm's log and a simulated run diverge, and by how much they differ.
 
-    Args:
-        run: a folder that ``cramlite resolve`` or ``cramlite execute --out`` wrote.
-        log: CSV of RTDE outputs.
-        within: by how much joints may differ [rad].
-        html: a page with the curves.
-
-    Returns:
-        0 when no joint differs by more.
-
     Raises:
-        NoSolution: one does; everything was printed.
+        NoSolution: a joint differs by more than it may; everything was printed.
         UserError: a file cannot be used, or log and run are of different arms.
     """
-    from ..engine.real_arm.rtde_log import read_rtde_log
-    from ..engine.real_arm.run_comparison import PARTS, compare_run
-    from ..plugin.catalogue import Knowledge, pick
-    from ..report.comparison_page import write_comparison_page
-
-    knowledge = Knowledge(plugins.registry())
+    run, log, within = arguments.run_folder, arguments.log, _within(arguments.within)
+    knowledge = Knowledge(plugin_choice(arguments).registry())
     rollout = recorded(run, None, knowledge, 0)
     mount = rollout.world.robots[0]
     names = pick("robot", knowledge.robots_of(rollout.world), mount.type).joints
-    found = compare_run(read_rtde_log(log), rollout, names, PARTS if within is None else within)
-    text = _program(run)
-    print(as_json(_json(found)) if json_output else "\n".join(comparison_lines(found, text)))
-    if html is not None:
-        write_comparison_page(html, f"{log.name} beside {run.name}", comparison_lines(found, text), found)
+    found = compare_run(read_rtde_log(log), rollout, names, within)
+    text = program_of(run, typed=True)
+    print(as_json(_json(found)) if arguments.json else "\n".join(comparison_lines(found, text)))
+    if arguments.html is not None:
+        write_comparison_page(arguments.html, f"{log.name} beside {run.name}", comparison_lines(found, text), found)
     if found.parts is not None:
         raise NoSolution(f"'{log}' differs from the proven run '{run}': {_parting(found, text)}")
     return 0
+
+
+def _within(angle: str | None) -> float:
+    """Return by how much joints may differ [rad]; the usual angle for None."""
+    try:
+        return PARTS if angle is None else parse_quantity(angle, "angle")
+    except ValueError as error:
+        raise UserError(f"--within: {error}.") from None
 
 
 def comparison_lines(found: RunComparison, text: Sequence[str]) -> list[str]:
@@ -83,31 +75,12 @@ def _parting(found: RunComparison, text: Sequence[str]) -> str:
     return f"log and run diverge at {time:.2f} s{ran}: joint {name} is {far:.3f} rad off, {found.within:g} rad are allowed"
 
 
-def _program(run: Path) -> Sequence[str]:
-    found = next((p for p in sorted(run.glob("program.*")) if p.suffix != ".json"), run / "program.json")
-    try:
-        return found.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError):
-        return ()
-
-
 def _json(found: RunComparison) -> dict[str, Any]:
     parts = None
     if found.parts is not None:
         parts = dict(zip(("time", "joint", "difference", "line"), found.parts, strict=True))
     worst = [{"name": c.name, "unit": c.unit, "difference": c.worst[0], "time": c.worst[1]} for c in found.compared]
     return {"offset": found.offset, "seconds": {"log": found.lasts[0], "run": found.lasts[1]}, "worst": worst, "parts": parts}
-
-
-def _compare(arguments: argparse.Namespace) -> int:
-    try:
-        within = None if arguments.within is None else parse_quantity(arguments.within, "angle")
-    except ValueError as error:
-        raise UserError(f"--within: {error}.") from None
-    return compare_log(
-        arguments.run_folder, arguments.log, within=within, html=arguments.html, json_output=arguments.json,
-        plugins=plugin_choice(arguments),
-    )  # fmt: skip
 
 
 def add_commands(add: Add) -> None:

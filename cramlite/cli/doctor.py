@@ -146,8 +146,10 @@ def folders() -> Examined:
 
 def _plugins(plugins: PluginChoice) -> Examined:
     """Load every plugin that is chosen."""
+    from ..plugin.catalogue import examine
+
     registry = plugins.registry(strict=False)
-    registry.examine()
+    examine(registry)
     faults = list(dict.fromkeys(map(str, registry.faults)))
     if faults:
         return Examined("plugins", "lacks", f"{len(faults)} fault{'s' if len(faults) > 1 else ''}: {'; '.join(faults)}")

@@ -6,27 +6,25 @@ import argparse
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
 from ..base.errors import NoSolution, UserError, nearest
 from ..base.json_text import as_json
-from ..plugin.catalogue import pick
+from ..base.run_directory import require_vacant
+from ..engine.proof.judging import JudgedRun
+from ..model.program.program_json import is_program_text, read_program
+from ..model.robot_file import RobotFile
+from ..model.run.rollout import Rollout
+from ..plugin.catalogue import Knowledge, pick
 from ..plugin.selection import INSTALLED, PluginChoice
 from ..scenario.faults import faulty, read_fault_text
 from ..scenario.worlds import read_world
-from .arguments import Add, duration, plugin_choice
-from .execution_files import vacant, write_run
-from .judge import add_purpose, judged_json, judged_text, naming, purpose_of, read_text, refuse, robots_world
+from .arguments import Add, add_seed, duration, plugin_choice
+from .execution_files import write_run
+from .judge import add_purpose, judged_json, judged_text, purpose_of, refuse
+from .program_input import naming, read_text, robots_world
 from .texts import findings_text, rollout_json, rollout_text
-
-if TYPE_CHECKING:
-    from ..engine.proof.judging import JudgedRun
-    from ..model.robot_file import RobotFile
-    from ..model.run.rollout import Rollout
-    from ..plugin.catalogue import Knowledge
-
 
 
 def execute_program(
@@ -47,7 +45,7 @@ def execute_program(
     Args:
         program: the text, e.g. ``program.script`` of a run directory.
         world: a run directory, its ``world.json``, or a scenario, whose world with this seed is taken.
-        plan, goals: as ``judge.judge_program`` has them.
+        plan, goals: as ``judge.purpose_of`` has them.
         faults: that happen to it, as ``scenario.faults.read_fault_text`` reads them.
         out: folder for the recorded run: ``execution.json``, ``rollout.npz``, ``world.json`` and, with ``episode``, ``episode/``.
 
@@ -58,10 +56,8 @@ def execute_program(
         NoSolution: it did not; the reason is its own last message, what stopped it, or the validators' objections.
         UserError: a file that cannot be used.
     """
-    from ..plugin.catalogue import Knowledge
-
     knowledge = Knowledge(plugins.registry())
-    vacant(out)
+    require_vacant(out, "run")
     text, place = read_text(program), robots_world(world, program, knowledge, seed)
     place = faulty(place, map(read_fault_text, faults))
     judged = None
@@ -70,7 +66,7 @@ def execute_program(
         rollout = judged.rollout
     else:
         with naming(program):
-            rollout = knowledge.simulator.execute(text, place, knowledge.robots_of(place), mount=place.robots[0].name, seed=seed)
+            rollout = knowledge.run(text, place, seed)
     if out is not None:
         write_run(out, rollout, program.stem, knowledge, episode=episode)
     _print(rollout, judged, json_output=json_output)
@@ -80,28 +76,18 @@ def execute_program(
     return 0
 
 
-def drive_robot(
-    program: Path, *, on: str, out: Path | None = None, plugins: PluginChoice = INSTALLED, json_output: bool = False
-) -> int:
-    """Send the motions of a typed program to a process that acts as the robot, and say how the run ended.
+def _drive(arguments: argparse.Namespace) -> int:
+    """Send the motions of a typed program to a process that acts as the robot, and print how the run ended.
 
-    Args:
-        program: the text, e.g. ``program.json`` of a run directory; for a robot from a file, the run's ``world.json`` lies beside it.
-        on: the command that starts the process, as in a shell.
-        out: folder for the record: ``execution.json``, ``rollout.npz`` and ``world.json``, which holds no things.
-
-    Returns:
-        0 when the program came to its end.
+    For a robot from a file, the run's ``world.json`` must be beside the program.
 
     Raises:
-        NoSolution: it did not.
+        NoSolution: the program did not come to its end.
         UserError: a text that cannot be driven; a process that does not answer as it must.
     """
-    from ..model.program.program_json import is_program_text, read_program
-    from ..plugin.catalogue import Knowledge
-
-    knowledge = Knowledge(plugins.registry())
-    vacant(out)
+    program, out = arguments.program, arguments.out
+    knowledge = Knowledge(plugin_choice(arguments).registry())
+    require_vacant(out, "run")
     text = read_text(program)
     if not is_program_text(text):
         raise UserError(f"{program}: --on runs typed programs (JSON) only; write one with 'resolve --backend stream'.")
@@ -109,10 +95,10 @@ def drive_robot(
         kind = read_program(text).program.robot_type
         file = _robots_file(program, kind, knowledge)
         robot = knowledge.read_robot(file).robot if file else pick("robot", knowledge.robots, kind)
-    rollout = _with_file(knowledge.driver.drive(text, robot, _words(on)), file)
+    rollout = _with_file(knowledge.driver.drive(text, robot, _words(arguments.on)), file)
     if out is not None:
         write_run(out, rollout, program.stem, knowledge, episode=False)
-    _print(rollout, None, json_output=json_output)
+    _print(rollout, None, json_output=arguments.json)
     _refuse_unfinished(program, rollout)
     return 0
 
@@ -169,31 +155,20 @@ def _refuse_unfinished(program: Path, rollout: Rollout) -> None:
         raise NoSolution(f"'{program}' did not come to its end ({rollout.outcome}): {rollout.reason}")
 
 
-def serve_controller(
-    *,
-    world: str,
-    host: str,
-    seconds: float,
-    idle: float,
-    seed: int = 0,
-    plugins: PluginChoice = INSTALLED,
-) -> int:
+def _controller(arguments: argparse.Namespace) -> int:
     """Open a virtual robot controller's ports on loopback, and print the log of its programs.
 
     Raises:
         UserError: the world cannot be used, or a port is taken.
     """
-    from ..plugin.catalogue import Knowledge
-
-    knowledge = Knowledge(plugins.registry())
-    place = read_world(world, knowledge, seed)
+    knowledge = Knowledge(plugin_choice(arguments).registry())
+    place = read_world(arguments.world, knowledge, arguments.seed)
     if not place.robots:
-        raise UserError(f"The world '{world}' has no robot, so there is nothing to control.")
-    limits = {"seconds": seconds, "idle": idle}
-    mount = place.robots[0].name
+        raise UserError(f"The world '{arguments.world}' has no robot, so there is nothing to control.")
     ended = knowledge.simulator.serve(
-        place, knowledge.robots_of(place), mount=mount, host=host, seed=seed, say=lambda text: print(text, flush=True), **limits
-    )
+        place, knowledge.robots_of(place), mount=place.robots[0].name, host=arguments.host, seed=arguments.seed,
+        say=lambda text: print(text, flush=True), seconds=arguments.seconds, idle=arguments.idle,
+    )  # fmt: skip
     print(f"The controller was closed: {ended}.")
     return 0
 
@@ -202,9 +177,7 @@ def _execute(arguments: argparse.Namespace) -> int:
     if arguments.on is not None:
         if arguments.world or arguments.plan or arguments.goal or arguments.replan:
             raise UserError("--on runs a robot whose world is unknown here, so --world, --plan, --goal and --replan do not apply.")
-        return drive_robot(
-            arguments.program, on=arguments.on, out=arguments.out, plugins=plugin_choice(arguments), json_output=arguments.json
-        )
+        return _drive(arguments)
     if not arguments.world:
         raise UserError("Say where the program runs: --world with a run directory or scenario, or --on with a robot's process.")
     if arguments.replan and (arguments.plan or arguments.goal):
@@ -212,19 +185,7 @@ def _execute(arguments: argparse.Namespace) -> int:
     if arguments.replan:
         from .replan import execute_and_replan
 
-        return execute_and_replan(
-            arguments.program,
-            scenario=arguments.replan,
-            world=arguments.world,
-            seed=arguments.seed,
-            rounds=arguments.rounds,
-            faults=arguments.fault,
-            out=arguments.out,
-            episode=not arguments.no_episode,
-            plugins=plugin_choice(arguments),
-            json_output=arguments.json,
-            verbose=arguments.verbose,
-        )
+        return execute_and_replan(arguments)
     return execute_program(
         arguments.program,
         world=arguments.world,
@@ -236,18 +197,6 @@ def _execute(arguments: argparse.Namespace) -> int:
         episode=not arguments.no_episode,
         plugins=plugin_choice(arguments),
         json_output=arguments.json,
-    )
-
-
-def _controller(arguments: argparse.Namespace) -> int:
-
-    return serve_controller(
-        world=arguments.world,
-        host=arguments.host,
-        seconds=arguments.seconds,
-        idle=arguments.idle,
-        seed=arguments.seed,
-        plugins=plugin_choice(arguments),
     )
 
 
@@ -267,9 +216,7 @@ def _add_execute(execute: argparse.ArgumentParser) -> None:
         "--on", metavar="COMMAND",
         help="instead of --world: the process of a robot that takes actions, to which the program is streamed",
     )
-    execute.add_argument(
-        "--seed", type=int, default=0, help="seed of a scenario's world and of the sensors' noise; default 0"
-    )
+    add_seed(execute)
     add_purpose(execute)
     execute.add_argument(
         "--replan", metavar="SCENARIO",
@@ -312,6 +259,4 @@ def _add_controller(controller: argparse.ArgumentParser) -> None:
         "--idle", type=duration, default=600.0,
         help="close after this time without a client; default 600 s, 0 for no limit",
     )
-    controller.add_argument(
-        "--seed", type=int, default=0, help="seed of a scenario's world and of the sensors' noise; default 0"
-    )
+    add_seed(controller)

@@ -16,12 +16,6 @@ if TYPE_CHECKING:
     from ..model.run.rollout import Rollout
 
 
-def vacant(out: Path | None) -> None:
-    """Raise UserError where a folder for a run exists and is not empty."""
-    if out is not None and out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise UserError(f"'{out}' exists and is not an empty folder; nothing was run. Choose another --out.")
-
-
 def write_run(
     out: Path, rollout: Rollout, name: str, knowledge: Any, *, episode: bool, events: Sequence[Event] = ()
 ) -> None:

@@ -8,21 +8,24 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from ..base.errors import UserError, nearest
+from ..base.errors import NoSolution, UserError, nearest
+from ..base.json_text import as_json
+from ..base.run_directory import write_whole
 from .arguments import Add, plugin_choice
 from .texts import warn_of
 
 if TYPE_CHECKING:
-    from ..experiment.order import Order, Trials
+    from ..experiment.figure import Seen
+    from ..experiment.order import Order, Report, Trials
     from ..plugin.selection import PluginChoice
 
+TABLES = "tables.json"
 BENCHMARK = ("suite", "tasks", "states", "twins", "benchmark", "attempt_refused", "fail")
 """Options of experiments on benchmarks; the others have ``OWN``, and both the rest."""
 OWN = ("set", "short", "without", "executor", "keep_baseline")
 
 
 def _experiment(arguments: argparse.Namespace) -> int:
-    from ..experiment.command import experiment_command
     from ..experiment.experiment_file import find_experiment, is_benchmark, old_keys
 
     path = find_experiment(arguments.experiment)
@@ -33,7 +36,44 @@ def _experiment(arguments: argparse.Namespace) -> int:
     else:
         _refuse(arguments, BENCHMARK, "its demonstrations are recorded and judged here; choose them by --set")
         order = _demonstrations(path, arguments)
-    return experiment_command(order, json_output=arguments.json, figure=arguments.figure, seen=arguments.seen)
+    return _run(order, json_output=arguments.json, figure=arguments.figure, seen=arguments.seen)
+
+
+def _run(order: Order, *, json_output: bool, figure: Path | None, seen: Seen | None) -> int:
+    """Run the trials that have no result yet, print the tables, and write the files.
+
+    Args:
+        figure: the file of a figure, to be written with the rates of all results that the directory holds.
+        seen: whether these seeds or states had been run before, for the figure.
+
+    Raises:
+        NoSolution: a threshold is not reached.
+        UserError: the experiment or its directory cannot be used.
+    """
+    from ..experiment.measured import check_figure_file
+    from ..experiment.run import run_experiment, speak
+
+    check_figure_file(figure)
+    report = order.trials.report(run_experiment(order, speak), order.out)
+    data = as_json(report.data)
+    for name, content in ({TABLES: data} | report.files).items():
+        write_whole(order.out / name, content)
+    for path, content in report.kept.items():
+        write_whole(path, content)
+    if figure is not None:
+        _write_figure(figure, seen, report)
+    print(data if json_output else f"{report.text}\nFiles: {order.out}/{', '.join([TABLES, *report.files])}")
+    if report.failure:
+        raise NoSolution(report.failure)
+    return 0
+
+
+def _write_figure(path: Path, seen: Seen | None, report: Report) -> None:
+    from ..experiment.figure import write_figure
+    from ..experiment.measured import figure_now, this_command
+
+    made = figure_now(report.title, this_command(), report.numbers, seeds=report.seeds, seen=seen, cpu_s=report.cpu_s)
+    write_figure(path, made.model_copy(update={"given": report.given, "beside": report.beside}))
 
 
 def _refuse(arguments: argparse.Namespace, options: tuple[str, ...], why: str) -> None:

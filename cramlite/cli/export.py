@@ -4,53 +4,23 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from ..base.errors import UserError, did_you_mean
 from ..base.pulse import working
+from ..engine.proof.intent import FILE, PROGRAM, read_intent
+from ..engine.recorded_run import record_of
+from ..model.program.program import Code, Program
 from ..model.program.program_json import read_program
+from ..model.run.run_record import RunRecord
+from ..planning.heartbeat import Heartbeat
+from ..planning.trace import Trace
+from ..plugin.catalogue import Knowledge
 from ..plugin.exporting import require_absent, require_installed, write_new
-from ..plugin.selection import INSTALLED, PluginChoice
+from ..plugin.protocols import Exporter
 from .arguments import Add, plugin_choice
+from .program_input import recorded
 from .progress import Progress
 from .signals import interruptible
-from .view import recorded
-
-if TYPE_CHECKING:
-    from ..model.program.program import Code, Program
-    from ..model.run.run_record import RunRecord
-    from ..plugin.catalogue import Knowledge
-    from ..plugin.protocols import Exporter
-
-
-def export_run(
-    run: Path, to: str, *, out: Path | None = None, world: str | None = None, seed: int = 0, plugins: PluginChoice = INSTALLED
-) -> Path:
-    """Write a recorded run in another format.
-
-    Args:
-        run: a folder that ``cramlite resolve --out`` or ``cramlite execute --out`` wrote.
-        to: name of the format.
-        out: where to; it must not exist yet. By default in the run's folder.
-        world: as ``cramlite execute`` takes it; by default the run's own ``world.json``.
-
-    Returns:
-        what was written.
-
-    Raises:
-        UserError: no such format, its extra is not installed, no run there, or something is where it should be written.
-    """
-    from ..plugin.catalogue import Knowledge
-
-    knowledge = Knowledge(plugins.registry())
-    exporter = exporter_named(to, knowledge)
-    target = out or run / f"{exporter.name}{exporter.suffix}"
-    require_absent(target)
-    with working(f"reading '{run}'"):
-        record = run_record(run, world, knowledge, seed)
-    with working(f"writing {exporter.name}", float(record.rollout.times[-1] - record.rollout.times[0])):
-        write_new(exporter, record, target)
-    return target
 
 
 def exporter_named(name: str, knowledge: Knowledge) -> Exporter:
@@ -71,10 +41,8 @@ def run_record(run: Path, world: str | None, knowledge: Knowledge, seed: int = 0
     """Read the recorded run of a run's folder, with its program where the folder has one.
 
     Raises:
-        UserError: as ``cramlite.cli.view.recorded``.
+        UserError: as ``cramlite.cli.program_input.recorded``.
     """
-    from ..engine.recorded_run import record_of
-
     rollout = recorded(run, world, knowledge, seed)
     program, code = program_and_code(run)
     try:
@@ -85,8 +53,6 @@ def run_record(run: Path, world: str | None, knowledge: Knowledge, seed: int = 0
 
 def program_and_code(run: Path) -> tuple[Program | None, Code | None]:
     """Read the typed program of a run's folder, and its text with the origin of each line; None where the folder has none."""
-    from ..engine.proof.intent import FILE, PROGRAM, read_intent
-
     if (run / FILE).is_file():
         intent = read_intent(run)
         return intent.program, intent.kept.code
@@ -94,15 +60,22 @@ def program_and_code(run: Path) -> tuple[Program | None, Code | None]:
 
 
 def _export(arguments: argparse.Namespace) -> int:
-    from ..planning.heartbeat import Heartbeat
-    from ..planning.trace import Trace
+    """Write a recorded run in another format, and print where.
 
-    left = "nothing is left of what was written"
+    Raises:
+        UserError: no such format, its extra is not installed, no run there, or something is where it should be written.
+    """
+    run, left = arguments.run_dir, "nothing is left of what was written"
     with Progress(quiet=False) as say, interruptible(left) as taken, Heartbeat(Trace(), say, taken.one)():
-        written = export_run(
-            arguments.run_dir, arguments.to, out=arguments.out, world=arguments.world, seed=arguments.seed, plugins=plugin_choice(arguments)
-        )
-    print(written)
+        knowledge = Knowledge(plugin_choice(arguments).registry())
+        exporter = exporter_named(arguments.to, knowledge)
+        target = arguments.out or run / f"{exporter.name}{exporter.suffix}"
+        require_absent(target)
+        with working(f"reading '{run}'"):
+            record = run_record(run, arguments.world, knowledge, arguments.seed)
+        with working(f"writing {exporter.name}", float(record.rollout.times[-1] - record.rollout.times[0])):
+            write_new(exporter, record, target)
+    print(target)
     return 0
 
 

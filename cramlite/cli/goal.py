@@ -5,23 +5,21 @@ from __future__ import annotations
 import argparse
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from ..base.errors import NoSolution, UserError
 from ..base.resources import find_scenario
+from ..engine.engine import Engine, make_engine
+from ..planning.goal_parts import PART, goal_answers
+from ..planning.scenario_goals import problem_of_scenario
+from ..planning.task_sequences import plans_for_goal
+from ..planning.trace import Trace
 from ..scenario.scenario import Scenario
 from .arguments import Add, plugin_choice
 from .say import add_say, said_in, said_of, understood_text
 from .texts import counted
 
-if TYPE_CHECKING:
-    from ..engine.engine import Engine
-    from ..planning.symbolic.planning_problem import PlanningProblem
-
 
 def _goal(arguments: argparse.Namespace) -> int:
-    from ..engine.engine import make_engine
-
     if arguments.plans < 1:
         raise UserError(f"--plans {arguments.plans}: the number of plans is at least 1.")
     scenario = said_in(find_scenario(arguments.scenario), said_of(arguments))
@@ -36,10 +34,6 @@ def _goal(arguments: argparse.Namespace) -> int:
 
 def _show(scenario: Scenario, engine: Engine, arguments: argparse.Namespace) -> int:
     """Print the plans that achieve a scenario's goal, with the reason for each of their tasks."""
-    from ..planning.goal_parts import PART, goal_answers
-    from ..planning.task_sequences import plans_for_goal
-    from ..planning.trace import Trace
-
     setting, trace, shown = engine.setting(scenario, seed=arguments.seed), Trace(), 0
     scene = setting.symbolic(engine.knowledge.taxonomy)
     for line in understood_text(scenario, setting, engine.knowledge):
@@ -59,7 +53,8 @@ def _show(scenario: Scenario, engine: Engine, arguments: argparse.Namespace) -> 
 
 def _write(scenario: Scenario, engine: Engine, arguments: argparse.Namespace) -> int:
     """Write the PDDL domain and problem of a scenario's goal."""
-    problem = _problem(scenario, engine, arguments.seed)
+    scene = engine.setting(scenario, seed=arguments.seed).symbolic(engine.knowledge.taxonomy)
+    problem = problem_of_scenario(scenario, scene, engine.knowledge)
     scope = None if arguments.all else next(problem.scopes())
     text, folder = problem.pddl(scope), arguments.pddl
     try:
@@ -73,24 +68,6 @@ def _write(scenario: Scenario, engine: Engine, arguments: argparse.Namespace) ->
     print(f"{folder}/domain.pddl and problem.pddl: '{' and '.join(problem.says)}', {counted(len(text.actions), 'action')}{told}.")
     print(f"A program from a plan for this problem: cramlite resolve {arguments.scenario} --plan FILE")
     return 0
-
-
-def _problem(scenario: Scenario, engine: Engine, seed: int) -> PlanningProblem:
-    """Return the planning problem of a scenario's goal, described objects replaced by the things that fit
-    them best."""
-    from ..planning.operators import Grounder
-    from ..planning.spoken_goals import spoken
-    from ..planning.symbolic.goal_planner import ground_goal
-    from ..planning.symbolic.planning_problem import problem_of
-    from ..planning.task_goals import Goal
-
-    scene = engine.setting(scenario, seed=seed).symbolic(engine.knowledge.taxonomy)
-    grounder = Grounder(scene, engine.knowledge.predicates)
-    goal = spoken(Goal(scenario.spec.goal or ()), scene, engine.knowledge, f"{scenario.where('goal')}: ")
-    choice = next(ground_goal(goal, scenario.spec.objects, grounder), None)
-    if choice is None:
-        raise UserError(f"{scenario.where('goal')}: no thing of the world fits the goal's objects.")
-    return problem_of(choice, grounder, engine.knowledge, f"{scenario.where('goal')}: ")
 
 
 def add_commands(add: Add) -> None:

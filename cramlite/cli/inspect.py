@@ -7,14 +7,14 @@ import sys
 from pathlib import Path
 
 from ..base.errors import UserError
+from ..base.json_text import as_json
+from ..plugin.catalogue import Knowledge, examine
 from .arguments import Add, plugin_choice
+from .texts import interpretation_text, plugins_json, plugins_text, repairs_json, tasks_json, tasks_text, warn_of
 
 
 def _interpret(arguments: argparse.Namespace) -> int:
-    from ..base.json_text import as_json
     from ..engine.engine import Engine
-    from .texts import interpretation_text, repairs_json, warn_of
-
     engine = Engine.with_plugins(plugin_choice(arguments))
     episode = engine.read_episode(arguments.episode)
     found = engine.interpret(episode)
@@ -39,10 +39,7 @@ def _interpret(arguments: argparse.Namespace) -> int:
 
 
 def _ontology(arguments: argparse.Namespace) -> int:
-    from ..base.json_text import as_json
     from ..ontology.check import check_ontology, report_lines
-    from ..plugin.catalogue import Knowledge
-
     registry = plugin_choice(arguments).registry()
     report = check_ontology(arguments.files or Knowledge(registry).ontology_paths, arguments.against)
     print(as_json(report) if arguments.json else "\n".join(report_lines(report)))
@@ -50,7 +47,6 @@ def _ontology(arguments: argparse.Namespace) -> int:
 
 
 def _schema(arguments: argparse.Namespace) -> int:
-    from ..base.json_text import as_json
     from ..scenario.schema import SCHEMAS
 
     print(as_json(SCHEMAS[arguments.kind]()))
@@ -58,10 +54,6 @@ def _schema(arguments: argparse.Namespace) -> int:
 
 
 def _tasks(arguments: argparse.Namespace) -> int:
-    from ..base.json_text import as_json
-    from ..plugin.catalogue import Knowledge
-    from .texts import tasks_json, tasks_text
-
     registry = plugin_choice(arguments).registry()
     tasks = Knowledge(registry).tasks.values()
     print(as_json(tasks_json(tasks)) if arguments.json else tasks_text(tasks))
@@ -71,17 +63,13 @@ def _tasks(arguments: argparse.Namespace) -> int:
 
 
 def _plugins(arguments: argparse.Namespace) -> int:
-    from ..base.json_text import as_json
-    from .texts import plugins_json, plugins_text
-
     registry = plugin_choice(arguments).registry(strict=False)
-    registry.examine()
+    examine(registry)
     print(as_json(plugins_json(registry)) if arguments.json else plugins_text(registry, every=arguments.all))
     return 3 if registry.faults else 0
 
 
 def _explain(arguments: argparse.Namespace) -> int:
-    from ..base.json_text import as_json
     from ..planning.trace import read_trace
     from .trace_text import trace_text
 

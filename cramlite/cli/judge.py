@@ -3,60 +3,40 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from msgspec.structs import replace
 
 from ..base.errors import NoSolution, UserError
 from ..base.json_text import as_json
 from ..base.resources import find_scenario
-from ..plugin.selection import INSTALLED, PluginChoice
-from ..scenario.scenario import read_scenario
-from ..scenario.worlds import read_world
-from .arguments import Add, plugin_choice
+from ..engine.proof.intent import read_intent
+from ..engine.proof.judging import JudgedRun, Purpose, judge_text
+from ..interpretation.fluents import symbolic_world
+from ..model.world.world import World
+from ..planning.scenario_goals import meanings
+from ..planning.task_goals import Goal, plan_from_tasks
+from ..plugin.catalogue import Knowledge
+from ..scenario.scenario import Scenario, read_scenario
+from .arguments import Add, add_seed, plugin_choice
+from .program_input import naming, read_text, robots_world
 from .texts import findings_text, warn_of
 
-if TYPE_CHECKING:
-    from ..engine.proof.judging import JudgedRun, Purpose
-    from ..model.world.world import World
-    from ..plugin.catalogue import Knowledge
-    from ..scenario.scenario import Scenario
 
-
-def judge_program(
-    program: Path,
-    *,
-    world: str,
-    plan: str = "",
-    goals: Sequence[str] = (),
-    seed: int = 0,
-    plugins: PluginChoice = INSTALLED,
-    json_output: bool = False,
-) -> int:
-    """Run a program's text and print the findings of every validator.
-
-    Args:
-        program: the text, URScript or a typed program as JSON; it may have been edited.
-        world: a run directory, its ``world.json``, or a scenario, whose real world with this seed is taken.
-        plan: a run directory, its ``plan.json``, or a scenario with tasks or a goal; "" for none.
-        goals: what should hold in the end, e.g. "coffee in basket".
-
-    Returns:
-        0 when nobody objects.
+def _judge(arguments: argparse.Namespace) -> int:
+    """Run a program's text, which may have been edited, and print the findings of every validator.
 
     Raises:
-        NoSolution: somebody does; all findings were printed.
+        NoSolution: a validator objects; all findings were printed.
         UserError: a file that cannot be used, a goal that is none, or neither plan nor goal.
     """
-    from ..plugin.catalogue import Knowledge
-
-    knowledge = Knowledge(plugins.registry())
-    text, place = read_text(program), robots_world(world, program, knowledge, seed)
-    judged = judged_text(program, text, place, purpose_of(plan, goals, knowledge, place), knowledge, seed)
-    print(as_json(judged_json(judged)) if json_output else findings_text(judged.verdict, judged.remarks))
+    program, seed = arguments.program, arguments.seed
+    knowledge = Knowledge(plugin_choice(arguments).registry())
+    text, place = read_text(program), robots_world(arguments.world, program, knowledge, seed)
+    judged = judged_text(program, text, place, purpose_of(arguments.plan, arguments.goal, knowledge, place), knowledge, seed)
+    print(as_json(judged_json(judged)) if arguments.json else findings_text(judged.verdict, judged.remarks))
     warn_of(knowledge.registry.faults)
     refuse(program, judged)
     return 0
@@ -64,8 +44,6 @@ def judge_program(
 
 def judged_text(program: Path, text: str, place: World, purpose: Purpose, knowledge: Knowledge, seed: int) -> JudgedRun:
     """Run and judge a program's text; errors in the text name its file."""
-    from ..engine.proof.judging import judge_text
-
     with naming(program):
         return judge_text(text, place, purpose, knowledge, seed)
 
@@ -95,14 +73,12 @@ def purpose_of(plan: str, goals: Sequence[str], knowledge: Knowledge, place: Wor
     """Return the plan or goal against which a program text is judged.
 
     Args:
-        plan: as ``judge_program`` has it.
+        plan: a run directory, its ``plan.json``, or a scenario with tasks or a goal; "" for none.
+        goals: what should hold in the end, e.g. "coffee in basket".
 
     Raises:
         UserError: neither plan nor goal, or a plan that cannot be used.
     """
-    from ..engine.proof.intent import read_intent
-    from ..engine.proof.judging import Purpose
-
     if not plan and not goals:
         raise UserError("Say what the program is for: --plan with a run directory or scenario, --goal 'THING on PLACE', or both.")
     if not plan:
@@ -116,9 +92,6 @@ def purpose_of(plan: str, goals: Sequence[str], knowledge: Knowledge, place: Wor
 
 def _of_scenario(scenario: Scenario, knowledge: Knowledge, place: World) -> Purpose:
     """Return what a program text is judged by: the scenario's goal, or its tasks if they name all their things."""
-    from ..engine.proof.judging import Purpose
-    from ..planning.task_goals import plan_from_tasks
-
     if scenario.spec.demonstration is not None:
         raise UserError(
             f"{scenario.where('demonstration')}: which things a demonstration means is found when it is resolved; give the run "
@@ -142,79 +115,11 @@ def _meant(scenario: Scenario, knowledge: Knowledge, place: World) -> tuple[str,
     Raises:
         UserError: a described object may be several of them, or none.
     """
-    from ..interpretation.fluents import symbolic_world
-    from ..planning.operators import Grounder
-    from ..planning.spoken_goals import spoken
-    from ..planning.symbolic.goal_planner import ground_goal
-    from ..planning.task_goals import Goal
-
-    scene = symbolic_world(place, knowledge.taxonomy)
-    goal = spoken(Goal(scenario.spec.goal or ()), scene, knowledge, f"{scenario.where('goal')}: ")
-    grounder = Grounder(scene, knowledge.predicates)
-    choices = list(ground_goal(goal, scenario.spec.objects, grounder))
+    choices = list(meanings(scenario, symbolic_world(place, knowledge.taxonomy), knowledge))
     if len(choices) != 1:
         may = f"may mean '{choices[0]}' or '{choices[1]}'" if choices else "means nothing that is there"
-        raise UserError(f"{scenario.where('goal')}: '{goal}' {may}; name the things with --goal.")
+        raise UserError(f"{scenario.where('goal')}: '{Goal(scenario.spec.goal or ())}' {may}; name the things with --goal.")
     return choices[0].says
-
-
-def robots_world(world: str, program: Path, knowledge: Knowledge, seed: int) -> World:
-    """Read a world that has at least one robot.
-
-    Raises:
-        UserError: it cannot be read, or nobody is there to act.
-    """
-    place = read_world(world, knowledge, seed)
-    if not place.robots:
-        raise UserError(f"The world '{world}' has no robot, so nothing can run '{program}'.")
-    return place
-
-
-PACKED = b"\x1f\x8b"
-"""First bytes of a gzip file."""
-
-
-@contextmanager
-def naming(program: Path) -> Iterator[None]:
-    """Put the program's path before errors about its text, since the simulator does not know the path."""
-    try:
-        yield
-    except UserError as error:
-        raise UserError(f"{program}: {error}") from error
-
-
-def read_text(program: Path) -> str:
-    """Read the text of a program.
-
-    Robot programs of Windows editors are taken, too: comments in its Western code page, where they are not UTF-8.
-
-    Raises:
-        UserError: it cannot be read, or is no text.
-    """
-    try:
-        found = program.read_bytes()
-        return found.decode()
-    except OSError as error:
-        raise UserError(f"The program '{program}' cannot be read: {error.strerror}.") from error
-    except UnicodeDecodeError as error:
-        if found.startswith(PACKED):
-            why = "PolyScope's .urp is; take the .script that PolyScope saves beside it"
-            raise UserError(f"'{program}' is no text: it is compressed, as {why}.") from error
-        if b"\0" in found or program.suffix == ".json":
-            raise UserError(f"'{program}' is no text: byte {error.start} is not UTF-8.") from error
-        return found.decode("cp1252", "replace")
-
-
-def _judge(arguments: argparse.Namespace) -> int:
-    return judge_program(
-        arguments.program,
-        world=arguments.world,
-        plan=arguments.plan,
-        goals=arguments.goal,
-        seed=arguments.seed,
-        plugins=plugin_choice(arguments),
-        json_output=arguments.json,
-    )
 
 
 def add_purpose(command: argparse.ArgumentParser) -> None:
@@ -237,9 +142,7 @@ def add_commands(add: Add) -> None:
         help="a run directory, its world.json, or a scenario, whose real world with this seed is taken",
     )
     add_purpose(judge)
-    judge.add_argument(
-        "--seed", type=int, default=0, help="seed of a scenario's world and of the sensors' noise; default 0"
-    )
+    add_seed(judge)
     judge.add_argument(
         "--json", action="store_true",
         help="print as JSON: passed, reason, findings, advice, left_out, remarks",

@@ -4,82 +4,54 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
 from ..base.errors import NoSolution, UserError
 from ..base.json_text import as_json
 from ..base.resources import find_scenario
-from ..model.world.world import Camera
+from ..engine.engine import Engine
+from ..model.world.world import Camera, Thing
 from ..perception.active_perception import Look, Picture, ask, pictures
 from ..perception.camera_check import camera_warning
-from ..perception.query import parse_query
+from ..perception.query import ObjectQuery, parse_query
 from ..perception.result import perceived_json, perceived_text
-from ..plugin.selection import INSTALLED, PluginChoice
+from ..plugin.catalogue import Knowledge
 from ..scenario.robots import robot_of
-from ..scenario.scenario import read_scenario
+from ..scenario.scenario import Scenario, read_scenario
 from ..scenario.worlds import build_world, real_world
 from .arguments import Add, plugin_choice
 from .texts import warn_of
 
-if TYPE_CHECKING:
-    from ..engine.engine import Engine
-    from ..model.world.world import Thing
-    from ..perception.query import ObjectQuery
-    from ..plugin.catalogue import Knowledge
-    from ..scenario.scenario import Scenario
 
-
-
-def perceive_view(
-    source: str,
-    text: str,
-    *,
-    attributes: tuple[str, ...] = ("type", "pose"),
-    seed: int = 0,
-    out: Path | None = None,
-    plugins: PluginChoice = INSTALLED,
-    json_output: bool = False,
-    fixtures: str | None = None,
-) -> int:
+def _perceive(arguments: argparse.Namespace) -> int:
     """Answer a query about a scenario's camera, or about a recorded view.
-
-    Args:
-        source: a scenario's path or name, or a file that a plugin reads as a view.
-        text: the query, as ``object_query.parse_query`` reads it.
-        attributes: those that answers should have, beside those that decide.
-        out: folder for the page ``perception.html``.
-        fixtures: scenario whose furniture is in a recorded view.
-
-    Returns:
-        0 when something was found.
 
     Raises:
         NoSolution: nothing was found; the message has the reasons.
         NoPipeline: the experts cannot answer it.
         UserError: a query or a source that cannot be used.
     """
-    from ..engine.engine import Engine
-
-    engine = Engine.with_plugins(plugins)
+    source, seed = arguments.view, arguments.seed
+    engine = Engine.with_plugins(plugin_choice(arguments).extended((), (), tuple(arguments.models)))
     if (scenario := _scenario_of(source)) is not None:
         engine = engine.suited(scenario)
     knowledge = engine.knowledge
-    query = replace(parse_query(text, knowledge.taxonomy, knowledge.experts), wanted=attributes)
+    wanted = tuple(w for w in arguments.attributes.split(",") if w)
+    query = replace(parse_query(arguments.query, knowledge.taxonomy, knowledge.experts), wanted=wanted)
     taken = picture_of(source, query, engine, seed)
-    if fixtures is not None:
-        taken = replace(taken, fixtures=fixtures_of(fixtures, knowledge, seed))
+    if arguments.fixtures is not None:
+        taken = replace(taken, fixtures=fixtures_of(arguments.fixtures, knowledge, seed))
     found = ask(query, taken.view, taken.fixtures, knowledge, robot=taken.robot)
-    if out is not None:
+    if arguments.out is not None:
         from ..report.perception_page import write_page
 
-        write_page(out, found, taken.view, knowledge.products)
-    print(as_json(perceived_json(found)) if json_output else perceived_text(found))
+        write_page(arguments.out, found, taken.view, knowledge.products)
+    print(as_json(perceived_json(found)) if arguments.json else perceived_text(found))
     off = camera_warning(taken.view, taken.fixtures, knowledge, taken.robot)
     warn_of((*([off] if off else []), *engine.registry.faults))
     if not found.answers:
-        raise NoSolution("Nothing was found; the reasons are above." if not json_output else found.remarks[0])
+        raise NoSolution("Nothing was found; the reasons are above." if not arguments.json else found.remarks[0])
     return 0
 
 
@@ -115,20 +87,6 @@ def fixtures_of(source: str, knowledge: Knowledge, seed: int) -> tuple[Thing, ..
     scenario = read_scenario(find_scenario(source))
     world, _ = build_world(scenario, scenario.spec.things, scenario.spec.vary, knowledge, seed)
     return tuple(t for t in world.things if t.furniture)
-
-
-def _perceive(arguments: argparse.Namespace) -> int:
-
-    return perceive_view(
-        arguments.view,
-        arguments.query,
-        attributes=tuple(w for w in arguments.attributes.split(",") if w),
-        seed=arguments.seed,
-        out=arguments.out,
-        plugins=plugin_choice(arguments).extended((), (), tuple(arguments.models)),
-        json_output=arguments.json,
-        fixtures=arguments.fixtures,
-    )
 
 
 def add_commands(add: Add) -> None:

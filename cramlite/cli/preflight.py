@@ -7,19 +7,28 @@ import math
 import textwrap
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..base.errors import NoSolution, UserError, nearest
 from ..base.json_text import as_json
+from ..base.run_directory import write_whole
+from ..engine.real_arm.preflight import (
+    OWN,
+    Check,
+    Flight,
+    checks,
+    covered,
+    dry_run,
+    flight_of_run,
+    flight_of_text,
+    heaviest,
+    strongest_grip,
+)
+from ..model.program.program import LatePose
 from ..model.twins.error_model import SOURCES
-from ..plugin.selection import INSTALLED, PluginChoice
-from .arguments import Add, plugin_choice
-from .judge import naming, read_text, robots_world
-
-if TYPE_CHECKING:
-    from ..engine.real_arm.preflight import Check, Flight
-    from ..model.program.program import LatePose
-    from ..plugin.catalogue import Knowledge
+from ..plugin.catalogue import Knowledge
+from .arguments import Add, add_seed, plugin_choice
+from .program_input import naming, read_text, robots_world
 
 WIDTH = 110
 LEFT_OUT = (
@@ -38,56 +47,32 @@ NEVER_DRAWN = (
 """Errors that no twin is drawn with."""
 
 
-def preflight(
-    program: Path,
-    *,
-    world: str = "",
-    speed: float | None = None,
-    limits: Sequence[str] = (),
-    seed: int = 0,
-    out: Path | None = None,
-    plugins: PluginChoice = INSTALLED,
-    json_output: bool = False,
-) -> int:
+def _preflight(arguments: argparse.Namespace) -> int:
     """Print one page about a program: settings of the controller, values that its runs reached, and the
     errors that its proof did and did not cover.
 
-    Args:
-        program: a run directory, or a text.
-        world: that a text runs in; a run directory has its own.
-        speed: share of the program's speed for a dry run in simulation; None for none.
-        limits: of the user, each "NAME=VALUE".
-        out: where the text of the dry run is written.
-
-    Returns:
-        0 when nothing is exceeded and no validator objects.
-
     Raises:
-        NoSolution: something is; the page was printed.
+        NoSolution: a limit is exceeded or a validator objects; the page was printed.
         UserError: a file, limit or speed that cannot be used.
     """
-    from ..engine.real_arm.preflight import checks, dry_run
-    from ..plugin.catalogue import Knowledge
-
-    own, share = _own(limits), _share(speed, out)
-    knowledge = Knowledge(plugins.registry())
+    program, world, seed = arguments.program, arguments.world, arguments.seed
+    own, share = _own(arguments.limit), _share(arguments.speed, arguments.out)
+    knowledge = Knowledge(plugin_choice(arguments).registry())
     flight = _flight(program, world, knowledge, seed)
     if share is not None:
         place = robots_world(world, program, knowledge, seed) if world else flight.rollout.world
         with naming(program):
             flight = dry_run(flight, share, place, knowledge, seed)
-        _write(out, flight.text.text)
+        _write(arguments.out, flight.text.text)
     found = list(checks(flight, own))
     objections = list(_objections(flight, found))
-    print(as_json(_json(program, flight, found, objections)) if json_output else page(program, flight, found, objections))
+    print(as_json(_json(program, flight, found, objections)) if arguments.json else page(program, flight, found, objections))
     if objections:
         raise NoSolution(f"'{program}' is not ready for a real arm: {'; '.join(objections)}.")
     return 0
 
 
 def _flight(program: Path, world: str, knowledge: Knowledge, seed: int) -> Flight:
-    from ..engine.real_arm.preflight import flight_of_run, flight_of_text
-
     if program.is_dir():
         return flight_of_run(program, knowledge)
     text = read_text(program)
@@ -101,8 +86,6 @@ def _flight(program: Path, world: str, knowledge: Knowledge, seed: int) -> Fligh
 
 
 def _own(limits: Sequence[str]) -> dict[str, float]:
-    from ..engine.real_arm.preflight import OWN
-
     found = {}
     for limit in limits:
         name, _, value = limit.partition("=")
@@ -129,8 +112,6 @@ def _share(speed: float | None, out: Path | None) -> float | None:
 
 
 def _write(out: Path | None, text: str) -> None:
-    from ..base.run_directory import write_whole
-
     if out is None:
         return
     if out.exists():
@@ -150,8 +131,6 @@ def _objections(flight: Flight, found: Sequence[Check]) -> Iterator[str]:
 
 
 def _json(program: Path, flight: Flight, found: Sequence[Check], objections: Sequence[str]) -> dict[str, Any]:
-    from ..engine.real_arm.preflight import covered
-
     return {
         "program": str(program), "robot": flight.robot.type, "speed": flight.speed, "ready": not objections, "objections": objections,
         "typed": flight.program is not None, "proven": flight.verdict is not None,
@@ -200,8 +179,6 @@ def _dry(flight: Flight) -> str:
 
 
 def _set(flight: Flight) -> list[str]:
-    from ..engine.real_arm.preflight import heaviest, strongest_grip
-
     robot, program = flight.robot, flight.program
     tcp, mass = robot.gripper.tcp, robot.gripper.mass
     if program is not None:
@@ -271,8 +248,6 @@ def _left_out() -> list[str]:
 
 
 def _doubts(flight: Flight) -> list[str]:
-    from ..engine.real_arm.preflight import covered
-
     known = covered(flight.draws)
     lines = ["DOUBTS THAT THE PROOF COVERED"]
     for source, drawn in known.items():
@@ -293,13 +268,6 @@ def _wrapped(text: str) -> str:
     return textwrap.fill(text, WIDTH, initial_indent="  - ", subsequent_indent="    ")
 
 
-def _preflight(arguments: argparse.Namespace) -> int:
-    return preflight(
-        arguments.program, world=arguments.world, speed=arguments.speed, limits=arguments.limit, seed=arguments.seed, out=arguments.out,
-        plugins=plugin_choice(arguments), json_output=arguments.json,
-    )  # fmt: skip
-
-
 def add_commands(add: Add) -> None:
     """Add the command ``preflight``, with its arguments, to the command line."""
     command = add("preflight", _preflight)
@@ -318,9 +286,7 @@ def add_commands(add: Add) -> None:
         "--limit", action="append", default=[], metavar="NAME=VALUE",
         help="limit of your cell: tool_speed [m/s], tool_force [N], joint_speed [deg/s] or payload [kg]; may be given several times",
     )  # fmt: skip
-    command.add_argument(
-        "--seed", type=int, default=0, help="seed of a scenario's world and of the sensors' noise; default 0"
-    )
+    add_seed(command)
     command.add_argument(
         "--json", action="store_true",
         help="print as JSON: ready, objections, checks with reaches, in_twins, limit, source and set, "

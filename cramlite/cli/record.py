@@ -5,38 +5,27 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from ..base.errors import UserError
 from ..base.resources import find_scenario
+from ..base.run_directory import require_vacant
 from ..engine.engine import make_engine
 from ..engine.recording import record_episode, tasks_in_words
-from ..plugin.selection import INSTALLED, PluginChoice
 from ..scenario.scenario import read_scenario
 from .arguments import Add, plugin_choice
 from .texts import counted, warn_of
 
 
-def record_demonstration(
-    name: str,
-    *,
-    seed: int,
-    out: Path,
-    tasks: str = "",
-    plugins: PluginChoice = INSTALLED,
-) -> int:
-    """Record a demonstration of a scenario and write it as a NEEM.
-
-    Args:
-        tasks: what the person does, in words, in place of what the scenario says.
+def _record(arguments: argparse.Namespace) -> int:
+    """Record a demonstration of a scenario, or of the tasks that are given in words, and write it as a NEEM.
 
     Raises:
         UserError: nothing says what to record, or the folder is not empty.
     """
-    scenario = read_scenario(find_scenario(name))
-    if out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise UserError(f"'{out}' exists and is not an empty folder; nothing was written. Choose another --out.")
-    engine = make_engine(scenario, plugins)
+    out, tasks = arguments.out, arguments.tasks
+    scenario = read_scenario(find_scenario(arguments.scenario))
+    require_vacant(out, "written")
+    engine = make_engine(scenario, plugin_choice(arguments))
     chosen = tasks_in_words(tasks, engine.knowledge.tasks) if tasks else ()
-    recorded = record_episode(scenario, engine, seed=seed, out=out, tasks=chosen)
+    recorded = record_episode(scenario, engine, seed=arguments.seed, out=out, tasks=chosen)
     episode = recorded.episode
     if recorded.failure:
         print(f"The demonstration failed: {recorded.failure}. Its recording is kept.")
@@ -44,16 +33,6 @@ def record_demonstration(
     print(f"{out}: {counted(len(episode.events), 'event')} in {end - begin:.1f} s; see 'cramlite interpret {out}'")
     warn_of(engine.registry.faults)
     return 0
-
-
-def _record(arguments: argparse.Namespace) -> int:
-    return record_demonstration(
-        arguments.scenario,
-        seed=arguments.seed,
-        out=arguments.out,
-        tasks=arguments.tasks,
-        plugins=plugin_choice(arguments),
-    )
 
 
 def add_commands(add: Add) -> None:

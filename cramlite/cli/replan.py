@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from msgspec import to_builtins
 from msgspec.structs import replace
@@ -12,66 +12,49 @@ from msgspec.structs import replace
 from ..base.errors import UserError
 from ..base.json_text import as_json
 from ..base.resources import find_scenario
-from ..plugin.selection import INSTALLED, PluginChoice
+from ..base.run_directory import require_vacant
+from ..engine.engine import Engine, make_engine
+from ..engine.proof.intent import FILE, read_intent
+from ..engine.proof.judging import Purpose, candidate_of_text
+from ..engine.recovery import replanning
+from ..engine.recovery.going_on import GoingOn, Stretch
+from ..engine.recovery.replanning import Attempt, Round
+from ..engine.recovery.time_line import Moment, events_of, time_line, write_time_line
+from ..model.episode import Event
+from ..model.program.program_json import read_program
+from ..plugin.selection import PluginChoice
+from ..report.time_line_page import TimeLinePage
 from ..scenario.faults import faulty, read_fault_text
-from ..scenario.scenario import read_scenario
+from ..scenario.scenario import Scenario, read_scenario
 from ..scenario.worlds import read_world
-from .execution_files import vacant, write_run
-from .judge import read_text
+from .arguments import plugin_choice
+from .execution_files import write_run
+from .program_input import read_text
 from .texts import rollout_json, rollout_text
 
-if TYPE_CHECKING:
-    from ..engine.engine import Engine
-    from ..engine.recovery.going_on import GoingOn, Stretch
-    from ..engine.recovery.replanning import Attempt, Round
-    from ..engine.recovery.time_line import Moment
-    from ..model.episode import Event
-    from ..scenario.scenario import Scenario
 
-
-def execute_and_replan(
-    program: Path,
-    *,
-    scenario: str,
-    world: str,
-    seed: int = 0,
-    rounds: int,
-    faults: Sequence[str] = (),
-    out: Path | None = None,
-    episode: bool = True,
-    plugins: PluginChoice = INSTALLED,
-    json_output: bool = False,
-    verbose: bool = False,
-) -> int:
+def execute_and_replan(arguments: argparse.Namespace) -> int:
     """Run a program of a run directory; after each stop, observe the world, resolve the rest of the plan, and
     continue.
 
-    Args:
-        scenario: that the program was made from; with ``poses: camera`` its camera looks where a program stops by itself, else poses are
-            readings, and watched.
-        faults: as ``execute_program`` has them.
-        rounds: how many programs may run, the first one included.
-        verbose: whether a refusal has every cause, or three lines.
-        out: folder with a folder for each round, as ``execute_program`` writes one, with the round's program.
-
-    Returns:
-        0 when a program came to its end.
+    In a scenario with ``poses: camera`` its camera looks where a program stops by itself, else poses are readings, and watched.
 
     Raises:
-        NoSolution: none did; why each one ended was printed.
+        NoSolution: no program came to its end; why each one ended was printed.
         UserError: a file that cannot be used.
     """
-    vacant(out)
-    scene, engine = _who_replans(scenario, rounds, plugins)
-    first = _first_attempt(program, scene, engine, world, seed)
-    first = replace(first, world=faulty(first.world, map(read_fault_text, faults)))
-    account = _Account(engine, out, program.stem, episode=episode, json_output=json_output)
+    program, rounds, seed = arguments.program, arguments.rounds, arguments.seed
+    require_vacant(arguments.out, "run")
+    scene, engine = _who_replans(arguments.replan, rounds, plugin_choice(arguments))
+    first = _first_attempt(program, scene, engine, arguments.world, seed)
+    first = replace(first, world=faulty(first.world, map(read_fault_text, arguments.fault)))
+    account = _Account(engine, arguments.out, program.stem, episode=not arguments.no_episode, json_output=arguments.json)
     try:
-        for one in _executed(first, scene, engine, account, seed=seed, most=rounds, verbose=verbose):
+        for one in _executed(first, scene, engine, account, seed=seed, most=rounds, verbose=arguments.verbose):
             account.add(one)
     finally:
         account.close()
-    if not json_output:
+    if not arguments.json:
         count = len(account.done)
         print("Came to its end " + ("at the first execution" if count == 1 else f"after {count} executions"))
     return 0
@@ -87,8 +70,6 @@ class _Account:
     """
 
     def __init__(self, engine: Engine, out: Path | None, name: str, *, episode: bool, json_output: bool) -> None:
-        from ..report.time_line_page import TimeLinePage
-
         self.engine, self.out, self.name, self.episode, self.json_output = engine, out, name, episode, json_output
         self.said: list[str] = []
         self.done: list[Round] = []
@@ -103,8 +84,6 @@ class _Account:
 
     def add(self, one: Round) -> None:
         """Print a round that has ended; write its files, and the time line so far."""
-        from ..engine.recovery.time_line import events_of, write_time_line
-
         self.done.append(one)
         if not self.json_output:
             print(rollout_text(one.rollout))
@@ -127,9 +106,6 @@ def _executed(
     first: Attempt, scene: Scenario, engine: Engine, account: _Account, *, seed: int, most: int, verbose: bool
 ) -> Iterable[Round]:
     """Return the rounds of an execution, lazily; a camera that looks where a program stops, or readings that are watched."""
-    from ..engine.recovery import replanning
-    from ..engine.recovery.going_on import GoingOn
-
     if scene.spec.poses == "camera":
         return replanning.rounds(first, scene, engine, seed=seed, most=most, say=account.say, verbose=verbose)
     return _stretches(GoingOn(scene, engine, seed, account.say, verbose=verbose), first, most, account.moments)
@@ -140,8 +116,6 @@ def _stretches(going_on: GoingOn, first: Attempt, rounds: int, moments: list[Mom
 
     ``moments`` holds the time line so far.
     """
-    from ..engine.recovery.time_line import time_line
-
     done: list[Stretch] = []
     for stretch in going_on.stretches(first, rounds):
         done.append(stretch)
@@ -151,8 +125,6 @@ def _stretches(going_on: GoingOn, first: Attempt, rounds: int, moments: list[Mom
 
 def _who_replans(name: str, rounds: int, plugins: PluginChoice) -> tuple[Scenario, Engine]:
     """Read a scenario by path or name; return it, and an engine with its plugins."""
-    from ..engine.engine import make_engine
-
     scenario = read_scenario(find_scenario(name))
     if rounds < 1:
         raise UserError(f"--rounds {rounds}: the number of programs that may run is at least 1.")
@@ -170,11 +142,6 @@ def _write_round(folder: Path, done: Round, name: str, engine: Engine, *, episod
 
 def _first_attempt(program: Path, scenario: Scenario, engine: Engine, world: str, seed: int) -> Attempt:
     """Program and plan of a run directory, in the world of its execution."""
-    from ..engine.proof.intent import FILE, read_intent
-    from ..engine.proof.judging import Purpose, candidate_of_text
-    from ..engine.recovery import replanning
-    from ..model.program.program_json import read_program
-
     beside = {name: read_text(program.parent / name) for name in ("program.json", "plan.json")}
     typed = read_program(beside["program.json"]).program
     plan, code = replanning.planned(read_text(program), typed, beside["plan.json"], scenario, engine, seed)

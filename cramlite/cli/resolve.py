@@ -7,60 +7,34 @@ import json
 import sys
 from itertools import takewhile
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from ..base.errors import NoSolution, PluginError
 from ..base.json_text import as_json
 from ..base.pulse import Stopped, pulse
 from ..base.resources import find_scenario
 from ..base.run_directory import RunDirectory
-from ..engine.engine import make_engine
+from ..engine.engine import Engine, make_engine
+from ..engine.reading import Reading
+from ..engine.relaxing import relaxations
 from ..engine.scenario_doubts import changes_of_things, doubts, doubts_of_files
+from ..engine.setting import Setting
+from ..engine.solution import Solution
 from ..planning.failure import brief_failure_text, failure_text
 from ..planning.heartbeat import interrupted_text
 from ..planning.search.budget import is_late
 from ..planning.trace import Trace, read_trace
-from ..plugin.selection import INSTALLED, PluginChoice
+from ..scenario.scenario import Scenario
 from .arguments import Add, plugin_choice
 from .progress import Progress
 from .run_files import failure_summary, run_key, solution_summary, write_solution, write_trace
-from .say import Said, add_say, said_in, said_of
+from .say import add_say, said_in, said_of, understood_text
 from .signals import Interrupted, Signals, interruptible
 from .texts import counted, first_execution_failed, solution_text, warn_of
 
-if TYPE_CHECKING:
-    from ..engine.engine import Engine
-    from ..engine.reading import Reading
-    from ..engine.setting import Setting
-    from ..engine.solution import Solution
-    from ..scenario.scenario import Scenario
 
-
-def resolve_scenario(
-    name: str,
-    *,
-    out: Path | None = None,
-    seed: int = 0,
-    backend: str | None = None,
-    demonstration: Path | None = None,
-    plan: Path | None = None,
-    meant: str | None = None,
-    plugins: PluginChoice = INSTALLED,
-    report: bool = True,
-    json_output: bool = False,
-    twins: int | None = None,
-    verbose: bool = False,
-    relax: bool = False,
-    said: Said | None = None,
-) -> int:
+def _resolve(arguments: argparse.Namespace) -> int:
     """Resolve a scenario, execute the first proven program once where there is a real world, and write the run directory.
-
-    Args:
-        meant: reading of the demonstration, by its number or a task; None for what the scenario says, or all.
-        twins: in how many a program is tried before it counts as proven; None for what the scenario says, or 8.
-        verbose: whether a refusal has every cause, or three lines.
-        said: what shall hold in the end, in a sentence, in the place of the scenario's start.
-        relax: whether it is also looked for what would have to change where nothing is proven.
 
     Returns:
         0 when a program was proven and its first execution, if there was one, succeeded.
@@ -71,19 +45,22 @@ def resolve_scenario(
         PluginError: nothing was found, and a plugin broke on the way.
         UserError: the scenario cannot be used.
     """
-    scenario = _started_from(said_in(find_scenario(name), said), demonstration, plan, meant)
-    engine = make_engine(scenario, plugins)
+    backend, report, json_output = arguments.backend, not arguments.no_report, arguments.json
+    scenario = said_in(find_scenario(arguments.scenario), said_of(arguments))
+    scenario = _started_from(scenario, arguments.demonstration, arguments.plan, arguments.reading)
+    engine = make_engine(scenario, plugin_choice(arguments))
     reading = engine.read(scenario)
     with interruptible() as came:
         with pulse(came.one):  # first of all: a scenario that cannot be used claims no directory
-            setting = _noted_setting(scenario, reading, engine, seed=seed, backend=backend, twins=twins)
-        run = RunDirectory(out or Path("runs") / f"{scenario.name}-{seed}", run_key(scenario, setting, backend, engine))
+            setting = _noted_setting(scenario, reading, engine, seed=arguments.seed, backend=backend, twins=arguments.twins)
+        out = arguments.out or Path("runs") / f"{scenario.name}-{arguments.seed}"
+        run = RunDirectory(out, run_key(scenario, setting, backend, engine))
         if run.complete and (not report or (run.path / "report.html").is_file()):
             return _solved_before(run, json_output=json_output)
         job = _Job(run, scenario, reading, setting, engine, _earlier_trace(run), came)
         solution = _accepted_solution(job, report=report, quiet=json_output)
         if solution is None:
-            raise _no_solution(job, json_output=json_output, verbose=verbose, relax=relax)
+            raise _no_solution(job, json_output=json_output, verbose=arguments.verbose, relax=arguments.relax)
     return _ended(job, solution, json_output=json_output)
 
 
@@ -169,8 +146,6 @@ def _report_nothing(job: _Job, tried: Solution | None) -> None:
 
 def _changes(scenario: Scenario, setting: Setting, engine: Engine, *, json_output: bool) -> str:
     """Changes that would make a scenario solvable, as lines to be printed after the refusal."""
-    from ..engine.relaxing import relaxations
-
     found = relaxations(scenario, setting, engine, lambda _: None if json_output else print(f"tried: {_}", flush=True))
     lines = [f"\n  The scenario could be solved if you brought {r}." for r in found]
     return "".join(lines) or "\n  No declared change makes it solvable: neither base nor things, by up to 0.64 m."
@@ -244,8 +219,6 @@ def _say_understood(scenario: Scenario, setting: Setting, engine: Engine) -> Non
     Raises:
         NotUnderstood: it is ambiguous, false of the scene, or in words that are not known.
     """
-    from .say import understood_text
-
     for line in understood_text(scenario, setting, engine.knowledge):
         print(f"cramlite: {line}", file=sys.stderr)
 
@@ -291,26 +264,6 @@ def _earlier_trace(run: RunDirectory) -> Trace:
         return Trace()
     entries = read_trace(run.path / "trace.json").entries
     return Trace(list(takewhile(lambda e: e.candidate in run.refused, entries)))
-
-
-def _resolve(arguments: argparse.Namespace) -> int:
-
-    return resolve_scenario(
-        arguments.scenario,
-        out=arguments.out,
-        seed=arguments.seed,
-        backend=arguments.backend,
-        demonstration=arguments.demonstration,
-        plan=arguments.plan,
-        meant=arguments.reading,
-        plugins=plugin_choice(arguments),
-        report=not arguments.no_report,
-        json_output=arguments.json,
-        twins=arguments.twins,
-        verbose=arguments.verbose,
-        relax=arguments.relax,
-        said=said_of(arguments),
-    )
 
 
 def add_commands(add: Add) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..base.errors import UserError
 from ..base.value import Value
 from ..base.yaml_file import load_yaml
 from ..scenario.scenario import Scenario, scenario_from, started_by
@@ -38,7 +39,13 @@ def add_say(command: argparse.ArgumentParser) -> None:
 
 
 def said_of(arguments: argparse.Namespace) -> Said | None:
-    """Return the sentence of a command line; None without one."""
+    """Return the sentence of a command line; None without one.
+
+    Raises:
+        UserError: it is empty.
+    """
+    if arguments.say is not None and not arguments.say.strip():
+        raise UserError("--say is empty; say what shall be done, such as --say 'put the tin on the tray'.")
     return Said(arguments.say, arguments.view) if arguments.say is not None else None
 
 

@@ -11,13 +11,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..base.errors import UserError
-from ..model.run.rollout import load_rollout
-from ..plugin.selection import INSTALLED, PluginChoice
+from ..model.run.rollout import Rollout
+from ..plugin.catalogue import Knowledge
 from .arguments import Add, duration, plugin_choice
+from .program_input import program_of, recorded
 
 if TYPE_CHECKING:
-    from ..model.run.rollout import Rollout
-    from ..plugin.catalogue import Knowledge
     from .viewer import Viewer
 
 
@@ -25,40 +24,22 @@ RATE = 25.0
 """Positions of the slider a second: what viser plays smoothly."""
 
 
-def view_run(
-    run: Path,
-    *,
-    world: str | None = None,
-    seed: int = 0,
-    host: str = "127.0.0.1",
-    port: int = 8080,
-    browser: bool = True,
-    seconds: float = 0.0,
-    plugins: PluginChoice = INSTALLED,
-) -> int:
+def _view(arguments: argparse.Namespace) -> int:
     """Serve a run to the browser until the time is up or the person interrupts.
-
-    Args:
-        run: a folder with ``rollout.npz``, of ``cramlite resolve --out`` or ``cramlite execute --out``.
-        world: as ``cramlite execute`` takes it; by default the run's own ``world.json``.
-        port: where to serve, or the next one that is free.
-        browser: open one.
-        seconds: 0 for no limit.
 
     Raises:
         UserError: the extra is not installed, the folder holds no run, or the address cannot be used.
     """
-    from ..plugin.catalogue import Knowledge
-
     require_viser()
-    knowledge = Knowledge(plugins.registry())
-    rollout = recorded(run, world, knowledge, seed)
-    viewer = viewer_of(rollout, knowledge, program_of(run), host, port)
+    run = arguments.directory
+    knowledge = Knowledge(plugin_choice(arguments).registry())
+    rollout = recorded(run, arguments.world, knowledge, arguments.seed)
+    viewer = viewer_of(rollout, knowledge, program_of(run), arguments.host, arguments.port)
     print(f"{run}: {rollout.times[-1]:.1f} s, {rollout.outcome}. The viewer is at {viewer.url}", flush=True)
-    if browser and not open_browser(viewer.url):
+    if not arguments.no_browser and not open_browser(viewer.url):
         print(no_browser(viewer.url), file=sys.stderr, flush=True)
     try:
-        viewer.play(seconds)
+        viewer.play(arguments.seconds)
     except KeyboardInterrupt:
         pass
     finally:
@@ -75,28 +56,6 @@ def require_viser() -> None:
             "'cramlite view' needs the package viser, which is not installed: pip install 'cramlite[view]' (4 MB). Without it, "
             "open the run's report.html in a browser: it has a drawing of the run that can be turned, with a time slider."
         )
-
-
-def recorded(run: Path, world: str | None, knowledge: Knowledge, seed: int = 0) -> Rollout:
-    """Read the run that a folder holds.
-
-    Raises:
-        UserError: there is none, or nobody says in which world it was.
-    """
-    from ..scenario.worlds import read_world
-
-    file, own = run / "rollout.npz", run / "world.json"
-    if not file.is_file():
-        raise UserError(
-            f"'{run}' holds no recorded run (no rollout.npz): give a folder that 'cramlite resolve --out' or 'cramlite "
-            "execute --out' wrote. A run in which nothing was proven, or of a backend whose text cannot be run here, has "
-            "none; its report.html shows what there is."
-        )
-    if world is None and not own.is_file():
-        raise UserError(
-            f"'{run}' does not say in which world it was (no world.json): give it with --world, as 'cramlite execute' was."
-        )
-    return load_rollout(file, read_world(world or str(own), knowledge, seed))
 
 
 def viewer_of(rollout: Rollout, knowledge: Knowledge, program: Sequence[str], host: str, port: int) -> Viewer:
@@ -144,13 +103,6 @@ def free_port(host: str, first: int, tries: int = 100) -> int:
     raise UserError(f"Nothing can be served at {host}:{first} ({why}); choose --host and --port.")
 
 
-def program_of(run: Path) -> list[str]:
-    """Return the lines of the program text in a run directory; none if it holds only the typed program
-    (JSON), or no program."""
-    found = sorted(p for p in run.glob("program.*") if p.suffix != ".json")
-    return found[0].read_text("utf-8").splitlines() if found else []
-
-
 def open_browser(url: str) -> bool:
     """Open a browser at an address; return whether one could be opened.
 
@@ -173,20 +125,6 @@ def no_browser(url: str) -> str:
     return (
         f"No browser could be opened here. Open {url} yourself; from another computer, after 'ssh -L {port}:localhost:{port} "
         "HOST', open the same address there. With --no-browser none is opened; Ctrl+C ends the viewer."
-    )
-
-
-def _view(arguments: argparse.Namespace) -> int:
-
-    return view_run(
-        arguments.directory,
-        world=arguments.world,
-        seed=arguments.seed,
-        host=arguments.host,
-        port=arguments.port,
-        browser=not arguments.no_browser,
-        seconds=arguments.seconds,
-        plugins=plugin_choice(arguments),
     )
 
 

@@ -148,16 +148,11 @@ def is_meant(setting: Setting, scenario: Scenario, plan: Plan | None, knowledge:
     if plan is not None:
         return are_there(plan, setting, knowledge, Trace())
     from ..language.sentence import NotUnderstood
-    from ..planning.operators import Grounder
-    from ..planning.spoken_goals import spoken
-    from ..planning.symbolic.goal_planner import ground_goal
-    from ..planning.task_goals import Goal
+    from ..planning.scenario_goals import meanings
 
     scene = setting.symbolic(knowledge.taxonomy)
-    grounder = Grounder(scene, knowledge.predicates)
     try:
-        goal = spoken(Goal(scenario.spec.goal or ()), scene, knowledge)
-        return next(ground_goal(goal, scenario.spec.objects, grounder), None) is not None
+        return next(meanings(scenario, scene, knowledge), None) is not None
     except NotUnderstood as error:
         return error.ambiguous  # it is asked back
     except UserError:
@@ -180,8 +175,7 @@ def _revealed(setting: Setting, reveal: Reveal, knowledge: Knowledge) -> Setting
     state, candidate = proven
     text = text_that_runs(candidate, setting.backend)
     assert text is not None  # it ran in the proof
-    mount = seen.real.robots[0].name
-    ran = knowledge.simulator.execute(text.text, seen.real, knowledge.robots_of(seen.real), mount=mount, seed=setting.seed)
+    ran = knowledge.run(text.text, seen.real, setting.seed)
     if ran.outcome != "finished":
         return _shut(setting, reveal.name, f"the proven program did not come to its end ({ran.outcome}): {ran.reason}")
     looked = look_into(seen, reveal.place, state, seen.camera, world_after_run(ran, seen.real), knowledge, setting.seed)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +13,6 @@ from ..base.value import Value
 from ..model.geometry import Pose
 from ..planning.trace import Trace
 from ..plugin.exporting import require_installed, write_new
-from .late_page import write_page_of
 from .recorded_run import PICTURE, pictures_of, record_of, sample_at
 
 if TYPE_CHECKING:
@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from ..plugin.protocols import Candidate
     from .execution import Execution
     from .setting import Setting
+
+WRITER = "cramlite.report"
+"""Module whose ``write_one_page`` writes a report; in a layer above the engine, and imported only when a page is asked for."""
 
 
 class Solution(Value):
@@ -136,7 +139,9 @@ class Solution(Value):
         """
         if self.knowledge is None:
             raise UserError(f"No engine gave the solution of '{self.plan}', so no plugin can write its report: use Engine.resolve.")
-        return write_page_of(self, self.knowledge, Path(path))
+        page = Path(path)
+        import_module(WRITER).write_one_page(self, self.knowledge, page)
+        return page
 
     def _drawn(self) -> tuple[Rollout, Knowledge]:
         """Return the recorded run of a solution, and the plugins' knowledge with which pictures of that run are drawn.

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import base64
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from ..base.html_template import html_template
+from ..base.picture import data_uri, encoded
 from ..model.run.rollout import Rollout
 from ..plugin.catalogue import Knowledge
 
@@ -30,8 +30,7 @@ def picture(path: Path) -> str:
     """Return a picture file as a data URI; "" if there is no file."""
     if not path.is_file():
         return ""
-    kind = "png" if path.suffix == ".png" else "jpeg"
-    return f"data:image/{kind};base64," + base64.b64encode(path.read_bytes()).decode()
+    return data_uri(path.read_bytes(), "PNG" if path.suffix == ".png" else "JPEG")
 
 
 def last_picture(rollout: Rollout, knowledge: Knowledge, size: tuple[int, int]) -> bytes:
@@ -41,10 +40,4 @@ def last_picture(rollout: Rollout, knowledge: Knowledge, size: tuple[int, int]) 
 
 def jpeg(pixels: Any) -> bytes:
     """Return a picture (height, width, 3) uint8 as the bytes of a JPEG file."""
-    from io import BytesIO
-
-    from PIL import Image
-
-    buffer = BytesIO()
-    Image.fromarray(pixels).save(buffer, "JPEG", quality=70)
-    return buffer.getvalue()
+    return encoded(pixels, "JPEG", quality=70)

@@ -37,7 +37,7 @@ OPERATORS = {
 
 
 class Atom(Value):
-    """Atomic formula ``predicate(term, ...)``."""
+    """Atomic formula: a ``predicate`` of ``terms``, each a variable or a value."""
 
     predicate: Predicate
     terms: tuple[Term, ...]

@@ -13,7 +13,9 @@ A file holds one task type. A variable named like a role IS that role's filler::
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterable
+from difflib import get_close_matches
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -131,6 +133,8 @@ def _asserted(clauses: Iterable[Clause], phase: str, denied: bool) -> set[str]:
     return found
 
 
+ALIKE = 0.8
+"""Similarity of two names from which one may be the other misspelt: difflib's ratio, of which 1 is equality."""
 RuleBook = tuple[Rule, ...]
 """The rules of all task types, sorted by task."""
 
@@ -247,6 +251,21 @@ def _check(rule: Rule, path: Path, data: Any) -> None:
                 f"condition binds; {nearest(name, bound)}"
             )
     _check_comparisons(rule, path, bound)
+    _check_spelling(rule, path)
+
+
+def _check_spelling(rule: Rule, path: Path) -> None:
+    """Refuse a variable that occurs once and is nearly called like a role that its condition does not name."""
+    clauses = (*rule.clauses, *rule.planned)
+    words = Counter(word for c in clauses for word in re.findall(r"\w+", c.text))
+    for clause in clauses:
+        named = mentions(clause.condition)
+        for name in sorted(n for n in named - rule.roles.keys() if words[n] == 1):
+            if close := get_close_matches(name, sorted(rule.roles.keys() - named), n=1, cutoff=ALIKE):
+                raise UserError(
+                    f"{path}:{clause.line}: in '{clause.text}': the variable '{name}' occurs nowhere else; did you mean the role "
+                    f"'{close[0]}'? Where any thing will do, write '_'."
+                )
 
 
 def _check_comparisons(rule: Rule, path: Path, bound: frozenset[str]) -> None:

@@ -32,8 +32,15 @@ class Asides:
     """
 
     def __init__(self, words: Words, frames: Frames, known: Callable[[str], bool], noun: Callable[[str], bool]) -> None:
-        self.words, self._frames, self._known, self._noun = words, frames, known, noun
+        can = (w == "can" and {*words[k - 1 : k]} & english.PERSONS for k, w in enumerate(words))  # "I can see it" names no can
+        self.words = tuple("could" if modal else word for word, modal in zip(words, can, strict=True))
+        self._frames, self._known, self._noun = frames, known, noun
         self._signs = Signs(frames, known, noun)
+
+    def comments(self, at: int) -> Iterator[int]:
+        """Generate the word indices at which an aside that begins at a given word ends at punctuation."""
+        ends = (k for k in self._bounds(at)[-1:] if k < len(self.words) and self._is_aside(self.words[at:k], at, k))
+        yield from ends
 
     def ends(self, at: int) -> Iterator[int]:
         """Generate the word indices at which an aside (a remark) that begins at a given word may end, the
@@ -42,7 +49,7 @@ class Asides:
         while k < len(self.words) and self.words[k] in (*english.STOPS, "and", "but"):
             k += 1
         bounds = self._bounds(k)
-        for end in range(k + 2, min(k + 4, len(self.words))):
+        for end in range(k + 2, min(k + 5, len(self.words))):
             if end not in bounds and self.words[k] in english.TIMED and self._is_adverbial(self.words[k:end]):
                 yield end
         yield from (end for end in reversed(bounds) if self._is_aside(self.words[k:end], k, end))
@@ -70,12 +77,17 @@ class Asides:
             return True
         asked = at > 0 and self.words[at - 1] in english.AUXILIARY  # "could you ..."
         opens = end < len(self.words) and self.words[end] in ("to", "that")  # "I refuse to ..."
-        return not (asked or opens) and self._is_clause(span)
+        return not (asked or opens) and self._is_clause(span, expletive=not any(map(self._known, self.words[:end])))
 
-    def _is_clause(self, span: Words) -> bool:
-        """Check whether words are clauses that give a reason or tell a story, or how something is."""
+    def _is_clause(self, span: Words, *, expletive: bool) -> bool:
+        """Check whether words are clauses that give a reason or tell a story, or how something is.
+
+        ``expletive`` says that "it" stands for nothing in them, since no thing was named before: "it will freeze tonight".
+        """
         first, *others = self._signs.clauses(span)
         inner, opened = self._opened(first)
+        if expletive:
+            inner, *others = (tuple("she" if w in english.STANDING else w for w in piece) for piece in (inner, *others))
         signs = {*self._signs.of(inner), *(opened or ("main",))}
         if not (opened or (self._has_subject(inner) and not _binds(signs, english.ALONE))):
             return False
@@ -121,6 +133,8 @@ class Asides:
             return True
         if span[0] == "for" and len(span) > 1:
             return True
+        if span[0].endswith("ing") and len(span) > 1 and not (self._signs.about(span) or any(map(self._noun, span))):
+            return not self._signs.commands(span)  # "being a careful man"
         if span[0] == "to" and len(span) > 1 and span[1] != "be" and not (self._signs.placed(span[1:]) or self._signs.stated(span)):
             return not any(map(self._known, span[1:2])) and span[1] not in english.THE
         like = span[0] in ("like", "as") and not any(map(self._known, span)) and not {*span} & english.NEGATIVE
@@ -132,16 +146,25 @@ class Asides:
         "plop!", "Robbie, ..."."""
         apart = (at == 0 or self.words[at - 1] in english.STOPS) and (end == len(self.words) or self.words[end] in english.STOPS)
         last = end == len(self.words) and len(span) == 1
-        if apart and span[-1] in english.ADDRESS and not any(map(self._known, span)):
+        if apart and singular_in(span[-1], english.ADDRESS) and not any(map(self._known, span)):
             return True
+        times = any(singular_in(w, english.ABSTRACT) for w in span) and not {*span} & english.NEGATIVE and self._sentence(at, end)
+        if times and not self._signs.commands(span) and not self._signs.about(span) and not self._signs.stated(span):
+            told = (w for w in span if w not in english.SMALL | english.TIMED and not singular_in(w, english.ABSTRACT))
+            return not any(map(self._noun, told))  # "Guests at eight."
         plain = not any(self._noun(w) or w in self._frames.words or w[0].isdigit() for w in span)
         small = {*span} & (english.NEGATIVE | english.LIMITING | english.THE | english.ONE | english.EVERY | english.NUMBERS.keys())
         return len({*span}) == 1 and (apart or last) and plain and not small and not {*span} & english.SIDES.keys()
 
+    def _sentence(self, at: int, end: int) -> bool:
+        """Check whether words are a sentence of their own, between full stops."""
+        ends = english.STOPS - {","}
+        return (at == 0 or self.words[at - 1] in ends) and (end == len(self.words) or self.words[end] in ends)
+
     def _matrices(self, at: int) -> Iterator[int]:
         """Yield the positions after words that introduce a request: "it would mean a lot to me if", "I was
         hoping that", "do not forget to"."""
-        for k in range(at + 2, min(at + 12, len(self.words))):
+        for k in range(at + 2, min(at + LONG, len(self.words))):
             span = self.words[at:k]
             if span[-1] == ":" and not (self._signs.placed(span) or self._signs.stated(span) or {*span} & english.NEGATIVE):
                 yield k
@@ -161,3 +184,4 @@ class Asides:
 
 def _binds(signs: set[str], table: tuple[frozenset[str], ...] = english.BINDING) -> bool:
     return any(together <= signs for together in table)
+

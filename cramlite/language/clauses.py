@@ -12,14 +12,14 @@ from .english import Words, starts
 from .frames import Frames
 from .requests import AIMS, Found, RequestParser
 from .surface import RETRACT
-from .tree import Clause, Noun
+from .tree import Clause, Link, Noun
 
 Clauses = tuple[Clause, ...]
 TIME = ("after", "once", "before", "when", "having")
 """Words before a clause that is done earlier or later."""
 FURTHER = (
     *("and", "or", "but", "then", "so", "such", "until", "till", "if", "while", "with", "leaving", "keeping", "making", "ensuring", "by"),
-    RETRACT,
+    *("unless", "provided", "providing", "only", RETRACT),
 )
 """Words before a further clause."""
 MOST = 600
@@ -147,19 +147,32 @@ class ClauseParser(RequestParser):
 
     def _clauses(self, at: int) -> tuple[Found, ...]:
         if at not in self._parsed:
-            ways = (self._imperative, self._wished, self._after, self._given, self._swapped, self._named)
+            ways = (self._imperative, self._wished, self._after, self._given, self._swapped, self._named, self._excepting)
             self._parsed[at] = tuple(dict.fromkeys(found for way in ways for found in way(at)))
         return self._parsed[at]
 
     def _given(self, at: int) -> Iterator[Found]:
-        """Yield conditional clauses, which are checked in the present scene: "if the drawer is open"."""
-        reasons = [(end, True) for end in starts(self.words, at, english.REASONS)]
-        for start, told in (*reasons, *(((at + 1, False),) if self.words[at : at + 1] == ("if",) else ())):
+        """Yield conditions, which are checked in the present scene: "if the drawer is open", "unless the tin is on the tray".
+
+        One that lasts is a request: "provided that the mug stays upright".
+        """
+        tables = ((english.REASONS, True, False), (english.CONDITIONS, False, False), (english.PROVISOS, False, True))
+        for start, told, unless in ((end, told, unless) for table, told, unless in tables for end in starts(self.words, at, table)):
             for theme, end in self._nouns.nouns(start):
-                ways = [(b, False) for b in starts(self.words, end, english.BE)]
-                ways += [(b, True) for b in starts(self.words, end, english.IS_NOT)]
+                ways = [(b, unless) for b in starts(self.words, end, english.BE)]
+                ways += [(b, not unless) for b in starts(self.words, end, english.IS_NOT)]
                 for begin, denied in ways:
-                    yield from ((replace(c, given=True, told=told, denied=denied), last) for c, last in self._predicates(theme, begin))
+                    given = told or unless or not {*self.words[end:begin]} & english.LASTING
+                    yield from ((replace(c, given=given, told=told, denied=denied), last) for c, last in self._predicates(theme, begin))
+
+    def _excepting(self, at: int) -> Iterator[Found]:
+        """Yield requests behind what is left out of them: "except for the jug, put everything in the basket"."""
+        for start in starts(self.words, at, english.EXCEPT):
+            for noun, end in self._nouns.nouns(start):
+                asked = self._clauses(end + 1) if self.words[end : end + 1] == (",",) else ()
+                for clause, last in (f for f in asked if not (f[0].theme.members or f[0].theme.pronoun)):
+                    links = (*clause.theme.links, Link("except", self.words[at:start], (noun,)))
+                    yield replace(clause, theme=replace(clause.theme, links=links)), last
 
     def _swapped(self, at: int) -> Iterator[Found]:
         """Yield requests to exchange two things: "swap the can and the jug"."""
@@ -211,7 +224,7 @@ class ClauseParser(RequestParser):
             yield from self._brief(at)
         for noun, end in self._nouns.nouns(at):
             comma = end + (self.words[end : end + 1] == (",",))
-            if noun.quantity == "none" or starts(self.words, comma, english.TOO):
+            if (noun.quantity == "none" and (noun.words or not noun.other)) or starts(self.words, comma, english.TOO):
                 yield replace(last, theme=noun, denied=last.denied or noun.quantity == "none"), end
         for start in starts(self.words, at, english.SO_DOES) if self.words[at - 1] == "so" else ():  # "so does the can"
             yield from ((replace(last, theme=noun), end) for noun, end in self._nouns.nouns(start))
@@ -229,6 +242,8 @@ class ClauseParser(RequestParser):
         "and in it the tin"."""
         for begin in starts(self.words, at, english.BE):
             yield from self._predicates(last.theme, begin)
+        for frame, verb, particle, end in self.frames.participles(self.words, at):  # "removed from the floor and put in the drawer"
+            yield from self._complements(frame, verb, last.theme, end) if not particle else ()
         for frame in self.frames.placing if places else ():
             yield from self._places(frame, (), last.theme, at)
             for start in starts(self.words, at, frame.prepositions):

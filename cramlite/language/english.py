@@ -97,6 +97,10 @@ SWAPPED, EXISTS = _patterns("swapped"), _patterns("exists")
 """Words behind things that change places, and before what there shall be."""
 HOLDS, REASONS = _patterns("holds"), _patterns("reasons")
 """Verbs between a place and what shall be there, and words before a reason."""
+CONDITIONS, PROVISOS = _patterns("conditions"), _patterns("provisos")
+"""Words before what must be so, and before what must not be so, that a request holds."""
+LASTING = _set("lasting")
+"""Verbs by which a condition asks for what it says: "provided that it stays upright"."""
 TENS: Mapping[str, int] = _TABLES["tens"]
 """Numbers of amounts."""
 NUMBER = _patterns("number")
@@ -187,8 +191,8 @@ GROUPS = _set("groups")
 """Nouns for several things together."""
 ERECT = _set("erect")
 """Verbs whose "up" says how a thing shall stand."""
-APPOSED, BASED = _patterns("apposed"), _patterns("based")
-"""Words before a further description of what was just named, and words behind the lowest thing of a stack."""
+APPOSED, IDENTIFIED, BASED = _patterns("apposed"), _patterns("identified"), _patterns("based")
+"""Words before a further description of what was just named, before another name of it, and behind the lowest thing of a stack."""
 AMOUNTING = _set("amounting")
 """Words before an amount."""
 NOT_YET = Phrases("not | no longer | never | anywhere (but|except|other than)")
@@ -223,7 +227,8 @@ def tokens(text: str) -> Words:
 
     Phrases for "on top of" become one word.
     """
-    said = re.sub(r"(?<=[\w\s])[&+](?=[\w\s])", " and ", text.lower())
+    text = re.sub(r"\bSTOP\b", ".", text) if text.isupper() else text
+    said = re.sub(r"(?<=[\w\s])[&+](?=[\w\s])", " and ", re.sub(r"\bi\.e\.", "that is", text.lower()))
     said = re.sub(r"-+>|=+>|\u2192", " to ", said.replace("\u2019", "'"))
     said = re.sub(r"(?<![\w-])(?:([+-])|(plus|minus) )([xy])(?= |-)", lambda found: f"{AXIS[found[1] or found[2]]}_{found[3]}", said)
     said = re.sub(r"[()\u2013\u2014]|\s-\s|\.\.+|\u2026", " , ", said).replace("-", " ").replace("#", " number ")
@@ -231,6 +236,7 @@ def tokens(text: str) -> Words:
         said = re.sub(rf"\b{short}(?!')\b", whole, said)
     for ending, whole in _TABLES["endings"].items():
         said = re.sub(rf"(?<=\w){ending}\b", f" {whole}", said)
+    said = re.sub(r"\b(some(?:body|one)|every(?:body|one)|who|s?he)'s (?=been|left|gone|put|taken|made|lost|\w+ed\b)", r"\1 has ", said)
     said = re.sub(rf"\b({'|'.join(_TABLES['copula'].split())})'s\b", r"\1 is", said)
     said = re.sub(r"(\w)'s\b", r"\1 's", said)
     said = re.sub(r"(\w)s'(?=\s)", r"\1s", said)

@@ -13,7 +13,7 @@ from .clauses import ClauseParser
 from .english import Words, starts
 from .frames import Frame, Frames
 from .labels import Labels
-from .nouns import spoken
+from .nouns import NounParser, spoken
 from .requests import Found
 from .signs import adverb
 from .tree import Clause, Link, Noun
@@ -73,6 +73,7 @@ class FreeParser(ClauseParser):
         self._aside: dict[int, tuple[Found, ...]] = {}
         self._fitting: dict[Words, bool] = {}
         self._asides = Asides(words, frames, labels.calls, lambda w: labels.calls(w) or not labels.unknown((w,)))
+        self._nouns = NounParser(words, frames.prepositions, frames.states, labels.names, self._asides.comments)
 
     def _clauses(self, at: int) -> tuple[Found, ...]:
         if at not in self._parsed:
@@ -114,8 +115,9 @@ class FreeParser(ClauseParser):
         """Check whether a noun phrase could describe something in the scene; a pronoun always could."""
         if noun.members:
             return all(self._known(n) and not (n.pronoun and n.several) for n in noun.members)
-        if any(not self._known(n) for link in noun.links for n in link.nouns):
-            return all({*n.words} <= english.ROBOT | english.VIEWER and n.words for link in noun.links for n in link.nouns)
+        others = [n for link in noun.links for n in link.nouns if not self._known(n)]
+        if not all({*n.words} <= english.ROBOT | english.VIEWER and n.words for n in others):
+            return False
         if noun.pronoun or not noun.words or noun.words == english.ANYTHING:
             return True
         if noun.words not in self._fitting:
@@ -181,7 +183,8 @@ class FreeParser(ClauseParser):
             for end, verbs in found.items():
                 yield from self._free(at, end, replace(heard, verbs=tuple(verbs)))
             word = self.words[k]
-            strange = not found and word.isalpha() and word not in english.SMALL | english.LIMITING and not self._labels.calls(word)
+            small = english.SMALL | english.LIMITING | english.PROVIDING
+            strange = not found and word.isalpha() and word not in small and not self._labels.calls(word)
             begins = k == at and heard.theme is None and k + 1 < len(self.words) and self._theme_at(k + 1)
             ends = heard.theme is not None and heard.place is not None and (k + 1 == len(self.words) or self.words[k + 1] in english.STOPS)
             if strange and (begins or ends):
@@ -212,7 +215,8 @@ class FreeParser(ClauseParser):
             return
         if heard.place is not None:
             return
-        for start in dict.fromkeys(e for e in starts(self.words, k, self.frames.prepositions)):
+        erect = self.words[k] == "up" and any({*verb} & english.ERECT for _, verb, _ in heard.verbs)  # "stand it up on the tray"
+        for start in starts(self.words, k, self.frames.prepositions) if not erect else ():
             for noun, end in self._nouns.nouns(start):
                 if self._known(noun):
                     yield from self._free(at, end, replace(heard, place=noun, relation="phrase", words=self.words[k:start]))

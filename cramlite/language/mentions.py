@@ -41,6 +41,7 @@ class Mentions(Value):
         where: by which a place was called last.
         put: what was put somewhere.
         some: themes of which any were meant, with how many.
+        two: the last two things that were named, to which "the former" and "the latter" refer.
     """
 
     themes: tuple[tuple[str, ...], ...] = ()
@@ -50,6 +51,7 @@ class Mentions(Value):
     where: Words = ()
     put: frozenset[str] = frozenset()
     some: frozenset[tuple[tuple[str, ...], int]] = frozenset()
+    two: tuple[str, ...] = ()
 
     @property
     def every(self) -> frozenset[str]:

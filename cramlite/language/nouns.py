@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 
 from msgspec.structs import replace
 
@@ -13,6 +13,8 @@ from .surface import RETRACT
 from .tree import Link, Noun
 
 Found = tuple[Noun, int]
+RANKED = ("former", "latter")
+"""Pronouns for the first and the second of the last two things that were named."""
 """A description, and the position behind it."""
 MOST = 9
 """Words that name a thing, at most."""
@@ -33,16 +35,21 @@ class NounParser:
         prepositions: of goal phrases.
         states: adjectives of goal phrases, e.g. "open".
         names: words that are names of things, whatever else they may mean.
+        comments: where the comments that begin at a position may end.
     """
 
-    def __init__(self, words: Words, prepositions: tuple[Words, ...], states: Mapping[str, str], names: frozenset[str]) -> None:
+    def __init__(
+        self, words: Words, prepositions: tuple[Words, ...], states: Mapping[str, str], names: frozenset[str],
+        comments: Callable[[int], Iterable[int]] = lambda _at: (),
+    ) -> None:  # fmt: skip
+        self._comments = comments
         self.words, self.prepositions, self.states, self._names = words, prepositions, states, names
         self._parsed: dict[tuple[int, int, bool], tuple[Found, ...]] = {}
         firsts = {p[0] for p in (*prepositions, *english.BESIDE, *english.UNDER, *english.OF, *english.WITH)}
         firsts |= english.FINITE.firsts - {"can"}
         firsts -= english.SIDES.keys()
-        small = {"and", "or", "but", "that", "which", "so", "such", "after", "once", "before", "if", "except", RETRACT}
-        self._ends = firsts | english.STOPS | small | english.NEGATIVE | english.CONDITIONAL
+        small = {"and", "or", "but", "that", "which", "so", "such", "after", "once", "before", "except", "i", "we", "he", "she", RETRACT}
+        self._ends = firsts | english.STOPS | small | english.NEGATIVE | english.PROVIDING
 
     def nouns(self, at: int, deep: int = 0, *, joined: bool = True) -> tuple[Found, ...]:
         """Return the noun phrases that may begin at a position, the longer ones first."""
@@ -68,6 +75,8 @@ class NounParser:
             return  # "all but the jug and the bowl"
         for word, behind in self._conjunctions(end):
             for other, last in self.nouns(behind, deep, joined=False):
+                if other.quantity == "none" != members[0].quantity:
+                    continue  # "the top one, and no other"
                 found = (*members, other)
                 if word == ",":
                     yield from self._joined(at, found, last, deep)
@@ -102,6 +111,8 @@ class NounParser:
         for end in starts(self.words, at, english.NONE):
             if self.words[end - 1] == "them" or (word == "neither" and end == at + 1 and after in self._ends):
                 yield Noun(self.text(at, end), quantity="none", pronoun="them", several=True), end
+        if word == "the" and after in RANKED:
+            yield Noun(self.text(at, at + 2), pronoun=after), at + 2
         if word == "one" and alone and self.words[at - 1 : at] not in (("that",), ("this",)):
             yield Noun(word, quantity="a", elided=True), at + 1
         if word in ("everything", "anything", "nothing", "something") or (word == "all" and after in ("that", *self._ends)):
@@ -235,15 +246,8 @@ class NounParser:
         if deep < DEEP and len(noun.links) < 3:
             for link, last in self._links(end, deep):
                 yield from self._linked(at, replace(noun, links=(*noun.links, link)), last, deep)
-            for begin in starts(self.words, end, english.APPOSED):  # "the tin, the one on the left, ..."
-                for more, last in self._linked(begin, Noun(""), begin, deep + 1):
-                    if more.links and self.words[last : last + 1] in ((), *((w,) for w in english.STOPS)):
-                        comma = self.words[last : last + 1] == (",",)
-                        yield from self._linked(at, replace(noun, links=(*noun.links, *more.links)), last + comma, deep + 1)
-            for begin in starts(self.words, end + 1, english.CONTRAST) if self.words[end : end + 1] == (",",) else ():
-                for _, last in self.nouns(begin, deep + 1, joined=False):  # "the red block, not the blue one, ..."
-                    if self.words[last : last + 1] == (",",):
-                        yield from self._linked(at, noun, last + 1, deep + 1)
+            for links, last in self._parentheses(end, deep + 1):
+                yield from self._linked(at, replace(noun, links=(*noun.links, *links)), last, deep + 1)
         owned = replace(noun, said=self.text(at, end))
         if self.words[end : end + 1] == ("'s",) and deep < DEEP:
             for last in self._cores(end + 1):
@@ -251,6 +255,29 @@ class NounParser:
                 if part is not None:
                     yield from self._linked(at, replace(part, links=(Link("of", ("'s",), (owned,)),)), last, deep + 1)
         yield owned, end
+
+    def _parentheses(self, at: int, deep: int) -> Iterator[tuple[tuple[Link, ...], int]]:
+        """Yield what stands between commas behind a noun phrase, as relations: ", which stands on the tray," and ", the one on
+        the left," say more of it; ", not the blue one," and ", which my aunt gave me," nothing.
+
+        What a condition says, ", if open,", must be so.
+        """
+        if self.words[at : at + 1] != (",",):
+            return
+        found: list[tuple[tuple[Link, ...], int]] = [((link,), end) for link, end in self._links(at + 1, deep)]
+        for begin in starts(self.words, at + 1, english.APPOSED):
+            found += [(noun.links, end) for noun, end in self._linked(begin, Noun(""), begin, deep) if noun.links]
+        for begin in starts(self.words, at + 1, english.IDENTIFIED):
+            others = [(n, end) for n, end in self.nouns(begin, deep, joined=False) if n.words]
+            found += [((Link("same", self.words[at + 1 : begin], (n,)),), end) for n, end in others]
+        for begin in starts(self.words, at + 1, english.CONTRAST):
+            found += [((), end) for _, end in self.nouns(begin, deep, joined=False) if self.words[end : end + 1] == (",",)]
+        found += [((k,), e) for begin in starts(self.words, at + 1, english.CONDITIONS) for k, e in self._related(begin, at + 1, deep)]
+        ends = [end for end in self._comments(at + 1) if self.words[end : end + 1] == (",",)]
+        found += [((Link("comment", self.words[at + 1 : end]),), end) for end in ends]
+        for links, end in found:
+            if end >= len(self.words) or self.words[end] in english.STOPS:
+                yield links, end + (self.words[end : end + 1] == (",",))
 
     def _links(self, at: int, deep: int) -> Iterator[tuple[Link, int]]:
         yield from self._excepted(at, deep)

@@ -43,8 +43,9 @@ class Places:
         Raises:
             Refusal: none is, or too many are.
         """
-        if noun.pronoun == "origin":
-            return self._origin(noun, phrase, themes)
+        if noun.pronoun in ("origin", "vacated"):
+            others = [g for g in reversed(mentions.themes) if len(g) == 1 and not {*g} & {*themes}]
+            return self._origin(noun, phrase, others[0] if noun.pronoun == "vacated" and others else themes)
         if noun.pronoun:
             return self._before(noun, words, phrase, themes, mentions)
         try:

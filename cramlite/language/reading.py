@@ -13,7 +13,7 @@ from ..base.value import Value
 from ..model.entity_name import thing_of
 from .english import TOP_WORD
 from .mentions import Mentions, Referents
-from .nouns import spoken
+from .nouns import RANKED, spoken
 from .places import Places, meaningful
 from .reference import Resolver
 from .refusal import ABSENT, FALSE, OPEN, UNREAD, Refusal, listed
@@ -370,7 +370,9 @@ class Reading:
         its = self._mentions
         where = clause.place.words[-1:] if clause.place is not None else ()
         groups = (*its.themes, themes), (*its.places, places)
-        self._mentions = Mentions(*groups, words, its.earlier, where or its.where, frozenset(put), chosen)
+        named = tuple(dict.fromkeys((*its.two, *themes, *places)))[-2:]
+        two = its.two if {clause.theme.pronoun, clause.place and clause.place.pronoun} & {*RANKED} else named
+        self._mentions = Mentions(*groups, words, its.earlier, where or its.where, frozenset(put), chosen, two)
 
     def _whole(self, name: str, clause: Clause) -> str:
         """Return the name of the thing that the sentence named, if one of the thing's parts is meant: the

@@ -16,6 +16,7 @@ from ..ontology.taxonomy import words_of
 from .english import ANYTHING, INWARD, ORDINALS, PACKAGES, REGIONS, ROBOT, VIEWER, singular
 from .labels import Labels, normal
 from .mentions import Mentions, Referents
+from .nouns import RANKED
 from .refusal import FALSE, OPEN, UNKNOWN, Refusal, listed
 from .space import AXES
 from .tree import Link, Noun
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
 About = Callable[[str], bool]
 FILTERS = (
     *("phrase", "of", "with", "under", "state", "colour", "left of", "right of", "in front of", "behind", "between", "at", "except"),
-    *AXES, "here",
+    *AXES, "same", "here", "comment",
 )
 
 
@@ -178,7 +179,7 @@ class Resolver:
             places = listed([self.space.place(n) for n in alike], "and")
             strange = [w for w in noun.words[:-1] if not any(self.labels.describes(n, (w,)) for n in alike)] or list(noun.words[:-1])
             known = f"nothing is known of {listed([repr(w) for w in strange])} at {places}"
-            return Refusal(FALSE, f"there is no '{noun.said}' here: {known}")
+            return Refusal(FALSE, f"there is no '{noun.said}' here: {known}; say {listed([repr(n) for n in alike], 'or')}")
         if words:
             said = listed([repr(w) for w in words])
             return Refusal(UNKNOWN, f"nothing here is called {said} (in '{noun.said}'); there are: {self._names()}")
@@ -197,7 +198,7 @@ class Resolver:
             form = self.frames.states[link.words[0]]
             phrases = [f.phrase for f in self.frames.unary if f.phrase.form == form]
             return [n for n in names if any(self.so(p.meaning, n) for p in phrases)]
-        if link.relation == "here":
+        if link.relation in ("here", "comment"):
             return names
         if link.relation == "between":
             others = self.things(link.nouns[0], _anything, mentions).names
@@ -207,6 +208,8 @@ class Resolver:
         if link.relation == "with" and (having := self._having(names, link.nouns[0])):
             return having
         others = tuple(self.pool(link.nouns[0], _anything, mentions))
+        if link.relation == "same":
+            return [n for n in names if n in others]
         return [n for n in names if any(self._relates(n, o, link) if n != o else link.relation == "of" for o in others)]
 
     def _without(self, names: list[str], link: Link, mentions: Mentions) -> list[str]:
@@ -383,6 +386,8 @@ class Resolver:
             wholes = tuple(dict.fromkeys(map(thing_of, group)))
             return wholes if all(map(about, wholes)) else tuple(self._parts(wholes, about))
 
+        if noun.pronoun in RANKED and len(mentions.two) == 2:
+            return Referents(noun.said, known((mentions.two[RANKED.index(noun.pronoun)],)))
         last_some = next((n for group, n in mentions.some if group == mentions.themes[-1]), 0)
         if last_some and noun.several == (last_some > 1):
             return Referents(noun.said, mentions.themes[-1], some=last_some)

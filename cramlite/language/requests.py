@@ -47,6 +47,8 @@ class RequestParser:
 
     def _known_clause(self, clause: Clause) -> bool:
         nouns = (clause.theme, clause.place, *(clause.beside.nouns if clause.beside is not None else ()))
+        if any(n is not None and n.quantity == "none" for n in nouns[1:]):
+            return False  # "next to nothing in particular"
         return all(self._known(n) for n in nouns if n is not None)
 
     def _courtesies(self, at: int, *tables: Phrases) -> tuple[int, ...]:
@@ -71,6 +73,10 @@ class RequestParser:
                     yield begin + 2  # "not the lower"
 
     def _imperative(self, at: int, *, participle: bool = False) -> Iterator[Found]:
+        for end in self.frames.verb_ends(self.words, at) if not participle else ():  # "unlatch and open the door"
+            meant = {f.phrase for f, *_ in self.frames.verbs(self.words, at)}
+            both = self._imperative(end + 1) if self.words[end : end + 1] == ("and",) else ()
+            yield from ((clause, last) for clause, last in both if clause.phrases[0] in meant)
         verbs = self.frames.participles if participle else self.frames.verbs
         for frame, verb, particle, end in verbs(self.words, at):
             given = self.words[end : end + 1] in (("me",), ("us",))
@@ -191,7 +197,8 @@ class RequestParser:
         for phrase, relation in english.BESIDE.items():
             if self.words[at : at + len(phrase)] == phrase:
                 for place, end in self._nouns.nouns(at + len(phrase)):
-                    yield self._clause(frame, verb, theme, place, relation, phrase), end
+                    clause = self._clause(frame, verb, theme, place, relation, phrase)
+                    yield from ((clause, last) for last in (*starts(self.words, end, (("there",), ("on", "there"))), end))
         for start in starts(self.words, at, english.UNDER):
             for place, end in self._nouns.nouns(start):
                 yield self._clause(frame, verb, theme, place, "under", self.words[at:start]), end
@@ -208,7 +215,9 @@ class RequestParser:
         if not frame.region:
             return
         for end in starts(self.words, at, english.ORIGIN):
-            yield self._clause(frame, verb, theme, Noun(self._nouns.text(at, end), pronoun="origin"), "phrase"), end
+            own = theme.pronoun or {*self.words[at:end]} & {"back", "its", "their"}  # "the red one where it was" is another's place
+            origin = Noun(self._nouns.text(at, end), pronoun="origin" if own else "vacated")
+            yield self._clause(frame, verb, theme, origin, "phrase"), end
         for word in {*self.words[at : at + 1]} & self._names & english.ASIDE if ("on",) in frame.prepositions else ():
             yield self._clause(frame, verb, theme, Noun(word, (word,)), "phrase", ("on",)), at + 1
 

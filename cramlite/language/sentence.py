@@ -14,9 +14,10 @@ from .free import FreeParser
 from .labels import Labels
 from .reading import Literal, Reading
 from .reference import Resolver
-from .refusal import OPEN, UNKNOWN, Refusal, listed
+from .refusal import ABSENT, OPEN, UNKNOWN, Refusal, listed
 from .space import Space, view_of
 from .surface import Surface
+from .tree import Clause
 
 if TYPE_CHECKING:
     from ..interpretation.fluents import Fluents, SymbolicWorld
@@ -111,7 +112,7 @@ def _meanings(
         try:
             literals = reading.literals(clauses)
             key = tuple(sorted(one.goal for one in literals))
-            left_out = tuple(said for c in clauses for said in (c.said if c.relation in ("aside", "ahead") else "", c.odd) if said)
+            left_out = tuple(said for c in clauses for said in _left_out(c) if said)
             cost = sum(len(said.split()) for said in left_out), sum(c.bare for c in clauses), resolver.needless
             if key not in found or cost < found[key][0]:
                 found[key] = cost, literals, left_out
@@ -120,6 +121,12 @@ def _meanings(
             parser.drop(tuple(clauses[: reading.at + 1]))
     least = min((cost for cost, *_ in found.values()), default=(0, 0, 0))
     return {goals: (literals, left_out) for goals, (cost, literals, left_out) in found.items() if cost == least}
+
+
+def _left_out(clause: Clause) -> tuple[str, ...]:
+    """Return the words of a clause that ask for nothing."""
+    comments = clause.theme.comments + (clause.place.comments if clause.place is not None else ())
+    return (clause.said if clause.relation in ("aside", "ahead") else "", clause.odd, *comments)
 
 
 def _viewed(words: english.Words, view: str) -> tuple[english.Words, str]:
@@ -131,30 +138,20 @@ def _viewed(words: english.Words, view: str) -> tuple[english.Words, str]:
     return words, view
 
 
-def _without_phrases(words: english.Words) -> english.Words:
-    """Return the words without polite phrases: "whenever you are ready"."""
-    left, k = list[str](), 0
-    while k < len(words):
-        ends = (*english.starts(words, k, english.POLITE), *english.starts(words, k, english.CLOSING))
-        left += [] if ends else [words[k]]
-        k = max(ends) if ends else k + 1
-    return tuple(left)
-
-
 def _check_words(sentence: str, words: english.Words) -> None:
     if not words:
         raise NotUnderstood("An empty sentence asks for nothing; say what shall be done, such as 'put the cup on the tray'.")
     if len(words) > LONGEST:
         raise NotUnderstood(f"The sentence has {len(words)} words; up to {LONGEST} are read. Say it in several sentences.")
-    asked = [w for w in _without_phrases(words) if w in english.CONDITIONAL]
-    if asked:
-        raise NotUnderstood(f"'{sentence}' has a condition ('{asked[0]}'); a goal has none. Say what shall hold in the end.")
 
 
 def _refusal(sentence: str, words: english.Words, parser: ClauseParser, resolver: Resolver, refused: Sequence[Refusal]) -> NotUnderstood:
     """Return why a sentence was refused: because of a denying word in it, or for the way to read it that came farthest."""
+    asked = [w for w in words if w in english.CONDITIONAL]
+    if asked and not any(r.rank == OPEN for r in refused):
+        return NotUnderstood(f"'{sentence}' has a condition ('{asked[0]}'); a goal has none. Say what shall hold in the end.")
     denied = [w for w in words if w in english.NEGATIVE]
-    if denied and not any(r.rank == OPEN for r in refused):
+    if denied and not any(r.rank in (ABSENT, OPEN) for r in refused):
         said = f"'{sentence}' says what shall not hold ('{denied[0]}'), in words that are not understood"
         advice = "say what shall hold instead, or 'the tin should not be on the tray'."
         return NotUnderstood(f"{said}; {advice}")

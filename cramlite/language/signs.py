@@ -155,14 +155,15 @@ class Signs:
 
     def _stands(self, piece: Words) -> bool:
         helping = english.AUXILIARY | english.LIGHT
-        return any(w in self._states and piece[k] in helping for k, w in enumerate(piece[1:]))
+        ways = [f.stated for f in self.frames.unary]
+        return any(w in helping and any(starts(piece, k + 1, way) for way in ways) for k, w in enumerate(piece))
 
     def placed(self, span: Words) -> bool:
         """Check whether words contain a place: a preposition before something that the scene has or might have."""
         for k in range(len(span)):
             for end in self.frames.preposition_ends(span, k)[:1]:
                 rest = span[end:]
-                begun = rest and (rest[0] in english.THE | english.ONE | {*english.PRONOUNS} or any(map(self.noun, rest[:2])))
+                begun = rest and (rest[0] in english.STANDING | {*english.PRONOUNS} - english.THE or any(map(self.noun, rest[:4])))
                 if begun and not self.abstract(rest) and not (span[k] == "to" and self.frames.verb_ends(rest, 0)):
                     return True
         return False

@@ -110,7 +110,8 @@ class Surface:
                 break
             strong = strong or bool(ends and words[end:ends[0]] != ("no",))
             end = ends[0] if ends else end + 1
-        alone = words[at:end] == ("no",) and not (words[end : end + 1] and (words[end] in english.THE or self._preposition(words, end)))
+        begins = {*words[end : end + 1]} & english.THE or self._preposition(words, end) or starts(words, end, english.DISMISSED)
+        alone = words[at:end] == ("no",) and not begins
         return at if alone or words[end : end + 1] == ("than",) or not (strong or end > at) else end
 
     def _dismissed(self, words: Words, at: int) -> tuple[int, Words]:

@@ -17,6 +17,7 @@ class Link(Value):
     Args:
         relation: "phrase" (a preposition of goal phrases), "side" (a position among others), "of" (part and whole), "with" (the converse:
             "with the cup on it"), "under", "at" (on or in), "state" (an adjective), "except" (left out),
+            "same" (another name), "comment" (says nothing),
             or one that is judged by positions.
         words: the preposition, or the word of the side or state.
         nouns: what it relates to.
@@ -61,6 +62,12 @@ class Noun(Value):
     pronoun: str = ""
     members: tuple[Noun, ...] = ()
     joined: str = ""
+
+    @property
+    def comments(self) -> tuple[str, ...]:
+        """Words within the phrase that say nothing of what it describes."""
+        own = tuple(" ".join(link.words) for link in self.links if link.relation == "comment")
+        return own + tuple(c for n in (*self.members, *(n for link in self.links for n in link.nouns)) for c in n.comments)
 
 
 class Clause(Value):

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 if TYPE_CHECKING:
     from ..model.view import View
     from ..model.world.world import Thing
@@ -24,7 +26,6 @@ def overlay(found: Perceived, view: View, models: Sequence[Thing]) -> Any:
 
     Each has its segment, its number and, where it is an answer with a pose, the boxes of its model.
     """
-    import numpy as np
     from PIL import Image, ImageDraw
 
     grey = view.rgb.mean(axis=2, keepdims=True)
@@ -61,8 +62,6 @@ def wires(view: View, pose: Any, model: Thing) -> Iterator[list[tuple[float, flo
 
     Edges with an end behind the camera are left out.
     """
-    import numpy as np
-
     signs = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
     pairs = [(i, j) for i in range(8) for j in range(i) if np.abs(signs[i] - signs[j]).sum() == 2]
     to_camera = view.camera.inverse() * pose
@@ -75,8 +74,6 @@ def wires(view: View, pose: Any, model: Thing) -> Iterator[list[tuple[float, flo
 
 def depth_range(view: View) -> tuple[float, float]:
     """Return the depths between which nearly all of a view lies [m]: its 1st and 97th percentile."""
-    import numpy as np
-
     if not view.valid.any():
         return 0.0, 1.0
     low, high = np.percentile(view.depth[view.valid], (1, 97))
@@ -85,8 +82,6 @@ def depth_range(view: View) -> tuple[float, float]:
 
 def depth_image(view: View) -> Any:
     """Return a depth image in colours (rows, columns, 3) uint8: near bright, far dark, nothing measured a dull red."""
-    import numpy as np
-
     low, high = depth_range(view)
     share = 1 - np.clip((np.nan_to_num(view.depth, nan=high) - low) / (high - low), 0, 1)
     stops = np.array([[16, 22, 60], [40, 90, 150], [80, 175, 170], [250, 240, 170]], float)

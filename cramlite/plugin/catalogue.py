@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
     from ..model.imported_robot import ImportedRobot
     from ..model.robot import Robot
     from ..model.robot_file import RobotFile
+    from ..model.run.readings import Watch
+    from ..model.run.rollout import Rollout
     from ..model.world.world import Thing, World
     from ..ontology.taxonomy import Taxonomy
     from .demonstration import RecordScript
@@ -216,6 +219,17 @@ class Knowledge:
             return simulator  # type: ignore[no-any-return]
         raise UserError("No plugin offers a simulator, and nothing can be proven without one; see 'cramlite plugins'.")
 
+    def run(self, text: str, world: World, seed: int, *, mount: str = "", watch: Watch | None = None) -> Rollout:
+        """Run a program's text on the controller model in a world.
+
+        Args:
+            mount: name of the robot; "" for the world's first one.
+            watch: is shown readings, and can stop the run; a simulator without that parameter can run only without one.
+        """
+        robots, mount = self.robots_of(world), mount or world.robots[0].name
+        watching = {} if watch is None else {"watch": watch}
+        return self.simulator.execute(text, world, robots, mount=mount, seed=seed, **watching)
+
     @cached_property
     def episodes(self) -> EpisodeHooks:
         """Access to what plugins do with episodes: read, repair and write them, and detect events in runs."""
@@ -253,8 +267,28 @@ class Knowledge:
         if self._rules is not None:
             return load_rules([self._rules], self.predicates, self.taxonomy)
         shipped = sorted(data_folder("task_rules").glob("*.yaml"))
-        own = [task.rule_file for task in self.tasks.values() if task.rule_file is not None]
-        return load_rules([*shipped, *own], self.predicates, self.taxonomy)
+        return load_rules([*shipped, *self._own_rule_files()], self.predicates, self.taxonomy)
+
+    def _own_rule_files(self) -> Iterator[Path]:
+        """Yield the rule files of plugins; one that cannot be used is left out as its plugin's fault.
+
+        Raises:
+            UserError: it is a plugin's that was given as a file, and so is input.
+        """
+        from ..interpretation.rules import load_rules
+
+        given = {f.stem for f in self.registry.files if self.registry.strict}
+        for name, task in self.tasks.items():
+            if task.rule_file is None:
+                continue
+            try:
+                load_rules([task.rule_file], self.predicates, self.taxonomy)
+            except UserError as error:
+                if self.task_owners[name] in given:
+                    raise
+                self.registry.fault(self.task_owners[name], "task_types", name, error)
+            else:
+                yield task.rule_file
 
     @property
     def goal_rules(self) -> tuple[Rule, ...]:
@@ -286,3 +320,10 @@ def pick(kind: str, table: Mapping[str, Any], name: str, where: str = "") -> Any
     if name not in table:
         raise UserError(f"{where + ': ' if where else ''}There is no {kind} '{name}'; {nearest(name, table)}.")
     return table[name]
+
+
+def examine(registry: Registry) -> None:
+    """Collect all that plugins declare, and read their rule files, so that ``registry.faults`` lists every error."""
+    registry.examine()
+    with suppress(PluginError, UserError):  # of two plugins that clash, which is among the faults already
+        _ = Knowledge(registry).rules

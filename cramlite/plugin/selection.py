@@ -11,7 +11,6 @@ if TYPE_CHECKING:
     from .registry import Registry
 
 
-
 class PluginChoice(Value):
     """Selection of plugins: a plain value that can be sent to any process.
 
@@ -26,6 +25,11 @@ class PluginChoice(Value):
     blocked: tuple[str, ...] = ()
     preferred: tuple[str, ...] = ()
     models: tuple[Path, ...] = ()
+
+    @classmethod
+    def of(cls, registry: Registry) -> PluginChoice:
+        """Return the selection that a registry was made of."""
+        return cls(tuple(registry.files), tuple(registry.blocked), tuple(registry.preferred), registry.models)
 
     def extended(self, blocked: tuple[str, ...], preferred: tuple[str, ...], models: tuple[Path, ...] = ()) -> PluginChoice:
         """Return this selection extended by further names to block and to prefer, and by further libraries."""

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Sequence
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 from ..base.html_template import html_template, write_html
+from ..base.picture import data_uri, encoded
 from ..model.run.rollout import Rollout
 from ..plugin.catalogue import Knowledge
 from .miss import Miss
@@ -68,11 +67,4 @@ def _picture(rollout: Rollout, sample: int, miss: Miss, knowledge: Knowledge) ->
     things = {t.name for t in rollout.world.things}
     about = [name for name in miss.about if name in things]
     pixels: Any = knowledge.simulator.picture(rollout, sample, knowledge.robots_of(rollout.world), SIZE, about)
-    from PIL import Image
-
-    kept = BytesIO()
-    Image.fromarray(pixels).save(kept, "PNG")
-    return (
-        f"data:image/png;base64,{base64.b64encode(kept.getvalue()).decode()}",
-        f"{float(rollout.times[sample]):.2f} s",
-    )
+    return data_uri(encoded(pixels, "PNG"), "PNG"), f"{float(rollout.times[sample]):.2f} s"

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import io
 import json
 from collections.abc import Iterator, Sequence
 from importlib.resources import files
@@ -11,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..base.html_template import html_template, write_html
+from ..base.picture import data_uri, encoded
 from ..perception.pictures import colour, depth_image, depth_range, overlay
 
 if TYPE_CHECKING:
@@ -57,11 +56,7 @@ def _hex(number: int) -> str:
 
 
 def _png(image: Any) -> str:
-    from PIL import Image
-
-    stream = io.BytesIO()
-    Image.fromarray(image).save(stream, "PNG", optimize=True)
-    return "data:image/png;base64," + base64.b64encode(stream.getvalue()).decode()
+    return data_uri(encoded(image, "PNG", optimize=True), "PNG")
 
 
 def cloud(found: Perceived, view: View) -> dict[str, Any]:

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import base64
-import io
 from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..base.html_template import html_template, write_html
+from ..base.picture import data_uri, encoded
 
 if TYPE_CHECKING:
     from ..engine.recovery.time_line import Moment
@@ -57,12 +56,4 @@ class TimeLinePage:
         """Return a picture of the run at the time of an entry of the time line, as a data URI."""
         sample = int(np.searchsorted(rollout.times, moment.since).clip(0, len(rollout.times) - 1))
         robots = self.knowledge.robots_of(rollout.world)
-        return _webp(self.knowledge.simulator.picture(rollout, sample, robots, SIZE))
-
-
-def _webp(pixels: Any) -> str:
-    from PIL import Image
-
-    stream = io.BytesIO()
-    Image.fromarray(pixels).save(stream, "WEBP", quality=80)
-    return "data:image/webp;base64," + base64.b64encode(stream.getvalue()).decode()
+        return data_uri(encoded(self.knowledge.simulator.picture(rollout, sample, robots, SIZE), "WEBP", quality=80), "WEBP")

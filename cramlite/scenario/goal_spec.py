@@ -135,7 +135,13 @@ GoalText = Annotated[str, BeforeValidator(goal_text, json_schema_input_type=str 
 
 
 def listed_goals(data: Any) -> Any:
-    """Return a list of goals; a single sentence, ``{"say": "put the tin on the tray"}``, becomes a list."""
+    """Return a list of goals; a single sentence, ``{"say": "put the tin on the tray"}``, becomes a list.
+
+    Raises:
+        ValueError: a text alone, which may be a condition or a sentence.
+    """
+    if isinstance(data, str):
+        raise ValueError(f"this is text; a condition is in a list, [{data}], and a sentence is written {{say: {data}}}")
     return [data] if isinstance(data, Mapping) and "say" in data else data
 
 

@@ -8,6 +8,7 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from msgspec.structs import replace
 
 from ..base.errors import PluginError, UserError, nearest
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     from ..plugin.protocols import ModelMaker
     from .scenario import Scenario
     from .thing_spec import ThingSpec, VarySpec
-
 
 
 def read_world(name: str, knowledge: Knowledge, seed: int) -> World:
@@ -107,8 +107,6 @@ def _things(
     seed: int,
 ) -> tuple[Thing, ...]:  # fmt: skip
     """Build the things of a scenario, behind those of its scene file; each as ``changes`` vary it."""
-    import numpy as np
-
     rng = np.random.default_rng([seed, 77]) if changes else None  # only then: numpy.random takes a fifth of NumPy's import
     built = {t.name: t for t in imported}
     names = [*built, *(s.name for s in specs)]
@@ -220,8 +218,6 @@ def real_world(scenario: Scenario, world: World, relations: Iterable[Relation], 
     Raises:
         UserError: the scenario displaces a thing that the world does not have, or has a fault of one.
     """
-    import numpy as np
-
     error, faults = scenario.spec.unknown_error, tuple(f.fault() for f in scenario.spec.faults)
     if error is None:
         return faulty(world, faults)

@@ -9,12 +9,9 @@ from types import ModuleType
 from ..base.resources import shipped_scenarios
 from ..base.value import Value
 from ..engine.engine import Engine
-from ..planning.operators import Grounder
-from ..planning.spoken_goals import spoken
-from ..planning.symbolic.goal_planner import ground_goal
+from ..planning.scenario_goals import problem_of_scenario
 from ..planning.symbolic.plan_stream import task_plans
-from ..planning.symbolic.planning_problem import PlanningProblem, problem_of
-from ..planning.task_goals import Goal
+from ..planning.symbolic.planning_problem import PlanningProblem
 from ..plugin.entry_points import OWN_DISTRIBUTION
 from ..scenario.scenario import Scenario, read_scenario
 
@@ -80,11 +77,7 @@ def _change(path: Path, without: Engine, with_it: Engine, added: frozenset[str])
 
 
 def _problem(scenario: Scenario, engine: Engine) -> PlanningProblem:
-    scene = engine.setting(scenario).symbolic(engine.knowledge.taxonomy)
-    grounder = Grounder(scene, engine.knowledge.predicates)
-    goal = spoken(Goal(scenario.spec.goal or ()), scene, engine.knowledge, f"{scenario.where('goal')}: ")
-    choice = next(ground_goal(goal, scenario.spec.objects, grounder))
-    return problem_of(choice, grounder, engine.knowledge, f"{scenario.where('goal')}: ")
+    return problem_of_scenario(scenario, engine.setting(scenario).symbolic(engine.knowledge.taxonomy), engine.knowledge)
 
 
 def _first(problem: PlanningProblem) -> tuple[str, ...]:

@@ -16,10 +16,10 @@ from .skeleton import fill
 if TYPE_CHECKING:
     from ..model.imported_robot import ImportedRobot
 
-PARTS = (".xml", ".mjcf", ".urdf", ".stl", ".obj", ".msh", ".png", ".txt", ".md")
-"""Endings of files that belong to a model; licences and notes are copied with it."""
+PARTS = (".xml", ".mjcf", ".urdf", ".stl", ".obj", ".msh", ".png", ".jpg", ".mtl", ".dae")
+"""Endings of files that a model may consist of."""
 LARGEST = 200 * 2**20
-"""Largest size of a model's folder [bytes]; a larger one holds other things, too."""
+"""Largest size of a model with its files [bytes]."""
 
 
 class WrittenRobot(Value):
@@ -94,17 +94,30 @@ def _described(arm: Path, keys: Path | None, gripper: Path | None) -> RobotFile:
 
 
 def _copied(model: Path, folder: Path) -> list[Path]:
-    """Copy the model files in a model's folder, such as meshes and licences."""
-    own = [p for p in sorted(model.parent.rglob("*")) if p.suffix.lower() in PARTS or p.name == "LICENSE"]
+    """Copy a model with its licence and the files that it needs, such as meshes."""
+    own = _needed(model)
     if sum(p.stat().st_size for p in own) > LARGEST:
         raise UserError(
-            f"'{model.parent}' holds more than {LARGEST >> 20} MB of files; put the model and what it includes into a folder of its own."
+            f"'{model}' needs more than {LARGEST >> 20} MB of files; make its meshes smaller, or leave out those that only look good."
         )
-    files = [folder / p.relative_to(model.parent) for p in own if p.is_file()]
-    for source, target in zip((p for p in own if p.is_file()), files, strict=True):
+    files = [folder / p.relative_to(model.parent) for p in own]
+    for source, target in zip(own, files, strict=True):
         target.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(source, target)
     return files
+
+
+def _needed(model: Path) -> list[Path]:
+    """Return a model's file, the files below its folder that it names, what these name in turn, and licences."""
+    near = [p for p in sorted(model.parent.rglob("*")) if p.is_file() and p != model]
+    found = [model, *(p for p in near if p.stem == "LICENSE" and p.parent == model.parent)]
+    left = [p for p in near if p.suffix.lower() in PARTS]
+    for file in found:  # grows
+        text = file.read_bytes()
+        named = [p for p in left if p.name.encode() in text]
+        found += named
+        left = [p for p in left if p not in named]
+    return found
 
 
 def _in(local: RobotFile, folder: Path) -> RobotFile:

@@ -11,6 +11,7 @@ from string import Template
 from typing import TYPE_CHECKING
 
 from ..base.errors import UserError
+from ..base.run_directory import require_vacant
 from ..ontology.foundation import TASK
 from ..plugin.expert import OBJECTS, SEGMENT, SEGMENTS, VIEW
 from ..version import VERSION
@@ -81,8 +82,7 @@ def vacant_folder(kind: str, name: str, out: Path | None) -> Path:
     if why:
         raise UserError(f"The {kind} cannot be called '{name}': {why}. Choose another name; nothing was written.")
     folder = out or Path(f"cramlite-{name.replace('_', '-')}")
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise UserError(f"'{folder}' exists and is not an empty folder; nothing was written. Choose another --out.")
+    require_vacant(folder, "written")
     return folder
 
 

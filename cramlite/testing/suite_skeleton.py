@@ -12,6 +12,7 @@ from string import Template
 from typing import TYPE_CHECKING
 
 from ..base.errors import UserError
+from ..base.run_directory import require_vacant
 from ..base.value import Value
 from ..model.program.program_json import is_program_text
 
@@ -52,8 +53,7 @@ def write_suite(folder: Path, knowledge: Knowledge, out: Path | None = None) -> 
     if not folder.is_dir():
         raise UserError(f"'{folder}' is no folder: give the one that holds your robot programs.")
     tests = out or folder / "robot_tests"
-    if tests.exists() and (not tests.is_dir() or any(tests.iterdir())):
-        raise UserError(f"'{tests}' exists and is not an empty folder; nothing was written. Choose another --out.")
+    require_vacant(tests, "written")
     found = list(programs(folder, knowledge))
     if not found:
         raise UserError(

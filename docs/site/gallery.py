@@ -23,7 +23,7 @@ import numpy as np
 from PIL import Image
 
 from cramlite import Engine, read_scenario
-from cramlite.cli.view import recorded
+from cramlite.cli.program_input import recorded
 
 DOCS = Path(__file__).resolve().parents[1]
 SCENARIOS = DOCS.parent / "scenarios"

@@ -1,6 +1,6 @@
-"""Tables of the reference that are written from the code: ``<!-- table: KIND NAME -->`` in a page stands for one.
+"""Tables of the reference that are written from the code: one stands after each ``<!-- table: KIND NAME -->`` in a page.
 
-``python docs/site/tables.py`` prints all of them.
+``python docs/site/tables.py`` writes them anew into the pages.
 """
 
 from __future__ import annotations
@@ -9,13 +9,16 @@ import argparse
 import inspect
 import re
 from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
 from types import UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from cramlite import Engine, TaskSpec, data_folder
 from cramlite.plugin import Angle, Length, Mass, load_yaml
 
-MARK = re.compile(r"^<!-- table: (\w+) ?(\w*) -->$", re.MULTILINE)
+MARK = re.compile(r"^(<!-- table: (\w+) ?(\w*) -->)(?:\n\n\|.*(?:\n\|.*)*)?$", re.MULTILINE)
+"""The comment that names a table, and the table after it."""
+REFERENCE = Path(__file__).parents[1] / "reference"
 UNITS = {Length: "length", Angle: "angle", Mass: "mass"}
 PLAIN = {str: "text", float: "number", int: "whole number", bool: "true or false", Any: "anything"}
 COMMON = ("--plugin", "--block", "--prefer")
@@ -23,8 +26,8 @@ COMMON = ("--plugin", "--block", "--prefer")
 
 
 def filled(markdown: str) -> str:
-    """Replace the comments in a page that name a table (``<!-- table: KIND NAME -->``) by the tables."""
-    return MARK.sub(lambda m: table(m[1], m[2]), markdown)
+    """Write each table that a comment of a page names (``<!-- table: KIND NAME -->``) anew after that comment."""
+    return MARK.sub(lambda m: f"{m[1]}\n\n{table(m[2], m[3])}", markdown)
 
 
 def table(kind: str, name: str = "") -> str:
@@ -171,5 +174,5 @@ def everything() -> list[tuple[str, str]]:
 
 
 if __name__ == "__main__":
-    for kind, name in everything():
-        print(f"\n{kind} {name}\n\n{table(kind, name)}")
+    for path in sorted(REFERENCE.rglob("*.md")):
+        path.write_text(filled(path.read_text(encoding="utf-8")), encoding="utf-8")

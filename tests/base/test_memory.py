@@ -24,6 +24,7 @@ def test_free_memory_between_blocks_in_use_goes_back() -> None:
     library = ctypes.CDLL(None)
     library.malloc.restype, library.free.argtypes = ctypes.c_void_p, [ctypes.c_void_p]
     library.memset.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_size_t]
+    give_back()  # what tests before this one have left
     blocks = [library.malloc(BLOCK) for _ in range(COUNT)]
     for block in blocks:
         library.memset(block, 1, BLOCK)

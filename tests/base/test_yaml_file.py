@@ -147,6 +147,8 @@ WRONG = {
     "scenario: x\nrobot: {type: true}\n": ":2: 'robot.type': this is true or false; it should be text",
     "scenario:\nrobot: {type: ur5e}\n": ":1: 'scenario': this is empty; it should be text",
     "scenario: x\nrobot: {type: ur5e}\nthings: []\ngoal: []\n": ":4: 'goal': it has no entries, and needs at least 1",
+    "scenario: x\nrobot: {type: ur5e}\nthings: []\ngoal: tin on tray\n":
+        r":4: 'goal': this is text; a condition is in a list, \[tin on tray\], and a sentence is written {say: tin on tray}",
     "scenario: x\nrobot: {type: ur5e}\nthings: []\ngoal: [3]\n": ":4: the first value of 'goal': this is a number; it should be text\\.$",
     "scenario: x\nrobot: {type: ur5e}\nthings: []\ngoal: [{goal: 'on', things: [{count: true, of: Tin}, a]}]\n":
         ":4: the first goal: in the goal {'count': True, 'of': 'Tin'} is no thing; a thing is given as its name, ",

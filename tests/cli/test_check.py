@@ -229,6 +229,7 @@ things:
     [
         ("0.1 kg", "3 mm", 10, "thing 'block': parameter 'mass' is '3 mm'"),
         ("mass:", "mas:", 10, "no parameter 'mas'; did you mean 'mass'?"),
+        ("[50 mm, 50 mm, 100 mm]", "50 mm", 9, "parameter 'size' is '50 mm': 3 values are needed, in a list"),
         ("[50 mm, 50 mm, 100 mm]", "[50 mm, 100 mm]", 9, "parameter 'size' is ('50 mm', '100 mm'): 3 values are needed"),
         ("    at: {position: [0.5, 0.2, 51 mm]}\n", "", 5, "the first thing 'block': a thing needs exactly one of 'at' and 'hangs_on'"),
         ("model: block", "model: blok", 5, "no object model 'blok'; did you mean 'block'"),

@@ -15,7 +15,8 @@ from conftest import Run
 from helpers.headless import Browser, chromium
 
 from cramlite.cli.execute import execute_program
-from cramlite.cli.view import free_port, no_browser, program_of, recorded, require_viser, viewer_of
+from cramlite.cli.program_input import program_of, recorded
+from cramlite.cli.view import free_port, no_browser, require_viser, viewer_of
 from cramlite.plugin import UserError
 from cramlite.plugin.catalogue import Knowledge
 from cramlite.plugin.registry import Registry

@@ -23,8 +23,8 @@ FILES = sorted((ROOT / "docs" / "figures").glob("*.yaml"))
 BENCHMARKS = ROOT / "tests" / "benchmarks"
 DECISIONS = ROOT / "docs" / "explanation" / "decisions"
 NO_MEASUREMENT = {
-    "figure", "flying_gripper", "grasp_objects", "kitchen_drawing", "learning_demonstrations", "motion_demonstrations", "planning_peer",
-    "planning_problems", "pose_views", "same_outputs", "screwing_demonstrations", "wheels",
+    "figure", "flying_gripper", "grasp_objects", "kitchen_drawing", "learning_demonstrations", "motion_demonstrations", "panda_arm",
+    "planning_peer", "planning_problems", "pose_views", "same_outputs", "screwing_demonstrations", "wheels",
 }  # fmt: skip
 """Modules beside the benchmarks: what these share, a comparison of two checkouts, and a page of wheels."""
 OVER_SEEDS = "from seeds import"

@@ -17,8 +17,8 @@ from msgspec.structs import replace
 from cramlite import Engine, read_scenario
 from cramlite.engine.recovery.expectation import RunWatch
 from cramlite.engine.recovery.going_on import ACKNOWLEDGED, SAME, GoingOn, _declared
-from cramlite.engine.recovery.next_program import BACK, _moved
-from cramlite.engine.recovery.replanning import Attempt, Round
+from cramlite.engine.recovery.next_program import _moved
+from cramlite.engine.recovery.replanning import BACK, Attempt, Round
 from cramlite.engine.recovery.rest_of_plan import rests_of_plan
 from cramlite.model import Action, Code, Deviation, MoveJoints, Notice, Object, Plan, Pose, Program
 from cramlite.model.belief import initial_belief

@@ -12,8 +12,8 @@ from engine.test_going_on_decisions import COUNT, ended, made, watch
 from helpers.short_runs import good
 from msgspec.structs import replace
 
-from cramlite.engine.recovery.next_program import AT_ONCE, BACK, Stopped, at_once, next_program
-from cramlite.engine.recovery.replanning import Attempt
+from cramlite.engine.recovery.next_program import AT_ONCE, Stopped, at_once, next_program
+from cramlite.engine.recovery.replanning import BACK, Attempt
 from cramlite.model import Deviation, Notice
 from cramlite.planning.search.budget import Budget, budget_of
 from cramlite.planning.trace import Trace

@@ -196,7 +196,7 @@ def test_a_scheduler_that_is_not_there() -> None:
 
 
 def test_nothing_of_it_is_loaded_before_it_is_asked_for() -> None:
-    code = "import sys, cramlite.experiment.command\nfrom cramlite.experiment.cluster import check_executor\n"
+    code = "import sys, cramlite.experiment.run\nfrom cramlite.experiment.cluster import check_executor\n"
     code += "check_executor('local'); check_executor('dask')\n"
     code += "print([m for m in ('distributed', 'dask', 'bokeh') if m in sys.modules])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip() == "[]"

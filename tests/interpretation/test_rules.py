@@ -71,6 +71,7 @@ def test_every_task_type_has_a_rule_with_a_source() -> None:
             "nothing binds the variable 'Weight'",
         ),
         ("grasps(Gripper, Patient)", "[1, 2]", 8, "a condition is text"),
+        ("explain:", "  - touches(Gripper, Patiemt)\nexplain:", 9, "did you mean the role 'Patient'"),
         ("not grasps(Gripper, _)", "not not $", 6, "is not part of a condition"),
         ("post:", "past:", 7, "unknown key 'past'"),
         ("soma:Grasping", "soma:Graspingg", 1, "did you mean 'soma:Grasping'"),
@@ -88,6 +89,11 @@ def test_mistakes_are_refused_with_file_and_line(tmp_path: Path, old: str, new: 
         load(tmp_path, GOOD.replace(old, new))
     assert f"rule.yaml:{line}:" in str(caught.value)
     assert words in str(caught.value)
+
+
+def test_a_variable_of_one_condition_is_no_misspelt_role_beside_that_role(tmp_path: Path) -> None:
+    assert load(tmp_path, GOOD.replace("explain:", "  - touches(Patients, Patient)\nexplain:"))
+    assert load(tmp_path, GOOD.replace("explain:", "  - touches(Gripper, Support)\nexplain:"))
 
 
 def test_the_documented_rule_loads(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from cramlite.interpretation.fluents import SymbolicWorld
 from cramlite.planning.spoken_goals import spoken, understand
 
 ENGINE = Engine()
+LOOSE = ("tin", "box", "can", "bowl", "mug")
 KITCHEN, TIDY = "kitchen/kitchen_of_thirteen", "kitchen/tidy_ten"
 
 
@@ -57,6 +58,12 @@ def goals(name: str, sentence: str, view: str = "") -> tuple[str, ...]:
         ("it would be great if you could put the tin in the basket", ["tin in basket"]),
         ("put the cube in front of the red cube in the basket", ["blue in basket"]),
         ("The mug is on the floor, please put it on the tray.", ["mug on tray"]),
+        ("Of the mug and the bowl, the former shall be put on the tray and the latter in the basket.", ["mug on tray", "bowl in basket"]),
+        ("Put the mug on the tray unless the drawer is open.", ["mug on tray"]),
+        ("Put the mug on the tray, provided that the drawer stays closed.", ["mug on tray", "drawer closed"]),
+        ("Except for the jug and both blocks, put everything on the floor in the basket.", [f"{n} in basket" for n in LOOSE]),
+        ("Take and put the mug on the tray, and no other.", ["mug on tray"]),
+        ("The block, being the red one, goes on the tray.", ["red on tray"]),
         ("The red block is on the floor: pick it up.", ["red held"]),
         ("The mug onto the tray, then shut the drawer.", ["mug on tray", "drawer closed"]),
         ("mug on the tray, tin in the basket please", ["mug on tray", "tin in basket"]),
@@ -136,6 +143,11 @@ def test_what_hangs_is_taken(sentence: str, expected: list[str]) -> None:
         (KITCHEN, "put the tin between the jug and the bowl", ["no goal can express 'between"]),
         (KITCHEN, "do not open the drawer", ["what shall not hold ('not')"]),
         (KITCHEN, "if the drawer is open, close it", ["the condition 'drawer open' does not hold"]),
+        (KITCHEN, "Put the mug on the tray unless the drawer is closed.", ["the condition 'not drawer closed' does not hold"]),
+        (KITCHEN, "Put the mug on the tray provided that the drawer is open.", ["the condition 'drawer open' does not hold"]),
+        (KITCHEN, "The tin, which stands on the tray, goes in the basket.", ["is not in the scene"]),
+        (KITCHEN, "The mug, namely the bowl, goes in the basket.", ["is not in the scene"]),
+        (KITCHEN, "The former goes on the tray.", ["refers to nothing named before"]),
         (KITCHEN, "whenever the drawer is open, close it", ["has a condition ('whenever')"]),
         (KITCHEN, "stelle bitte die Tasse auf das Tablett", ["not in English"]),
         (KITCHEN, "put the mug", ["cannot be read"]),
@@ -172,6 +184,9 @@ def test_what_cannot_be_meant_is_asked_back(name: str, sentence: str, says: list
     [
         ("Put the mug on the tray so my tea stays warm.", ["mug on tray"], ["my tea stays warm"]),
         ("Put the mug on the tray for the guests.", ["mug on tray"], ["for the guests"]),
+        ("The mug, which my aunt gave me, goes on the tray.", ["mug on tray"], ["which my aunt gave me"]),
+        ("It will freeze tonight; put the mug on the tray.", ["mug on tray"], ["it will freeze tonight"]),
+        ("Guests at eight. Mug on tray.", ["mug on tray"], ["guests at eight"]),
         ("It's a mess here, put the mug on the tray.", ["mug on tray"], ["it is a mess here"]),
         ("It would mean a lot to me if you put the mug on the tray.", ["mug on tray"], ["it would mean a lot to me if"]),
         ("My sister's coming, put the mug on the tray.", ["mug on tray"], ["my sister 's coming"]),
@@ -198,6 +213,10 @@ def test_asides_are_left_out_and_shown(sentence: str, expected: list[str] | None
         "Put the mug on the tray so that it is level.",
         "Put the mug on the tray beside the guests.",
         "The spoon is on the tray, put the mug on the tray.",
+        "Put the mug, which belongs in the drawer, on the tray.",
+        "Put the mug, if it is upside down, on the tray.",
+        "Lamp on tonight. Mug on tray.",
+        "Except for the jug, put the jug and the mug on the tray.",
         "I refuse to put the mug on the tray.",
         "I would hate it if you put the mug on the tray.",
         "Put the mug on the tray, it must not touch the tin.",

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from conftest import COMMANDS, ROOT, Run
 
-from cramlite import Engine
+from cramlite import Engine, data_folder
 from cramlite.plugin import UserError
 from cramlite.plugin.registry import Registry
 
@@ -165,6 +165,18 @@ def test_a_bad_installed_plugin_does_not_keep_others_from_a_program(install: Ins
     assert ran.code == 0, ran.err
     for k in range(len(bodies)):
         assert f"warning: plugin 'bad_{k}' 2.5" in ran.err
+
+
+def test_an_installed_plugin_with_a_broken_rule_file_is_left_out_and_named(install: Install, run: Run, tmp_path: Path) -> None:
+    rules = tmp_path / "hitting.yaml"
+    rules.write_text("task: soma:Hitting\nroles: {}\nsource: a test\npre: ['suports(_, _)']\nexplain: seen\n")
+    task = "class T(TaskType):\n    task, rule_file = 'soma:Hitting', Path({!r})\n    def decompose(self, a, b): return []\n"
+    install("pack", "hitting", body=f"from pathlib import Path\n{task.format(str(rules))}" + THING.format(hook="task_types", thing="T()"))
+    read = run("interpret", data_folder("scenarios") / "fetch_from_hanger" / "demonstration")
+    assert read.code == 0 and "plugin 'hitting' 2.5, hook task_types, at soma:Hitting: " in read.err
+    assert f"{rules}:4: in 'suports(_, _)'" in read.err
+    listed = run("plugins")
+    assert listed.code == 3 and f"{rules}:4" in listed.out
 
 
 # Two of one name

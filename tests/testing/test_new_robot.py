@@ -10,6 +10,8 @@ from pathlib import Path
 import pytest
 from conftest import Run
 
+from cramlite.testing.robot_skeleton import _needed
+
 DATA = Path(__file__).parents[1] / "plugins" / "imports" / "robots_data"
 KEYS = "payload: 4 kg\nhome: [0, 0.3, 1.6, 0, 1.24, 0]\nsensor: flange\n"
 
@@ -57,3 +59,14 @@ def test_what_is_missing_is_said_and_nothing_is_written(run: Run, keys: Path, tm
         assert said in done.err
         assert not out.exists()
     assert run("new", "task", "made_task", "--from", DATA / "six.urdf").code == 2
+
+
+def test_what_a_model_does_not_name_stays_where_it_is(tmp_path: Path) -> None:
+    (tmp_path / "arm").mkdir()
+    for name, text in {
+        "arm.urdf": '<mesh filename="package://arm/link.obj"/>', "arm/link.obj": "mtllib link.mtl", "arm/link.mtl": "map_Kd skin.png",
+        "skin.png": "", "LICENSE": "", "other.urdf": "", "arm/README.md": "", "arm/arm.urdf": "",
+    }.items():  # fmt: skip
+        (tmp_path / name).write_text(text)
+    needed = [p.relative_to(tmp_path).as_posix() for p in _needed(tmp_path / "arm.urdf")]
+    assert needed == ["arm.urdf", "LICENSE", "arm/link.obj", "arm/link.mtl", "skin.png"]

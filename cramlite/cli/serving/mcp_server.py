@@ -25,6 +25,7 @@ from pydantic import ValidationError
 
 from ...base.errors import DEFECTS, CramliteError, NoSolution, UserError, nearest
 from ...base.json_text import plain_json
+from ...base.picture import encoded
 from ...base.pulse import Stop, Stopped, pulse
 from ...base.resources import shipped_scenarios
 from ...engine.proof.executor import Executor, ExecutorDied
@@ -199,8 +200,7 @@ class Tools:
     async def run(self, ctx: Context[Any, Any], run: str) -> Answer:
         """Run the proven program of a run in simulation, in the world that it was proven for, and judge
         it."""
-        registry = self._runs_engine(run).registry
-        executor = Executor(PluginChoice(tuple(registry.files), tuple(registry.blocked), tuple(registry.preferred), registry.models))
+        executor = Executor(PluginChoice.of(self._runs_engine(run).registry))
         try:
             return await self._work(ctx, lambda say, stop: self._ran(run, executor, say))
         finally:
@@ -235,13 +235,7 @@ class Tools:
         return data
 
     def _picture(self, run: str, at: float) -> bytes:
-        from io import BytesIO
-
-        from PIL import Image as Pixels
-
-        buffer = BytesIO()
-        Pixels.fromarray(self._runs.recall(run).solution.picture(at)).save(buffer, "PNG")
-        return buffer.getvalue()
+        return encoded(self._runs.recall(run).solution.picture(at), "PNG")
 
     def _ran(self, run: str, executor: Executor, say: Say) -> Answer:
         try:

@@ -179,20 +179,14 @@ class ProvenRuns:
         Raises:
             UserError: as ``execute``.
         """
-        from ...engine.recovery.going_on import GoingOn, Stretch
-        from ...engine.recovery.time_line import time_line, write_time_line
+        from ...engine.recovery.going_on import GoingOn
+        from ...engine.recovery.time_line import gone_on, write_time_line
 
-        proven, why = self.recall(name), ""
+        proven = self.recall(name)
         say("comparing text and world with what was proven")
         _require_unaltered(proven)
         say("running the program's text")
-        going, done = GoingOn(proven.asked.read(), proven.engine, proven.asked.seed, say), list[Stretch]()
-        try:
-            for stretch in going.execute(proven.solution):
-                done.append(stretch)
-        except NoSolution as error:
-            why = str(error)
-        moments = list(time_line(done))
+        moments, why = gone_on(GoingOn(proven.asked.read(), proven.engine, proven.asked.seed, say), proven.solution)
         write_time_line(moments, proven.directory.path)
         return moments, why
 
@@ -265,5 +259,3 @@ def _require_unaltered(proven: ProvenRun) -> None:
 def _place(setting: Setting) -> bytes:
     """Encode believed world, real world, robot type and relations as bytes, so that a change of them is noticed."""
     return json.encode((setting.world, setting.real, setting.robot.type, setting.relations))
-
-

@@ -210,21 +210,20 @@ class Service:
         """
         from msgspec import to_builtins
 
-        from ...engine.recovery.going_on import GoingOn
-        from ...engine.recovery.time_line import time_line
+        from ...engine.recovery.going_on import GoingOn, Stretch
+        from ...engine.recovery.time_line import gone_on
 
-        found, done, why = self._found[self._of(params)], list[Any](), ""
+        found = self._found[self._of(params)]
         assert found.last is not None  # a search that can go on has found one
+
+        def told(stretch: Stretch) -> None:
+            if stretch.notice is not None:
+                self._say({"id": id_, "notice": {**to_builtins(stretch.notice), "decision": stretch.decision, "to_do": stretch.to_do}})
+
         going = GoingOn(found.scenario, found.engine, found.seed, lambda text: self._say({"id": id_, "progress": text}))
-        try:
-            for stretch in going.execute(found.last):
-                done.append(stretch)
-                if stretch.notice is not None:
-                    self._say({"id": id_, "notice": {**to_builtins(stretch.notice), "decision": stretch.decision, "to_do": stretch.to_do}})
-        except NoSolution as error:
-            why = str(error)
-        succeeded = not why and done[-1].notice is None
-        return {"succeeded": succeeded, "reason": why, "time_line": to_builtins(list(time_line(done)))}
+        moments, why = gone_on(going, found.last, told)
+        succeeded = not why and moments[-1].what == "end"
+        return {"succeeded": succeeded, "reason": why, "time_line": to_builtins(moments)}
 
     def _stopped(self, id_: Id) -> bool:
         return self._ended or id_ in self._cancelled

@@ -184,7 +184,7 @@ def _execute(knowledge: Knowledge | Exception, text: str, world: World, seed: in
     try:
         if isinstance(knowledge, Exception):
             raise knowledge
-        rollout = knowledge.simulator.execute(text, world, knowledge.robots_of(world), mount=world.robots[0].name, seed=seed)
+        rollout = knowledge.run(text, world, seed)
     except UserError as error:
         return error
     except Exception as error:  # one that cannot be sent would leave the caller waiting

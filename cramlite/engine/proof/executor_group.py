@@ -150,9 +150,7 @@ class ExecutorGroup:
 
 def group_of(knowledge: Knowledge) -> ExecutorGroup:
     """Make a group of executing processes, one for each core, with the plugins of an engine."""
-    registry = knowledge.registry
-    plugins = PluginChoice(tuple(registry.files), tuple(registry.blocked), tuple(registry.preferred), registry.models)
-    return ExecutorGroup(plugins, processes_here())
+    return ExecutorGroup(PluginChoice.of(knowledge.registry), processes_here())
 
 
 class _List:

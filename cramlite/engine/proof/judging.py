@@ -75,7 +75,7 @@ def judge_text(text: str, world: World, purpose: Purpose, knowledge: Knowledge, 
     """
     text, anew = _laid_out(text)
     candidate, remarks = candidate_of_text(text, world, purpose, knowledge)
-    rollout = knowledge.simulator.execute(text, world, knowledge.robots_of(world), mount=world.robots[0].name, seed=seed)
+    rollout = knowledge.run(text, world, seed)
     return _judged(text, replace(candidate, rollout=rollout), (*anew, *remarks), purpose, knowledge)
 
 

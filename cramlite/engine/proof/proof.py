@@ -136,8 +136,7 @@ def run_and_judge(
     Returns:
         The candidate with the rollout and its episode, and the findings of the validators of rollouts.
     """
-    mount = candidate.program.robot
-    rollout = knowledge.simulator.execute(text.text, world, knowledge.robots_of(world), mount=mount, seed=seed)
+    rollout = knowledge.run(text.text, world, seed, mount=candidate.program.robot)
     return judge_run(candidate, text, rollout, knowledge)
 
 

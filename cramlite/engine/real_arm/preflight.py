@@ -168,10 +168,9 @@ def flight_of_text(text: str, world: World, knowledge: Knowledge, seed: int) -> 
     Raises:
         UserError: it cannot run at all.
     """
-    mount = world.robots[0]
-    rollout = knowledge.simulator.execute(text, world, knowledge.robots_of(world), mount=mount.name, seed=seed)
+    rollout = knowledge.run(text, world, seed)
     typed = read_program(text).program if is_program_text(text) else None
-    return Flight(pick("robot", knowledge.robots_of(world), mount.type), Code("", text, {}, ""), rollout, typed)
+    return Flight(pick("robot", knowledge.robots_of(world), world.robots[0].type), Code("", text, {}, ""), rollout, typed)
 
 
 def dry_run(flight: Flight, share: float, world: World, knowledge: Knowledge, seed: int) -> Flight:
@@ -191,7 +190,7 @@ def dry_run(flight: Flight, share: float, world: World, knowledge: Knowledge, se
     program = slowed(flight.program, share)
     code = _written(program, flight, knowledge)
     if flight.intent is None:
-        rollout = knowledge.simulator.execute(code.text, world, knowledge.robots_of(world), mount=world.robots[0].name, seed=seed)
+        rollout = knowledge.run(code.text, world, seed)
         return replace(flight, text=code, rollout=rollout, program=program, speed=share)
     kept = replace(flight.intent.kept, text=code.text, origins=tuple(sorted(code.origins.items())))
     purpose = Purpose(intent=replace(flight.intent, kept=kept, program=program))

@@ -31,9 +31,9 @@ from ...scenario.faults import foreseen
 from ..candidates import attempts
 from ..search_in_setting import search_in
 from .expectation import EXACT, SIGMAS, Noise, RunWatch, expectation
-from .next_program import BACK, Stopped, at_once, attempt_of, next_program
+from .next_program import Stopped, at_once, attempt_of, next_program
 from .read_belief import STILL, real_after, setting_as_read, world_as_read
-from .replanning import Attempt, Round, Say
+from .replanning import BACK, Attempt, Round, Say
 from .rest_of_plan import rests_of_plan
 
 if TYPE_CHECKING:
@@ -218,11 +218,10 @@ class GoingOn:
         return None, f"{CLOSED}. {' '.join(why)}"
 
     def _run(self, attempt: Attempt) -> tuple[RunWatch, Round]:
-        simulator, mount = self.engine.knowledge.simulator, attempt.world.robots[0].name
-        robots, text = self.engine.knowledge.robots_of(attempt.world), attempt.code.text
-        proof = simulator.execute(text, self.setting.world, robots, mount=mount, seed=self.seed)
-        watch = RunWatch(expectation(proof, attempt.code.origins), self.noise, self.seed)
-        return watch, Round(attempt, simulator.execute(text, attempt.world, robots, mount=mount, seed=self.seed, watch=watch))
+        knowledge, code = self.engine.knowledge, attempt.code
+        proof = knowledge.run(code.text, self.setting.world, self.seed)
+        watch = RunWatch(expectation(proof, code.origins), self.noise, self.seed)
+        return watch, Round(attempt, knowledge.run(code.text, attempt.world, self.seed, watch=watch))
 
     def _noticed(self, watch: RunWatch, done: Round) -> Notice | None:
         """Return the notice that says why a run did not reach the goal; None if it reached it."""

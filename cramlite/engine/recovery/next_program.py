@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from ...base.value import Value
-from ...model.program.steps import MoveJoints
 from ..proof.proof import prove
 from .read_belief import STILL
-from .replanning import SLOW, Attempt, Round, way_back
+from .replanning import BACK, Attempt, Round, back_program, way_back
 from .rest_of_program import may_be_finished, rest_of
 
 if TYPE_CHECKING:
@@ -31,8 +30,6 @@ if TYPE_CHECKING:
     from ..setting import Setting
     from .expectation import RunWatch
 
-BACK = "0.Back"
-"""Designator of the way back."""
 AT_ONCE = {"expansions": 50, "proofs": 2, "sequences": 3}
 """Budget of a search where the arm was stopped: searches that found a program there took at most 32 expansions of a task sequence."""
 Search = Callable[["Budget"], "Iterator[Candidate]"]
@@ -112,14 +109,10 @@ def _back(stopped: Stopped, knowledge: Knowledge, seed: int) -> Attempt | None:
     path = way_back(done.rollout.joints)
     if not path:
         return None
-    program = replace(
-        done.attempt.program, steps=(MoveJoints(path, SLOW, 1.0, origin=BACK, comment="the way it came"),), sections=(),
-        snapshots=(), late=(), start=setting.world.robots[0].joints,
-    )  # fmt: skip
+    program = back_program(done.attempt.program, path, setting.world.robots[0].joints)
     code = setting.backend.emit(program, setting.robot)
-    robots, mount = knowledge.robots_of(setting.world), setting.world.robots[0]
-    proof = knowledge.simulator.execute(code.text, setting.world, robots, mount=mount.name, seed=seed)
-    held = mount.holds.thing if mount.holds else ""
+    proof, holds = knowledge.run(code.text, setting.world, seed), setting.world.robots[0].holds
+    held = holds.thing if holds else ""
     still = all(_moved(proof, t.name) <= STILL for t in setting.world.things if t.movable and t.name != held)
     return Attempt(done.attempt.plan, program, code, stopped.world) if proof.outcome == "finished" and still else None
 

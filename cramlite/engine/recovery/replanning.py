@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from ...scenario.scenario import Scenario
     from ..engine import Engine
 
+BACK = "0.Back"
+"""Designator of the way back."""
 NEAR = 0.02  # how far the way back may be from the way there, in any joint [rad]
 SLOW = 0.5  # and how fast [rad/s]
 Say = Callable[[str], None]
@@ -109,9 +111,7 @@ def rounds(first: Attempt, scenario: Scenario, engine: Engine, *, seed: int, mos
 
 
 def _run(attempt: Attempt, engine: Engine, seed: int) -> Round:
-    knowledge, name = engine.knowledge, attempt.world.robots[0].name
-    rollout = knowledge.simulator.execute(attempt.code.text, attempt.world, knowledge.robots_of(attempt.world), mount=name, seed=seed)
-    return Round(attempt, rollout)
+    return Round(attempt, engine.knowledge.run(attempt.code.text, attempt.world, seed))
 
 
 def _next(done: Round, scenario: Scenario, engine: Engine, seed: int, number: int, say: Say, verbose: bool) -> Attempt:
@@ -151,14 +151,19 @@ def _back(done: Round, engine: Engine, seed: int, number: int, say: Say) -> Roun
     if not path:
         return done
     robot = engine.knowledge.robots_of(world)[program.robot_type]
-    step = MoveJoints(path, SLOW, 1.0, origin="0.Back", comment="the way it came")
-    back = replace(program, steps=(step,), sections=(), snapshots=(), late=(), start=world.robots[0].joints)
+    back = back_program(program, path, world.robots[0].joints)
     code = engine.knowledge.backends[robot.backend].emit(back, robot)
     there = _run(Attempt(done.attempt.plan, back, code, world), engine, seed)
     if there.rollout.outcome != "finished":
         raise NoSolution(f"Round {number}: the arm does not get back along the path on which it came: {there.said}")
     say(f"round {number}: the arm went back the way it came")
     return there
+
+
+def back_program(program: Program, path: tuple[tuple[float, ...], ...], start: tuple[float, ...]) -> Program:
+    """Return a program that leads the arm of another program from joint positions along a path [rad]."""
+    step = MoveJoints(path, SLOW, 1.0, origin=BACK, comment="the way it came")
+    return replace(program, steps=(step,), sections=(), snapshots=(), late=(), start=start)
 
 
 def way_back(joints: Floats) -> tuple[tuple[float, ...], ...]:

@@ -3,13 +3,13 @@ programs."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from msgspec import DecodeError, json
 
-from ...base.errors import UserError
+from ...base.errors import NoSolution, UserError
 from ...base.run_directory import write_whole
 from ...base.value import Value
 from ...model.episode import Event
@@ -17,7 +17,8 @@ from ...model.run.readings import Notice
 
 if TYPE_CHECKING:
     from ...model.run.rollout import Rollout
-    from .going_on import Stretch
+    from ..solution import Solution
+    from .going_on import GoingOn, Stretch
 
 FILE = "time_line.json"
 What = Literal["fault", "notice", "decision", "resumption", "end"]
@@ -76,6 +77,25 @@ def time_line(stretches: Iterable[Stretch]) -> Iterator[Moment]:
             yield Moment(begun + notice.time, number, "notice", str(notice), notice, since=notice.time, thing=notice.thing)
             yield Moment(ended, number, "decision", stretch.decision, thought=stretch.thought, since=lasted)
         begun = ended
+
+
+def gone_on(going: GoingOn, solution: Solution, told: Callable[[Stretch], object] = lambda _: None) -> tuple[list[Moment], str]:
+    """Execute a proven program, and what follows its stops, to the end.
+
+    Args:
+        told: is given each stretch when it has ended.
+
+    Returns:
+        The time line, and why the execution could not go on: "" where it came to its end.
+    """
+    done, why = list["Stretch"](), ""
+    try:
+        for stretch in going.execute(solution):
+            done.append(stretch)
+            told(stretch)
+    except NoSolution as error:
+        why = str(error)
+    return list(time_line(done)), why
 
 
 def events_of(moments: Iterable[Moment], round_: int, rollout: Rollout) -> tuple[Event, ...]:

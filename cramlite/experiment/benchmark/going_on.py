@@ -14,9 +14,9 @@ from ...base.errors import UserError
 from ...base.run_directory import write_whole
 from ...base.value import Value
 from ...engine.recovery.expectation import Expectation, Limits, RunWatch, expectation
-from ...engine.recovery.next_program import BACK, Stopped, attempt_of, next_program
+from ...engine.recovery.next_program import Stopped, attempt_of, next_program
 from ...engine.recovery.read_belief import world_as_read
-from ...engine.recovery.replanning import Attempt, Round
+from ...engine.recovery.replanning import BACK, Attempt, Round
 from ...model.geometry import Pose
 from ...model.run.readings import Deviation, Notice
 from ...planning.search.budget import budget_of
@@ -61,9 +61,9 @@ class Played(Value):
     """
 
     rollout: Rollout
-    notices: tuple[Notice, ...]
-    thought: tuple[float, ...]
-    decisions: tuple[str, ...]
+    notices: tuple[Notice, ...] = ()
+    thought: tuple[float, ...] = ()
+    decisions: tuple[str, ...] = ()
     reason: str = ""
     corrections: tuple[str, ...] = ()
 
@@ -111,10 +111,7 @@ def _expected(attempt: Attempt, engine: Engine, setting: Setting) -> Expectation
     """Return what a run should show, by its proof; the way back has none on record, and is run again."""
     proof = attempt.candidate.rollout if attempt.candidate else None
     if proof is None:
-        world = setting.world
-        proof = engine.knowledge.simulator.execute(
-            attempt.code.text, world, engine.knowledge.robots_of(world), mount=world.robots[0].name, seed=setting.seed
-        )
+        proof = engine.knowledge.run(attempt.code.text, setting.world, setting.seed)
     return expectation(proof, attempt.code.origins)
 
 

@@ -19,7 +19,6 @@ from ...base.value import Value
 from ...engine.engine import Engine
 from ...engine.setting import Setting
 from ...engine.solution import Solution
-from ...model.run.readings import Notice
 from ...model.run.rollout import save_rollout
 from ...model.run.verdict import ADVICE
 from ...planning.diagnosis import nearest_miss
@@ -29,7 +28,7 @@ from ...plugin.selection import INSTALLED, PluginChoice
 from ...scenario.scenario import read_scenario
 from ..page import jpeg, last_picture
 from ..store import MOVED
-from .going_on import holds_here, play_on
+from .going_on import Played, holds_here, play_on
 from .protocol import Benchmark, connect
 from .results import BENCHMARK_DIED, Attempt, EpisodeResult, plain_reason
 from .spec import BenchmarkExperiment, Episode
@@ -162,20 +161,13 @@ def _attempt(trial: Trial, benchmark: Benchmark, engine: Engine, solution: Solut
     code = solution.candidate.written
     write_whole(trial.folder / f"{name}{code.suffix}", code.text)
     write_whole(trial.folder / MOVED, name)
-    notices: tuple[Notice, ...] = ()
-    thought: tuple[float, ...] = ()
-    decisions: tuple[str, ...] = ()
-    corrections: tuple[str, ...] = ()
-    waited = 0
+    watched = trial.experiment.suite(trial.episode.suite).watched
     try:
-        if trial.experiment.suite(trial.episode.suite).watched:
-            played = play_on(benchmark, engine, solution, trial.folder, trial.twins)
-            rollout, notices, thought = played.rollout, played.notices, played.thought
-            decisions, corrections = played.decisions, played.corrections
-            rollout = replace(rollout, reason=played.reason or rollout.reason)
-            waited = round(sum(thought) / float(rollout.times[1] - rollout.times[0])) if len(rollout.times) > 1 else 0
-        else:
-            rollout = benchmark.play(code.text, solution.setting)
+        played = (
+            play_on(benchmark, engine, solution, trial.folder, trial.twins) if watched
+            else Played(benchmark.play(code.text, solution.setting))
+        )  # fmt: skip
+        rollout = replace(played.rollout, reason=played.reason or played.rollout.reason)
         save_rollout(rollout, trial.folder / f"{name}.npz")
         ended = benchmark.check()
         benchmark.rest()
@@ -186,11 +178,13 @@ def _attempt(trial: Trial, benchmark: Benchmark, engine: Engine, solution: Solut
     ours = None if rested.success else holds_here(benchmark, engine, trial.folder / "end")
     proof = solution.candidate.rollout if trial.pictures else None
     seen, believed = benchmark.picture() if trial.pictures else b"", last_picture(proof, engine.knowledge, PICTURE) if proof else b""
+    thought, times = played.thought, rollout.times
     return Attempt(
         outcome=rollout.outcome, reason=rollout.reason, first=rested.first, rest=rested.success, steps=ended.steps, ours=ours,
         picture=_kept(trial.folder / f"{name}.png", seen), believed=_kept(trial.folder / f"{name}_believed.jpg", believed),
-        changed=ended.changed, avoided=rested.avoided, notices=notices, thought=thought, decisions=decisions,
-        corrections=corrections, waited=waited,
+        changed=ended.changed, avoided=rested.avoided, notices=played.notices, thought=thought,
+        decisions=played.decisions, corrections=played.corrections,
+        waited=round(sum(thought) / float(times[1] - times[0])) if thought and len(times) > 1 else 0,
     )  # fmt: skip
 
 

@@ -173,8 +173,7 @@ def _attempts(trial: Trial, candidate: CandidateSequence) -> Iterator[Program]:
 
 def _twin_runs(trial: Trial) -> ExecutorGroup:
     """Return the group of processes that run programs in twins."""
-    registry = trial.place.engine.registry
-    plugins = PluginChoice(tuple(registry.files), tuple(registry.blocked), tuple(registry.preferred), registry.models)
+    plugins = PluginChoice.of(trial.place.engine.registry)
     return ExecutorGroup(plugins, min(trial.processes, trial.place.experiment.spec.proof.twins or 1))
 
 

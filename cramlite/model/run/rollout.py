@@ -8,6 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from msgspec import field, to_builtins
 from msgspec.structs import replace
 
@@ -196,8 +197,6 @@ _CONTROLLED = ("force", "commanded", "payload", "grip")  # None where no control
 
 def save_rollout(rollout: Rollout, path: Path) -> None:
     """Write a rollout to a file, without its world, which has a file of its own."""
-    import numpy as np
-
     pairs = sorted({(t.a, t.b) for touches in rollout.touches for t in touches})
     number = {pair: k for k, pair in enumerate(pairs)}
     rows = [
@@ -236,8 +235,6 @@ def load_rollout(path: Path, world: World) -> Rollout:
 
 
 def _rollout(header: dict[str, Any], data: dict[str, Any], world: World) -> Rollout:
-    import numpy as np
-
     touches: list[list[Touch]] = [[] for _ in data["times"]]
     controlled: dict[str, Any] = {name: data.get(name) for name in _CONTROLLED}
     for sample, pair, *forces in data["touches"].tolist():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from ...base.value import Value
 from ..geometry import Floats
 from .rollout import Rollout
@@ -32,8 +34,6 @@ class RunPeaks(Value):
 
 def peaks_of(rollout: Rollout) -> RunPeaks | None:
     """Return the peak speeds, forces and joint positions of a run; None where it has no two samples, or no arm."""
-    import numpy as np
-
     if len(rollout.times) < 2 or not rollout.joints.shape[1]:
         return None
     tool = np.linalg.norm(_rates(rollout.poses["effector"][:, :3], rollout.times), axis=1)
@@ -65,8 +65,6 @@ def force_while_running(rollout: Rollout) -> Floats:
 
     A sample states the peak since the sample before, so the first sample after the program's end counts, too.
     """
-    import numpy as np
-
     running = np.asarray(rollout.lines) > 0
     force: Floats = np.where(running | np.roll(running, 1), rollout.contact_force(), 0.0)
     return force

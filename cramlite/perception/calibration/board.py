@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from ...base.errors import UserError, nearest
@@ -104,7 +105,6 @@ def write_board(path: Path, spec: BoardSpec) -> None:
     Raises:
         UserError: it is neither, or it cannot be written.
     """
-    import numpy as np
     from PIL import Image as Pictures
 
     if path.suffix.lower() not in (".png", ".pdf"):
@@ -119,8 +119,6 @@ def write_board(path: Path, spec: BoardSpec) -> None:
 def found(spec: BoardSpec, grey: Image) -> Sighting | None:
     """Find a board in a grey picture; None if fewer than ``LEAST`` corners are visible, or only corners on
     one line."""
-    import numpy as np
-
     cv2, board = opencv(), made(spec)
     settings = cv2.aruco.DetectorParameters()
     settings.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX

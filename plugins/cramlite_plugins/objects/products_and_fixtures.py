@@ -273,6 +273,6 @@ def _checked(thing: str, key: str, value: object, hint: Any) -> Any:
         return read_value(hint, value)
     except ValueError as error:
         said = error.errors()[0]["msg"].removeprefix("Value error, ") if isinstance(error, ValidationError) else str(error)
-        if get_origin(hint) is tuple and isinstance(value, list | tuple) and len(value) != len(get_args(hint)):
-            said = f"{len(get_args(hint))} values are needed"
+        if get_origin(hint) is tuple and not (isinstance(value, list | tuple) and len(value) == len(get_args(hint))):
+            said = f"{len(get_args(hint))} values are needed, in a list"
         raise UserError(f"thing '{thing}': parameter '{key}' is {value!r}: {said}") from None

@@ -9,17 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from cramlite.model import CameraOffset, Geom, Pose, Value
+import numpy as np
+
+from cramlite.model import CameraOffset, Floats, Geom, Pose, Value
 from cramlite.plugin import Expert, Inputs, Judged, Parameter, Unresolvable, hookimpl
 
 from .segmentation.surroundings import facing_distances
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    Floats = np.ndarray[Any, np.dtype[np.float64]]
 
 PRIMITIVES = ("box", "cylinder", "capsule", "sphere")
 BLOCK = 40
@@ -42,8 +39,6 @@ def camera_offset(inputs: Inputs) -> Mapping[str, Any]:
     Raises:
         Unresolvable: too little of fixtures is in the picture, or what is there is not where any near pose would see it.
     """
-    import numpy as np
-
     limits, view = inputs.parameters, inputs["view"]
     solids = [(g, t.pose * g.pose) for t in inputs["fixtures"] if t.joint is None for g in t.geoms if g.shape in PRIMITIVES]
     points, solids = _near(inputs, solids)
@@ -67,8 +62,6 @@ def camera_offset(inputs: Inputs) -> Mapping[str, Any]:
 def _near(inputs: Inputs, solids: Sequence[tuple[Geom, Pose]]) -> tuple[_Points, list[tuple[Geom, Pose]]]:
     """Points of a subsample of the cloud that are within ``reach_m`` of a solid's surface, and the solids
     that have at least five of these points."""
-    import numpy as np
-
     cloud, view, limits = inputs["cloud"], inputs["view"], inputs.parameters
     index = np.flatnonzero(cloud.mask)
     index = index[:: max(1, len(index) // int(limits["most"]))]
@@ -93,8 +86,6 @@ def _registered(points: _Points, solids: Sequence[tuple[Geom, Pose]], centre: Fl
 
     Points farther off than a limit have no weight; the limit shrinks from ``reach_m`` to ``last_m``.
     """
-    import numpy as np
-
     whole = Pose()
     for scale in np.geomspace(limits["reach_m"], limits["last_m"], int(limits["iterations"])):
         away, j, weight = _linear(points, whole, centre, solids, scale)
@@ -113,8 +104,6 @@ def _clear(
     Other solids are left out: a thing that hangs on a peg has points near the peg, which do not tell where
     the camera is.
     """
-    import numpy as np
-
     at, rays = whole.apply(points.at), whole.rotate(points.rays)
     distances = np.array([np.abs(facing_distances(g, p, at, rays)[0]) for g, p in solids])
     nearest, on = distances.argmin(axis=0), distances.min(axis=0) < limits["last_m"]
@@ -130,8 +119,6 @@ def _linear(
 ) -> tuple[Floats, Floats, Floats]:
     """Return the distances of points to the solids' surfaces, the derivatives of these distances by a small rotation
     and shift of the points, and Tukey weights."""
-    import numpy as np
-
     at, rays = whole.apply(points.at), whole.rotate(points.rays)
     best, normal = np.full(len(at), np.inf), np.zeros((len(at), 3))
     for geom, pose in solids:
@@ -146,8 +133,6 @@ def _linear(
 def _prior(eye: Floats, limits: Mapping[str, float]) -> Floats:
     """Prior information matrix of a small motion of the camera (twist about the points' mean), from the errors of its
     position and angle."""
-    import numpy as np
-
     lever = np.array([[0, -eye[2], eye[1]], [eye[2], 0, -eye[0]], [-eye[1], eye[0], 0]])
     moves = np.hstack([-lever, np.eye(3)])  # what the camera moves by
     turns = np.hstack([np.eye(3), np.zeros((3, 3))])
@@ -160,8 +145,6 @@ def _about(centre: Floats, twist: Floats) -> Pose:
 
 
 def _twist(whole: Pose, centre: Floats) -> Floats:
-    import numpy as np
-
     return np.concatenate([whole.rotvec, whole.apply(centre) - centre])
 
 
@@ -171,7 +154,6 @@ def _covariance(points: _Points, away: Floats, j: Floats, weight: Floats, prior:
 
     The covariance is that of noise and of the residuals of each block of the image.
     """
-    import numpy as np
     from scipy.linalg import eigh
 
     data = j.T @ (weight[:, None] * j)
@@ -189,8 +171,6 @@ def _judged(
     Between the last two come the standard deviations of position [m] and angle [rad], and the points' shift
     [m].
     """
-    import numpy as np
-
     camera = whole * believed
     eye = np.array(believed.position) - centre
     lever = np.array([[0, -eye[2], eye[1]], [eye[2], 0, -eye[0]], [-eye[1], eye[0], 0]])

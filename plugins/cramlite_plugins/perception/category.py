@@ -6,16 +6,14 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from cramlite.model import Value
+import numpy as np
+
+from cramlite.model import Floats, Value
 from cramlite.plugin import UNKNOWN, Expert, Judged, Parameter, hookimpl
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from cramlite.model import Thing
     from cramlite.plugin import Inputs
-
-    Floats = np.ndarray[Any, np.dtype[np.float64]]
 
 
 def types(priors: Mapping[str, Any]) -> tuple[str, ...]:
@@ -81,8 +79,6 @@ def category(inputs: Inputs) -> Mapping[str, Any]:
 
 def _chroma_of(view: Any, mask: Any) -> Floats:
     """Median red and green shares of a part of the image."""
-    import numpy as np
-
     pixels = view.rgb[mask].astype(float)
     total = np.maximum(pixels.sum(axis=1), 1.0)
     return np.asarray(np.median(pixels[:, :2] / total[:, None], axis=0))
@@ -90,8 +86,6 @@ def _chroma_of(view: Any, mask: Any) -> Floats:
 
 def _model_chroma(model: Thing) -> Floats:
     """Red and green shares (2,) of the colour of a model's largest geom."""
-    import numpy as np
-
     largest = max(model.geoms, key=lambda g: math.prod(sorted(g.size)[-2:]))
     rgb = np.array(largest.rgba[:3])
     return rgb[:2] / max(float(rgb.sum()), 1e-6)
@@ -105,8 +99,6 @@ def _lengths(model: Thing) -> list[float]:
 
 
 def _weight(known: Known, chroma: Floats, lengths: list[float], parameters: Mapping[str, float]) -> float:
-    import numpy as np
-
     off = float(np.abs(chroma - known.chroma).max()) / parameters["chroma"]
     excess = [max(0.0, a - b) / parameters["excess_m"] for a, b in zip(lengths, known.lengths, strict=True)]
     missing = [max(0.0, b - a) / parameters["missing_m"] for a, b in zip(lengths, known.lengths, strict=True)]
@@ -114,8 +106,6 @@ def _weight(known: Known, chroma: Floats, lengths: list[float], parameters: Mapp
 
 
 def _why(known: Known, chroma: Floats, lengths: list[float]) -> str:
-    import numpy as np
-
     off = float(np.abs(chroma - known.chroma).max())
     differ = max(abs(a - b) for a, b in zip(lengths, known.lengths, strict=True))
     return f"its colour differs by {off:.2f} and its extents by {1000 * differ:.0f} mm from those of '{known.model.name}'"

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from cramlite.plugin import Expert, Inputs, Judged, Parameter, hookimpl
 
 if TYPE_CHECKING:
-    import numpy as np
-
     Words = np.ndarray[Any, np.dtype[np.int64]]
 
 HUES = (("red", 12), ("orange", 38), ("yellow", 68), ("green", 165), ("cyan", 195), ("blue", 255), ("purple", 295),
@@ -21,8 +21,6 @@ WORDS = ("red", "orange", "yellow", "green", "cyan", "blue", "purple", "pink", "
 
 def colour(inputs: Inputs) -> Mapping[str, Any]:
     """Return the colour word of most pixels of an object; the other words with their shares."""
-    import numpy as np
-
     pixels = inputs["view"].rgb[inputs["segment"].mask]
     pixels = pixels[:: max(1, len(pixels) // int(inputs.parameters["pixels"]))]
     shares = np.bincount(words(pixels), minlength=len(WORDS)) / len(pixels)
@@ -36,8 +34,6 @@ def colour(inputs: Inputs) -> Mapping[str, Any]:
 
 def words(pixels: np.ndarray[Any, np.dtype[np.uint8]]) -> Words:
     """Return the colour words of RGB pixels (N, 3) uint8, as indices (N,) into ``WORDS``."""
-    import numpy as np
-
     rgb = pixels.astype(float) / 255
     value, low = rgb.max(axis=1), rgb.min(axis=1)
     spread = value - low
@@ -55,8 +51,6 @@ def words(pixels: np.ndarray[Any, np.dtype[np.uint8]]) -> Words:
 
 def _hue(rgb: Any, value: Any, spread: Any) -> Any:
     """Hue of RGB colours [deg] (Smith, SIGGRAPH 1978)."""
-    import numpy as np
-
     safe = np.where(spread > 0, spread, 1.0)
     r, g, b = rgb.T
     sector = np.where(value == r, ((g - b) / safe) % 6, np.where(value == g, (b - r) / safe + 2, (r - g) / safe + 4))

@@ -6,14 +6,14 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from cramlite.model import Floats
 from cramlite.plugin import Expert, Inputs, Judged, Parameter, Unresolvable, hookimpl
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from .values import Extents
 
-    Floats = np.ndarray[Any, np.dtype[np.float64]]
 
 SIZES = (("small", 0.09), ("medium", 0.16), ("large", math.inf))
 """Longest extents of a thing that a hand lifts, by word [m]: a box of matches, a pack of tea, a pack of cereals."""
@@ -37,8 +37,6 @@ def size(inputs: Inputs) -> Mapping[str, Any]:
 
 def extents(points: Any) -> Extents:
     """Return the extents of points (N, 3) in the world frame, without the outermost hundredth on each side."""
-    import numpy as np
-
     from .values import Extents
 
     p = np.asarray(points[:: max(1, len(points) // 2000)], dtype=float)
@@ -62,8 +60,6 @@ def shape(inputs: Inputs) -> Mapping[str, Any]:
 
     Planes: two planes explain a box's visible sides. A sphere is fitted linearly, a cylinder as a circle from above.
     """
-    import numpy as np
-
     points = np.asarray(inputs["points"], dtype=float)
     points = points[:: max(1, len(points) // 800)]
     if len(points) < inputs.parameters["least"]:
@@ -81,8 +77,6 @@ def shape(inputs: Inputs) -> Mapping[str, Any]:
 
 def _planes(points: Floats) -> float:
     """70th percentile of the points' distances [m] from the nearest of three planes, fitted one after another."""
-    import numpy as np
-
     rng, rest = np.random.default_rng(0), points
     best = np.full(len(points), np.inf)
     for _ in range(3):
@@ -102,8 +96,6 @@ def _planes(points: Floats) -> float:
 def _sphere(points: Floats) -> float:
     """70th percentile of the points' distances [m] from the sphere of the linear fit |p|^2 = 2 c p + r^2 - |c|^2
     (Coope, JOTA 76, 1993); 1 for a radius over 0.15 m."""
-    import numpy as np
-
     system = np.column_stack([2 * points, np.ones(len(points))])
     solution, *_ = np.linalg.lstsq(system, (points**2).sum(axis=1), rcond=None)
     radius = math.sqrt(max(float(solution[-1] + solution[:-1] @ solution[:-1]), 0.0))

@@ -5,23 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from cramlite.model import Geom, Thing
+import numpy as np
+
+from cramlite.model import Floats, Geom, Thing
 from cramlite.plugin import Expert, Inputs, Judged, Parameter, hookimpl
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from cramlite.model import Mask
 
     from .values import Cloud
 
-    Floats = np.ndarray[Any, np.dtype[np.float64]]
-
 
 def fixture(inputs: Inputs) -> Mapping[str, Any]:
     """Return the fixture on whose surface most of an object's points lie; None where there is none."""
-    import numpy as np
-
     points = np.asarray(inputs["points"], dtype=float)
     points = points[:: max(1, len(points) // 150)]
     best: tuple[float, Thing | None] = (0.0, None)
@@ -36,8 +32,6 @@ def fixture(inputs: Inputs) -> Mapping[str, Any]:
 
 def distance(points: Floats, thing: Thing) -> Floats:
     """Return the distances (N,) [m] of points (N, 3) in the world frame to a thing's surface; 0 inside."""
-    import numpy as np
-
     away = np.full(len(points), np.inf)
     local = thing.pose.inverse().apply(points)
     for geom in thing.geoms:
@@ -47,8 +41,6 @@ def distance(points: Floats, thing: Thing) -> Floats:
 
 def depth_within(points: Floats, thing: Thing) -> Floats:
     """Return how deep points (N, 3) in the world frame are inside of a thing's solids (N,) [m]; 0 outside."""
-    import numpy as np
-
     deep = np.zeros(len(points))
     local = thing.pose.inverse().apply(points)
     for geom in (g for g in thing.geoms if g.shape != "convex"):
@@ -58,8 +50,6 @@ def depth_within(points: Floats, thing: Thing) -> Floats:
 
 def on_fixtures(cloud: Cloud, fixtures: Iterable[Thing], tolerance: float) -> Mask:
     """Return the mask of a cloud's points within ``tolerance`` [m] of the surface of things whose poses are known."""
-    import numpy as np
-
     from ..shapes.bounds import corners
 
     index = np.flatnonzero(cloud.mask)
@@ -85,8 +75,6 @@ def signed_distances(p: Floats, geom: Geom) -> tuple[Floats, Floats]:
     Returns:
         The distances, and the outward unit normals (N, 3).
     """
-    import numpy as np
-
     if geom.shape in ("box", "convex"):
         return _on_box(p, np.array(geom.size))
     radius, axis = geom.size[0], np.array([0.0, 0.0, 1.0])
@@ -99,8 +87,6 @@ def signed_distances(p: Floats, geom: Geom) -> tuple[Floats, Floats]:
 
 
 def _on_box(p: Floats, half: Floats) -> tuple[Floats, Floats]:
-    import numpy as np
-
     beyond = np.abs(p) - half
     outside = np.maximum(beyond, 0.0)
     length = np.linalg.norm(outside, axis=1)
@@ -112,8 +98,6 @@ def _on_box(p: Floats, half: Floats) -> tuple[Floats, Floats]:
 
 
 def _on_cylinder(p: Floats, radius: float, half: float) -> tuple[Floats, Floats]:
-    import numpy as np
-
     across, beyond = np.hypot(p[:, 0], p[:, 1]), np.abs(p[:, 2]) - half
     side = np.column_stack([p[:, :2] / np.maximum(across, 1e-9)[:, None], np.zeros(len(p))])
     cap = np.outer(np.sign(p[:, 2]), (0.0, 0.0, 1.0))

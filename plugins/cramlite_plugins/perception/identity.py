@@ -6,6 +6,8 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from cramlite.plugin import Expert, Inputs, Judged, Parameter, hookimpl
 
 UNLIKELY = 1e6
@@ -17,7 +19,6 @@ def instances(inputs: Inputs) -> Mapping[str, Any]:
 
     Solves the assignment problem of least total distance (Kuhn, 1955) among pairs of one class that are near enough.
     """
-    import numpy as np
     from scipy.optimize import linear_sum_assignment
 
     objects: Sequence[Mapping[str, Judged]] = inputs["objects"]

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from cramlite.model import Thing
+import numpy as np
+
+from cramlite.model import Floats, Thing
 from cramlite.plugin import RELATIONS, Expert, Inputs, Judged, Parameter, hookimpl
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    Floats = np.ndarray[Any, np.dtype[np.float64]]
 
 Fact = tuple[str, str, str]
 
@@ -40,8 +37,6 @@ def relations(inputs: Inputs) -> Mapping[str, Any]:
 
 
 def _to_fixture(points: Any, thing: Thing, parameters: Mapping[str, float]) -> Iterator[Fact]:
-    import numpy as np
-
     p = np.asarray(points[:: max(1, len(points) // 400)], dtype=float)
     for feature in thing.features:
         local = (thing.pose * feature.pose).inverse().apply(p)
@@ -57,8 +52,6 @@ def _to_fixture(points: Any, thing: Thing, parameters: Mapping[str, float]) -> I
 def _hangs(local: Floats, points: Floats, thing: Thing, peg: Any, parameters: Mapping[str, float]) -> bool:
     """Whether an object hangs on a peg: it has points near the peg's axis, and most of its points are
     below that."""
-    import numpy as np
-
     tip = thing.feature("vrps:Tip")
     end = peg.size["length"] + (tip.size["length"] if tip else 0.0)
     beside = np.hypot(local[:, 0], local[:, 1])
@@ -69,8 +62,6 @@ def _hangs(local: Floats, points: Floats, thing: Thing, peg: Any, parameters: Ma
 
 def _stands(local: Floats, size: Mapping[str, float], gap: float) -> bool:
     """Whether an object's lowest points are at a surface, within its edges."""
-    import numpy as np
-
     low = float(np.percentile(local[:, 2], 2))
     middle = np.median(local[:, :2], axis=0)
     half = np.array([size.get("width", 0.0), size.get("depth", 0.0)]) / 2
@@ -78,8 +69,6 @@ def _stands(local: Floats, size: Mapping[str, float], gap: float) -> bool:
 
 
 def _inside(local: Floats, size: Mapping[str, float]) -> bool:
-    import numpy as np
-
     x, y, z = np.median(local, axis=0)
     return bool(abs(x) < size["width"] / 2 and abs(y) < size["depth"] / 2 and -size["height"] < z < 0.05)
 
@@ -87,8 +76,6 @@ def _inside(local: Floats, size: Mapping[str, float]) -> bool:
 def _to_others(number: int, objects: Sequence[Mapping[str, Judged]], camera: Any) -> Iterator[Fact]:
     """Directions from an object to others within 0.4 m in the image plane, each along the axis on which
     the two are further apart."""
-    import numpy as np
-
     own = _centre(objects[number - 1], camera)
     for other, values in enumerate(objects, 1):
         if other == number or "points" not in values:
@@ -103,8 +90,6 @@ def _to_others(number: int, objects: Sequence[Mapping[str, Judged]], camera: Any
 
 def _centre(values: Mapping[str, Judged], camera: Any) -> Floats:
     """The middle of an object in the optical frame: x right, y down."""
-    import numpy as np
-
     return np.asarray(camera.inverse().apply(np.median(values["points"].value, axis=0)))
 
 

@@ -13,7 +13,7 @@ from cramlite.model import Floats, Thing, Value, Vector3
 
 from ...imports.library.attitudes import upward
 from ...shapes.skins import skin_of
-from ..pose.model import PoseModel, pose_model, with_symmetries
+from ..pose.model import ModelKey, PoseModel, pose_model, with_symmetries
 from .samples import samples_of
 
 CHROMA, BRIGHTNESS = 8, 3
@@ -48,24 +48,11 @@ class Appearance(Value, eq=False):
 
 def appearance_of(model: Thing) -> Appearance:
     """Return the appearance of a model; computed once for each shape and texture."""
-    return _made(_Key(repr(model), model))
-
-
-class _Key(Value, eq=False):
-    """Cache key of a model, compared by its text only."""
-
-    text: str
-    thing: Thing
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Key) and other.text == self.text
-
-    def __hash__(self) -> int:
-        return hash(self.text)
+    return _made(ModelKey(repr(model), model))
 
 
 @lru_cache(maxsize=512)
-def _made(key: _Key) -> Appearance:
+def _made(key: ModelKey) -> Appearance:
     model = key.thing
     skin = skin_of(model.mesh)
     if skin is None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from cramlite.model import Value
 from cramlite.plugin import SEGMENTS, UNKNOWN, Expert, Inputs, Judged, Parameter, Unresolvable, hookimpl
 
@@ -72,8 +74,6 @@ def _surroundings(inputs: Inputs, known: Sequence[Appearance]) -> Mask:
 
 def _explanation(segment: Any, part: Part, limits: Mapping[str, float]) -> Explanation:
     """Probabilities by Bayes' rule over the models' best scores and "none", with equal priors."""
-    import numpy as np
-
     from .reading import rarity
 
     best: dict[str, Reading] = {}

@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from cramlite.model import Floats, Pose, Value
 
-from ..pose.estimate import COARSE, FINE, MIDDLE, PoseHypothesis, allowed, best, hypotheses
+from ..pose.estimate import COARSE, FINE, MIDDLE, PoseHypothesis, allowed, best, hypotheses, without_duplicates
 from ..pose.icp import PoseBatch, register
 from ..pose.model import Floats32, PoseModel
 from ..pose.outline import Outline
@@ -108,7 +108,8 @@ def full_readings(region: Region, ranked: Ranked, prior: Prior) -> list[Reading]
     model, view, kept = appearance.surface, scene.picture.view, int(scene.limits["poses"])
     starts = best(model, *seen, slid(model, seen[1], best(model, *seen, ranked.starts, kept, 300)), kept, 300)
     starts = allowed(view, prior, register(model, seen[0], starts, FINE, seen[1]))
-    return [_by_print(region, appearance, seen, h) for h in distinct(model, hypotheses(view, starts, _scored(model, seen, starts)))]
+    scored = hypotheses(view, starts, _scored(model, seen, starts))
+    return [_by_print(region, appearance, seen, h) for h in without_duplicates(model, scored)]
 
 
 def _by_print(region: Region, appearance: Appearance, seen: tuple[Floats32, Outline], found: PoseHypothesis) -> Reading:
@@ -127,16 +128,6 @@ def _by_print(region: Region, appearance: Appearance, seen: tuple[Floats32, Outl
         pose, fit = refined[0].pose, refined[0].score
         colour = float(agreement(scene.picture, region.mask, appearance, [pose])[0])
     return Reading(appearance, pose, fit, colour, (*found.reasons, f"{100 * colour:.0f} % of its printed texture agrees with the picture"))
-
-
-def distinct(model: PoseModel, found: Sequence[PoseHypothesis]) -> list[PoseHypothesis]:
-    """Return hypotheses without those that are within 3 mm and 3 degrees of a better one."""
-    kept: list[PoseHypothesis] = []
-    for h in found:
-        apart = [model.difference(h.pose, k.pose) for k in kept]
-        if all(d > 0.003 or a > math.radians(3) for d, a in apart):
-            kept.append(h)
-    return kept
 
 
 def _turned(scene: Scene, seen: tuple[Floats32, Outline], model: PoseModel, pose: Pose) -> tuple[list[Pose], Floats]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from msgspec.structs import replace
@@ -144,14 +145,19 @@ def _pose(turn: Floats32, shift: Floats32) -> Pose:
     return Pose.from_matrix(matrix)
 
 
-def distinct(model: PoseModel, prior: Prior, found: list[PoseHypothesis]) -> list[PoseHypothesis]:
-    """Remove duplicate poses (within 3 mm and 3 degrees), and add the symmetric equivalents of the best."""
+def without_duplicates(model: PoseModel, found: Sequence[PoseHypothesis]) -> list[PoseHypothesis]:
+    """Return hypotheses without those that are within 3 mm and 3 degrees of a better one."""
     kept: list[PoseHypothesis] = []
     for h in found:
         apart = [model.difference(h.pose, k.pose) for k in kept]
-        if all(d > 0.003 or a > np.radians(3) for d, a in apart):
+        if all(d > 0.003 or a > math.radians(3) for d, a in apart):
             kept.append(h)
-    kept = _doubted(model, kept)
+    return kept
+
+
+def distinct(model: PoseModel, prior: Prior, found: list[PoseHypothesis]) -> list[PoseHypothesis]:
+    """Remove duplicate poses, and add the symmetric equivalents of the best."""
+    kept = _doubted(model, without_duplicates(model, found))
     if not kept or model.axis is not None:
         return kept
     same = [

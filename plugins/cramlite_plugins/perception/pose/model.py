@@ -154,6 +154,33 @@ class PoseModel(Value, eq=False, dict=True):
         return metres, pose.distance(truth)[1]
 
 
+class ModelKey(Value, eq=False):
+    """Cache key of a model, compared by its text only."""
+
+    text: str
+    thing: Thing
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, ModelKey) and other.text == self.text
+
+    def __hash__(self) -> int:
+        return hash(self.text)
+
+
+def surface_of(thing: Thing) -> PoseModel:
+    """Return the surface model of a thing; sampled once for each shape.
+
+    Raises:
+        UserError: it has no shape, or one without a surface.
+    """
+    return _kept(ModelKey(repr(thing), thing))
+
+
+@lru_cache(maxsize=64)
+def _kept(key: ModelKey) -> PoseModel:
+    return pose_model(key.thing)
+
+
 def pose_model(thing: Thing, seed: int = 0) -> PoseModel:
     """Sample the surface model of a thing: of its mesh file where it was made from one, else of its geoms.
 

@@ -6,6 +6,8 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from cramlite.model import Thing
 from cramlite.plugin import Expert, Inputs, Judged, Parameter, Unresolvable, hookimpl
 
@@ -65,8 +67,6 @@ def _possible(fit: Fit, model: Thing, inputs: Inputs) -> tuple[float, str]:
 
 
 def _hanging(fit: Fit, model: Thing, hanger: Thing, limits: Mapping[str, float]) -> tuple[float, str]:
-    import numpy as np
-
     hole, peg = model.feature("vrps:Hole"), hanger.feature("vrps:Peg")
     if hole is None or peg is None:
         return limits["impossible"], f"'{model.name}' has no hole to hang by" if hole is None else ""

@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from cramlite.model import Pose, Thing, Value
+from cramlite.model import Pose, Value
 from cramlite.plugin import Expert, Inputs, Judged, Parameter, hookimpl
-
-if TYPE_CHECKING:
-    from .model import PoseModel
 
 
 class Fit(Value):
@@ -57,34 +53,16 @@ def registered(inputs: Inputs, method: Method) -> Mapping[str, Any]:
 
 
 def _fits(inputs: Inputs, tried: Sequence[Judged], method: Method, prior: Any) -> list[Fit]:
+    from .model import surface_of
+
     models = {m.name: m for m in inputs["models"]}
     found = []
     for candidate in tried:
-        surface = _surface(_Key(repr(models[candidate.value]), models[candidate.value]))
+        surface = surface_of(models[candidate.value])
         for h in method(inputs["view"], inputs["clean"], surface, prior)[:4]:
             weight = 0.7 + 0.3 * candidate.confidence  # equal fits: the likelier model
             found.append(Fit(candidate.value, h.pose, h.score * weight, "; ".join(h.reasons)))
     return sorted(found, key=lambda f: -f.score)
-
-
-class _Key(Value, eq=False):
-    """Cache key of a model, compared by its text only."""
-
-    text: str
-    thing: Thing
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Key) and other.text == self.text
-
-    def __hash__(self) -> int:
-        return hash(self.text)
-
-
-@lru_cache(maxsize=64)
-def _surface(key: _Key) -> PoseModel:
-    from .model import pose_model
-
-    return pose_model(key.thing)
 
 
 FITTING = (

@@ -8,11 +8,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from cramlite.plugin import Expert, Inputs, Parameter, Unresolvable, hookimpl
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from ..values import Points32
 
     Labels = np.ndarray[Any, np.dtype[np.int64]]
@@ -22,8 +22,6 @@ Clustering = Callable[["Points32", Mapping[str, float]], "Labels"]
 
 def _cleaned(cluster: Clustering) -> Callable[[Inputs], Mapping[str, Any]]:
     def run(inputs: Inputs) -> Mapping[str, Any]:
-        import numpy as np
-
         segment, cloud = inputs["segment"], inputs["cloud"]
         points = cloud.points[segment.mask]
         if len(points) < inputs.parameters["least"]:
@@ -46,7 +44,6 @@ def _cleaned(cluster: Clustering) -> Callable[[Inputs], Mapping[str, Any]]:
 
 def voxel_components(points: Points32, parameters: Mapping[str, float]) -> Labels:
     """Cluster points by connected voxels; faces, edges and corners connect."""
-    import numpy as np
     from scipy import ndimage
 
     cells = np.floor((points - points.min(axis=0)) / parameters["cell_m"]).astype(np.int64)
@@ -59,7 +56,6 @@ def voxel_components(points: Points32, parameters: Mapping[str, float]) -> Label
 
 def density(points: Points32, parameters: Mapping[str, float]) -> Labels:
     """Cluster points by DBSCAN (Ester et al., KDD 1996), with a radius and a least number of neighbours."""
-    import numpy as np
     from scipy.sparse import csr_matrix
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree
@@ -82,7 +78,6 @@ def hierarchical(points: Points32, parameters: Mapping[str, float]) -> Labels:
 
     Some 2,000 of the points are clustered; each of the others gets the cluster of the nearest of these.
     """
-    import numpy as np
     from scipy.cluster.hierarchy import fcluster, linkage
     from scipy.spatial import cKDTree
 
@@ -95,8 +90,6 @@ def hierarchical(points: Points32, parameters: Mapping[str, float]) -> Labels:
 
 def _numbered(labels: Labels) -> Labels:
     """Cluster labels of points, renumbered as 0, 1, 2, ...; the label of noise stays -1."""
-    import numpy as np
-
     _, numbers = np.unique(labels, return_inverse=True)
     numbers = numbers.reshape(-1).astype(np.int64)
     return np.asarray(numbers - 1 if (labels < 0).any() else numbers)

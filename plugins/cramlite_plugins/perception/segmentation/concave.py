@@ -11,13 +11,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from cramlite.plugin import SEGMENTS, Expert, Inputs, Parameter, Unresolvable, hookimpl
 
 from ..category import printed
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from cramlite.model import Mask
 
     from ..values import Cloud, Plane
@@ -36,8 +36,6 @@ def segments(inputs: Inputs) -> Mapping[str, Any]:
         Unresolvable: the map has fixtures, on which products hang flush with each other; a known model has a print, by which
             it is told from what touches it; or nothing stands out.
     """
-    import numpy as np
-
     from ..values import Segment
 
     if inputs["fixtures"]:
@@ -61,7 +59,6 @@ def _front(cloud: Cloud, inverse: Inverse, planes: Sequence[Plane], limits: Mapp
     A plane with little behind it keeps the pixels in front of it, and a wide one with more behind it those on
     both sides.
     """
-    import numpy as np
     from scipy import ndimage
 
     front, points = cloud.mask.copy(), cloud.points[cloud.mask]
@@ -84,7 +81,6 @@ def parted(inverse: Inverse, front: Mask, limits: Mapping[str, float]) -> Labels
         inverse: (height, width) inverse depth [1/m], NaN where nothing was measured.
         front: what is to be parted.
     """
-    import numpy as np
     from scipy import ndimage
 
     steps = [_step(np.where(front, inverse, np.nan), d, limits["step"]) for d in DIRECTIONS]
@@ -101,8 +97,6 @@ def parted(inverse: Inverse, front: Mask, limits: Mapping[str, float]) -> Labels
 
 def _step(inverse: Inverse, direction: tuple[int, int], least: float) -> Mask:
     """Mask of pixels whose next pixel in a direction is on another surface, nearer or farther by a step."""
-    import numpy as np
-
     with np.errstate(invalid="ignore"):
         return np.asarray(np.abs(_shifted(inverse, *direction, np.nan) - inverse) > least)
 
@@ -110,7 +104,6 @@ def _step(inverse: Inverse, direction: tuple[int, int], least: float) -> Mask:
 def _bends(inverse: Inverse, front: Mask, steps: Sequence[Mask], limits: Mapping[str, float]) -> list[Inverse]:
     """Inverse depth of the chord between two pixels, less that of the pixel in the middle of them, for
     each direction in the image; NaN across a step."""
-    import numpy as np
     from scipy import ndimage
 
     size, reach = int(limits["smooth"]), int(limits["reach"])
@@ -130,7 +123,6 @@ def _bends(inverse: Inverse, front: Mask, steps: Sequence[Mask], limits: Mapping
 
 def _joined(labels: Labels, bends: Sequence[Inverse], limits: Mapping[str, float]) -> Labels:
     """Return segment labels of a picture after merging segments whose common border is mostly flat or convex."""
-    import numpy as np
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
@@ -151,8 +143,6 @@ def _joined(labels: Labels, bends: Sequence[Inverse], limits: Mapping[str, float
 def _grown(labels: Labels, inverse: Inverse, front: Mask, limits: Mapping[str, float]) -> Labels:
     """Extend labels over unlabelled edge pixels: each pixel takes the label of the neighbour on whose surface
     it lies."""
-    import numpy as np
-
     for _ in range(int(limits["grow"])):
         after, best = labels.copy(), np.full(labels.shape, limits["step"])
         for down, right in NEIGHBOURS:
@@ -169,8 +159,6 @@ def _grown(labels: Labels, inverse: Inverse, front: Mask, limits: Mapping[str, f
 
 def _shifted(image: Any, down: int, right: int, fill: Any) -> Any:
     """Image moved so that its pixel (v, u) is the original's pixel (v + down, u + right)."""
-    import numpy as np
-
     height, width = image.shape
     moved = np.full_like(image, fill)
     there = image[max(0, down) : height + min(0, down), max(0, right) : width + min(0, right)]

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+import numpy as np
+
 from cramlite.model import Thing
 from cramlite.plugin import Expert, Inputs, Parameter, Unresolvable, hookimpl
 
@@ -12,8 +14,6 @@ from cramlite.plugin import Expert, Inputs, Parameter, Unresolvable, hookimpl
 def region(inputs: Inputs) -> Mapping[str, Any]:
     """Return an axis-aligned box around the fixtures that the query names as a place, with room for their
     content."""
-    import numpy as np
-
     from cramlite.plugin import RELATIONS
 
     from ...shapes.bounds import corners
@@ -38,8 +38,6 @@ def _is(thing: Thing, place: str, taxonomy: Any) -> bool:
 
 def cloud(inputs: Inputs) -> Mapping[str, Any]:
     """Return the measured points in the region, in the camera's depth range, without those of the robot itself."""
-    import numpy as np
-
     from ..values import Cloud
 
     view = inputs["view"]
@@ -62,7 +60,6 @@ def _near(own: Any, depth: Any, least: float) -> Any:
 
     ``own`` is NaN where the robot is not expected.
     """
-    import numpy as np
     from scipy import ndimage
 
     expected = ndimage.minimum_filter(np.where(np.isfinite(own), own, np.inf), 5)

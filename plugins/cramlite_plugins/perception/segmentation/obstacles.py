@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from cramlite.model import Geom, Pose, Thing
+import numpy as np
+
+from cramlite.model import Floats, Geom, Pose, Thing
 from cramlite.plugin import Expert, Inputs, Parameter, hookimpl
 
 from ..fixtures import distance
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    Floats = np.ndarray[Any, np.dtype[np.float64]]
 
 TYPE = "dul:PhysicalObject"
 
@@ -38,8 +35,6 @@ def _unexplained(inputs: Inputs, known: Sequence[Thing]) -> tuple[Floats, Floats
 
     A thing explains points that are no farther from it than noise and errors of poses make likely.
     """
-    import numpy as np
-
     view, cloud, limits = inputs["view"], inputs["cloud"], inputs.parameters
     points, depth = cloud.points[cloud.mask].astype(float), view.depth[cloud.mask].astype(float)
     points, depth = _thinned(points, depth, limits)
@@ -53,8 +48,6 @@ def _unexplained(inputs: Inputs, known: Sequence[Thing]) -> tuple[Floats, Floats
 
 def _thinned(points: Floats, depth: Floats, limits: Mapping[str, float]) -> tuple[Floats, Floats]:
     """Mean points and depths of voxels; those with few points, which may be flying pixels, are left out."""
-    import numpy as np
-
     cells = np.floor((points - points.min(axis=0)) / limits["cell_m"]).astype(np.int64)
     size = cells.max(axis=0) + 1
     _, index, count = np.unique(
@@ -68,8 +61,6 @@ def _thinned(points: Floats, depth: Floats, limits: Mapping[str, float]) -> tupl
 
 def _clusters(points: Floats, limits: Mapping[str, float]) -> Iterator[Floats]:
     """Groups of touching voxels, without groups too small to be told from noise."""
-    import numpy as np
-
     from .clean import voxel_components
 
     if not len(points):
@@ -83,8 +74,6 @@ def _clusters(points: Floats, limits: Mapping[str, float]) -> Iterator[Floats]:
 
 def _let_down(points: Floats, known: Sequence[Thing], limits: Mapping[str, float]) -> Floats:
     """Extend an obstacle's points down to the surface of a fixture right beneath them, if the gap is small."""
-    import numpy as np
-
     low = float(points[:, 2].min())
     tops = [(t.pose * f.pose).position[2] for t in known if t.mass is None for f in t.features
             if f.type == "vrps:SurfaceFeature" and _above(points, t)]  # fmt: skip
@@ -107,8 +96,6 @@ def _above(points: Floats, thing: Thing) -> bool:
 def _parts(points: Floats, known: Floats, limits: Mapping[str, float]) -> Iterator[Floats]:
     """Split points in halves along the longest side of their box until no part's convex hull encloses known
     things."""
-    import numpy as np
-
     spans = np.ptp(points, axis=0)
     if spans.max() <= 2 * limits["smallest_m"] or not _holds(points, known, limits["tolerance_m"]).any():
         yield points
@@ -123,8 +110,6 @@ def _parts(points: Floats, known: Floats, limits: Mapping[str, float]) -> Iterat
 def _holds(points: Floats, others: Floats, depth: float) -> Any:
     """Return a flag for each of ``others`` in the box around ``points``: whether it is over ``depth`` [m] deep
     in the convex hull of ``points``."""
-    import numpy as np
-
     near = others[((others > points.min(axis=0)) & (others < points.max(axis=0))).all(axis=1)]
     faces = _hull(points).equations
     return (near @ faces[:, :3].T + faces[:, 3] < -depth).all(axis=1) if len(near) else np.zeros(0, bool)
@@ -138,8 +123,6 @@ def _hull(points: Floats) -> Any:
 
 def _body(points: Floats, number: int) -> Thing:
     """A fixed body that is the convex hull of the points, its frame in the middle of the box around them."""
-    import numpy as np
-
     corners = points[_hull(points).vertices]
     low, high = corners.min(axis=0), corners.max(axis=0)
     middle, half = (low + high) / 2, np.maximum((high - low) / 2, 0.001)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from cramlite.plugin import Expert, Inputs, Parameter, Unresolvable, hookimpl
 
 if TYPE_CHECKING:
@@ -17,8 +19,6 @@ SAMPLE, TRIALS, MOST = 3000, 200, 5  # points that are counted, triples that are
 
 def planes(inputs: Inputs) -> Mapping[str, Any]:
     """Fit the largest planes, one after another (RANSAC: Fischler and Bolles, CACM 24, 1981)."""
-    import numpy as np
-
     cloud, view = inputs["cloud"], inputs["view"]
     points = cloud.points[cloud.mask]
     rng = np.random.default_rng(0)  # the same picture has the same planes
@@ -28,8 +28,6 @@ def planes(inputs: Inputs) -> Mapping[str, Any]:
 
 
 def _largest(sample: Points32, eye: Points32, parameters: Mapping[str, float], rng: Any) -> Iterator[Plane]:
-    import numpy as np
-
     total = len(sample)
     for _ in range(MOST):
         if len(sample) < max(50, parameters["share"] * total):
@@ -45,8 +43,6 @@ def _largest(sample: Points32, eye: Points32, parameters: Mapping[str, float], r
 
 def _best(sample: Points32, eye: Points32, tolerance: float, rng: Any, total: int) -> Plane | None:
     """The plane of three points with most points near it, fitted to those by least squares."""
-    import numpy as np
-
     from ..values import Plane
 
     triples = sample[rng.integers(len(sample), size=(TRIALS, 3))]
@@ -77,7 +73,6 @@ def background(inputs: Inputs) -> Mapping[str, Any]:
 
 def on_planes(cloud: Cloud, found: Iterable[Plane], thickness: float, extent: float) -> Mask:
     """Return the mask of a cloud's points within ``thickness`` [m] of a plane, in connected parts of at least ``extent`` [m]."""
-    import numpy as np
     from scipy import ndimage
 
     mask = np.zeros(cloud.mask.shape, bool)
@@ -95,8 +90,6 @@ def on_planes(cloud: Cloud, found: Iterable[Plane], thickness: float, extent: fl
 
 def _span(points: Points32) -> float:
     """Longest extent of points along a coordinate axis [m], without the lowest and the highest hundredth of them."""
-    import numpy as np
-
     return float(np.max(np.subtract(*np.percentile(points, (99, 1), axis=0))))
 
 
@@ -106,8 +99,6 @@ def whole(inputs: Inputs) -> Mapping[str, Any]:
     Raises:
         Unresolvable: there are no points.
     """
-    import numpy as np
-
     cloud = inputs["cloud"]
     if not cloud.mask.any():
         raise Unresolvable("there are no points")

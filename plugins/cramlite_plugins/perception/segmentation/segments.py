@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import Value
@@ -14,8 +15,6 @@ from ..category import printed
 from ..dimensions import extents
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from cramlite.model import Mask
 
     from ..category import Known
@@ -35,8 +34,6 @@ def segments(inputs: Inputs) -> Mapping[str, Any]:
     Raises:
         Unresolvable: nothing stands out, or a known model has a print, whose colours have edges of their own.
     """
-    import numpy as np
-
     from ..values import Segment
 
     if printed(inputs.get("looks", ())):
@@ -58,7 +55,6 @@ def chromaticity(rgb: np.ndarray[Any, np.dtype[np.uint8]]) -> Floats32:
 
     Smoothed over a pixel and its four neighbours' neighbourhood (3 x 3); dark pixels count as grey.
     """
-    import numpy as np
     from scipy import ndimage
 
     smooth = ndimage.uniform_filter(rgb.astype(np.float32), (3, 3, 1))
@@ -70,7 +66,6 @@ def chromaticity(rgb: np.ndarray[Any, np.dtype[np.uint8]]) -> Floats32:
 
 def _labelled(front: Mask, depth: Any, chroma: Floats32, parameters: Mapping[str, float]) -> Labels:
     """Labels of the foreground's areas between edges, grown over the pixels of the edges."""
-    import numpy as np
     from scipy import ndimage
 
     edge = _edges(front, depth, chroma, parameters)
@@ -84,8 +79,6 @@ def _labelled(front: Mask, depth: Any, chroma: Floats32, parameters: Mapping[str
 
 def _edges(front: Mask, depth: Any, chroma: Floats32, parameters: Mapping[str, float]) -> Mask:
     """Pixels whose neighbours differ in depth by more than a step, or in colour."""
-    import numpy as np
-
     z = np.where(front, depth, np.nan)
     edge = np.zeros(front.shape, bool)
     for axis in (0, 1):
@@ -116,7 +109,6 @@ class _Part(Value, eq=False):
 
 
 def _parts(labels: Labels, points: Points32, chroma: Floats32) -> list[_Part]:
-    import numpy as np
     from scipy import ndimage
 
     found = []
@@ -151,8 +143,6 @@ def _merged(parts: list[_Part], looks: Sequence[Known], parameters: Mapping[str,
 
 
 def _joined(a: _Part, b: _Part) -> _Part:
-    import numpy as np
-
     box = (min(a.box[0], b.box[0]), max(a.box[1], b.box[1]), min(a.box[2], b.box[2]), max(a.box[3], b.box[3]))
     return replace(
         b, labels=(*a.labels, *b.labels), count=a.count + b.count, points=np.concatenate([a.points, b.points]), box=box
@@ -165,8 +155,6 @@ def _belong(small: _Part, large: _Part, looks: Sequence[Known], parameters: Mapp
 
     Too large is larger than each known model of that colour; without such a model, longer than any product.
     """
-    import numpy as np
-
     if np.abs(small.chroma - large.chroma).max() > parameters["same_chroma"]:
         return False
     gap = _gap(small.points, large.points)
@@ -182,8 +170,6 @@ def _belong(small: _Part, large: _Part, looks: Sequence[Known], parameters: Mapp
 
 
 def _gap(a: Points32, b: Points32) -> float:
-    import numpy as np
-
     return float(np.sqrt(((a[:, None] - b[None]) ** 2).sum(axis=-1).min()))
 
 

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from cramlite.model import Geom, Pose, Thing
+import numpy as np
+
+from cramlite.model import Floats, Geom, Pose, Thing
 from cramlite.plugin import Expert, Inputs, Judged, Parameter, Unresolvable, hookimpl
 
 from ..category import _model_chroma
 from ..fixtures import signed_distances
 from .segments import chromaticity
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    Floats = np.ndarray[Any, np.dtype[np.float64]]
 
 
 def refined(inputs: Inputs) -> Mapping[str, Any]:
@@ -40,8 +37,6 @@ def refined(inputs: Inputs) -> Mapping[str, Any]:
 
 
 def _refined(thing: Thing, inputs: Inputs) -> Judged | str:
-    import numpy as np
-
     limits = inputs.parameters
     eye = np.array(inputs["view"].camera.position)
     groups = _groups(thing, inputs, eye)
@@ -96,8 +91,6 @@ def _groups(thing: Thing, inputs: Inputs, eye: Floats) -> list[tuple[str, Floats
 
     They are near the surface of the part where the map has it, and of the fixture's colour.
     """
-    import numpy as np
-
     view, cloud, limits = inputs["view"], inputs["cloud"], inputs.parameters
     index = np.flatnonzero(cloud.mask)
     points = cloud.points.reshape(-1, 3)[index]
@@ -123,8 +116,6 @@ def _residuals(thing: Thing, part: str, points: Floats, eye: Floats) -> tuple[Fl
     the first pictures of 7 of the development seeds 0 to 69 of ``hang_onto_hanger_camera`` it was, 4.3 to 4.9 mm off; now
     none is more than 0.4 mm off.
     """
-    import numpy as np
-
     best, normal = np.full(len(points), np.inf), np.zeros((len(points), 3))
     rays = (points - eye) / np.linalg.norm(points - eye, axis=1)[:, None]
     for geom in thing.geoms:
@@ -137,8 +128,6 @@ def _residuals(thing: Thing, part: str, points: Floats, eye: Floats) -> tuple[Fl
 
 def facing_distances(geom: Geom, frame: Pose, points: Floats, rays: Floats) -> tuple[Floats, Floats]:
     """Return signed distances (N,) [m] from tangent planes of a geom's side that faces the camera, and their normals, world frame."""
-    import numpy as np
-
     back = frame.inverse()
     away, normal = signed_distances(back.apply(points), geom)
     normal = frame.rotate(normal)
