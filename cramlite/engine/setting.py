@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
@@ -11,14 +12,17 @@ from msgspec.structs import replace
 from ..base.value import Value
 from ..interpretation.fluents import SymbolicWorld, symbolic_world
 from ..model.belief import Held, initial_belief
+from ..model.geometry import Pose
 from ..model.handover import Handover
 from ..model.run.judging_limits import JudgingLimits
 from ..model.twins.proof_doubts import ProofDoubts
 from ..planning.operators import Grounder
 from ..planning.search.state import State
+from ..scenario.twin_places import Sight
+from .late_poses import flange
 
 if TYPE_CHECKING:
-    from ..model.belief import Belief, Relation
+    from ..model.belief import Belief, Estimate, Relation
     from ..model.plan import Plan
     from ..model.robot import Robot
     from ..model.world.world import InHand, World
@@ -28,7 +32,6 @@ if TYPE_CHECKING:
     from ..plugin.catalogue import Knowledge
     from ..plugin.protocols import Backend
     from .late_poses import Tolerance
-
 
 
 class Setting(Value):
@@ -77,8 +80,32 @@ class Setting(Value):
         mount = self.world.robots[0]
         at = self.robot.arm_at(mount.base) if self.robot.platform else None
         belief = initial_belief(self.world, mount.name, *self.robot.start(mount), self.relations, at)
-        belief = replace(belief, poses={**belief.poses, **self.look.estimates}) if self.look else belief
+        belief = replace(belief, poses={**belief.poses, **self._seen()})
         return belief.grasped(held_at_start(mount.holds, belief, self.carried)) if mount.holds else belief
+
+    @property
+    def sight(self) -> Sight | None:
+        """Return the camera's last pose, and the things whose poses come from its pictures; None where the
+        scenario states the poses of things."""
+        look = self.look
+        if look is None or look.camera is None:
+            return None
+        camera, mount = look.camera, self.world.robots[0]
+        at = camera.pose
+        if camera.mount is not None:
+            at = self.robot.arm_at(mount.base) * flange(self.robot, camera.joints or self.robot.start(mount)[0]) * camera.pose
+        return Sight(Pose(at.position, at.quaternion), frozenset(look.estimates))
+
+    def _seen(self) -> Mapping[str, Estimate]:
+        """Estimates of the things that the camera saw, with the uncertainty of where the camera itself is (hand-eye)."""
+        sight, errors = self.sight, self.doubts.errors
+        if self.look is None or sight is None:
+            return self.look.estimates if self.look else {}
+        of, scale, eye = errors.hand_eye, errors.scale, sight.camera.position
+        return {
+            name: replace(e, sigma=math.hypot(e.sigma, scale * of.sigma(math.dist(eye, e.pose.position))))
+            for name, e in self.look.estimates.items()
+        }
 
     def symbolic(self, taxonomy: Taxonomy) -> SymbolicWorld:
         """Return the symbolic state at the start for task planning: things, relations, and the thing in the hand."""

@@ -157,6 +157,8 @@ class GoalCondition(Value):
         shown: further facts that a run must show in the end, which planning has no use for.
         bounds: values that a run must show in the end.
         manner: of the tasks that bring it about; None where any will do.
+        instead: lists of goals; those of one list together fulfil the condition as well. Goals of a list that are not
+            about its own thing are asked for anyway, or hold: they are not brought about for this.
     """
 
     needs: frozenset[Fact] = frozenset()
@@ -165,6 +167,7 @@ class GoalCondition(Value):
     shown: frozenset[Fact] = frozenset()
     bounds: tuple[Bound, ...] = ()
     manner: Manner | None = None
+    instead: tuple[tuple[str, ...], ...] = ()
 
     @property
     def denied(self) -> GoalCondition | None:

@@ -123,7 +123,7 @@ def _two_manners(one: ParsedGoal, other: ParsedGoal) -> str:
 
 def _forms(phrases: Iterable[GoalPhrase]) -> str:
     """List the forms of goals, as advice after an unknown one: "say 'THING on PLACE' or ..."."""
-    forms = [f"'{p.form}'" for p in sorted(phrases, key=lambda p: -len(_places(p)))]
+    forms = [f"'{p.form}'" for p in sorted(phrases, key=lambda p: abs(len(_places(p)) - 2))]  # those of two things are the commonest
     said = f"say {', '.join(forms[:-1])} or {forms[-1]}" if forms[1:] else "no plugin declares a phrase for goals"
     sides = ", ".join(f"'{s}'" for s in SIDES)
     return f"{said}; PLACE may be followed by one of {sides} and a THING"

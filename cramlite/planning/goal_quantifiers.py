@@ -39,8 +39,28 @@ def without_quantifiers(says: Sequence[str], grounder: Grounder) -> Iterator[Say
     def missing(goals: Says) -> int:
         return sum(not _holds(goal, grounder, facts) for goal in goals)
 
-    for choice in product(*(sorted(islice(_meanings(g, grounder, facts), MOST), key=missing) for g in says)):
+    for choice in product(*(sorted(islice(_ways(g, says, grounder, facts), MOST), key=missing) for g in says)):
         yield tuple(dict.fromkeys(goal for goals in choice for goal in goals))
+
+
+def _ways(goal: str, says: Sequence[str], grounder: Grounder, facts: frozenset[Fact]) -> Iterator[Says]:
+    """Generate the meanings of one of several goals, and after each, of a goal about a thing, other goals that fulfil it as well.
+
+    The last goal of such a list is about that thing; the others are asked for anyway, or hold.
+    """
+    for meaning in _meanings(goal, grounder, facts):
+        yield meaning
+        for *others, last in _instead(meaning, grounder):
+            if all(other in says or _holds(other, grounder, facts) for other in others):
+                yield (*others, last)
+
+
+def _instead(meaning: Says, grounder: Grounder) -> tuple[Says, ...]:
+    """Return lists of goals that fulfil a single goal as well; none for several goals, and for a sentence that is no goal."""
+    try:
+        return parse_goal(meaning[0], grounder).meaning.instead if len(meaning) == 1 else ()
+    except UserError:
+        return ()
 
 
 def _meanings(goal: str, grounder: Grounder, facts: frozenset[Fact]) -> Iterator[Says]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import islice
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
@@ -127,17 +127,52 @@ def plans_for_goal(
     from .symbolic.plan_stream import task_plans
     from .task_goals import plan_from_tasks
 
+    def plans_of(problem: PlanningProblem) -> Iterator[TaskPlan]:
+        return iter([handed_plan(problem, asked.handed)]) if asked.handed else task_plans(problem, progress, trace=trace)
+
     asked, number = _asked(goal), 0
-    for choice, problem in _problems(asked, scene, knowledge, trace):
-        found = False
-        plans = iter([handed_plan(problem, asked.handed)]) if asked.handed else task_plans(problem, progress, trace=trace)
-        for plan in plans:
-            found, number = True, number + 1
-            _trace_plan(number, plan, choice, problem, trace)
-            specs = as_tasks(plan, knowledge.tasks, problem.wanted)
-            yield replace(plan_from_tasks(name, specs, knowledge.tasks, scene.world), goal=choice.says)
-        if not found:
-            _trace_unreachable(choice, problem, trace, progress)
+    problems = _problems(asked, scene, knowledge, trace)
+    for turn in diagonally(_Turn(choice, problem, plans_of(problem)) for choice, problem in problems):
+        trace.candidate = turn.number or trace.candidate  # what it learns from is how its own last plan failed
+        plan = next(turn.plans, None)
+        if plan is not None:
+            turn.number = number = number + 1
+            _trace_plan(number, plan, turn.choice, turn.problem, trace)
+            specs = as_tasks(plan, knowledge.tasks, turn.problem.wanted)
+            yield replace(plan_from_tasks(name, specs, knowledge.tasks, scene.world), goal=turn.choice.says)
+            continue
+        turn.over = True
+        if not turn.number:
+            _trace_unreachable(turn.choice, turn.problem, trace, progress)
+
+
+class _Turn:
+    """Choice of things for a goal, with the plans for it.
+
+    Args:
+        choice: the goal about these things.
+        problem: of planning it.
+        plans: made one by one.
+    """
+
+    def __init__(self, choice: Goal, problem: PlanningProblem, plans: Iterator[TaskPlan]) -> None:
+        self.choice, self.problem, self.plans = choice, problem, plans
+        self.number, self.over = 0, False
+        """Number of its last plan among all, 0 before the first; and whether there is no further one."""
+
+
+def diagonally(choices: Iterable[_Turn]) -> Iterator[_Turn]:
+    """Generate choices of things in turn, until each is over: in each round one more, which comes last.
+
+    So better choices come more often, and none is left out until all before it are over.
+    """
+    further, begun = iter(choices), list[_Turn]()
+    while True:
+        new = next(further, None)
+        begun = [*(t for t in begun if not t.over), *([new] if new is not None else [])]
+        if not begun:
+            return
+        yield from begun
 
 
 def examine_goal(goal: Goal | Scenario, scene: SymbolicWorld, knowledge: Knowledge) -> None:

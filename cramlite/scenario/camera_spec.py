@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, ValidationError, model_validator
 
@@ -42,7 +42,7 @@ class CameraSpec(Spec):
     height: int = Field(D435.height, ge=16, le=4096)
     horizontal_fov: Angle | None = None
     intrinsics: IntrinsicsSpec | None = None
-    noise: bool = True
+    noise: bool | Annotated[float, Field(ge=0, le=10)] = True
     calibration: str | None = None
 
     @model_validator(mode="after")

@@ -5,6 +5,7 @@ The processes are replaced by a list of what they would answer; what succeeded i
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Generator, Iterator
 from contextlib import closing
@@ -18,11 +19,12 @@ from msgspec.structs import replace
 from cramlite import find_scenario, read_scenario
 from cramlite.base.pulse import ASKED, Stopped, pulse
 from cramlite.engine.proof.executor_group import ExecutorGroup, group_of, processes_here
-from cramlite.engine.proof.twin_proof import doubt, over, sight_of, twin_seed
+from cramlite.engine.proof.twin_proof import doubt, over, twin_seed
 from cramlite.engine.setting import Setting
 from cramlite.model import (
     Camera,
     ErrorModel,
+    Estimate,
     Finding,
     Pose,
     PoseError,
@@ -245,15 +247,31 @@ def test_a_programs_twins_are_the_same_ones_whenever_they_are_drawn() -> None:
     assert [twin_seed(0, "text", k) for k in (1, 2)] == SEEDS
 
 
+def test_what_a_camera_saw_is_as_uncertain_as_where_the_camera_is() -> None:
+    """A turn of the camera moves what is far more than what is near; a calibrated camera adds nothing."""
+    there = BELIEVED.world.thing("block").pose
+
+    def sigma(height: float, hand_eye: PoseError) -> float:
+        camera = Camera(Pose((there.position[0], there.position[1], there.position[2] + height)))
+        look = replace(looked(camera), estimates={"block": Estimate(there, 0.002)})
+        doubts = ProofDoubts(errors=replace(NO_ERRORS, hand_eye=hand_eye, scale=2.0))
+        return replace(BELIEVED, look=look, doubts=doubts).belief().poses["block"].sigma
+
+    assert sigma(0.5, PoseError()) == 0.002
+    assert sigma(0.5, PoseError(0.003)) == pytest.approx(math.hypot(0.002, 2 * 0.003 / math.sqrt(5)))
+    assert sigma(1.0, PoseError(0.0, 0.01)) == pytest.approx(math.hypot(0.002, 2 * 0.01 / math.sqrt(5)))
+    assert sigma(1.0, PoseError(0.003, 0.01)) > sigma(0.5, PoseError(0.003, 0.01)) > sigma(0.5, PoseError(0.003))
+
+
 def test_where_the_camera_was() -> None:
     """One that is fixed is where it is; one on a flange is where the arm was when it looked."""
-    assert sight_of(BELIEVED) is None and sight_of(replace(BELIEVED, look=looked(None))) is None
+    assert BELIEVED.sight is None and replace(BELIEVED, look=looked(None)).sight is None
     at = Pose((0.1, 0.2, 0.3), (0.5, 0.5, 0.5, 0.5))
-    fixed = sight_of(replace(BELIEVED, look=looked(Camera(at))))
+    fixed = replace(BELIEVED, look=looked(Camera(at))).sight
     assert fixed is not None and (fixed.camera, fixed.things) == (at, frozenset({"block"}))
     elsewhere = RobotMount("other", "ur5e", Pose((1.0, 1.0, 0.0)))
     two = replace(BELIEVED, world=replace(BELIEVED.world, robots=(*BELIEVED.world.robots, elsewhere)))
     for joints in ((0.1, -1.2, 1.3, -1.4, -1.5, 0.6), ()):
-        sight = sight_of(replace(two, look=looked(Camera(at, "arm", joints))))
+        sight = replace(two, look=looked(Camera(at, "arm", joints))).sight
         flange = forward(UR5E, joints or UR5E.home) * UR5E.gripper.tcp.inverse()
         assert sight is not None and sight.camera.distance(flange * at) == pytest.approx((0.0, 0.0), abs=1e-6)

@@ -9,6 +9,8 @@ import pytest
 from helpers.goal_plans import plans_in
 
 from cramlite import Engine, Goal, Setting, Trace, read_scenario
+from cramlite.planning.goal_quantifiers import without_quantifiers
+from cramlite.planning.operators import Grounder
 from cramlite.plugin import UserError
 
 ENGINE = Engine()
@@ -118,6 +120,32 @@ def test_no_alternative_contains_an_earlier_one(tmp_path: Path) -> None:
     setting = _room(tmp_path, ON_TRAY)
     found = list(islice(plans_in(setting, Goal(("tin on floor",)), ENGINE.knowledge, Trace()), 4))
     assert len({str(p) for p in found}) == len(found) >= 2
+
+
+def _meanings(setting: Setting, *says: str) -> list[tuple[str, ...]]:
+    grounder = Grounder(setting.symbolic(ENGINE.knowledge.taxonomy), ENGINE.knowledge.predicates)
+    return list(without_quantifiers(says, grounder))
+
+
+def test_what_shall_be_in_a_place_may_be_upon_what_shall_be_there_too(tmp_path: Path) -> None:
+    setting, both = _room(tmp_path, STACK), ("lowest in drawer", "top in drawer")
+    found = _meanings(setting, *both)
+    assert found[:2] == [both, ("lowest in drawer", "top on lowest in drawer")]
+    assert not any("middle" in goal for goals in found for goal in goals)  # no goal wants that one there
+    assert _meanings(setting, "top in drawer") == [("top in drawer",)]
+    assert _meanings(setting, "lowest on tray", "top on tray") == [("lowest on tray", "top on tray")]
+
+
+def test_what_is_in_a_place_can_be_put_upon(tmp_path: Path) -> None:
+    found = _meanings(_room(tmp_path, IN_DRAWER + STACK), "top in drawer")
+    assert found == [("top in drawer",), ("tin in drawer", "top on tin in drawer")]
+
+
+def test_choices_of_things_take_turns(tmp_path: Path) -> None:
+    """The second choice is not left until the first one has no further plan."""
+    goal = Goal(("lowest on tray or top on floor",))
+    plans = islice(plans_in(_room(tmp_path, ON_TRAY + STACK), goal, ENGINE.knowledge, Trace()), 3)
+    assert [p.goal for p in plans] == [("lowest on tray",), ("lowest on tray",), ("top on floor",)]
 
 
 def test_things_that_no_rule_joins_have_no_plan(tmp_path: Path) -> None:

@@ -19,14 +19,11 @@ from msgspec.structs import replace
 from ...base.pulse import checkpoint, working
 from ...base.seeds import derive_seed
 from ...base.value import Value
-from ...model.geometry import Pose
 from ...model.run.run_peaks import RunPeaks, peaks_of
 from ...model.run.twin_verdict import TwinRun, TwinVerdict
 from ...model.run.verdict import Finding, Verdict
 from ...model.twins.error_model import NO_ERRORS, SOURCES, ErrorModel
 from ...scenario.twin import Twin, draw_twin
-from ...scenario.twin_places import Sight
-from ..late_poses import flange
 from .executor_group import ExecutorGroup, processes_here
 from .proof import judge_run, text_that_runs
 
@@ -59,7 +56,7 @@ class Doubtful(Value):
     def twin(self, seed: int, errors: ErrorModel) -> Twin:
         """Make a twin of the believed world, with errors drawn at random by the seed."""
         setting = self.setting
-        return draw_twin(setting.world, setting.relations, setting.robot, errors, seed, sight_of(setting))
+        return draw_twin(setting.world, setting.relations, setting.robot, errors, seed, setting.sight)
 
     def runs(self, places: Iterator[tuple[World, int]]) -> Generator[tuple[Finding | None, RunPeaks | None]]:
         """Run the program in worlds, lazily; yield the first objection to each run, or None, and the peak
@@ -110,19 +107,6 @@ def twin_seed(seed: int, text: str, number: int, family: str = "proof") -> int:
     return derive_seed(seed, ((family, hashlib.blake2b(text.encode(), digest_size=8).hexdigest()),), f"twin {number}")
 
 
-def sight_of(setting: Setting) -> Sight | None:
-    """Return the camera's last pose, and the things whose poses come from its pictures; None where the
-    scenario states the poses of things."""
-    look = setting.look
-    if look is None or look.camera is None:
-        return None
-    camera, mount = look.camera, setting.world.robots[0]
-    at = camera.pose
-    if camera.mount is not None:
-        at = setting.robot.arm_at(mount.base) * flange(setting.robot, camera.joints or setting.robot.start(mount)[0]) * camera.pose
-    return Sight(Pose(at.position, at.quaternion), frozenset(look.estimates))
-
-
 def _in_twins(doubtful: Doubtful, progress: Progress, seconds: float) -> TwinVerdict:
     doubts = doubtful.setting.doubts
     seeds = [twin_seed(doubtful.setting.seed, doubtful.text.text, k) for k in range(1, doubts.twins + 1)]
@@ -169,7 +153,7 @@ def _explained(found: TwinVerdict, doubtful: Doubtful, progress: Progress) -> Tw
     first = found.failed[0]
     looking = f"twin {first.number}: looking for the error that broke it"
     progress(looking)
-    errors, seen = doubtful.setting.doubts.errors, sight_of(doubtful.setting) is not None
+    errors, seen = doubtful.setting.doubts.errors, doubtful.setting.sight is not None
     none = NO_ERRORS.scaled(errors.scale)
     sources = [s for s in SOURCES if errors.only(s) != none and (seen or s != "hand-eye")]
     worlds = ((doubtful.twin(first.seed, errors.only(s)).world, first.seed) for s in sources)

@@ -43,6 +43,13 @@ class PoseError(Value):
     position: float = 0.0
     angle: float = 0.0
 
+    def sigma(self, away: float) -> float:
+        """Return the standard deviation [m], along any axis, of the position of a point ``away`` [m] from the centre of the turn.
+
+        The turn may be about any axis, uniform in a ball as the shift: of both a fifth of the squared radius is the variance.
+        """
+        return math.sqrt((self.position**2 + (self.angle * away) ** 2) / 5)
+
 
 class ErrorModel(Value):
     """Errors that are declared for a robot cell; the errors of its twins are drawn from them.

@@ -314,14 +314,14 @@ class Camera(Value):
         mount: the robot whose flange it is on; None for one that is fixed.
         joints: of that robot when it looks [rad].
         intrinsics: of its image.
-        noise: whether it errs as a stereo camera does; else depth and colour are exact.
+        noise: errors of its depth and colour, times those of a D435; 0 for none.
     """
 
     pose: Pose
     mount: str | None = None
     joints: tuple[float, ...] = ()
     intrinsics: Intrinsics = D435
-    noise: bool = True
+    noise: float = 1.0
 
     @property
     def name(self) -> str:

@@ -350,8 +350,7 @@ def planning_problem(goal: Goal, scene: SymbolicWorld, knowledge: Knowledge) -> 
         UserError: the goal cannot be read, or names what there is not.
     """
     grounder = Grounder(scene, knowledge.predicates)
-    (meaning,) = ground_goal(goal, {}, grounder)
-    return problem_of(meaning, grounder, knowledge)
+    return problem_of(next(ground_goal(goal, {}, grounder)), grounder, knowledge)
 
 
 def problem_of(goal: Goal, grounder: Grounder, knowledge: Knowledge, where: str = "") -> PlanningProblem:

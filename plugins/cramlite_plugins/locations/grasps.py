@@ -34,7 +34,7 @@ from cramlite.model import (
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..motion_planning.planning_scene import CLEARANCE
-from ..motion_planning.reach import bound, reference_pose, shift, tcp
+from ..motion_planning.reach import SIGMAS, bound, reference_pose, shift, tcp
 from ..motions import grip_force
 from ..shapes import ray_casting as rays
 from ..shapes.bounds import centre_of_mass
@@ -57,6 +57,9 @@ PER_RADIAN = 0.005
 more drives a last axis that starts in the middle of its range into its stop."""
 PER_LOAD, MOST_LOAD = 0.02, 5.0
 """Cost of each time the force that the pads lack to keep a thing from turning [m], and up to how many."""
+PER_TIGHT = 2.0
+"""Cost of each metre by which wide open fingers leave less room on a side than two sigma of the thing's
+place: a pad that meets a thing pushes it."""
 
 
 class Grasp(Value):
@@ -188,16 +191,17 @@ def _in_order(
     """
     pose, here, most = belief.pose(thing.name), tcp(belief, context), context.robot.gripper.opening[1]
     loads, found = _loads(grips, thing, belief, context), []
+    doubt = SIGMAS * belief.poses[thing.name].sigma
     for grip, load in zip(grips, loads.tolist(), strict=True):
         ways = (
             (grip.name, pose * grip.pose),
             (f"{grip.name}, turned half way", pose * grip.pose * HALF_TURN),
         )
+        tight = PER_TIGHT * max(0.0, doubt - (most - grip.width) / 2)
         turned = sorted((here.distance(at)[1], name, at) for name, at in ways)
         for k, (angle, name, at) in enumerate(turned):
-            cost = (
-                grip.cost + AGAIN * k + PER_RADIAN * angle + PER_LOAD * min(max(load - 1.0, 0.0), MOST_LOAD)
-            )
+            weak = PER_LOAD * min(max(load - 1.0, 0.0), MOST_LOAD)
+            cost = grip.cost + AGAIN * k + PER_RADIAN * angle + weak + tight
             found.append((cost, grip, Grasp(grip, at, min(grip.width + SLACK, most), load, name)))
     hands, openings = antipodal.Hands.at([g.at for *_, g in found]), np.array([g.opening for *_, g in found])
     own = room.meets(room.own, hands, openings, 0.0)

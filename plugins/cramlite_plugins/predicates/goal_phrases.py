@@ -89,11 +89,26 @@ def _in(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
     If the place has a cavity, a run must show that the thing is inside.
     """
     if place != thing_of(place):
-        return _at_region(scene, thing, place)
+        return replace(_at_region(scene, thing, place), instead=_upon_content(scene, thing, place))
     on_peg = scene.world.thing(place).feature(PEG) is not None
     hollow = scene.world.thing(place).feature(CAVITY) is not None
     shown = frozenset({("in_cavity", thing, place)} if hollow else ())
-    return GoalCondition(frozenset({("in_or_above", thing, place)}), let_go(thing), spot=not on_peg, shown=shown)
+    above, upon = frozenset({("in_or_above", thing, place)}), _upon_content(scene, thing, place) if hollow else ()
+    return GoalCondition(above, let_go(thing), spot=not on_peg, shown=shown, instead=upon)
+
+
+def _upon_content(scene: SymbolicWorld, thing: str, place: str) -> tuple[tuple[str, ...], ...]:
+    """Goals that bring a thing into a place upon another thing that is there."""
+    others = (t.name for t in scene.world.things if _loose(t) and t.name != thing)
+    return tuple((f"{other} in {place}", f"{thing} on {other} in {place}") for other in others)
+
+
+def _on_in(scene: SymbolicWorld, thing: str, below: str, place: str) -> GoalCondition:
+    """Goal of a thing upon another one in a place; a run must show that the upper thing is in there, too."""
+    there = "in_cavity" if place == thing_of(place) else "in_region"
+    return GoalCondition(
+        frozenset({("supports", below, thing)}), let_go(thing), spot=True, shown=frozenset({(there, thing, place)})
+    )
 
 
 def _at_region(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
@@ -254,6 +269,7 @@ ON_OR_OFF = (
         ), _loose, _is_level,
     ),
     GoalPhrase("THING on PLACE within AMOUNT", _amid, STANDS),
+    GoalPhrase("THING on THING in PLACE", _on_in, STANDS),
     GoalPhrase("THING off PLACE", _off, STANDS, (f"{TAKE} THING {OFF} PLACE", f"{CLEAR} PLACE"), _loose),
 )  # fmt: skip
 CONTENTS = "the_contents_of|contents_of|what_is_in|what_is_inside|whatever_is_in|everything_in|all_that_is_in|everything_from"

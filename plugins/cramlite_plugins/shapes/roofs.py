@@ -10,6 +10,7 @@ import numpy as np
 from cramlite.model import Floats, Pose, Thing, Vector3
 
 from . import ray_casting as rays
+from .bounds import box_around, corners
 from .surfaces import FLAT, Surface, surfaces
 
 LEAST = 0.03  # of room between a surface and what is over it [m]: a slit holds nothing
@@ -58,6 +59,25 @@ def has_own_roof(thing: Thing, pose: Pose, part: str = "") -> bool:
     low = -cavity.size["height"] / 2
     points = (pose * cavity.pose).apply(np.array([(x * half[0], y * half[1], low) for x, y in COVERED]))
     return all(_first(thing, pose, point, UP) < np.inf for point in points)
+
+
+def stands_under(thing: Thing, pose: Pose, other: Thing, at: Pose) -> bool:
+    """Check whether a thing is inside the box around another thing, its middle and half of it under parts
+    of that thing.
+
+    Args:
+        pose: of the thing in a frame whose z is up.
+        at: of the other one.
+    """
+    points = corners(thing, pose)
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle, half = (low + high) / 2, (high - low) / 2
+    least, most = box_around(other.geoms)
+    local = at.inverse().apply(middle)
+    if not ((least <= local) & (local <= most)).all():
+        return False
+    covered = [_first(other, at, middle + half * (x, y, 0.0), UP) < np.inf for x, y in COVERED]
+    return covered[0] and sum(covered[1:]) >= len(covered[1:]) / 2
 
 
 def roof_over(thing: Thing, pose: Pose, point: Vector3) -> float:

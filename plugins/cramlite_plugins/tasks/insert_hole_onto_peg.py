@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
@@ -25,9 +26,22 @@ from cramlite.plugin import HELD, Allowance, Decomposition, Parameter, Role, Tas
 from ..shapes.peg_fit import stands
 
 TIP, DEEP, DOWN = 0, 2, 3  # corners of the place "insert": at the tip, past its bend, on the peg, let down
-AROUND = ((0, 0), (1, 0), (-1, 0), (0, 1), (0, -1))  # where attempts look, one after the other: "aside_m" across the peg, and up
+LOOKED = 0.010  # around a place by attempts there and at the four places beside it [m]
+RINGS = 3  # of places beside the believed one, at most: 25 attempts of 15 s
+EDGES = 2.0  # standard deviations of a peg's place that attempts reach to
 FURTHER = 0.012  # how far below its believed place the peg may be met [m]: 5 mm of error, and the play twice
 SIGMAS, ROUND = 3.0, 0.003  # of a perceived peg's place that are felt for, and the hemisphere of a tip [m]
+
+
+def _rings() -> tuple[tuple[int, int], ...]:
+    """Points of a square lattice by their number of steps from the middle, 4 n of n steps; across before up."""
+    span = range(-RINGS, RINGS + 1)
+    points = [(across, up) for across in span for up in span if abs(across) + abs(up) <= RINGS]
+    return tuple(sorted(points, key=lambda p: (abs(p[0]) + abs(p[1]), abs(p[1]), -p[0], -p[1])))
+
+
+AROUND = _rings()
+"""Places where attempts look, one after the other, in steps across the peg and up."""
 
 
 class InsertHoleOntoPeg(TaskType):
@@ -46,7 +60,7 @@ class InsertHoleOntoPeg(TaskType):
         Parameter("push_force_n", 8.0, "slides over a bent tip in simulation; a jammed rim takes 31 N"),
         Parameter("push_speed_m_s", 0.02, "faster compliance oscillates against a stiff peg in simulation"),
         Parameter("sink_speed_m_s", 0.06, "found in simulation: a nut with 4 mm of play touches the peg with less than 4 N"),
-        Parameter("attempts", 5.0, "beside the place that is believed, on each side of it: a search that goes too far leaves the rim"),
+        Parameter("attempts", 0.0, "0: 5, or as many as reach 2 sigma of the peg's place; a search that goes too far leaves the rim"),
         Parameter("aside_m", 0.008, "a little more than the radius of a search: together they look 10 mm around, 14 mm to each side"),
         Parameter("lower_speed_m_s", 0.005, "a guarded motion at 5 mm/s peaks at 6 N in simulation"),
         Parameter("lower_force_n", 3.0, "as for the touch: the peg carries; less is within noise and drift of the sensor"),
@@ -58,7 +72,7 @@ class InsertHoleOntoPeg(TaskType):
         if belief.held is None or belief.held.thing != locatum.entity:
             raise Unresolvable(f"'{locatum.entity}' must be held to be threaded onto a peg")
         way = self.begins_at(action)
-        attempts = [self._attempt(action, belief, k) for k in range(int(self.parameter(action, "attempts")))]
+        attempts = [self._attempt(action, belief, k, beside) for k, beside in enumerate(self._places(action, belief))]
         steps = (
             way,
             Motion(action.inside("transfer"), "transfer", way, reason="the hole in front of the peg's tip"),
@@ -66,13 +80,33 @@ class InsertHoleOntoPeg(TaskType):
         )
         yield Decomposition(steps, "touch the tip, search for it, push along the peg, let down; elsewhere if the peg does not carry")
 
-    def _attempt(self, action: Action, belief: Belief, k: int) -> Action:
+    def _places(self, action: Action, belief: Belief) -> tuple[tuple[int, int], ...]:
+        """Places of the attempts, in steps of ``aside_m`` across the peg and up: the believed one first, then rings around it.
+
+        Raises:
+            Unresolvable: the peg's place is so uncertain that the attempts would miss it more often than once in twenty times.
+        """
+        stated, relatum = int(self.parameter(action, "attempts")), action.roles["Relatum"]
+        if stated:
+            return tuple(AROUND[k % len(AROUND)] for k in range(stated))
+        known, step = belief.poses.get(relatum.thing), self.parameter(action, "aside_m")
+        sigma = known.sigma if known else 0.0
+        rings = max(1, math.ceil((EDGES * sigma - LOOKED) / step) + 1)
+        if rings > RINGS:
+            raise Unresolvable(
+                f"where '{relatum.thing}' is, is uncertain by {1000 * sigma:.0f} mm (standard deviation): attempts feel for its peg"
+                f" {1000 * (LOOKED + (RINGS - 1) * step):.0f} mm around; look at it from nearer, or calibrate the camera",
+                (relatum.name,),
+            )
+        return AROUND[: 2 * rings * (rings + 1) + 1]
+
+    def _attempt(self, action: Action, belief: Belief, k: int, place: tuple[int, int]) -> Action:
         """Motions of attempt ``k`` to thread the hole, and to check by force that the peg carries the payload.
 
         The check is needed since a search can end as if the tip were in the hole when it is not.
         """
         relatum, way, once = action.roles["Relatum"], self.begins_at(action), "" if k == 0 else f"attempt_{k + 1}"
-        beside = {"aside_m": tuple(self.parameter(action, "aside_m") * v for v in AROUND[k % len(AROUND)])} if k else {}
+        beside = {"aside_m": tuple(self.parameter(action, "aside_m") * v for v in place)} if k else {}
         known, advance = belief.poses.get(relatum.thing), self.parameter(action, "advance_m")
         beyond = max(self.parameter(action, "beyond_m"), SIGMAS * known.sigma + ROUND if known else 0.0)
 

@@ -12,13 +12,16 @@ import pytest
 from helpers.properties import examples
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from cramlite import Engine
 from cramlite.model import Belief, Estimate, Geom, Location, Pose, RobotMount, Thing, World, initial_belief
 from cramlite.plugin import Context, Grounding
 from cramlite_plugins.locations import antipodal, grips
-from cramlite_plugins.locations.grasps import Grasp, _openings
+from cramlite_plugins.locations.grasps import PER_TIGHT, Grasp, _in_order, _openings
+from cramlite_plugins.locations.hand_room import HandRoom
 from cramlite_plugins.locations.kinds import ground
+from cramlite_plugins.locations.reached import Arm
 from cramlite_plugins.objects.products_and_fixtures import block, product
 from cramlite_plugins.objects.vessels import bottle, can
 from cramlite_plugins.robots.ur5e import UR5E
@@ -152,6 +155,28 @@ def test_grasps_of_a_hand_that_leans_come_after_all_others_whatever_they_cost(mo
     assert {0, 1} <= set(kinds) and kinds == sorted(kinds)
     costs = {k: [f.cost for f, kind in zip(found, kinds, strict=True) if kind == k] for k in (0, 1)}
     assert min(costs[1]) < max(costs[0]), "else their costs alone put them last"
+
+
+def test_fingers_that_hardly_pass_a_thing_are_dear_where_its_place_is_uncertain() -> None:
+    """Open by 85 mm they leave 2.5 mm on each side across 80 mm of a box, 22.5 mm across 40; what is known is taken as before."""
+    mount, half = RobotMount("arm", "ur5e"), (0.04, 0.02, 0.05)
+    box = Thing("box", "cram:Product", Pose((0.45, 0.0, half[2])), (Geom("box", half),), mass=0.1)
+    context = Context(UR5E, mount, {"box": "box"}, Engine().knowledge.taxonomy, seed=0)
+    found = grips.ranked(box, GRIPPER, 0.9)
+
+    def costs(sigma: float) -> dict[float, float]:
+        """Least cost of a grasp across each width [m]."""
+        belief = initial_belief(World((box,), (mount,)), "arm", UR5E.home, 0.085)
+        belief = replace(belief, poses={"box": Estimate(box.pose, sigma)})
+        room = HandRoom.about(box, belief, Arm(belief, context).scene())
+        widths: dict[float, list[float]] = {}
+        for cost, grasp in _in_order(found, box, belief, context, room):
+            widths.setdefault(round(grasp.grip.width, 3), []).append(cost)
+        return {width: min(own) for width, own in widths.items()}
+
+    known, seen, doubted = costs(0.0), costs(0.001), costs(0.006)
+    assert known == seen and known.keys() == {0.04, 0.08}
+    assert doubted[0.04] == known[0.04] and doubted[0.08] - known[0.08] == pytest.approx(PER_TIGHT * (0.012 - 0.0025))
 
 
 def under_a_bar(reach: float) -> dict[str, list[bool]]:

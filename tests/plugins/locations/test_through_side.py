@@ -175,3 +175,32 @@ def test_where_the_door_is_open_a_hand_comes_in_that_points_inwards_alone() -> N
     approaches = [a.value.approach for a in found if isinstance(a, Grounding)]
     assert not isinstance(found[0], Grounding) and approaches
     assert all(abs(z) < 0.5 for _, _, z in approaches)
+
+
+def _stacked(approach: tuple[float, float, float], at: Pose, thick: float = 0.005) -> tuple[Belief, Context, Location]:
+    """A block in the hand, and a flat one at a pose, to be put upon."""
+    belief, context = _asked(approach, cabinet("cabinet", AT), block("flat", at, (0.06, 0.06, thick)))
+    bound = Context(UR5E, MOUNT, {**context.bindings, "flat": "flat"}, context.taxonomy)
+    return belief, bound, Location("on(flat)", "on", "flat")
+
+
+def test_onto_what_stands_under_a_roof_it_is_brought_in_through_the_open_side() -> None:
+    belief, context, onto = _stacked(LEVEL, Pose((0.8425, -0.1, 0.2175)))
+    place = next(a for a in ground(onto, belief, context) if isinstance(a, Grounding)).value
+    assert place.approach == pytest.approx(LEVEL, abs=1e-6) and place.before.position[0] < 0.70
+    lies = place.pose * belief.held.tcp_to_thing  # type: ignore[union-attr]
+    assert lies.position == pytest.approx((0.8425, -0.1, 0.22 + 0.065), abs=0.012)
+
+
+@pytest.mark.parametrize(("at", "under"), [((0.8425, -0.1, 0.2175), True), ((0.45, -0.3, 0.0025), False)])
+def test_only_what_stands_under_a_roof_is_put_upon_through_a_side(at: tuple[float, float, float], under: bool) -> None:
+    belief, context, onto = _stacked(LEVEL, Pose(at))
+    asked = queries(onto, belief, context)
+    assert [q.roof for q in asked] == ["cabinet" if under else ""]
+    assert [way.name for way in WAYS["on"] if way.rank(asked) is not None] == ["through its sides" if under else "from above"]
+
+
+def test_upon_what_leaves_too_little_room_under_its_roof_nothing_is_put() -> None:
+    belief, context, onto = _stacked(LEVEL, Pose((0.8425, -0.1, 0.2325)), 0.035)
+    with pytest.raises(Unresolvable, match="the room under the roof of 'flat' is -5 mm higher than 'it', 20 mm is needed"):
+        list(ground(onto, belief, context))

@@ -97,6 +97,16 @@ def test_edges_fly_and_drop() -> None:
     assert 0.01 < (on & ~view.valid).sum() / on.sum() < 0.15
 
 
+def test_three_times_the_noise_errs_three_times_as_far() -> None:
+    """Of the same seed, on one surface that faces the camera; the steps of disparity grow with the noise."""
+    wall = compile_world(World((Thing("wall", "soma:DesignedFurniture", Pose((0, 0, 0)), (Geom("box", (0.05, 1.0, 1.0)),)),)), {})
+    camera = looking_at((0.85, 0, 0), (0, 0, 0))
+    views = [render(wall.model, wall.data(), camera, SMALL, noise, seed=3)[0].depth for noise in (None, Noise(), Noise().times(3.0))]
+    once, thrice = (float(np.nanmedian(np.abs(v - views[0]))) for v in views[1:])
+    assert thrice == pytest.approx(3 * once, rel=0.3) and once > 0.0003
+    assert Noise().times(1.0) == Noise()
+
+
 def test_the_same_seed_gives_the_same_view() -> None:
     compiled = _hanging()
     camera = looking_at((0.4, -0.2, 0.55), (0.8, 0, 0.38))

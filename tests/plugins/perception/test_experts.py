@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from functools import lru_cache
 from pathlib import Path
@@ -12,7 +13,7 @@ import pytest
 from msgspec.structs import asdict, replace
 
 from cramlite import Engine
-from cramlite.model import Intrinsics, Thing, View
+from cramlite.model import Intrinsics, Pose, Thing, View, World
 from cramlite.perception.active_perception import ask
 from cramlite.perception.pipeline import NoPipeline
 from cramlite.perception.query import parse_query
@@ -236,7 +237,6 @@ def test_names_stay_over_frames() -> None:
 
 @pytest.mark.heavy
 def test_a_peg_that_is_not_where_the_map_has_it() -> None:
-    from cramlite.model import Pose, World
     from cramlite_plugins.locations.viewpoints import looking_at
     from cramlite_plugins.objects.products_and_fixtures import hanger
     from cramlite_plugins.simulation.camera.depth_camera import render
@@ -257,6 +257,32 @@ def test_a_peg_that_is_not_where_the_map_has_it() -> None:
         assert moved.value.distance(real.pose)[0] < 0.001, far
     away = hanger("hook", Pose((0.87, 0.10, 0.45), (0, 0, 0, 1)))
     assert "refined" not in see("", replace(sample, fixtures=(away,)), wanted=("refined",)).scene
+
+
+@pytest.mark.parametrize("times", [1.0, 3.0])
+def test_a_peg_is_found_in_more_noise_and_another_peg_is_refused_in_it(times: float) -> None:
+    """The panel tells the noise that a peg's points may have; of a peg that leans by 7 deg whole quarters are off by more."""
+    from cramlite_plugins.locations.viewpoints import looking_at
+    from cramlite_plugins.objects.products_and_fixtures import hanger
+    from cramlite_plugins.simulation.camera.depth_camera import render
+    from cramlite_plugins.simulation.camera.noise import Noise
+    from cramlite_plugins.simulation.model.compile import compile_world
+
+    real = hanger("hook", Pose((0.873, -0.002, 0.447), (0, 0, 0, 1)))
+    believed = hanger("hook", Pose((0.87, 0, 0.45), (0, 0, 0, 1)))
+    lean = Pose.from_rotvec((0, 0, 0), (0, math.radians(7), 0))
+    other = replace(real, geoms=tuple(replace(g, pose=lean * g.pose) if g.part else g for g in real.geoms))
+
+    def moved(thing: Thing) -> Pose | None:
+        """Where the hanger is said to be; None where its peg is refused."""
+        compiled = compile_world(World((thing,)), {})
+        view, _ = render(compiled.model, compiled.data(), looking_at((0.4, -0.25, 0.62), (0.8, 0, 0.42)), noise=Noise().times(times))
+        scene = see("", Sample(view, (believed,), compiled.world, None, {}), wanted=("refined",)).scene
+        return scene["refined"].value["hook"].value if "refined" in scene else None
+
+    found = moved(real)
+    assert found is not None and found.distance(real.pose)[0] < 0.001 * times
+    assert moved(other) is None
 
 
 def test_experts_declare_what_they_say() -> None:

@@ -17,7 +17,7 @@ from cramlite.perception.query import parse_query
 from cramlite.perception.result import Perceived
 from cramlite.plugin import UNKNOWN
 from cramlite_plugins.objects.products_and_fixtures import make
-from cramlite_plugins.perception.kinds.agreement import Picture, edged
+from cramlite_plugins.perception.kinds.agreement import Picture, agreement, best_by_print, edged
 from cramlite_plugins.perception.kinds.appearance import appearance_of
 from cramlite_plugins.simulation.camera.depth_camera import look
 
@@ -75,6 +75,19 @@ def test_the_print_tells_cartons_of_one_size_and_the_way_round(engine: Engine) -
     for thing, kind in zip(things, ("carton_3", "carton_7"), strict=True):
         metres, degrees = apart(found[kind], thing)
         assert metres < 0.005 and degrees < 6
+
+
+def test_the_best_pose_by_print_is_that_of_all_poses(engine: Engine) -> None:
+    """Poses are not looked at where their shape alone rules them out, which changes nothing."""
+    thing = standing(engine, "carton_3", 0.42, 0.0, 20)
+    picture, carton = Picture.of(pictured(thing)), appearance_of(engine.knowledge.models["carton_3"].make(name="c", pose=Pose()))
+    poses = [thing.pose * Pose.from_rotvec((0.004 * (k % 3), 0, 0), (0, 0, math.radians(30 * k))) for k in range(12)]
+    whole = np.ones(picture.view.depth.shape, bool)
+    colours = agreement(picture, whole, carton, poses)
+    for seed in range(5):
+        fits = np.random.default_rng(seed).uniform(0.3, 1.0, len(poses))
+        k, colour = best_by_print(picture, whole, carton, poses, fits)
+        assert k == int((fits * fits * colours).argmax()) and colour == pytest.approx(colours[k])
 
 
 @pytest.mark.heavy

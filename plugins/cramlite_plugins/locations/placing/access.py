@@ -59,7 +59,7 @@ def check_open(asked: Sequence[Query]) -> None:
             replace(q, target=replace(q.target, pose=q.target.pose * Pose((0.0, 0.0, q.room / 2))))
             for q in asked
         )
-        around, what = [closed_in(q, [first.whole.name, *doors], OUT) for q in amid], "it"
+        around, what = [closed_in(q, [first.roofing.name, *doors], OUT) for q in amid], "it"
     elif first.depth and not is_roofed(first) and covered(first).covers:
         around, what = [closed_in(first)], "its opening"
     else:

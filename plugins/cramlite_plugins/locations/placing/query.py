@@ -21,7 +21,7 @@ from ...motion_planning.planning_scene import PlanningScene
 from ...motion_planning.reach import bound, held_pose, reference_pose, shift, uncertainty_margins
 from ...motions.gripping import DROPPED, LET_GO, release_opening
 from ...shapes.bounds import box_around, corners, height, near
-from ...shapes.roofs import has_own_roof, roofed
+from ...shapes.roofs import has_own_roof, roof_over, roofed, stands_under
 from ...shapes.surfaces import FLAT, Surface, footprint, outline, stated_surface, surfaces
 from ..grips import SLACK, WIDE
 from ..parameters import Where, asked
@@ -61,7 +61,8 @@ class Query(Value, dict=True):
         obstacles: what stands on the target, or lies in it.
         depth: of a cavity [m]; 0 for a surface.
         covers: what is over the opening of a cavity.
-        room: over a surface, under a roof of its own thing [m].
+        room: over a surface, under a roof [m].
+        roof: name of the thing that has this roof; "" for the target's own thing.
         under: what the payload comes to rest on in its middle, where that is not level.
         uneven: nothing of the target is level: what is put there has to come to rest of itself.
         settles: whether the payload comes to rest on what is not level, where it alone may touch that.
@@ -77,6 +78,7 @@ class Query(Value, dict=True):
     depth: float = 0.0
     covers: tuple[Obstacle, ...] = ()
     room: float = math.inf
+    roof: str = ""
     under: Thing | None = None
     uneven: bool = False
     settles: bool = False
@@ -107,6 +109,11 @@ class Query(Value, dict=True):
     def at(self) -> Pose:
         """Return the pose of the target's thing in the base frame."""
         return self.belief.pose(self.whole.name)
+
+    @property
+    def roofing(self) -> Thing:
+        """Return the thing whose roof would be over the target: by default the target's own thing."""
+        return self.belief.thing(self.roof) if self.roof else self.whole
 
     @cached_property
     def now(self) -> Pose:
@@ -266,8 +273,21 @@ def queries(location: Location, belief: Belief, context: Context) -> list[Query]
     bare = [Query(held, entity, s, arm, where, depth=d, uneven=uneven) for s, d in found]
     if into or uneven:
         return bare
-    rooms = {s.pose: room for s, room in roofed(thing, pose, region)}
-    return [replace(q, room=rooms.get(q.target.pose, math.inf)) for q in bare]
+    own = {s.pose: room for s, room in roofed(thing, pose, region)}
+    if not own and (roof := roof_above(thing, belief)):
+        x, y, _ = corners(thing, pose).mean(axis=0).tolist()
+        middles = [(x, y, q.target.pose.position[2]) for q in bare]
+        rooms = [roof_over(belief.thing(roof), belief.pose(roof), middle) for middle in middles]
+        return [replace(q, room=room, roof=roof) for q, room in zip(bare, rooms, strict=True)]
+    return [replace(q, room=own.get(q.target.pose, math.inf)) for q in bare]
+
+
+def roof_above(thing: Thing, belief: Belief) -> str:
+    """Return the name of the furniture under whose roof a movable thing stands, such as a microwave; "" if
+    there is none."""
+    others = [belief.thing(name) for name in sorted(belief.poses) if name != thing.name]
+    fixed, pose = [t for t in others if t.furniture] if not thing.furniture else [], belief.pose(thing.name)
+    return next((t.name for t in fixed if stands_under(thing, pose, t, belief.pose(t.name))), "")
 
 
 def is_roofed(query: Query) -> bool:

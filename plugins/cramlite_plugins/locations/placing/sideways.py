@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from itertools import product
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from cramlite.model import Belief, Floats, Pose, Remedy, Thing, Value
+from cramlite.model import Belief, Floats, Pose, Remedy, Thing
 from cramlite.plugin import Context, Refused, Unresolvable
 
 from ...kinematics.kinematics import reach_gap, reach_shortfall
@@ -18,9 +18,9 @@ from ...motion_planning.planning_scene import CLEARANCE
 from ...motion_planning.reach import shift, taken_at
 from ...shapes.bounds import box_around, centre_of_mass, corners, height, lowest, support
 from ...shapes.box_overlaps import overlaps
-from ...shapes.roofs import has_a_roof, has_own_roof, open_sides, roof_over, roofed
+from ...shapes.roofs import has_a_roof, open_sides
 from ...shapes.standing_up import stood_up
-from ...shapes.surfaces import Surface, surfaces
+from ...shapes.surfaces import Surface, footprint, surfaces
 from ..antipodal import Hands
 from ..hand_room import HandRoom
 from ..later import brings
@@ -28,16 +28,11 @@ from ..pushing.contacts import STEEP
 from ..reached import Arm
 from .attitudes import attitudes
 from .checks import at_rest
-from .query import Groups, Placement, Query, openings
-from .stable_poses import TURNLESS, about_vertical, as_asked, carried_at, check_turn
+from .floors import ASIDE, HIGH, Floor, levels
+from .query import Groups, Placement, Query, roof_above
+from .stable_poses import TURNLESS, about_vertical, as_asked, check_turn
 
-HIGH = 0.010  # lowest point above a floor on a level way [m]
 BEFORE_IT = 0.02  # between the payload and the thing that it goes into, where a level way begins [m]
-STEP = 0.01  # between positions, from the middle of a floor outwards [m]
-OUTERMOST = 0.012  # position from the edge of a floor [m]: what is dropped there shifts by some millimetres
-ASIDE = (0.0, 0.3, -0.3, 0.1, -0.1, 0.2, -0.2)
-"""Positions across the way in, as shares of half the width: in a microwave beside its open door a hand had
-room on 15 mm of it."""
 TURNS = (0.0, 10.0, -10.0, 20.0, -20.0, 5.0, -5.0)  # of the hand from pointing straight inwards [deg]
 PARTS = (0.0, 0.15, 0.4, 1.0)  # of a way out at which boxes about hand and payload have to be free
 PIECES = 12  # of a payload at most, each of which is looked at
@@ -47,39 +42,6 @@ HAND = 0.25  # room that a hand needs along itself [m]
 MANY = 6  # placements of each step outwards that are looked at, of what is not simulated
 BEYOND = 0.05  # by so much a way may begin out of reach and another one still in reach [m]
 SOME = 8  # placements at which the hand itself is looked at, where boxes about it have no room at any
-
-
-class Floor(Value):
-    """Floor under a roof, with a side that is open.
-
-    Args:
-        whole: thing whose roof that is.
-        at: its pose in the base frame.
-        surface: in the base frame.
-        room: up to the roof [m].
-        out: level unit vector (3,) through the open side.
-    """
-
-    whole: Thing
-    at: Pose
-    surface: Surface
-    room: float
-    out: Floats
-
-    def spots(self, few: int = 1) -> list[tuple[Floats, str]]:
-        """Return points (3,) on a floor under a roof, from its middle to its open side, with descriptions;
-        fewer of them if ``few`` > 1."""
-        low, high = np.reshape(self.surface.area.bounds, (2, 2))
-        way = self.surface.pose.inverse().rotate(self.out)[:2]
-        across, half = np.array([-way[1], way[0]]), (high - low) / 2
-        deep, wide = float(np.abs(way) @ half), float(np.abs(across) @ half)
-        found = []
-        steps = [*np.arange(0.0, deep - OUTERMOST, few * STEP).tolist(), max(0.0, deep - OUTERMOST)]
-        for gone, share in product(steps, ASIDE if few == 1 else ASIDE[:3]):
-            x, y = gone * way + share * wide * across
-            name = f"{1000 * gone:.0f} mm out from its middle, {1000 * share * wide:+.0f} mm aside"
-            found.append((self.surface.pose.apply((float(x), float(y), 0.0)), name))
-        return found
 
 
 def sideways(asked: list[Query]) -> Groups:
@@ -99,19 +61,39 @@ def sideways(asked: list[Query]) -> Groups:
         upright = as_asked(stood_up(first.thing, first.now), first.where)
     if first.where.attitude:
         check_turn(first, upright)
-    for kind, now in attitudes(first, upright):
+    for kind, now in _kinds(first, upright):
         tall = height(first.thing, now) + 2 * HIGH
         for query, floor in _floors(asked, now, tall, low):
             found = True
-            for placement in _level(query, floor, now, kind):
+            there = _over_all(query, floor) if query.roof and kind == "dropped" else query
+            for placement in _level(there, floor, now, kind):
                 none = False
-                yield iter([(query, placement)])
+                yield iter([(there, placement)])
     if found and none:
         yield Refused(
             "anywhere", "the bounding boxes of hand and payload fit nowhere on the floor of the target"
         )
     if not found:
         raise _too_high(first, max(low, default=0.0), height(first.thing, upright) + 2 * HIGH)
+
+
+def _kinds(query: Query, upright: Pose) -> Iterator[tuple[str, Pose]]:
+    """Attitudes of the payload, each with a kind of placement.
+
+    Upon a thing under a roof, the payload may come to rest of itself where shapes alone do not show
+    that it stands, such as on the rim of a bowl.
+    """
+    for kind, now in attitudes(query, upright):
+        yield kind, now
+        if query.roof and kind != "dropped":
+            yield "dropped", now
+
+
+def _over_all(query: Query, floor: Floor) -> Query:
+    """Return the placing problem with all of the thing below as the target, not only where it is first
+    touched."""
+    seen = floor.surface.pose.inverse() * query.at
+    return replace(query, target=Surface(floor.surface.pose, footprint(query.whole, seen)))
 
 
 def _floors(
@@ -124,30 +106,15 @@ def _floors(
 
     The height of the room over each floor that was looked at is appended to ``low`` [m].
     """
-    for query in asked:
-        whole, at = query.whole, query.at
-        for surface, over in _levels(
-            query.thing, now, whole, at, query.region, query.belief, query.depth > 0
+    for query in asked[:1] if asked[0].roof else asked:
+        whole, at = query.roofing, query.belief.pose(query.roofing.name)
+        for surface, over, high in levels(
+            query.thing, now, query.whole, query.region, query.belief, query.depth > 0
         ):
             low.append(over)
+            there = replace(query, target=surface, under=query.whole, settles=True) if query.roof else query
             for out in open_sides(whole, at, surface, tall / 2 - HIGH) if tall <= over else ():
-                yield query, Floor(whole, at, surface, over, out)
-
-
-def _levels(
-    thing: Thing, now: Pose, whole: Thing, at: Pose, region: str, belief: Belief, within: bool
-) -> Iterator[tuple[Surface, float]]:
-    """Floors under a roof, each with the height of the room over it [m]: upper faces of a thing, or what the
-    payload would rest on in its cavity."""
-    if not within:
-        yield from roofed(whole, at, region)
-        return
-    for target, depth in openings(whole, at, region) if has_own_roof(whole, at, region) else ():
-        x, y, z = map(float, target.pose.apply((0.0, 0.0, -depth / 2)))
-        low = carried_at(thing, now, (x, y, z), belief)
-        if low is not None:
-            floor = Surface(Pose((x, y, low), target.pose.quaternion), target.area)
-            yield floor, roof_over(whole, at, (x, y, low))
+                yield there, Floor(whole, at, surface, over, out, high)
 
 
 def _too_high(query: Query, room: float, needed: float) -> Unresolvable:
@@ -213,13 +180,13 @@ def _at(query: Query, floor: Floor, now: Pose, kind: str, spot: tuple[Floats, st
     spin = math.atan2(-floor.out[1], -floor.out[0]) - math.atan2(ahead[1], ahead[0]) + math.radians(turn)
     turned = about_vertical(now, spin)
     over = point - turned.apply(centre_of_mass(query.thing)) * (1.0, 1.0, 0.0)
-    thing = shift(shift(turned, over), (0.0, 0.0, HIGH + support(query.thing, turned, (0, 0, -1))))
+    thing = shift(shift(turned, over), (0.0, 0.0, floor.high + support(query.thing, turned, (0, 0, -1))))
     far = support(floor.whole, floor.at, floor.out) + support(query.thing, thing, -floor.out) + BEFORE_IT
     pose, said = query.hand(thing), f"{name}, turned {turn:+.0f} deg, through its side"
     reorients = turned.distance(about_vertical(query.now, spin))[1] > TURNLESS
     said += f", as a hand holds it that points down by {_down(pose):.0f} deg" if reorients else ""
     before = shift(pose, far * floor.out)
-    return Placement(said, thing, pose, before, HIGH, kind, led=True, reorients=reorients)
+    return Placement(said, thing, pose, before, floor.high, kind, led=True, reorients=reorients)
 
 
 def _down(hand: Pose) -> float:
@@ -252,7 +219,7 @@ def _free(
         return np.zeros(shape, bool)
     spin = _inwards(floor, hands, turns)
     x, y, _ = centre_of_mass(thing) @ now.rotation.T + now.position
-    foot = np.array([x, y, now.position[2] + lowest(thing, now) - HIGH])
+    foot = np.array([x, y, now.position[2] + lowest(thing, now) - floor.high])
 
     def spread(vectors: Floats) -> Floats:
         """Move points (n, 3) of the payload or hand, relative to the payload's foot, to each spot, turned by
@@ -369,10 +336,12 @@ def comes_in(
 def _floors_later(thing: Thing, now: Pose, belief: Belief, context: Context) -> Iterator[Floor]:
     """Floors under a roof to which later tasks bring a thing."""
     for onto, region in brings(thing.name, belief, context):
-        whole, at = belief.thing(onto.thing), belief.pose(onto.thing)
-        if not region and surfaces(whole, at):
+        whole = belief.thing(onto.thing)
+        above = roof_above(whole, belief)
+        roof, at = belief.thing(above or whole.name), belief.pose(above or whole.name)
+        if not (region or above) and surfaces(whole, at):
             continue
         for within in (False, True):
-            for surface, over in _levels(thing, now, whole, at, region, belief, within):
-                for out in open_sides(whole, at, surface, height(thing, now) / 2):
-                    yield Floor(whole, at, surface, over, out)
+            for surface, over, high in levels(thing, now, whole, region, belief, within):
+                for out in open_sides(roof, at, surface, height(thing, now) / 2):
+                    yield Floor(roof, at, surface, over, out, high)

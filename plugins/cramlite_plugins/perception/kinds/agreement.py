@@ -46,8 +46,9 @@ class Picture(Value, eq=False):
         return cls(view, ndimage.uniform_filter(view.rgb.astype(np.float32), (3, 3, 1)))
 
 
-def agreement(picture: Picture, mask: Mask, appearance: Appearance, poses: Sequence[Pose]) -> Floats:
-    """Return how well colours agree at each of P poses of the model in the world, 0 to 1.
+def agreement(picture: Picture, mask: Mask, appearance: Appearance, poses: Sequence[Pose], least: float = -1.0) -> Floats:
+    """Return how well colours agree at each of P poses of the model in the world, 0 to 1; of one that is
+    certainly no more than ``least`` an upper bound.
 
     Only points count that face the camera, lie in the mask and are as deep as what is seen. The light is that which
     explains the picture best.
@@ -63,8 +64,23 @@ def agreement(picture: Picture, mask: Mask, appearance: Appearance, poses: Seque
         seen = in_camera.apply(points)
         turned = in_camera.rotate(normals)
         facing = np.einsum("ij,ij->i", turned, seen) < -0.15 * np.linalg.norm(seen, axis=1)
-        found[k] = _agreement(picture, mask, seen[facing], turned[facing], printed[facing])
+        found[k] = _agreement(picture, mask, seen[facing], turned[facing], printed[facing], least)
     return found
+
+
+def best_by_print(picture: Picture, mask: Mask, appearance: Appearance, poses: Sequence[Pose], fits: Floats) -> tuple[int, float]:
+    """Return the index of the pose with the greatest product of squared fit and agreement of colours, and that agreement.
+
+    Poses are taken in the order of their fits, and no more when even full agreement could not make one of them the best.
+    """
+    first, colour, most = 0, 0.0, 0.0
+    for k in np.argsort(-fits, kind="stable"):
+        if fits[k] * fits[k] <= most:
+            break
+        own = float(agreement(picture, mask, appearance, [poses[k]], most / (fits[k] * fits[k]))[0])
+        if fits[k] * fits[k] * own > most:
+            first, colour, most = int(k), own, float(fits[k] * fits[k] * own)
+    return first, colour
 
 
 def edged(picture: Picture, mask: Mask, appearance: Appearance, pose: Pose) -> float:
@@ -93,7 +109,7 @@ def edged(picture: Picture, mask: Mask, appearance: Appearance, pose: Pose) -> f
     return float((other | step).mean())
 
 
-def _agreement(picture: Picture, mask: Mask, seen: Floats, normals: Floats, printed: Floats) -> float:
+def _agreement(picture: Picture, mask: Mask, seen: Floats, normals: Floats, printed: Floats, least: float) -> float:
     view = picture.view
     pixels = view.intrinsics.project(seen)
     inside = np.isfinite(pixels).all(1) & (pixels > -0.5).all(1)
@@ -105,9 +121,12 @@ def _agreement(picture: Picture, mask: Mask, seen: Floats, normals: Floats, prin
         return 0.0
     shown, own = picture.rgb[row[near], column[near]].astype(float), printed[inside][near]
     off = _off(shown, own, normals[inside][near])
+    agrees = float(np.clip(1.0 - off / OFF, 0.0, 1.0).mean())
+    if agrees <= least:
+        return agrees
     plain = _off(shown, np.broadcast_to(shown.mean(axis=0), shown.shape), normals[inside][near])
     better = TWICE * (plain.mean() + GRAIN) / (off.mean() + GRAIN)
-    return float(np.clip(1.0 - off / OFF, 0.0, 1.0).mean() * min(1.0, better))
+    return agrees * min(1.0, float(better))
 
 
 def _off(shown: Floats, own: Floats, normals: Floats) -> Floats:

@@ -162,6 +162,7 @@ PARAMETERS = (
     Parameter("far", 0.3, "of a model's diameter, from which coarse registration draws points near"),
     Parameter("large_m", 0.25, "diameter above which coarse registration has twice the iterations"),
     Parameter("yaws", 8, "coarse poses of each model whose print is compared"),
+    Parameter("started", 0.5, "of the best model's score by shape after the first stage, below which a model is not refined"),
     Parameter("as_well", 0.93, "of a pose's score, above which shape does not tell a turn of it"),
     Parameter("missing_m", 0.07, "half of a carton may be hidden, by others or by itself"),
     Parameter("excess_m", 0.035, "the box around a leaning thing is larger than the thing"),

@@ -6,12 +6,10 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
-from scipy import ndimage
 
-from cramlite.model import Floats, Mask, View
+from cramlite.model import Floats, Mask
 from cramlite.plugin import checkpoint
 
-from ..dimensions import extents
 from ..fixtures import depth_within
 from ..pose.icp import PoseBatch
 from ..pose.model import Floats32, PoseModel
@@ -20,11 +18,12 @@ from ..pose.prior import Prior
 from ..pose.score import ENOUGH, score_poses
 from ..pose.starts import slid
 from ..segmentation.clean import voxel_components
-from .agreement import agreement, edged
+from .agreement import best_by_print, edged
 from .appearance import Appearance, histogram, likeness
 from .pieces import given_back, middles, pieces
-from .reading import Part, Reading, Scene, bad, rarity
-from .registered import coarse_poses, coarse_reading, full_readings, is_covered, pose_batch, posed, seen_part, standing
+from .reading import Part, Reading, Scene, bad
+from .region import Region
+from .registered import Ranked, coarse_poses, coarse_reading, full_readings, pose_batch, posed, standing, started
 
 ANY = Prior()
 
@@ -37,7 +36,7 @@ def interpreted(scene: Scene) -> list[Part]:
     while open_:
         mask, depth = open_.pop(0)
         checkpoint()
-        part = _whole_or_split(scene, mask)
+        part = _whole_or_split(Region(scene, mask))
         if part.score >= bad(part.mask, scene.limits) and depth < scene.limits["again"]:
             rest = clusters(scene, mask & ~part.mask)
             open_ += [(m, depth + 1) for m in rest if extent(scene, m) > scene.limits["least_m"]]
@@ -50,7 +49,7 @@ def clusters(scene: Scene, front: Mask) -> list[Mask]:
 
     Pixels beside an edge of depth are left out.
     """
-    inner = front & ~_beside_edges(scene.picture.view)
+    inner = front & ~scene.beside_edges
     points = scene.points[inner]
     if len(points) < scene.limits["pixels"]:
         return []
@@ -66,28 +65,21 @@ def clusters(scene: Scene, front: Mask) -> list[Mask]:
     return found
 
 
-def _beside_edges(view: View) -> Mask:
-    """Return the mask of the pixels beside a jump in depth, whose points may lie between the two surfaces."""
-    depth = np.where(view.valid, view.depth, np.nan)
-    low, high = ndimage.minimum_filter(np.nan_to_num(depth, nan=np.inf), 3), ndimage.maximum_filter(np.nan_to_num(depth, nan=-np.inf), 3)
-    return np.asarray(high - low > 0.025 * np.where(np.isfinite(low), low, 1.0))
-
-
 def extent(scene: Scene, mask: Mask) -> float:
     """Return the longest side of the box around a part of the picture, along the world's axes [m]."""
     return float(np.ptp(scene.points[mask], axis=0).max())
 
 
-def _whole_or_split(scene: Scene, mask: Mask) -> Part:
+def _whole_or_split(region: Region) -> Part:
     """Explain a cluster of points as one thing, or a part of it as one of several touching things.
 
     The part is returned if its explanation is better than that of the whole cluster.
     """
-    limits = scene.limits
-    whole, among = read(scene, mask, ranked(scene, mask)), pieces(scene.picture.view, mask, limits["pixels"])
-    if whole.score < limits["good"] * rarity(mask, limits) and int(mask.sum()) >= 3 * limits["pixels"]:
+    scene, mask, limits = region.scene, region.mask, region.scene.limits
+    whole, among = read(region), pieces(scene.picture.view, mask, limits["pixels"])
+    if whole.score < limits["good"] * region.rarity and int(mask.sum()) >= 3 * limits["pixels"]:
         least = max(limits["good"], whole.score + limits["gain"])
-        for found in _ways(scene, mask, among):
+        for found in _ways(region, among):
             parts = [claimed(scene, Part(mask, (r,)), among) for r in found if r.score >= least and _beside(scene, r)]
             for part in sorted(parts, key=lambda p: -p.score * p.mask.sum()):
                 if _stands_out(scene, mask, part, whole.score):
@@ -95,11 +87,12 @@ def _whole_or_split(scene: Scene, mask: Mask) -> Part:
     return claimed(scene, whole, among)
 
 
-def _ways(scene: Scene, mask: Mask, among: Sequence[Mask]) -> Iterator[list[Reading]]:
+def _ways(region: Region, among: Sequence[Mask]) -> Iterator[list[Reading]]:
     """Yield explanations of a cluster as several things: of its pieces, then of two and of three parts of it."""
     if len(among) > 1:
-        yield [r for p in among[: int(scene.limits["pieces"])] for r in read(scene, p, ranked(scene, p)).readings]
-    yield from (list(_partial(scene, mask, number)) for number in (2, 3))
+        pieces_ = among[: int(region.scene.limits["pieces"])]
+        yield [r for p in pieces_ for r in read(Region(region.scene, p)).readings]
+    yield from (list(_partial(region, number)) for number in (2, 3))
 
 
 def _stands_out(scene: Scene, mask: Mask, part: Part, whole: float) -> bool:
@@ -114,17 +107,20 @@ def _stands_out(scene: Scene, mask: Mask, part: Part, whole: float) -> bool:
     return edged(scene.picture, mask, first.appearance, first.pose) >= scene.limits["edged"]
 
 
-def _partial(scene: Scene, mask: Mask, number: int) -> Iterator[Reading]:
+def _partial(region: Region, number: int) -> Iterator[Reading]:
     """Yield explanations of single things in a cluster of touching things: the cluster is cut into ``number``
     parts, and models are registered with each part.
 
     The rest of the cluster does not count against them, and hides nothing.
     """
-    whole = seen_part(scene, mask)
-    for part in middles(scene.points, mask, number, scene.limits["pixels"]) if whole is not None else ():
-        for a in _candidates(scene, part, partly=True)[: int(scene.limits["partly"])]:
-            if whole is not None and (starts := coarse_poses(scene, part, a, standing(a))) is not None:
-                yield _touching(scene, mask, whole, a, starts)
+    whole, scene = region.seen, region.scene
+    if whole is None:
+        return
+    for mask in middles(scene.points, region.mask, number, scene.limits["pixels"]):
+        part = Region(scene, mask)
+        for a in _candidates(part, partly=True)[: int(scene.limits["partly"])]:
+            if (begun := started(part, a, standing(a))) is not None and (starts := coarse_poses(part, begun)) is not None:
+                yield _touching(scene, region.mask, whole, a, starts)
 
 
 def _touching(scene: Scene, mask: Mask, whole: tuple[Floats32, Outline], appearance: Appearance, starts: PoseBatch) -> Reading:
@@ -138,10 +134,9 @@ def _touching(scene: Scene, mask: Mask, whole: tuple[Floats32, Outline], appeara
     order = np.argsort(-_partly(model, whole, near), kind="stable")[: int(scene.limits["yaws"])]
     poses = [h.pose * s for h in posed(scene, near.pick(order)) for s in model.symmetries[:4]]
     fits = _partly(model, whole, pose_batch(scene, poses))
-    colours = agreement(scene.picture, mask, appearance, poses)
-    k = int((fits**2 * colours).argmax())
-    said = f"{100 * colours[k]:.0f} % of its printed texture agrees with the picture", "it touches something"
-    return Reading(appearance, poses[k], float(fits[k]), float(colours[k]), said)
+    k, colour = best_by_print(scene.picture, mask, appearance, poses, fits)
+    said = f"{100 * colour:.0f} % of its printed texture agrees with the picture", "it touches something"
+    return Reading(appearance, poses[k], float(fits[k]), colour, said)
 
 
 def _partly(model: PoseModel, whole: tuple[Floats32, Outline], poses: PoseBatch) -> Floats:
@@ -150,25 +145,25 @@ def _partly(model: PoseModel, whole: tuple[Floats32, Outline], poses: PoseBatch)
     return np.asarray(scores.free**2 * np.sqrt(np.minimum(1, scores.seen / ENOUGH)), dtype=float)
 
 
-def read(scene: Scene, mask: Mask, quick: Sequence[Reading]) -> Part:
-    """Explain a part of the picture: register in full the models that coarse registration ranks first, in
+def read(region: Region) -> Part:
+    """Explain a region of the picture: register in full the models that coarse registration ranks first, in
     any attitude if no usual one fits."""
-    limits = scene.limits
-    hopeless = limits["hopeless"] * rarity(mask, limits) ** 2
-    least = max(hopeless, limits["near"] * quick[0].score) if quick else 1.0
-    tried = [q.appearance for q in quick[: int(limits["models"])] if q.score >= least]
-    found = [r for a in tried for r in full_readings(scene, mask, a, standing(a))]
-    if _most(found) < bad(mask, limits) and is_covered(scene, mask):  # coarse ranks of a strip tell little
-        others = [q.appearance for q in quick[: 2 * int(limits["models"])] if q.appearance not in tried]
-        found += [r for a in others for r in full_readings(scene, mask, a, standing(a))]
-    if _most(found) < bad(mask, limits):
-        any_way = [q for a in [r.appearance for r in quick[:3]] if (q := coarse_reading(scene, mask, a, ANY)) is not None]
-        first = max(any_way, key=lambda q: q.score, default=None)
-        if first is not None and first.score >= hopeless:
-            found += full_readings(scene, mask, first.appearance, ANY)
+    limits, quick = region.scene.limits, ranked(region)
+    hopeless = limits["hopeless"] * region.rarity**2
+    least = max(hopeless, limits["near"] * quick[0].reading.score) if quick else 1.0
+    tried = [q for q in quick[: int(limits["models"])] if q.reading.score >= least]
+    found = [r for q in tried for r in full_readings(region, q, standing(q.reading.appearance))]
+    if _most(found) < region.bad and region.is_covered:  # coarse ranks of a strip tell little
+        others = [q for q in quick[: 2 * int(limits["models"])] if q not in tried]
+        found += [r for q in others for r in full_readings(region, q, standing(q.reading.appearance))]
+    if _most(found) < region.bad:
+        begun = [s for q in quick[:3] if (s := started(region, q.reading.appearance, ANY)) is not None]
+        first = max((c for s in begun if (c := coarse_reading(region, s)) is not None), key=lambda q: q.reading.score, default=None)
+        if first is not None and first.reading.score >= hopeless:
+            found += full_readings(region, first, ANY)
     full = {r.appearance.model.name for r in found}
-    found += [q for q in quick if q.appearance.model.name not in full]
-    return Part(mask, tuple(sorted((r for r in found if _beside(scene, r)), key=lambda r: -r.score)))
+    found += [q.reading for q in quick if q.reading.appearance.model.name not in full]
+    return Part(region.mask, tuple(sorted((r for r in found if _beside(region.scene, r)), key=lambda r: -r.score)))
 
 
 def _most(readings: Sequence[Reading]) -> float:
@@ -184,21 +179,23 @@ def _beside(scene: Scene, reading: Reading) -> bool:
     return all(float((depth_within(points, t) > most).mean()) < scene.limits["within"] for t in scene.fixtures)
 
 
-def ranked(scene: Scene, mask: Mask) -> list[Reading]:
-    """Return the best coarse registration of each model whose colours and size fit a part of the picture,
+def ranked(region: Region) -> list[Ranked]:
+    """Return the best coarse registration of each model whose colours and size fit a region of the picture,
     best first."""
-    quick = [q for a in _candidates(scene, mask) if (q := coarse_reading(scene, mask, a, standing(a))) is not None]
-    return sorted(quick, key=lambda q: -q.score)
+    begun = [s for a in _candidates(region) if (s := started(region, a, standing(a))) is not None]
+    least = region.scene.limits["started"] * max((s.score for s in begun), default=0.0)
+    quick = [q for s in begun if s.score >= least and (q := coarse_reading(region, s)) is not None]
+    return sorted(quick, key=lambda q: -q.reading.score)
 
 
-def _candidates(scene: Scene, mask: Mask, *, partly: bool = False) -> list[Appearance]:
-    """Known models whose colours and size fit a part of the picture, the likeliest first.
+def _candidates(region: Region, *, partly: bool = False) -> list[Appearance]:
+    """Known models whose colours and size fit a region of the picture, the likeliest first.
 
-    With ``partly``, only colours decide, since the part may show two things.
+    With ``partly``, only colours decide, since the region may show two things.
     """
-    own = histogram(scene.picture.view.rgb[mask].astype(float))
-    seen = extents(scene.points[mask])
-    lengths, whole = np.sort([seen.height, seen.width, seen.depth]), not is_covered(scene, mask)
+    scene, seen = region.scene, region.extents
+    own = histogram(scene.picture.view.rgb[region.mask].astype(float))
+    lengths, whole = np.sort([seen.height, seen.width, seen.depth]), not region.is_covered
     alike = [(likeness(own, a) * (1.0 if partly else _sized(lengths, a, scene.limits, whole)), a) for a in scene.appearances]
     alike.sort(key=lambda p: (-p[0], p[1].model.name))
     least = scene.limits["alike"] * (alike[0][0] if alike else 0.0)

@@ -8,8 +8,9 @@ import numpy as np
 
 from cramlite.model import Mask
 
-from .interpret import claimed, extent, ranked, read
+from .interpret import claimed, extent, read
 from .reading import Part, Scene, bad, rarity
+from .region import Region
 
 
 def joined(scene: Scene, parts: Sequence[Part]) -> list[Part]:
@@ -20,7 +21,7 @@ def joined(scene: Scene, parts: Sequence[Part]) -> list[Part]:
         whole = np.logical_or.reduce([p.mask for p in group])
         if extent(scene, whole) > max(a.surface.diameter for a in scene.appearances):
             continue
-        one = read(scene, whole, ranked(scene, whole))
+        one = read(Region(scene, whole))
         if one.score < bad(whole, scene.limits) or one.score * whole.sum() <= _explained(scene, group):
             continue
         one = claimed(scene, one, [p.mask for p in group])

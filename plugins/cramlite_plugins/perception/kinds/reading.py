@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cached_property
+
+import numpy as np
+from scipy import ndimage
 
 from cramlite.model import Floats, Mask, Pose, Thing, Value
 
@@ -45,7 +49,7 @@ class Part(Value, eq=False):
         return self.readings[0].score if self.readings else 0.0
 
 
-class Scene(Value, eq=False):
+class Scene(Value, eq=False, dict=True):
     """Input of interpretation: the picture, its points (height, width, 3) in the world [m], the
     appearances of the known models, limits, the foreground, furniture, and the depth (height, width) at
     which the robot would be seen [m], NaN at pixels without the robot."""
@@ -57,6 +61,15 @@ class Scene(Value, eq=False):
     front: Mask
     fixtures: tuple[Thing, ...] = ()
     robot: Floats | None = None
+
+    @cached_property
+    def beside_edges(self) -> Mask:
+        """Return the mask of the pixels beside a jump in depth, whose points may lie between the two surfaces."""
+        view = self.picture.view
+        depth = np.where(view.valid, view.depth, np.nan)
+        low = ndimage.minimum_filter(np.nan_to_num(depth, nan=np.inf), 3)
+        high = ndimage.maximum_filter(np.nan_to_num(depth, nan=-np.inf), 3)
+        return np.asarray(high - low > 0.025 * np.where(np.isfinite(low), low, 1.0))
 
 
 def rarity(mask: Mask, limits: Mapping[str, float]) -> float:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Floats, Mask, Pose
+from cramlite.model import Floats, Pose, Value
 
 from ..pose.estimate import COARSE, FINE, MIDDLE, PoseHypothesis, allowed, best, hypotheses, without_duplicates
 from ..pose.icp import PoseBatch, register
@@ -16,11 +16,11 @@ from ..pose.model import Floats32, PoseModel
 from ..pose.outline import Outline
 from ..pose.prior import Alignment, Prior
 from ..pose.score import ENOUGH, SURFACE, Scores, score_poses
-from ..pose.starts import scene_clouds, slid, starts_for
-from .agreement import agreement
+from ..pose.starts import slid, starts_for
+from .agreement import agreement, best_by_print
 from .appearance import Appearance
-from .pieces import covered
 from .reading import Reading, Scene
+from .region import Region
 
 STEP = 10
 """Step of the turns about the vertical that are compared by their print [deg]: a letter of 10 mm on a can is 15 deg wide."""
@@ -46,79 +46,87 @@ def standing(appearance: Appearance) -> Prior:
     return Prior((Alignment(appearance.up, ((0.0, 0.0, 1.0),)),))
 
 
-def is_covered(scene: Scene, mask: Mask) -> bool:
-    return covered(scene.picture.view, mask, scene.front) > scene.limits["covered"]
+class Started(Value, eq=False):
+    """The best few poses of a model after the first stage of registration with a region, and the best score of their shapes."""
+
+    appearance: Appearance
+    starts: PoseBatch
+    score: float
 
 
-def seen_part(scene: Scene, mask: Mask) -> tuple[Floats32, Outline] | None:
-    """Points of a part of the picture in the optical frame, and its outline; None if the points are too few."""
-    clouds = scene_clouds(scene.picture.view, mask)
-    if not clouds or len(clouds[-1].points) < scene.limits["pixels"] / 2:
-        return None
-    return clouds[-1].points, Outline.of(scene.picture.view, clouds[-1].mask)
-
-
-def coarse_poses(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> PoseBatch | None:
-    """The best few poses of a model after coarse registration with a part of the picture; None if there are none.
+def started(region: Region, appearance: Appearance, prior: Prior) -> Started | None:
+    """Register a model with a region of the picture from all usual attitudes, with few points; None if no pose is possible.
 
     The search for a large model has a longer reach and takes more iterations.
     """
-    seen, model, view = seen_part(scene, mask), appearance.surface, scene.picture.view
+    seen, model, scene = region.seen, appearance.surface, region.scene
     if seen is None:
         return None
+    view = scene.picture.view
     large = model.diameter > scene.limits["large_m"]
     reach = max(COARSE.reach[0], scene.limits["far"] * model.diameter)
     stage = replace(COARSE, reach=(reach, COARSE.reach[1]), iterations=(2 if large else 1) * COARSE.iterations)
     starts = register(model, seen[0], starts_for(view.camera, model, prior, seen[0]), stage, seen[1])
     starts = allowed(view, prior, starts)
-    starts = slid(model, seen[1], starts) if len(starts) and is_covered(scene, mask) else starts
-    starts = best(model, *seen, starts, int(scene.limits["yaws"]), 200)
-    return register(model, seen[0], starts, MIDDLE, seen[1]) if len(starts) else None
+    starts = slid(model, seen[1], starts) if len(starts) and region.is_covered else starts
+    if not len(starts):
+        return None
+    scores = score_poses(model, *seen, starts, 200).score
+    order = np.argsort(-scores, kind="stable")[: int(scene.limits["yaws"])]
+    return Started(appearance, starts.pick(order), float(scores[order[0]]))
 
 
-def coarse_reading(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> Reading | None:
-    """Best explanation of a part of the picture by a model after coarse registration; None where no pose is
-    possible."""
-    starts, seen = coarse_poses(scene, mask, appearance, prior), seen_part(scene, mask)
+def coarse_poses(region: Region, found: Started) -> PoseBatch | None:
+    """Refine the poses that a model's registration was started with."""
+    seen = region.seen
+    return register(found.appearance.surface, seen[0], found.starts, MIDDLE, seen[1]) if seen is not None else None
+
+
+class Ranked(Value, eq=False):
+    """Best explanation of a region by a model after coarse registration, and all poses that it was chosen from."""
+
+    reading: Reading
+    starts: PoseBatch
+
+
+def coarse_reading(region: Region, found: Started) -> Ranked | None:
+    """Choose the best of a model's coarsely registered poses by shape and print."""
+    starts, seen, scene, appearance = coarse_poses(region, found), region.seen, region.scene, found.appearance
     if starts is None or seen is None:
         return None
     scored = hypotheses(scene.picture.view, starts, _scored(appearance.surface, seen, starts, 300))
-    colours = agreement(scene.picture, mask, appearance, [h.pose for h in scored])
-    found = [Reading(appearance, h.pose, h.score, float(c)) for h, c in zip(scored, colours, strict=True)]
-    return max(found, key=lambda r: r.score)
+    k, colour = best_by_print(scene.picture, region.mask, appearance, [h.pose for h in scored], np.array([h.score for h in scored]))
+    return Ranked(Reading(appearance, scored[k].pose, scored[k].score, colour), starts)
 
 
-def full_readings(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> list[Reading]:
-    """Explanations of a part of the picture by a model that is fully registered with it, each in the pose at which the
+def full_readings(region: Region, ranked: Ranked, prior: Prior) -> list[Reading]:
+    """Explanations of a region of the picture by a model that is fully registered with it, each in the pose at which the
     model's texture agrees best."""
-    starts, seen, model, view = coarse_poses(scene, mask, appearance, prior), seen_part(scene, mask), appearance.surface, scene.picture.view
-    if starts is None or seen is None:
+    appearance, seen, scene = ranked.reading.appearance, region.seen, region.scene
+    if seen is None:
         return []
-    kept = int(scene.limits["poses"])
-    starts = best(model, *seen, slid(model, seen[1], best(model, *seen, starts, kept, 300)), kept, 300)
+    model, view, kept = appearance.surface, scene.picture.view, int(scene.limits["poses"])
+    starts = best(model, *seen, slid(model, seen[1], best(model, *seen, ranked.starts, kept, 300)), kept, 300)
     starts = allowed(view, prior, register(model, seen[0], starts, FINE, seen[1]))
-    found = []
-    for h in without_duplicates(model, hypotheses(view, starts, _scored(model, seen, starts))):
-        found.append(_by_print(scene, mask, appearance, seen, h))
-    return found
+    scored = hypotheses(view, starts, _scored(model, seen, starts))
+    return [_by_print(region, appearance, seen, h) for h in without_duplicates(model, scored)]
 
 
-def _by_print(scene: Scene, mask: Mask, appearance: Appearance, seen: tuple[Floats32, Outline], found: PoseHypothesis) -> Reading:
-    """Explanation of a part of the picture by a model at a registered pose, turned by a symmetry or about the vertical
+def _by_print(region: Region, appearance: Appearance, seen: tuple[Floats32, Outline], found: PoseHypothesis) -> Reading:
+    """Explanation of a region of the picture by a model at a registered pose, turned by a symmetry or about the vertical
     to where shape and texture agree best.
 
     The turned pose is registered once more.
     """
-    model = appearance.surface
+    model, scene = appearance.surface, region.scene
     poses, fits = _turned(scene, seen, model, found.pose)
-    colours = agreement(scene.picture, mask, appearance, poses)
-    k = int((fits * fits * colours).argmax())
+    k, colour = best_by_print(scene.picture, region.mask, appearance, poses, fits)
     again = register(model, seen[0], pose_batch(scene, [poses[k]]), FINE, seen[1])
     refined = hypotheses(scene.picture.view, again, _scored(model, seen, again))
-    pose, fit, colour = poses[k], float(fits[k]), float(colours[k])
+    pose, fit = poses[k], float(fits[k])
     if refined and refined[0].score >= fit:
         pose, fit = refined[0].pose, refined[0].score
-        colour = float(agreement(scene.picture, mask, appearance, [pose])[0])
+        colour = float(agreement(scene.picture, region.mask, appearance, [pose])[0])
     return Reading(appearance, pose, fit, colour, (*found.reasons, f"{100 * colour:.0f} % of its printed texture agrees with the picture"))
 
 

@@ -4,6 +4,7 @@ shifted in the image."""
 from __future__ import annotations
 
 import itertools
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -91,14 +92,17 @@ def _about_alignment(camera: Pose, alignment: Alignment) -> Floats32:
 
     For each pair they are spread evenly about the direction.
     """
+    return np.asarray(_world_in_object(alignment) @ camera.rotation, dtype=np.float32)
+
+
+@lru_cache(maxsize=512)
+def _world_in_object(alignment: Alignment) -> Floats:
+    """Rotations (H, 3, 3) from the world to the object's frame, of ``_about_alignment``."""
     pairs = list(itertools.product(alignment.axes, alignment.directions))
     steps = max(6, STARTS // len(pairs))
-    found = []
     about = np.array([Pose.from_rotvec((0, 0, 0), (0, 0, 2 * np.pi * k / steps)).rotation for k in range(steps)])
-    for axis, direction in pairs:
-        object_in_world = _frame(np.asarray(direction)) @ about @ _frame(np.asarray(axis)).T
-        found.append(object_in_world.transpose(0, 2, 1) @ camera.rotation)
-    return np.concatenate(found).astype(np.float32)
+    found = [_frame(np.asarray(d)) @ about @ _frame(np.asarray(a)).T for a, d in pairs]
+    return np.concatenate(found).transpose(0, 2, 1)
 
 
 def _frame(z: Floats) -> Floats:

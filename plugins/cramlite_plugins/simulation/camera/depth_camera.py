@@ -86,7 +86,7 @@ def look(world: World, robots: Mapping[str, Robot], camera: Camera, *, seed: int
         data.qpos[list(index.joints)] = camera.joints
         mujoco.mj_forward(compiled.model, data)
         pose = site_pose(data, index.flange) * camera.pose
-    noise = Noise() if camera.noise else None
+    noise = Noise().times(camera.noise) if camera.noise else None
     skins = skins_of(compiled.world.things, compiled.things)
     view, _ = render(compiled.model, data, pose, camera.intrinsics, noise, seed, skins=skins)
     return view

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 from scipy import ndimage
 
 from cramlite.model import Intrinsics, Mask, Points, Value
@@ -42,6 +43,10 @@ class Noise(Value):
     nearest: float = 0.17
     farthest: float = 10.0
     colour: float = 3.0
+
+    def times(self, factor: float) -> Noise:
+        """Return the noise with ``factor`` times the errors of disparity and colour, and steps as much larger."""
+        return replace(self, disparity=factor * self.disparity, steps=max(1, round(self.steps / factor)), colour=factor * self.colour)
 
 
 EDGE = 0.012
