@@ -245,7 +245,7 @@ def _asked(goal: Goal | Scenario) -> _Asked:
 
 def _trace_unreachable(choice: Goal, problem: PlanningProblem, trace: Trace, progress: Callable[[str], None]) -> None:
     """Record why no tasks achieve a goal, and which of its parts could be achieved alone."""
-    from .symbolic.planning_problem import why_unreachable
+    from .symbolic.unreachable import why_unreachable
 
     trace.add(0, "goal", str(choice), "refused", "engine", why_unreachable(problem), kind="goal")
     if len(choice.says) > 1:
@@ -257,7 +257,7 @@ def _trace_alone(problem: PlanningProblem, trace: Trace, progress: Callable[[str
     no other parts."""
     from .goal_parts import PART
     from .symbolic.plan_stream import task_plans
-    from .symbolic.planning_problem import why_unreachable
+    from .symbolic.unreachable import why_unreachable
 
     for says, wanted in problem.parts():
         part = problem.alone(says, wanted)

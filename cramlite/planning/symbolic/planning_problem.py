@@ -32,7 +32,7 @@ from .goal_planner import (
 )
 from .handling import Done, task_text
 from .pddl import PddlText, PlanStep, write_pddl
-from .schema_effects import may_make, may_push, pushed_terms, relevant_schemas
+from .schema_effects import may_push, pushed_terms, relevant_schemas
 
 if TYPE_CHECKING:
     from ...plugin.catalogue import Knowledge
@@ -357,17 +357,3 @@ def problem_of(goal: Goal, grounder: Grounder, knowledge: Knowledge, where: str 
     """Return the planning problem of a goal among the things of a world; error messages begin with ``where``."""
     wanted = parse_goals(goal.says, grounder, where)
     return PlanningProblem(goal.says, grounder.initial() | wanted.given, wanted, grounder, knowledge)
-
-
-def why_unreachable(problem: PlanningProblem) -> str:
-    """Explain why no task sequence was found: no task brings a goal fact about, or no sequence leads to the
-    goal."""
-    schemas = action_schemas(problem.grounder, problem.knowledge.goal_rules, problem.knowledge.tasks)
-    made = [(s, f) for s in schemas for f in s.change.adds]
-    missing = [f for f in sorted(problem.wanted.needs - problem.facts) if not any(may_make(s, a, f) for s, a in made)]
-    missing = [f for f in missing if f not in problem.wanted.constraints]
-    if missing:
-        return f"no task's rule makes {pattern_text(missing[0])} true with the things of this world"
-    return "no sequence of tasks leads from the initial state to the goal, with whatever things"
-
-

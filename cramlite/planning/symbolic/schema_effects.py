@@ -13,10 +13,19 @@ from .handling import handled
 def may_make(schema: ActionSchema, added: Fact, fact: Fact) -> bool:
     """Check whether an effect of an action schema is a given fact, for some choice of things for its
     parameters."""
-    tables = {t.terms: t.rows for t in schema.tables if len(t.terms) == 1 and not t.denied}
-    return added[0] == fact[0] and all(
-        t == e or (t.startswith("?") and (e,) in tables.get((t,), {(e,)})) for t, e in zip(added[1:], fact[1:], strict=True)
-    )
+    return added[0] == fact[0] and not misfits(schema, added, fact)
+
+
+def misfits(schema: ActionSchema, added: Fact, fact: Fact) -> dict[str, str]:
+    """Return the terms of an effect that cannot stand for the entities of a fact of the same predicate: term -> entity."""
+    fits = fillers(schema)
+    pairs = zip(added[1:], fact[1:], strict=True)
+    return {t: e for t, e in pairs if t != e and not (t.startswith("?") and e in fits.get(t, {e}))}
+
+
+def fillers(schema: ActionSchema) -> dict[str, frozenset[str]]:
+    """Return the entities that each term may stand for, whatever the others are; terms without a limit are left out."""
+    return {t.terms[0]: frozenset(e for (e,) in t.rows) for t in schema.tables if len(t.terms) == 1 and not t.denied}
 
 
 def relevant_schemas(goal: GoalFacts, schemas: Sequence[ActionSchema], fluents: Fluents, blocked: bool) -> list[ActionSchema]:
