@@ -42,13 +42,10 @@ def doubted_sizes(scenario: Scenario, things: Iterable[Thing]) -> Iterator[str]:
 
 
 def _masses(scenario: Scenario, things: Iterable[Thing], robot: Robot) -> Iterator[str]:
-    most = robot.payload - robot.gripper.mass
     for thing in things:
-        if thing.mass is None or thing.joint is not None or thing.mass <= most:
-            continue
-        said = f"'{thing.name}' weighs {thing.mass:g} kg, and '{robot.type}' lifts {most:.3g} kg beside its gripper"
-        other = f"; write '{thing.mass:g} g' if grams are meant" if thing.mass > TIMES * robot.payload else ""
-        yield f"{scenario.where_thing(thing.name)}: {said}{other}"
+        if thing.mass is not None and thing.joint is None and thing.mass > TIMES * robot.payload:
+            said = f"'{thing.name}' weighs {thing.mass:g} kg, and '{robot.type}' carries {robot.payload:g} kg"
+            yield f"{scenario.where_thing(thing.name)}: {said}; write '{thing.mass:g} g' if grams are meant"
 
 
 def _poses(scenario: Scenario) -> Iterator[str]:

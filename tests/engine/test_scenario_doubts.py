@@ -24,8 +24,7 @@ def _doubts(path: Path) -> list[str]:
 
 @pytest.mark.parametrize("path", [p for p in SHIPPED if not p.stem.endswith("_camera")], ids=lambda p: p.stem)
 def test_there_are_none_about_what_is_shipped(path: Path) -> None:
-    heavy = " lifts 4.08 kg beside its gripper"
-    assert [d for d in _doubts(path) if not (d.endswith(heavy) and "fails" in path.stem)] == []
+    assert _doubts(path) == []
 
 
 @pytest.mark.parametrize(
