@@ -19,7 +19,6 @@ from ..model.twins.proof_doubts import ProofDoubts
 from ..planning.operators import Grounder
 from ..planning.search.state import State
 from ..scenario.twin_places import Sight
-from .late_poses import flange
 
 if TYPE_CHECKING:
     from ..model.belief import Belief, Estimate, Relation
@@ -93,6 +92,8 @@ class Setting(Value):
         camera, mount = look.camera, self.world.robots[0]
         at = camera.pose
         if camera.mount is not None:
+            from .late_poses import flange
+
             at = self.robot.arm_at(mount.base) * flange(self.robot, camera.joints or self.robot.start(mount)[0]) * camera.pose
         return Sight(Pose(at.position, at.quaternion), frozenset(look.estimates))
 

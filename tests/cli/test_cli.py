@@ -17,12 +17,12 @@ DEMONSTRATION = ROOT / "scenarios" / "fetch_from_hanger" / "demonstration"
 STAGES = [
     f"cramlite.{m}"
     for m in (
-        "scenario.scenario", "planning.task_goals", "planning.search.search", "engine.proof", "engine.late_poses", "scenario.worlds",
+        "scenario.scenario", "planning.task_goals", "planning.search.search", "engine.proof.proof", "engine.late_poses", "scenario.worlds",
         "cli.resolve", "cli.run_files",
     )
 ]  # fmt: skip
 """What comes after interpretation."""
-PROVEN = [f"cramlite.{m}" for m in ("engine.proof", "engine.late_poses", "engine.candidates")]
+PROVEN = [f"cramlite.{m}" for m in ("engine.proof.proof", "engine.late_poses", "engine.candidates")]
 """What a scenario needs only when it is resolved."""
 READ = [f"cramlite.{m}" for m in ("interpretation.interpretation", "interpretation.decision_tree")]
 """What only a scenario that starts from a demonstration needs."""

@@ -29,9 +29,11 @@ def test_no_finding_is_no_success() -> None:
     assert Verdict(()).passed is False and Verdict((), ("one",)).passed is False
 
 
-def test_what_objects_is_told_in_its_order() -> None:
-    found = Verdict((OTHER, GOOD, BAD))
-    assert found.objections == (OTHER, BAD) and found.reason == "force: 61 N; slip: 0.3 m, limit 0.2 m"
+def test_what_objects_is_told_in_the_order_of_tasks_and_then_of_validators() -> None:
+    later, tenth = replace(BAD, origin="2.Placing/lower"), replace(BAD, origin="10.Grasping")
+    found = Verdict((OTHER, tenth, later, GOOD, BAD, GOOD, replace(OTHER, validator="last")))
+    assert found.objections == (BAD, later, tenth, OTHER, replace(OTHER, validator="last"))
+    assert Verdict((OTHER, GOOD, BAD)).reason == "slip: 0.3 m, limit 0.2 m; force: 61 N"
     assert Verdict((GOOD,)).objections == () and Verdict((GOOD,)).reason == "passed"
 
 
@@ -39,7 +41,7 @@ def test_what_stopped_the_run_is_told_first() -> None:
     """Whatever order validators were asked in: a goal that is not reached may follow from it."""
     halted = Finding("execution", False, "halted at line 3", stopped=True)
     found = Verdict((OTHER, GOOD, halted, BAD))
-    assert found.objections == (halted, OTHER, BAD) and found.reason.startswith("execution: halted at line 3; force: ")
+    assert found.objections == (halted, BAD, OTHER) and found.reason.startswith("execution: halted at line 3; slip: ")
 
 
 def test_advice_refuses_nothing_and_is_told() -> None:

@@ -96,7 +96,7 @@ def test_a_thing_that_was_taken_for_something_else_is_an_objection(world: World)
     gone = World(tuple(t for t in world.things if t.name != "second"))
 
     def objections(real: World) -> list[str]:
-        candidate = SimpleNamespace(world=world, rollout=SimpleNamespace(world=real), actions=(action,))
+        candidate = SimpleNamespace(world=world, ran=SimpleNamespace(world=real), actions=(action,))
         return [f.reason for f in Recognised().check(candidate)]  # type: ignore[arg-type]
 
     assert objections(world) == []

@@ -24,7 +24,8 @@ RADIUS = math.hypot(*GRIPPER.pad) / 4
 
 @cache
 def context() -> Context:
-    return Context(UR5E, RobotMount("arm", "ur5e"), {}, Engine().knowledge.taxonomy)
+    strong = replace(UR5E, payload=50.0)
+    return Context(strong, RobotMount("arm", "ur5e"), {}, Engine().knowledge.taxonomy)
 
 
 def grip(mass: float, friction: float = 0.9, lever: float = 0.0, *, bears: float | None = None, gripper: Gripper = GRIPPER) -> GripLoad:
@@ -41,6 +42,12 @@ def refused(of: GripLoad, asked: float = 0.0) -> Unresolvable:
     with pytest.raises(Unresolvable) as caught:
         force(of, asked)
     return caught.value
+
+
+def test_what_is_too_heavy_for_the_arm_is_refused_before_its_grip() -> None:
+    no = refused(grip(49.5))
+    assert no.reason == "50.42 kg on the flange, gripper included, > 50 kg that 'ur5e' carries"
+    assert no.numbers == pytest.approx({"load_kg": 49.5 + GRIPPER.mass, "payload_kg": 50.0})
 
 
 # What a grip needs
