@@ -72,7 +72,8 @@ def test_scenes(case: str, run: Run, tmp_path: Path) -> None:
 
 def test_a_folder_that_is_stated_may_be_read(run: Run, tmp_path: Path) -> None:
     (tmp_path / "scene").mkdir()
-    (tmp_path / "more.xml").write_text("<mujoco><worldbody><body name='tin' pos='.7 0 .1'><freejoint/><geom size='.1'/></body></worldbody></mujoco>")
+    tin = "<body name='tin' pos='.7 0 .1'><freejoint/><geom size='.1'/></body>"
+    (tmp_path / "more.xml").write_text(f"<mujoco><worldbody>{tin}</worldbody></mujoco>")
     path = tmp_path / "scene" / "scene.xml"
     path.write_text('<mujoco><include file="../more.xml"/></mujoco>')
     said = refused(run, "scene.xml", "import", path).err
