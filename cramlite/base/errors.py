@@ -6,15 +6,15 @@ import re
 from collections.abc import Iterable, Mapping
 
 InTheWay = tuple[str | tuple[str, ...], ...] | None
-"""Things that a refusal depends on beside the choices that were made: names, or groups of names. The refusal holds while
-each group has a thing that no task has changed; a name alone is a group of one. () where no other thing matters, None
-where that is not known."""
+"""Names of things, or groups of names, that the validity of a refusal depends on, besides the choices made in the search. The refusal
+holds while each group has a thing that no task has changed; a name alone is a group of one. () where no other thing matters, None where
+that is not known."""
 
 
 LONG = re.compile(r"(?<![^\s(])'(?=\S)[^'\n]{400,}'(?=[\s;,.:)]|$)|[(\[][-+\d.,\se]{400,}[)\]]|\S{400,}")
-"""Parts of messages that are cut: a quoted text, a list of numbers or a word that is longer than any path, such as a value of pages."""
+"""Pattern of the overlong parts of an error message: a quoted text, a list of numbers or a word of at least 400 characters."""
 BEGINNING, END = 100, 40
-"""Characters that are left of a cut part."""
+"""Numbers of characters kept from the beginning and from the end of a part of a message that is shortened."""
 
 
 class CramliteError(Exception):
@@ -56,8 +56,8 @@ class PluginError(CramliteError):
 
 
 DEFECTS = (Exception, SystemExit)
-"""Exceptions of a plugin's code that are its defect, the end of the process included: a search that ended so would look
-solved (exit 0)."""
+"""Exception types that count as a defect when a plugin's code raises them. SystemExit is one of them, since a search that a plugin ends
+by it would look solved (exit code 0)."""
 
 
 class Unresolvable(Exception):

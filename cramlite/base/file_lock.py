@@ -6,7 +6,7 @@ import sys
 from typing import IO
 
 FAR = 2**30
-"""The byte that is locked on Windows, where a locked byte cannot be read: far behind all that is written [byte]."""
+"""Offset of the byte that is locked on Windows [byte]. It lies far beyond the file's content, since a locked byte cannot be read there."""
 
 if sys.platform == "win32":
     import msvcrt

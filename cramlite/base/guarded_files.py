@@ -22,11 +22,12 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 MOST_ENTITIES, LONGEST_ENTITY = 64, 300
-"""Event logs declare six entities, namespaces of at most 60 characters."""
+"""Limits on the number of entities that an XML file declares and on the length of each [characters]. Event logs declare six, which are
+namespaces of at most 60 characters."""
 DEEPEST = 500
-"""Nesting of XML elements, as in tinyxml2, with which MuJoCo reads."""
+"""Largest nesting depth of XML elements, the limit of tinyxml2, the parser of MuJoCo."""
 MOST_TEXT = 2**26
-"""Characters of attributes and text of an XML file, its entities written out."""
+"""Largest number of characters in the attributes and text of an XML file, after its entities are expanded."""
 Attributes = Mapping[str, str]
 Visit = Callable[[int, str, Attributes | None], None]
 """Function that is called with line, name and attributes of each XML element; attributes are None at its end."""

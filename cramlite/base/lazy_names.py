@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import Any
 
 NONE: Mapping[str, tuple[str, str]] = MappingProxyType({})
-"""No deprecated name."""
+"""Empty table of deprecated names, the default of ``LazyNames``."""
 
 
 class LazyNames:

@@ -18,7 +18,7 @@ from msgspec import Struct
 T = TypeVar("T")
 Stop = Callable[[], bool]
 ASKED = 0.05
-"""Seconds between two questions whether to go on: a twentieth of the second within which work ends."""
+"""Shortest time between two checks whether the work must stop [s]: a twentieth of the second within which work must end."""
 
 
 class Stopped(BaseException):

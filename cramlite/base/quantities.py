@@ -17,10 +17,10 @@ UNITS: dict[str, dict[str, float]] = {
     "time": {"s": 1.0, "ms": 0.001},
 }
 MOST = {"length": 1e3, "angle": 1e3, "mass": 1e4, "force": 1e4, "time": 1e5, "speed": 1e3, "acceleration": 1e4}
-"""The largest magnitude of each kind in SI units that means anything here: more is a slip of the pen or of a unit, and simulator
-and planners would work on it for minutes before they fail. Ours: ten times and more what any arm here reaches, lifts or lasts."""
+"""Largest plausible magnitude of each kind of quantity, in SI units. A larger one is a typing error or a wrong unit, on which simulator
+and planners would work for minutes before they fail. Ours: ten times and more what any arm here reaches, lifts or lasts."""
 LONGEST = 40
-"""Characters of what was written that a message repeats."""
+"""Largest number of characters that a message quotes of a quantity as it was written."""
 _ENDINGS = (
     ("_m_s2", "acceleration"), ("_rad_s2", "acceleration"), ("_m_s", "speed"), ("_rad_s", "speed"), ("_m", "length"),
     ("_rad", "angle"), ("_kg", "mass"), ("_n", "force"), ("_s", "time"),

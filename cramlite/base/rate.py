@@ -12,7 +12,7 @@ class Rate(Value):
     """Rate: a number of successes in a number of trials, with the 95 % Wilson score interval (Wilson, JASA 22, 1927)."""
 
     TOLD: ClassVar[tuple[str, ...]] = ("rate", "interval")
-    """Properties that its JSON has beside the fields (``json_text``)."""
+    """Names of the properties that the JSON text of a rate contains besides its fields (``json_text``)."""
 
     hits: int
     total: int

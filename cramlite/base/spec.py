@@ -10,7 +10,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, field_validator
 
 LONGEST_NAME = 100
-"""Characters of a name, which stands in lines for people and in names of files."""
+"""Largest length of a name [characters], since names appear in lines for people and in file names."""
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=LONGEST_NAME)]
 
 

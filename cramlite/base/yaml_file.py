@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
 LARGEST = 5_000_000
-"""Bytes: hand-written files are far smaller; a larger one is a mistake, and parsing it would take minutes."""
+"""Largest size of a YAML file [bytes]. Hand-written files are far smaller, and a larger one would take minutes to parse."""
 
 
 def load_yaml(path: Path) -> Any:
@@ -104,7 +104,7 @@ KINDS = {
     "model_type": "a mapping", "model_attributes_type": "a mapping", "dict_type": "a mapping", "tuple_type": "a list",
     "list_type": "a list", "string_type": "text",
 }  # fmt: skip
-"""Kind of value by pydantic's name -> its name in YAML."""
+"""Type of a value in pydantic's error codes -> its name in words for YAML authors, such as "a list"."""
 
 
 def _complaint(problem: ErrorDetails) -> str:
@@ -126,7 +126,7 @@ def _complaint(problem: ErrorDetails) -> str:
 
 
 SHOWN = 80
-"""Characters of a text that a message repeats."""
+"""Largest number of characters that a message quotes of a text."""
 ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth")
 
 

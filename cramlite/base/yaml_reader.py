@@ -20,15 +20,17 @@ _SCALARS = {
     "null": (r"~|null|Null|NULL|", ["~", "n", "N", ""]),
     "merge": (r"<<", "<"),
 }
-"""Types of plain scalars: what one is by its text, and what it begins with; ``<<`` is of YAML 1.1 and in common use."""
+"""Types of plain YAML scalars: for each its tag, a pattern of its text, and the characters that it can begin with. ``<<`` is from YAML
+1.1 and in common use."""
 
 
 DEEPEST = 100
-"""Hand-written files have some ten levels; PyYAML's composer on libyaml overflows the C stack at some 10,000."""
+"""Largest nesting depth of a YAML file. Hand-written files have some ten levels; PyYAML's composer on libyaml overflows the C stack at
+some 10,000."""
 
 
 MOST = 1_000_000
-"""Values of a file, those that an alias repeats counted each time: readers walk through them all."""
+"""Largest number of values in a YAML file, where the values that an alias repeats count each time."""
 
 
 class Mapping(dict[Any, Any]):

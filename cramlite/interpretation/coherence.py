@@ -43,7 +43,7 @@ from .rules import Rule
 from .timeline import PhaseName
 
 Fact = tuple[str, ...]
-"""A predicate and its arguments; "_" stands for anything that is no role of the task."""
+"""Relation of entities: a predicate and its arguments, where "_" stands for any entity that has no role in the task."""
 
 
 class Claims(Value):
@@ -65,16 +65,17 @@ class Claims(Value):
 
 
 NOTHING = Claims(frozenset(), frozenset(), frozenset(), frozenset(), passive=False)
-"""Claims of a task that no rule speaks about: none."""
+"""Empty claims: those of a reading whose task has no rule, and of an action without a reading."""
 
 OFFERED = 256
-"""Candidates offered: a person reads a few, and a search that failed with so many readings fails with the others."""
+"""Largest number of candidate task sequences that are yielded. A person reads a few, and a search that fails with so many would fail
+with the others."""
 LOOKED_AT = 20_000
-"""Beginnings of sequences that are looked at, some of which turn out to contradict themselves."""
+"""Largest number of partial task sequences that are examined, including those that turn out to be incoherent."""
 
 
 class Read(Protocol):
-    """Interface of an action with its readings, the tasks that it may have been."""
+    """Interface of an action and its readings, each a task that the action may have been."""
 
     @property
     def matches(self) -> tuple[Match, ...]:
@@ -324,7 +325,7 @@ class Demand(Value):
 
 
 Sayers = Callable[[Fact], Sequence[Choice]]
-"""The readings that say of a fact that it begins (or ends), in order of the actions."""
+"""Function that returns, in the order of the actions, the readings by which a given fact begins (or ends)."""
 
 
 def demands(readings: Sequence[Sequence[Claims]]) -> tuple[Demand, ...]:

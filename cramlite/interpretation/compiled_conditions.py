@@ -14,7 +14,7 @@ from .conditions import And, Atom, Binding, Condition, Every, Not, Or, Variable,
 from .timeline import Phase, Row
 
 Values = tuple[Any, ...]
-"""The action's number, then the values of the variables."""
+"""Variable bindings of one action, as a tuple: the action's number, then the values of the variables."""
 
 Step = Callable[[Sequence[Phase], list[Values]], list[Values]]
 Slots = Mapping[str, int]
@@ -157,7 +157,8 @@ def _arguments(atom: Atom, slots: Slots, places: Sequence[int]) -> Callable[[Val
 
 
 def _asked(atom: Atom, slots: Slots) -> Rows:
-    """Return a function that asks a predicate, for each binding of variables, for the argument values at which it holds.
+    """Return a function that evaluates a predicate: for each binding of variables, it returns the argument values for which the
+    predicate holds.
 
     It pairs each binding with its rows, and drops bindings without any.
     """

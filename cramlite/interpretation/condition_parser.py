@@ -18,7 +18,8 @@ from .timeline import PhaseName, Predicate
 
 _TOKEN = re.compile(r"\s*(?:(->|<=|>=|!=|==|[<>=(),])|(-?\d+(?:\.\d+)?)|\"([^\"]*)\"|([A-Za-z_][\w-]*(?::[\w-]+)?))")
 _DEEPEST = 30
-"""Brackets and negations inside each other: no rule needs three; a limit keeps bad input from exhausting the stack."""
+"""Largest nesting depth of brackets and negations in a condition. No rule needs three; the limit keeps bad input from exhausting the
+stack."""
 
 
 class ConditionError(ValueError):

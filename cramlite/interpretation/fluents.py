@@ -19,13 +19,13 @@ from ..model.world.world import Thing, World
 from ..ontology.taxonomy import Taxonomy
 
 EFFECTOR = "gripper"
-"""The hand that acts, as facts name it."""
+"""Name of the acting hand in facts."""
 
 Fact = tuple[str, ...]
 """A relation that holds: its predicate and the entities, e.g. ("touches", "tea", "hook/peg")."""
 
 Pattern = tuple[str | None, ...]
-"""A fact with None where anything may stand."""
+"""Pattern of facts: a fact in which None stands for any argument."""
 
 
 def matches(fact: Fact, pattern: Pattern) -> bool:
@@ -256,7 +256,7 @@ class Fluent(Value):
 
 
 PLAIN = Fluent()
-"""Relation without declarations: it begins and ends by itself."""
+"""Relation without declarations, which begins and ends independently of all other relations."""
 
 
 class Fluents(Value):

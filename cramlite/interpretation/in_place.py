@@ -19,11 +19,11 @@ LEAST = 0.016
 ALIKE = 2.0
 """Largest ratio of two strokes' lengths, or durations, in one motion: people's strokes differ by a third."""
 SLOWER = 3.0
-"""How much longer than the shown stroke one may take: an arm accelerates by a quarter of what a hand does."""
+"""Largest ratio of a stroke's duration to that of the shown stroke, since an arm accelerates at a quarter of a hand's rate."""
 EDGE = 0.1
-"""Share of a stroke at each of its ends of which the time does not count: there the hand may rest."""
+"""Share of a stroke's length, at each of its ends, that is left out when its duration is measured, since the hand may rest there."""
 HEADINGS = 12
-"""Number of headings of a path that are tried."""
+"""Number of headings (rotations about z) at which a path is compared with a track."""
 
 
 class Strokes(Value, eq=False):

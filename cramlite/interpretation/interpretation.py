@@ -29,11 +29,11 @@ from .three_values import possible_matches
 from .timeline import PADDING, Segment, Timeline
 
 EPOCH = 1e8
-"""Time beyond which times are counted from 1970 [s]: 1e8 s is 1973, and no recording lasts three years."""
+"""Smallest time stamp that counts as seconds since 1970 [s]. 1e8 s is in 1973, and no recording lasts three years."""
 LISTED = 3
-"""Candidates in the JSON data."""
+"""Number of candidate task sequences in the JSON data."""
 ELSEWHERE = 0.05
-"""Distance from which on a thing counts as elsewhere [m]: ten times what a tracker errs, half of what a hand is wide."""
+"""Smallest displacement by which a thing counts as moved to another place [m]: ten times a tracker's error, half the width of a hand."""
 
 
 class Interpreted(Value, dict=True, eq=False):

@@ -13,7 +13,7 @@ from .timeline import Phase, PhaseName
 Phases = Mapping[PhaseName, Phase]
 
 LISTED = 8
-"""Facts and candidates that a rejection lists at most."""
+"""Largest number of facts and of candidate entities that a rejection lists."""
 
 _WHEN: dict[PhaseName, str] = {"pre": "just before it", "run": "while it lasts", "post": "just after it"}
 

@@ -8,9 +8,10 @@ if TYPE_CHECKING:
     from ..model.episode import Episode
 
 NOT_INFERRED = "no events were inferred"
-"""The repair of a reader that looked for events in motion, and why it found none."""
+"""Text by which an episode's repair records that a reader looked for events in the motion and found none. The repair's ``why`` states
+the reason."""
 FARTHEST_WAY = 50.0
-"""Largest plausible way of a recorded thing [m]: people stay in one building."""
+"""Largest plausible extent of a recorded thing's track [m], since people stay in one building."""
 
 
 def hint_without_events(episode: Episode) -> str:

@@ -31,15 +31,15 @@ from ..ontology.taxonomy import Taxonomy
 from .matching import Match
 
 UNKNOWN = 1.0
-"""Bits of a condition that could not be judged: one of two answers."""
+"""Description length of a condition that could not be judged [bits]: that of one yes-or-no answer."""
 CHECKED, COUNTED, MOST_CHECKED = 0.25, 1.5, 0.9
-"""Bits that a checked and a counted condition save, and the share of a name that they save at most: naming a task that
-explains nothing never pays."""
+"""Bits by which a condition that held and a measured number shorten the description length, and the largest such saving as a share of
+the bits of a name. Naming a task that explains nothing therefore never pays."""
 CHANGE, LABEL, GENERIC, MOVED = 3.0, 2.0, 2.0, 1.0
-"""Costs of what a reading leaves unexplained, in names: a change, a label, a generic reading, a moved thing."""
+"""Costs of what a reading leaves unexplained, in multiples of the bits of a name: a change, a label, a generic reading, a moved thing."""
 
 DEFAULT_CAP = 100_000
-"""Unfinished sequences kept: about 20 MB."""
+"""Largest number of unfinished task sequences that the search keeps, which take about 20 MB."""
 
 
 class DescriptionLength(Value):

@@ -35,7 +35,7 @@ __all__ = ["PHASES", "Clause", "Phase", "Predicate", "Rule", "RuleBook", "load_r
 PHASES: tuple[PhaseName, ...] = ("pre", "run", "post")
 _KEYS = ("task", "roles", "source", "pre", "run", "post", "needs", "leaves", "explain")
 _OF_PROGRAMS: dict[str, PhaseName] = {"needs": "pre", "leaves": "post"}
-"""Conditions that a demonstration is not asked: key -> when they hold."""
+"""Keys of the conditions that apply to programs but not to demonstrations -> the phase in which they hold."""
 
 
 class Clause(Value, dict=True):
@@ -134,7 +134,7 @@ def _asserted(clauses: Iterable[Clause], phase: str, denied: bool) -> set[str]:
 
 
 ALIKE = 0.8
-"""Similarity of two names from which one may be the other misspelt: difflib's ratio, of which 1 is equality."""
+"""Smallest similarity (difflib's ratio, 1 for equal names) at which one name counts as a misspelling of the other."""
 RuleBook = tuple[Rule, ...]
 """The rules of all task types, sorted by task."""
 

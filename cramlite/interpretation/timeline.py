@@ -94,7 +94,7 @@ class Segment(Value):
 
 
 Index = dict[tuple[str | float, ...], tuple[Row, ...]]
-"""Values at some places of the rows of a predicate -> the rows that have them there."""
+"""Index of a predicate's rows: values at some argument positions -> the rows with these values."""
 
 
 class Phase:

@@ -13,9 +13,9 @@ from .frames import Frames
 from .signs import Signs, adverb, singular_in
 
 STAYING = (("alone",), ("where", "it", "is"), ("where", "they", "are"), ("as", "it", "is"), ("as", "they", "are"))
-"""Words behind what is left as it is."""
+"""Endings of requests to leave a thing as it is, such as "leave it alone"."""
 LONG = 24
-"""Words of an aside, at most."""
+"""Largest number of words in an aside."""
 
 
 class Asides:
@@ -111,7 +111,7 @@ class Asides:
         return begun or (at < 4 and not {*piece[:at]} & (english.THE | english.ONE))
 
     def _goes_on(self, span: Words, behind: Words) -> bool:
-        """Check whether a story may go on behind its words: "somebody moved the can and (the mug | put the mug on the tray)"."""
+        """Check whether a story may continue after the given words: "somebody moved the can and (the mug | put the mug on the tray)"."""
         goes_on = behind[:1] in (("and",), ("or",), ("than",)) and len(behind) > 1
         again = goes_on and any(self._frames.participles(behind, 1)) and any(self._frames.verbs(behind, 1)) and self._signs.past(span)
         return again or (goes_on and self._signs.finite(span) > 0 and not self._signs.own(behind[1:]))

@@ -16,14 +16,14 @@ from .tree import Clause, Link, Noun
 
 Clauses = tuple[Clause, ...]
 TIME = ("after", "once", "before", "when", "having")
-"""Words before a clause that is done earlier or later."""
+"""Words that introduce a clause about an earlier or later action, such as "after" and "before"."""
 FURTHER = (
     *("and", "or", "but", "then", "so", "such", "until", "till", "if", "while", "with", "leaving", "keeping", "making", "ensuring", "by"),
     *("unless", "provided", "providing", "only", RETRACT),
 )
-"""Words before a further clause."""
+"""Words that introduce a further clause, such as "and" and "unless"."""
 MOST = 600
-"""Readings of one sentence that are looked at."""
+"""Largest number of readings of one sentence that are examined."""
 
 
 class ClauseParser(RequestParser):
@@ -166,7 +166,7 @@ class ClauseParser(RequestParser):
                     yield from ((replace(c, given=given, told=told, denied=denied), last) for c, last in self._predicates(theme, begin))
 
     def _excepting(self, at: int) -> Iterator[Found]:
-        """Yield requests behind what is left out of them: "except for the jug, put everything in the basket"."""
+        """Yield requests after a phrase that excepts things from them: "except for the jug, put everything in the basket"."""
         for start in starts(self.words, at, english.EXCEPT):
             for noun, end in self._nouns.nouns(start):
                 asked = self._clauses(end + 1) if self.words[end : end + 1] == (",",) else ()

@@ -43,177 +43,182 @@ STOPS = frozenset(",.;!?:")
 THE, ONE, EVERY = _set("the"), _set("one"), _set("every")
 NUMBERS: Mapping[str, int] = _by_word("numbers")
 ORDINALS: Mapping[str, int] = _by_word("ordinals")
-"""Ordinals; -1 is the last."""
+"""Ordinal number word -> its number, where "last" is -1."""
 PRONOUNS: Mapping[str, bool] = {"it": False, "them": True, "they": True, "those": True, "these": True, "this": False, "that": False}
-"""Words that stand for what was named before -> whether for several."""
+"""Pronoun for things named before -> whether it stands for several things."""
 STANDING = frozenset({"it", "them", "they", "its", "their"})
-"""Words that stand for things in a clause that only tells."""
+"""Pronouns that stand for things in a clause that states something and asks for nothing."""
 SIDES: Mapping[str, str] = _by_word("sides")
-"""Words for a position among others -> the position."""
+"""Word for the position of a thing among others -> the position."""
 SIZES: Mapping[str, int] = _by_word("sizes")
-"""Words for a size among others -> 1 the largest, -1 the smallest, 2 the tallest, -2 the lowest."""
+"""Word for the size of a thing among others -> 1 for the largest, -1 the smallest, 2 the tallest, -2 the lowest."""
 EXTRA = _set("extra")
-"""Words within a description that say nothing by themselves here."""
+"""Words in a description that do not help to tell which thing it describes, such as "lovely"."""
 BESIDE: Mapping[Words, str] = {p: side for side, text in _TABLES["beside"].items() for p in _phrases(text)}
-"""Prepositions of relations that are judged by positions -> the relation."""
+"""Preposition that relates the positions of things -> the spatial relation, such as "next to"."""
 AMONG = _table("among")
-"""Words before a position among others: "the bowl on the left", "at the back"."""
+"""Words that introduce a position among other things: "on" of "the bowl on the left", "at" of "at the back"."""
 UNDER, TOP = _table("under"), _table("top")
 TO = _table("to")
-"""Prepositions of a destination that leave open how it is there."""
+"""Prepositions that name a destination, but not whether the thing goes on it or into it, such as "to"."""
 OF = _table("of")
-"""Prepositions of a part and its whole: "the top drawer of the cabinet"."""
+"""Prepositions between a part and its whole: "of" of "the top drawer of the cabinet"."""
 WITH = _table("with")
-"""Words before what is on or in the described thing."""
+"""Words that introduce what is on or in a described thing, such as "containing"."""
 THAT = _patterns("that")
-"""Words before a relation of a description that say nothing more."""
+"""Words that introduce a relation in a description and have no meaning of their own, such as "that is"."""
 POLITE, CLOSING = _patterns("polite"), _patterns("closing")
-"""Words before and behind what is asked for that change nothing."""
+"""Polite phrases before a request, and closing phrases after it, which do not change its meaning."""
 PREPARE = _table("prepare")
-"""Verbs of what only leads to something: "find the cup and ..."."""
+"""Verbs of an action that only prepares the requested one: "find the cup and ..."."""
 LATER = _set("later")
-"""Words by which what follows is done after what came before."""
+"""Words that mark an action as later than the one before, such as "then"."""
 WISH, UNWISH = _patterns("wish"), _patterns("unwish")
-"""Words before what should, or should not, hold in the end."""
+"""Words that introduce a wished state of the scene, and an unwished one, such as "I want" and "I do not want"."""
 BE, NOT_BE = _patterns("be"), _patterns("not be")
-"""Words between what is meant and what should, or should not, hold of it in the end."""
+"""Words between a thing and the state that it should have, and those between a thing and the state that it should not have."""
 FINITE = Phrases("$finite | $modal", _TABLES["classes"])
-"""Verbs that end a description, and words before them."""
+"""Finite and modal verbs, at which the description of a thing ends."""
 DISMISSED = _patterns("dismissed")
-"""Words before the dismissed thing of a self-correction."""
+"""Words before the thing that a self-correction withdraws: "not the can, the tin"."""
 FILLERS, REPAIRS, EMPHASIS = _patterns("fillers"), _patterns("repairs"), _set("emphasis")
-"""Words that say nothing anywhere, that take back what was said before them, and that say nothing before a preposition."""
+"""Filler words without meaning, words that announce a self-correction, and emphasis before a preposition, such as "right"."""
 NONE, EXCEPT, CONTRAST = _patterns("none"), _patterns("except"), _patterns("contrast")
-"""Words before things of which something shall not be so, that are left out, or that are not meant."""
+"""Words before things for which a statement is denied ("none of"), that are excepted ("except"), or that are not meant ("rather than")."""
 TOLD = frozenset({"is", "are", "'s", "was", "were", "lies", "stands", "sits", "hangs", "rests"})
-"""Verbs that may also say how things are."""
+"""Verbs that can state the present place or state of a thing."""
 TOO, WILL_DO, NEEDS = _patterns("too"), _patterns("will do"), _patterns("needs")
-"""Words behind what is meant as well, behind what suits, and before a verb in its "-ing" form that tells what is to be done."""
+"""Words after a thing that is also meant ("too"), remarks after a thing ("is fine", "is in the way"), and words before a requested
+action in its "-ing" form ("needs")."""
 ASIDE = _set("aside")
-"""Adverbs of places, which are names where a thing is called so."""
+"""Adverbs of place, which count as names if a thing is called so."""
 IS_NOT = _patterns("is not")
-"""Words between what is meant and what should not hold of it, behind a wish."""
+"""Words of denial between a thing and the state that it should not have, in a clause after a wish."""
 SWAPPED, EXISTS = _patterns("swapped"), _patterns("exists")
-"""Words behind things that change places, and before what there shall be."""
+"""Words after things that exchange their places, and words that introduce things that should exist ("there is")."""
 HOLDS, REASONS = _patterns("holds"), _patterns("reasons")
-"""Verbs between a place and what shall be there, and words before a reason."""
+"""Verbs between a place and what it should contain, and words that introduce a reason."""
 CONDITIONS, PROVISOS = _patterns("conditions"), _patterns("provisos")
-"""Words before what must be so, and before what must not be so, that a request holds."""
+"""Words that introduce a condition of a request ("if"), and words that introduce an exception to it ("unless")."""
 LASTING = _set("lasting")
-"""Verbs by which a condition asks for what it says: "provided that it stays upright"."""
+"""Verbs that turn a condition into a request: "provided that it stays upright"."""
 TENS: Mapping[str, int] = _TABLES["tens"]
-"""Numbers of amounts."""
+"""Number word of an amount, such as "fifteen" -> the number."""
 NUMBER = _patterns("number")
-"""Words before the number of a thing."""
+"""Words before the number in a thing's name: "number" of "can number 4"."""
 PRELUDE = _set("prelude")
-"""Words of announcements: "here is what I want: ..."."""
+"""Words that announce requests: "here is what I want: ..."."""
 ORIGIN, SWAP = _patterns("origin"), _patterns("swap")
-"""Words for where a thing was, and verbs by which two things change places."""
+"""Words for the former place of a thing ("where it was"), and verbs that ask two things to exchange places."""
 TOWARD = _table("toward")
-"""Prepositions of a destination, which describe nothing that is there."""
+"""Prepositions that can only name a destination, not the present place of a thing: "into", "onto"."""
 CALLED = _set("called")
-"""Words before a thing's own name."""
+"""Words before the proper name of a thing, such as "called"."""
 PLACED = _set("placed")
-"""Forms of verbs that may stand before a place and change nothing."""
+"""Verb forms before a place that do not change the meaning of the preposition: "placed" of "placed on the tray"."""
 NEGATIVE, CONDITIONAL = _set("negative"), _set("conditional")
 PACKAGES = _set("packages")
 """Words for packages of products, which need not be part of their names: "the ketchup bottle", "a can of soup"."""
 TECHNICAL = _set("technical")
-"""Words of names that programs give, which nobody says."""
+"""Technical words in the names of model files, which people do not say, such as "geom"."""
 FURNITURE = _set("furniture")
-"""Nouns for what things stand on, one of which may be called by another."""
+"""Nouns for supporting furniture, which are used for one another, such as "table" and "counter"."""
 GENERAL = _set("general")
 """Nouns for anything that can be moved."""
 ANYTHING: Words = (_TABLES["anything"],)
 ENDS = _set("ends")
-"""Words behind a side that say nothing more: "the left end"."""
+"""Words after a side that add no meaning: "end" of "the left end"."""
 REGIONS = _set("regions")
 """Nouns for a region of a thing."""
 PLAIN, LOW = _set("plain"), _set("low")
-"""Words of regions that name no place of their own; of what is under something."""
+"""Words of region names that name no place of their own, such as "surface", and words for the region under a thing."""
 INWARD = _set("inward")
-"""Words of prepositions of what is enclosed."""
+"""Words that occur in prepositions for the inside of a thing, such as "in"."""
 ROBOT, VIEWER = _set("robot"), _set("viewer")
-"""Who acts and who looks, and is no thing of the scene."""
+"""Words for the robot, and for the observer, neither of which is a thing of the scene."""
 SHADES: Mapping[str, str] = _by_word("shades")
-"""Other words for colours -> the colour."""
+"""Synonym of a colour word -> the colour word."""
 MATERIALS: Mapping[str, str] = _TABLES["materials"]
-"""Adjectives of materials -> the noun."""
+"""Adjective of a material, such as "wooden" -> the noun."""
 UNCOLOURED = _set("uncoloured")
-"""Words between colours."""
+"""Words within a phrase of colours that are no colour, such as "and" and "coloured"."""
 AUXILIARY, STATIVE, LIGHT = _set("auxiliary"), _set("stative"), _set("light")
-"""Verbs that say nothing by themselves, that tell how things are, and small words that a request may have anywhere."""
+"""Auxiliary verbs, verbs that tell how things are, and small words that any part of a request may contain."""
 WISHED, OBLIGING, PAST = _set("wished"), _set("obliging"), _set("past")
-"""Words of wishes and of duties, and verbs that tell of the past."""
+"""Words that express a wish, words that express a duty, and verbs in the past tense."""
 PERSONS, POSSESSIVE = _set("persons"), _set("possessive")
-"""Subjects of comments, and owners."""
+"""Words for persons, such as "I" and "mum", and possessive pronouns."""
 REASON, SUITS, INDIFFERENT = _patterns("reason"), _patterns("suits"), _patterns("indifferent")
-"""Words before reasons and purposes, what says that it suits, and words before what does not matter."""
+"""Words that introduce a reason or purpose, phrases that something is good enough, and phrases that something does not matter."""
 WHILE = _set("while")
-"""Words before a clause of time or a condition, with its subject."""
+"""Conjunctions that introduce a clause of time, place or condition, which has a subject of its own."""
 JOINTS, OPENS, MATRIX = _set("joints"), _set("opens"), _set("matrix")
-"""Words that join clauses, that end what introduces a request, and that begin it."""
+"""Words that join clauses, words that end the introduction of a request, and words that begin such an introduction: "it would help if"."""
 PERFECT = _set("perfect")
-"""Auxiliary verbs of the perfect."""
+"""Auxiliary verbs of the perfect tense."""
 FORGETTING, ADVERSE = _set("forgetting"), _set("adverse")
-"""Words that a denial turns into a request, and words that turn one into its contrary."""
+"""Words whose denial makes a request ("do not forget to"), and words that turn a request into its opposite ("avoid")."""
 LIMITING, ADVERBS, ABSTRACT, TIMED = _set("limiting"), _set("adverbs"), _set("abstract"), _set("timed")
-"""Words in "-ly" that say how far, further adverbs, nouns of time and manner, and prepositions before these."""
+"""Adverbs of degree and other words in "-ly" that are no adverbs of manner, further adverbs, nouns of time and manner, and prepositions
+before these nouns."""
 NARRATED, NARRATING, CLAUSAL, DEPENDENT = _set("narrated"), _set("narrating"), _set("clausal"), _set("dependent")
-"""Verbs of stories in the past and in the present, words that join clauses, and those before a clause that depends on another one."""
+"""Verbs of stories in the past and in the present tense, words that join clauses, and words that introduce a dependent clause."""
 ENDED, PREPOSED, DATED = _set("ended"), _set("preposed"), _set("dated")
-"""Words with which no clause ends, prepositions before the subject of a clause, and times before it."""
+"""Words that cannot be the last of a clause, prepositions before the subject of a clause, and words of time or frequency before it."""
 PLEASED, EXCLAIMED = _set("pleased"), _patterns("exclaimed")
-"""Adjectives before what is wished, and exclamations and comments between commas."""
+"""Adjectives that introduce a wish ("glad if"), and exclamations and comments between commas."""
 PROVIDING, TITLES, INTENDED = _set("providing"), _set("titles"), _set("intended")
-"""Words of conditions, at the beginning of a clause, nouns before the numbers of a list, and verbs in the past that still ask."""
+"""Words that begin a clause of condition, nouns before the numbers of a list ("step one"), and participles that still ask for something
+("is meant to")."""
 MODAL, RELATIVE = _set("modal verbs"), _set("relative pronouns")
-"""Verbs that oblige or permit, and pronouns that begin a clause about what was just named."""
+"""Modal verbs that oblige or permit, and relative pronouns."""
 SPEAKING, OBLIGATION = _set("speaking"), _set("obligation")
-"""Verbs by which somebody may report a request, and words of duties and of the future."""
+"""Verbs of speaking that may report a request, and words that express a duty or the future."""
 ORIENTED = _set("oriented")
-"""Words by which a purpose says how something shall stand."""
+"""Words by which a clause of purpose states the orientation or alignment of a thing, such as "facing"."""
 TOGETHER, ADDRESS = _patterns("together"), _set("address")
-"""Words behind things that shall stand beside one another, and nouns by which somebody is spoken to."""
+"""Words after things that should stand side by side, and nouns by which somebody is addressed."""
 QUESTIONS, WITHIN, CENTRAL = _patterns("questions"), _patterns("within"), _patterns("central")
-"""Words before what is only pointed at, before the distance from a middle, and behind it."""
+"""Questions and remarks that only point at a thing, words before the tolerated distance from a middle, and phrases for that middle after
+the distance."""
 DEICTIC, COPULAR, ASKING = _set("deictic"), _set("copular"), _set("asking")
-"""Words before the subject of a comment, verbs that only tell how something is, and verbs that begin a question."""
+"""Words before the subject of a comment, verbs that link a subject with its state, and verbs that begin a question."""
 GOING = _patterns("going")
-"""Words before where the robot shall go."""
+"""Words before a place to which the robot should go."""
 DEGREE, POINTED = _patterns("degree"), _patterns("pointed")
-"""Words before a state that is only told, and words by which a thing is pointed at."""
+"""Words before a state that a clause states and does not ask for ("half", "still"), and phrases that point at a thing ("over there")."""
 SO_DOES = _patterns("so does")
-"""Words before a thing of which the same is asked."""
+"""Words before a further thing for which the same request holds: "and so does the mug"."""
 UP_TO = _set("up to")
 """Words between the ends of a range of numbers."""
 GROUPS = _set("groups")
-"""Nouns for several things together."""
+"""Nouns for a group of things, such as "stack"."""
 ERECT = _set("erect")
-"""Verbs whose "up" says how a thing shall stand."""
+"""Verb forms with which "up" means an upright orientation: "stand it up"."""
 APPOSED, IDENTIFIED, BASED = _patterns("apposed"), _patterns("identified"), _patterns("based")
-"""Words before a further description of what was just named, before another name of it, and behind the lowest thing of a stack."""
+"""Words before a further description of a thing just named, words before another name of it, and words after the lowest thing of a
+stack."""
 AMOUNTING = _set("amounting")
-"""Words before an amount."""
+"""Words before a number with its unit, such as "by" and "roughly"."""
 NOT_YET = Phrases("not | no longer | never | anywhere (but|except|other than)")
-"""Denials within a request in free order."""
+"""Denials in a request whose parts stand in any order."""
 SOURCES = (("off",), ("out",), ("from",))
-"""First words of prepositions of where something is taken from."""
+"""First words of the prepositions that name the place from which a thing is taken."""
 DIRECTED = frozenset({"into", "onto", "off", "out", "from", "on_top_of"})
-"""Prepositions that tell where a motion ends, whatever its verb."""
+"""Prepositions that name the end of a motion with any verb."""
 TELLING = frozenset({*SIDES, *ORDINALS, *SIZES}) | frozenset(COLOURS)
-"""Words that tell one of several things apart."""
+"""Words that distinguish one thing among several: sides, ordinals, sizes and colours."""
 UNITS: Mapping[str, str] = _TABLES["units"]
 VIEWS: Mapping[str, tuple[Words, ...]] = {name: _phrases(text) for name, text in _TABLES["views"].items()}
-"""View -> the words that name it."""
+"""Name of a view -> the phrases for it."""
 FUNCTION = frozenset({*SIDES, *ORDINALS, *SIZES} | {p[0] for p in (*BESIDE, *UNDER) if len(p) == 1})
-"""Words that stand for a place or an order, where they are no name."""
+"""Words for a position, an order or a size, unless they are the name of a thing."""
 SMALL = STOPS | AUXILIARY | LIGHT | THE | ONE | EVERY | NEGATIVE | PERSONS | JOINTS | EXTRA | {*PRONOUNS, *NUMBERS, *SIDES}
-"""Words that are no verb."""
+"""Function words (auxiliaries, articles, pronouns, numbers, sides) and punctuation, which are never the full verb of a clause."""
 HUES = frozenset(COLOURS) | frozenset(SHADES)
 """Words for colours."""
 BINDING, ALONE = (tuple(map(frozenset, _table(name))) for name in ("binding", "alone"))
-"""Signs that together may change a goal, in any clause and in one that stands alone."""
+"""Combinations of signs that may change a goal, in any clause and in a clause that stands alone."""
 _FORMS: Mapping[str, str] = _TABLES["irregular"]
 _PLURALS: Mapping[str, str] = _TABLES["plurals"]
 TOP_WORD: Words = ("on_top_of",)

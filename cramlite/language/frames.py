@@ -44,7 +44,7 @@ class Frame(Value):
 
 
 Verb = tuple[Frame, Words, Words, int]
-"""A frame, the verb that was said, the particle that is still to come, and where the verb ends."""
+"""Verb found in a sentence: its frame, its words, the particle that must still follow, and the position after the verb."""
 
 
 class Frames:
@@ -149,7 +149,7 @@ def _frame(phrase: GoalPhrase, pattern: str) -> Frame:
 
 
 _DIRECTIONS = frozenset({"up", "in", "out", "over", "back", "down", "there", "away", "to"})
-"""Words behind a thing that say where it goes, not how it then is."""
+"""Words after a thing that state where it goes, not its resulting state."""
 PARTICLES = frozenset({"up", "on", "off", "out", "down", "open", "shut", "closed", "in", "over", "away", "to"})
 
 

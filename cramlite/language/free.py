@@ -19,11 +19,11 @@ from .signs import adverb
 from .tree import Clause, Link, Noun
 
 ASIDE, AHEAD = "aside", "ahead"
-"""Relations of a clause that is left out, and of one that announces what follows."""
+"""Relations of two clauses that ask for nothing: an aside, and an announcement of what follows."""
 SAME = "same"
-"""Relation of a clause that only names again what was named before."""
+"""Relation of a clause that only names again things that were named before."""
 REACH = 22
-"""Words of a request in free order, at most."""
+"""Largest number of words in a request whose parts stand in any order."""
 
 
 class Heard(Value):

@@ -142,7 +142,7 @@ class Labels(Value, dict=True):
         return all(w in called.words or w in called.colours or w in UNCOLOURED for w in words)
 
     def _unspecific(self, name: str) -> bool:
-        """Check whether neither name nor class of a thing tells its packaging, such as "can"."""
+        """Check whether neither the name nor the class of a thing states its packaging, such as "can"."""
         called = self.of[name]
         return not any(head[-1] in PACKAGES for head in (*called.names, *called.heads))
 

@@ -13,18 +13,18 @@ from .surface import RETRACT
 from .tree import Link, Noun
 
 Found = tuple[Noun, int]
+"""Noun phrase, and the position after it in the sentence."""
 RANKED = ("former", "latter")
 """Pronouns for the first and the second of the last two things that were named."""
-"""A description, and the position behind it."""
 MOST = 9
-"""Words that name a thing, at most."""
+"""Largest number of words in the name of a thing."""
 CONJUNCTIONS = (
     ("and", "and"), (", and", "and"), ("as well as", "and"), ("along with", "and"), ("together with", "and"), ("nor", "and"),
     ("or", "or"), (", or", "or"), (",", ","),
 )  # fmt: skip
-"""What joins descriptions, each with what it means."""
+"""Conjunctions between descriptions, each with the one of "and", "or" and the comma that it means."""
 DEEP = 4
-"""Relations within relations, at most."""
+"""Largest nesting depth of relations in a description."""
 
 
 class NounParser:
@@ -257,8 +257,10 @@ class NounParser:
         yield owned, end
 
     def _parentheses(self, at: int, deep: int) -> Iterator[tuple[tuple[Link, ...], int]]:
-        """Yield what stands between commas behind a noun phrase, as relations: ", which stands on the tray," and ", the one on
-        the left," say more of it; ", not the blue one," and ", which my aunt gave me," nothing.
+        """Yield a parenthesis between commas after a noun phrase, as relations.
+
+        Some describe the thing further (", which stands on the tray," and ", the one on the left,"); others do not (", not the blue
+        one," and ", which my aunt gave me,").
 
         What a condition says, ", if open,", must be so.
         """
@@ -320,7 +322,7 @@ class NounParser:
         return self.words[at] in COLOURS or self.words[at] in english.SHADES
 
     def _sides(self, at: int, deep: int) -> Iterator[tuple[Link, int]]:
-        """Yield relations that tell a side: "on the left", "at the back of the table", "from the table's centre"."""
+        """Yield relations that state a side: "on the left", "at the back of the table", "from the table's centre"."""
         for start in starts(self.words, at, english.AMONG):
             k = start
             while k < len(self.words) and self.words[k] in ("the", "very", "far", "most", "extreme", "your", "my"):

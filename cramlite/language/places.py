@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from ..model.world.world import Feature
 
 NEAR = "near"
-"""Words of goals for "next to"."""
+"""Word for "next to" in the goal language."""
 USUAL = frozenset({"top", "inside", "bottom"})
-"""Names of regions that say no more than "on" and "in" do."""
+"""Names of regions that add nothing to the prepositions "on" and "in"."""
 
 
 class Places:

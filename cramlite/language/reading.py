@@ -315,7 +315,7 @@ class Reading:
         return themes
 
     def _spots(self, clause: Clause, themes: Referents) -> list[_Row]:
-        """Return goals with a place beside or under things."""
+        """Return the goals of a request to put things beside or under other things."""
         assert clause.place is not None
         phrase = clause.phrases[0]
         if clause.relation == "under":
@@ -423,9 +423,9 @@ class Reading:
 
 OR = " or "
 ASIDES = ("aside", "ahead", "same", "going")
-"""Relations of clauses that ask for no goal: what is left out, announced, named again, or where the robot shall go."""
+"""Relations of clauses that ask for no goal: asides, announcements, repeated names, and places to which the robot should go."""
 _OPEN_WAYS = frozenset({"to", "towards", "at", "over to", "toward", "there"})
-"""Prepositions that leave open whether it is on or in."""
+"""Prepositions that name a place, but not whether the thing goes on it or into it."""
 
 
 def _verb_of(phrase: GoalPhrase) -> str:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 UNREAD, UNKNOWN, FALSE, ABSENT, OPEN = range(5)
-"""Ranks of refused readings, by how far each came: the sentence was not read to its end; words name nothing; the scene is
-otherwise than the sentence says; things are not where they are to be taken from; words fit several things."""
+"""Ranks of refused readings, higher for a reading that came farther: not read to its end, with unknown words, in conflict with the scene
+or itself, with a false assumption on where things are, ambiguous."""
 
 
 class Refusal(Exception):

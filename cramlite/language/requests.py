@@ -15,16 +15,16 @@ from .phrases import Phrases
 from .tree import Clause, Link, Noun
 
 Found = tuple[Clause, int]
-"""A request, and the position behind it."""
+"""Parsed request, and the position after it in the sentence."""
 THERE = (
     ("in there", "in"), ("off there", "off"), ("out of there", "out of"), ("from there", "from"), ("inside", "in"), ("in", "in"),
     *((text, "") for text in ("there", "up there", "over there", "down there")), ("on top", "on"),
     ("on there", "on"), ("on the top", "on"), ("at the top", "on"), ("on the very top", "on"),
 )  # fmt: skip
-"""Adverbs in the place of a place, each with its preposition."""
+"""Adverbs that stand for a place, such as "inside", each with the preposition that it means."""
 RESPECTIVELY = (("respectively",), (",", "respectively"))
 AIMS = (("so", "that"), ("such", "that"), ("until",), ("till",), ("so",), ("in", "order", "that"))
-"""Words before the state that a motion is for."""
+"""Words that introduce the state that a motion should bring about, such as "so that"."""
 
 
 class RequestParser:

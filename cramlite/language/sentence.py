@@ -23,11 +23,11 @@ if TYPE_CHECKING:
     from ..interpretation.fluents import Fluents, SymbolicWorld
 
 LONGEST = 60
-"""Words of a sentence that are read."""
+"""Largest number of words in a sentence that is read."""
 
 
 class Understood(Value):
-    """Sentence with the goals as which it was understood.
+    """Sentence with the goals that it was understood to mean.
 
     Args:
         sentence: as it was said.

@@ -9,11 +9,11 @@ from .english import Words, starts
 from .frames import Frames
 
 REPORTED = ("to", "for", *english.OBLIGATION)
-"""Words behind a verb of speaking that make the reported speech a request."""
+"""Words after a verb of speaking by which the reported speech is a request."""
 
 
 class Signs:
-    """Finder of signs in words that do not depend on the order of a grammar.
+    """Detector of grammatical signs in a clause, such as a command or a place, from its words in any order.
 
     Args:
         frames: of all goal phrases.
@@ -67,7 +67,7 @@ class Signs:
         return k > 0 and len(word) > 3 and (word.endswith("ed") or third)
 
     def past(self, piece: Words) -> bool:
-        """Check whether the clause tells of the past."""
+        """Check whether the clause is about the past."""
         at = self.finite(piece)
         if at < 0:
             return False
@@ -188,7 +188,7 @@ _NAMED = {
     "please": frozenset({"please"}), "you": frozenset({"you"}), "meant": english.INTENDED, "glad": english.PLEASED,
     "lasts": english.PERFECT - {"had"},
 }  # fmt: skip
-"""Signs that are single words."""
+"""Sign of a clause -> the words of which each alone is that sign."""
 
 
 def adverb(word: str) -> bool:

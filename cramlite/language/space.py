@@ -18,9 +18,10 @@ MARGIN = 0.02
 """Least distance by which one thing must be farther left, nearer, ... than all others to be the one meant [m]: twice what a depth camera
 errs by."""
 WIDE = 0.35
-"""Gap up to which things may be called next to one another [m]: two widths of a plate."""
+"""Largest gap at which things count as next to one another [m]: two widths of a plate."""
 ASIDE = 0.15
-"""Share of the spread of all things by which the only one of its kind must be off their middle, to be called "the left one"."""
+"""Smallest offset from the middle of all things, as a share of their extent, at which the only thing of its kind counts as "the left
+one"."""
 Plane = tuple[float, float]
 AXES: Mapping[str, Plane] = {"+x of": (1.0, 0.0), "-x of": (-1.0, 0.0), "+y of": (0.0, 1.0), "-y of": (0.0, -1.0)}
 """Relation along an axis of the world -> its direction."""
@@ -76,7 +77,7 @@ def centre(box: Box) -> tuple[float, float, float]:
 
 
 class Space:
-    """Positions of things relative to a viewpoint, from which left, right and front are told.
+    """Positions of things relative to a viewpoint, from which left, right and front are judged.
 
     Args:
         world: with the things at their believed poses.

@@ -9,9 +9,9 @@ from . import english
 from .english import STOPS, Words, starts
 
 RETRACT = "<no>"
-"""Word between a request that was taken back and the one in its place."""
+"""Marker word between a withdrawn request and the request that replaces it."""
 Ends = Callable[[Words, int], tuple[int, ...]]
-"""Where what stands at a position ends."""
+"""Function that returns the possible end positions of a phrase that begins at a given position of a sentence."""
 
 
 class Surface:

@@ -65,7 +65,7 @@ class Noun(Value):
 
     @property
     def comments(self) -> tuple[str, ...]:
-        """Words within the phrase that say nothing of what it describes."""
+        """Remarks within the noun phrase that do not describe the thing."""
         own = tuple(" ".join(link.words) for link in self.links if link.relation == "comment")
         return own + tuple(c for n in (*self.members, *(n for link in self.links for n in link.nouns)) for c in n.comments)
 

@@ -127,7 +127,7 @@ class Belief(Value):
         return replace(self, poses=poses, held=replace(held, joints=self.joints), opening=held.opening)
 
     def released(self, estimate: Estimate, opening: float) -> Belief:
-        """Return the belief after the held thing is let go; it is then where ``estimate`` says, with all that it carries.
+        """Return the belief after the payload is released: it is at the pose ``estimate``, with all things that it carries.
 
         Args:
             estimate: of the thing's pose, in the world frame.

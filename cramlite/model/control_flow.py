@@ -49,7 +49,7 @@ class Compound(Action):
 
 
 class Mark(Value):
-    """Marker on the search's agenda: here begins branch ``branch`` of a control structure.
+    """Marker on the search's agenda at which a branch of a control structure begins.
 
     The marker after the last branch is the end of the control structure.
     """

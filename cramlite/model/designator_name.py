@@ -36,7 +36,7 @@ def enclosing_names(name: str) -> Iterator[str]:
 
 
 def freed_name(name: str) -> str:
-    """Return the name that a part of a task gets as a task of its own: "3.Placing" for
-    "3.PickAndPlace/Placing"; other names stay."""
+    """Return the name of a part of a task that becomes a task of its own: "3.Placing" for "3.PickAndPlace/Placing". Other names are
+    unchanged."""
     whole, _, own = name.rpartition(BETWEEN)
     return f"{whole.partition('.')[0]}.{own}" if whole else name

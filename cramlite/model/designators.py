@@ -206,7 +206,7 @@ class Action(Value):
 
 
 class Late(Value):
-    """Object designator whose pose the program asks for when it runs.
+    """Object designator whose pose the program requests from perception while it runs.
 
     Args:
         query: what to look for.
@@ -228,4 +228,4 @@ class Late(Value):
 
 
 Designator = Action | Object | Location | Motion | Late
-"""Anything that plugins are asked to ground."""
+"""Designator of any kind that plugins are asked to ground."""

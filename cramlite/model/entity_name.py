@@ -8,7 +8,7 @@ from __future__ import annotations
 from ..base.value import Value
 
 BETWEEN = "/"
-"""Stands between a thing and its part; the names of a world's things and robots are without it."""
+"""Separator between the name of a thing and the name of its part. The names of things and robots in a world do not contain it."""
 
 
 class EntityName(Value):

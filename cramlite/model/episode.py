@@ -132,13 +132,13 @@ class Episode(Value, dict=True):
 
     @property
     def span(self) -> tuple[float, float]:
-        """First and last instant of which anything was recorded [s]."""
+        """Times of the first and the last record of the episode [s]."""
         starts = [e.start for e in self.events] + [float(t.times[0]) for t in self.tracks.values() if len(t.times)]
         ends = [e.end for e in self.events] + [float(t.times[-1]) for t in self.tracks.values() if len(t.times)]
         return (min(starts), max(ends)) if starts else (0.0, 0.0)
 
     def entity(self, name: str) -> Entity:
-        """Return the entity of that name.
+        """Return the entity with a given name.
 
         Raises:
             KeyError: there is none.

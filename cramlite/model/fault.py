@@ -34,11 +34,11 @@ class FaultKind(Word):
 
 
 AT_START = frozenset({FaultKind.MISSING, FaultKind.MOVED, FaultKind.PAYLOAD, FaultKind.TOOL, FaultKind.SENSOR})
-"""Kinds that are there before a program starts, unless they have a trigger; the others happen while it runs."""
+"""Kinds of faults that are present before a program starts, unless they have a trigger. All other kinds occur while the program runs."""
 
 
 class Trigger(Value):
-    """Trigger of a fault: all that it asks for must hold at one moment.
+    """Trigger of a fault, whose conditions must all hold at one moment.
 
     Args:
         line: text that a line of the program has: from when it is reached; "" for any.
@@ -91,7 +91,7 @@ class Fault(Value):
 
     @property
     def from_start(self) -> bool:
-        """Whether the fault is there before the program starts."""
+        """Whether the fault is present before the program starts."""
         return self.kind in AT_START and self.trigger is None and not self.after
 
     def __str__(self) -> str:

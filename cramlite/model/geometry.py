@@ -22,7 +22,7 @@ Quaternion = tuple[float, float, float, float]
 Floats = NDArray[np.float64]
 """Array of float64."""
 HALF_TURN = 1e-7
-"""Quaternion components below this are rounding: a hundred times what chains of ten products leave."""
+"""Largest magnitude of a quaternion component that counts as rounding error: a hundred times the error of a chain of ten products."""
 
 
 class Pose(Value, dict=True):

@@ -1,5 +1,4 @@
-"""Facts about what the hand does at a place: its grip there, the release of a payload, things that it takes
-along, a hole put on a peg."""
+"""Facts about what the hand does at a place: grip of a thing, release of a payload, things pushed or pulled, a hole put on a peg."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ from ..base.value import Value
 
 
 class Remedy(Value):
-    """Remedy of a refusal, to be told when a search found nothing.
+    """Remedy of a refusal, which is reported when a search found no program.
 
     Args:
         about: key of the cause; of refusals with the same key only the one that lacks least is told. "" for a place or motion that is

@@ -19,7 +19,8 @@ FORCE_LIMIT, HIGHEST_FORCE_LIMIT, FASTEST = 60.0, 150.0, 5.0
 ours: force-controlled steps stop at 25 N, jammed ones reached 31 N in simulation. The second is the safety configuration of the
 controller model (docs/reference/robot_code.md)."""
 WRIST_TURN = math.radians(150)
-"""Farthest turn of a wrist in one grasp [rad]: of a grip that can be taken either way round some wrist of 330 deg has so much left."""
+"""Largest turn of a wrist in one grasp [rad]. A wrist with a range of 330 deg can turn so far from at least one of the two ways in which
+a symmetric gripper takes a grasp."""
 
 
 class Gripper(Value):

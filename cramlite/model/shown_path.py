@@ -13,11 +13,11 @@ from .world.thing_boxes import around, box
 from .world.world import Geom
 
 UPRIGHT = 0.9
-"""Least vertical share of a part's z axis, of which a path may be told: 26 deg."""
+"""Smallest vertical component of the z axis of a part (a unit vector) relative to which a path may be given: a tilt of 26 deg."""
 STEP = 0.004
-"""Distance of the points at which a path is compared [m]."""
+"""Distance between the points along a path at which it is compared with a track [m]."""
 AHEAD = 0.12
-"""Share of a path that may be between two samples that are on it."""
+"""Largest share of a path that may lie between two successive samples that count as on the path."""
 Part = tuple[str, Pose, Mapping[str, float]]
 """Class, pose and sizes of a part of a thing, the pose in the frame of the thing."""
 

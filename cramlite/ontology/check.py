@@ -21,7 +21,7 @@ _ERROR = "http://www.daml.org/2002/03/agents/agent-ont#error"
 """Property with which owlrl links its reports of contradictions."""
 
 ORIGINALS = ("soma:", "dul:")
-"""Namespaces whose names must exist in the originals. artm: and vrps: come from the paper's own files."""
+"""Namespaces whose names must occur in the original ontologies. The namespaces artm: and vrps: come from the paper's own files."""
 
 
 class OntologyReport(Value):

@@ -12,12 +12,14 @@ import rdflib
 from rdflib.namespace import OWL, RDF, RDFS, XSD
 
 _BUILT_IN = {"owl": OWL, "rdf": RDF, "rdfs": RDFS, "xsd": XSD}
-"""Prefixes that need no declaration (W3C, OWL 2 Functional-Style Syntax, 2012, table 2); py-horned-owl asks for one."""
+"""Prefixes that OWL 2 functional syntax predefines (W3C, OWL 2 Functional-Style Syntax, 2012, table 2). They are added to a text that
+lacks them, since py-horned-owl requires their declaration."""
 _PREFIX = re.compile(r"^[ \t]*Prefix[ \t]*\([ \t]*([\w.-]*):[ \t]*=[ \t]*<([^>]*)>", re.MULTILINE)
 _BRACKET = re.compile(r'"(?:[^"\\]|\\.)*"|<[^>\s]*>|[()]')
-"""Pattern of a bracket, or of a literal or IRI, in which there may be brackets."""
+"""Pattern of a bracket, and of a literal or an IRI, whose brackets do not count."""
 DEEPEST = 100
-"""Largest depth of nested expressions: ontologies have some ten; py-horned-owl overflows the stack at some thousands."""
+"""Largest nesting depth of expressions in functional syntax. Ontologies have some ten levels; py-horned-owl overflows the stack at some
+thousands."""
 _PLACE = re.compile(r"positives: \[(.*?)\].*line_col: Pos\(\((\d+), (\d+)\)\)")
 _SPAN = re.compile(r'ValidityError\("(.*?)", ByteSpan\((\d+)\.\.(\d+)\)\)')
 

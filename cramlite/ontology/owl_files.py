@@ -143,7 +143,7 @@ def extract(files: list[tuple[Path, bytes]]) -> dict[str, Any]:
 
 
 Said = tuple[str, Any, str, str, int]
-"""The fields of a ``Restriction``."""
+"""Fields of a ``Restriction`` as a plain tuple: property, filler, source, file, order."""
 
 
 def _classes(

@@ -27,7 +27,7 @@ from .foundation import AGENT, OBJECT
 from .prefixes import PREFIXES, curie, local_name
 
 _CACHE_FORMAT = "5"
-"""Part of the cache key: raise it when what is extracted changes."""
+"""Version of the cached data of a taxonomy, part of the cache key. Raise it when the extracted data change."""
 
 
 def words_of(name: str) -> tuple[str, ...]:
@@ -41,7 +41,7 @@ def _labels(labels: Iterable[str]) -> tuple[tuple[str, ...], ...]:
 
 
 Synonyms = tuple[tuple[tuple[str, ...], ...], tuple[tuple[str, ...], ...]]
-"""Labels of a concept, and its hidden ones."""
+"""Labels of a concept, then its hidden labels, each label as a tuple of words."""
 
 
 class Restriction(Value):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ..base.value import Value
 
 HAND, HELD = "hand", "held"
-"""Words in ``TaskType.touches``, beside names of roles: the hand, and the thing in the hand."""
+"""Words in ``TaskType.touches`` besides role names: the hand, and its payload."""
 
 
 class Allowance(Value):

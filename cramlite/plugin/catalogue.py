@@ -148,8 +148,7 @@ class Knowledge:
 
     @cached_property
     def products(self) -> tuple[Thing, ...]:
-        """Products (things with a look of their own) that perception can recognise: one of each such object model,
-        at the origin."""
+        """Products that perception can recognise by their look: one thing, at the origin, of each object model that is a product."""
         return tuple(m.make(name=n, pose=Pose()) for n, m in self.models.items() if m.product)
 
     @cached_property

@@ -21,7 +21,7 @@ class Hand(Protocol):
 
     @property
     def aim(self) -> Pose:
-        """Pose in the world that the hand's tool frame is told to take."""
+        """Commanded pose of the hand's tool frame in the world."""
         ...
 
     def move(self, path: Sequence[Pose], speed: float, *, curved: bool = False) -> None:
@@ -44,7 +44,7 @@ class Performer(Protocol):
     """
 
     pace: float
-    """Factor on every speed."""
+    """Factor on the speed of every movement of the simulated person."""
 
     @property
     def rng(self) -> np.random.Generator:
@@ -58,7 +58,7 @@ class Performer(Protocol):
 
     @property
     def aim(self) -> Pose:
-        """Pose in the world that the active hand's tool frame is told to take."""
+        """Commanded pose of the active hand's tool frame in the world."""
         ...
 
     @property

@@ -14,7 +14,7 @@ from .registry import Registry
 from .validation import check_answer
 
 KEPT = 4
-"""Episodes of folders that are kept: a scenario that is resolved again has the same demonstration."""
+"""Largest number of episodes, read from folders, that are kept in memory. A scenario that is resolved again has the same demonstration."""
 
 
 class EpisodeHooks:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 VIEW, SEGMENTS, SEGMENT, OBJECTS = "view", "segments", "segment", "objects"
-"""Names with a meaning for the engine: the picture, what splits it into objects, one object's part, all objects."""
+"""Names of inputs and outputs that the engine knows: the camera view, its segments, the segment of one object, all objects."""
 Scope = Literal["view", "object", "scene"]
 Domain = tuple[str, ...] | Callable[[Mapping[str, Any]], tuple[str, ...]]
 
@@ -115,4 +115,4 @@ class Expert(Value):
 RELATIONS = ("on", "in", "hangs_on", "left_of", "right_of", "above", "below")
 """Spatial relations between objects that scene experts may state."""
 UNKNOWN = "unknown"
-"""Value of an expert for a true value outside its domain."""
+"""Output of an expert for a property whose true value is outside the expert's domain."""

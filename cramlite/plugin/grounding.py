@@ -157,5 +157,5 @@ class Context(Value):
 
     @property
     def later(self) -> Iterator[LaterTask]:
-        """Tasks that are still to be done after this one, in order."""
+        """Tasks of the plan that come after the one that is being grounded, in order."""
         return (LaterTask(item, self.bindings) for item in self.agenda if isinstance(item, Action))

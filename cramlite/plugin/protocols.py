@@ -114,7 +114,7 @@ class GoalValidator(Protocol):
     """Validator that can judge a program for which there is a goal but no plan."""
 
     by_goal: bool
-    """Whether the validator judges such a text."""
+    """Whether the validator judges a program for which there is a goal but no plan."""
 
 
 @runtime_checkable

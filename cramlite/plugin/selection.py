@@ -28,7 +28,7 @@ class PluginChoice(Value):
 
     @classmethod
     def of(cls, registry: Registry) -> PluginChoice:
-        """Return the selection that a registry was made of."""
+        """Return the selection of plugins from which a registry was made."""
         return cls(tuple(registry.files), tuple(registry.blocked), tuple(registry.preferred), registry.models)
 
     def extended(self, blocked: tuple[str, ...], preferred: tuple[str, ...], models: tuple[Path, ...] = ()) -> PluginChoice:

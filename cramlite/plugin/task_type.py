@@ -94,23 +94,23 @@ class TaskType(ABC):
     above: ClassVar[str] = TASK
     """Class above ``task``, for tasks that no ontology has; a class that an ontology states has priority."""
     rule_file: ClassVar[Path | None] = None
-    """The task's rule, beside the plugin's module; the shipped ones are in ``task_rules/``."""
+    """File of the task's rule, next to the plugin's module. None for shipped tasks, whose rules are in ``task_rules/``."""
     places: ClassVar[bool] = False
     """True for tasks that choose where to put something: their ``where`` constrains it (``Action.parameters``)."""
     looks: ClassVar[bool] = False
-    """True for the task that brings a camera to where it sees some places: the engine asks it for pictures."""
+    """True for the task that brings a camera to a pose from which it sees given places. The engine uses this task to take pictures."""
     lays_open: ClassVar[str] = ""
-    """Role of the thing that the task opens, if that hides its content: the engine asks for the task where the camera finds
-    nothing elsewhere."""
+    """Role of the drawer or door that the task opens, if opening it makes hidden content visible. The engine asks for such a task when the
+    camera does not find a thing anywhere else."""
     puts_aside: ClassVar[tuple[str, str] | None] = None
     """Roles of the payload and of its new place, for a task that begins and ends with an empty hand: the engine puts
     occluders aside with it."""
     leads_on: ClassVar[bool] = False
-    """True for free motions: their goal, unless given, is where the next task begins."""
+    """True for motions through free space, which by default lead to the place where the next task begins."""
     touches: ClassVar[tuple[tuple[str, str], ...] | None] = None
-    """Pairs that may come to touch while the task runs: names of roles, ``HAND``, and ``HELD`` for the payload. None: any
-    two of the hand, the payload, and the things of all roles; the payload may also touch its old support. () for free
-    motions: nothing. The validator of collisions objects to every other touch."""
+    """Pairs of bodies that may touch while the task runs: names of roles, ``HAND``, and ``HELD`` for the payload. None: any two of the
+    hand, the payload, and the things of all roles; the payload may also touch its old support. () for free motions: nothing. The
+    validator of collisions objects to every other touch."""
     carries_on: ClassVar[bool] = False
     """True for a task that declares its ``touches`` and lets the payload touch its old support until it is lifted from it."""
     moves: ClassVar[tuple[str, ...]] = ()

@@ -1,4 +1,4 @@
-"""Validation of plugins before their answers are used, with messages for their users."""
+"""Validation of plugins before their answers are used, with messages for the users of the plugins."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ NAMED_BY: Mapping[str, tuple[str, ...]] = {
 }
 """Hook -> required attributes of its declarations: name, functions, and others."""
 DECLARING = ("ontologies", *NAMED_BY)
-"""Hooks that declare: asked once, at load."""
+"""Hooks by which plugins make declarations, called once when a plugin is loaded."""
 
 _MANY, _NUMBER = (tuple, list, frozenset), (int, float)
 _TYPES: Mapping[str, Mapping[str, tuple[type, ...]]] = {
@@ -47,7 +47,8 @@ _TYPES: Mapping[str, Mapping[str, tuple[type, ...]]] = {
     "report_sections": {"order": _NUMBER, "refused": (bool,)},
     "exporters": {"suffix": (str,), "about": (str,), "needs": (dict,)},
 }
-"""Hook -> attributes that go wrong late, or unseen, where they are of another type: text is a sequence of letters, and true."""
+"""Hook -> attributes with their accepted types, which are checked since a wrong type would be noticed late or never: a text, for
+example, is also a sequence of letters, and true."""
 
 
 class NoModule(Exception):

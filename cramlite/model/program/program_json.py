@@ -26,9 +26,9 @@ from .steps import Step, walk
 FORMAT = "cramlite program 1"
 TAG = "step"
 SILENT: Mapping[str, object] = {"origin": "", "comment": "", "relative": "", "late": (), "force_limit_of": "robot"}
-"""Fields that are left out where they have these values; numbers are always written."""
+"""Default values of fields that are omitted from a program's JSON text. Numbers are always written."""
 RENAMED: Mapping[str, str] = {"TryInOrder": "Fallback"}
-"""Steps that older texts have, and what they are called now."""
+"""Former name of a program step, as older texts have it -> its present name."""
 
 
 class ProgramText(Value):

@@ -331,7 +331,7 @@ class Monitor(Step):
 
 
 Control = Fallback | Parallel | Repeat | Monitor
-"""Steps that hold steps."""
+"""Control step of a program: a step that contains other steps."""
 AnyStep = (
     MoveJoints
     | MoveLinear

@@ -30,7 +30,7 @@ class JudgingLimits(Value):
     keep: tuple[tuple[str, float], ...] = ()
 
     def motion_of(self, thing: str) -> tuple[float, str]:
-        """Return how far any point of a thing may get [m], and the name of the limit that says so."""
+        """Return how far any point of a thing is allowed to move in a run [m], and the name of the limit that applies."""
         kept = dict(self.keep)
         return (kept[thing], "keep") if thing in kept else (self.bystander_motion, "bystander_motion")
 

@@ -20,7 +20,7 @@ from ..geometry import Floats, Pose, Vector3
 from ..world.world import World
 
 MOST_BYTES = 2**32
-"""Bytes of a recorded run, unpacked: an hour of fifty bodies at 500 Hz has 5 GB, and runs last minutes."""
+"""Largest size of a recorded run after unpacking [bytes]. An hour of fifty bodies at 500 Hz takes 5 GB, and runs last minutes."""
 
 
 class Solid(Value):

@@ -14,7 +14,7 @@ Cost = Literal["facts", "ik", "path", "rollout"]
 """Stage at which a validator is asked, cheapest first; "rollout" is after the program's text ran."""
 COSTS: tuple[Cost, ...] = ("facts", "ik", "path", "rollout")
 ADVICE = "advises only: "
-"""First words of the reason of an objection that refuses nothing."""
+"""Prefix of the reason of an advisory objection, which does not refuse the program."""
 
 
 class Finding(Value):

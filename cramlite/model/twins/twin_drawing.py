@@ -11,7 +11,7 @@ from ...base.value import Value
 from ..geometry import Vector3, vector3
 
 LEAST = 0.05
-"""A share of friction, mass, size or force is drawn no lower, however large the error model's numbers are."""
+"""Smallest random factor on friction, mass, size or force, however large the errors of the error model are."""
 MM, DEG, PERCENT = 1000.0, 180.0 / math.pi, 100.0
 
 

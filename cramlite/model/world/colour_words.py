@@ -9,12 +9,13 @@ from .world import Thing
 
 HUES = (("red", 12), ("orange", 38), ("yellow", 68), ("green", 165), ("cyan", 195), ("blue", 255), ("purple", 295),
         ("pink", 345), ("red", 360))  # fmt: skip
-"""Upper end of each hue on the HSV circle [deg]."""
+"""Colour words, each with the upper end of its range of hues on the HSV circle [deg]."""
 COLOURS = ("red", "orange", "yellow", "green", "cyan", "blue", "purple", "pink", "brown", "black", "grey", "white")
 PALE, DARK, LIGHT = 0.15, 0.2, 0.9
-"""Spread of the channels below which a colour is none; value below which that is black, and from which it is white."""
+"""Limits of grey colours: the spread of the RGB channels relative to the largest one below which a colour is grey, the value below which
+it is black, and the value from which it is white."""
 BROWN = 0.68
-"""A dark orange is what people call brown: value below which it is."""
+"""HSV value below which a dark orange is called brown."""
 
 
 def colour_of(thing: Thing) -> str:

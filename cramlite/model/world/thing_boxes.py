@@ -11,9 +11,10 @@ from ..geometry import Pose, Vector3
 from .world import Geom, Thing
 
 CENTRED = 0.5
-"""Share of its half width by which a thing's middle may be off the axis to turn in place."""
+"""Largest offset of a thing's middle from the axis of its joint, as a share of half its width, at which the thing counts as turning in
+place."""
 Box = tuple[Vector3, Vector3]
-"""Lower and upper corner [m]."""
+"""Axis-aligned box, given by its lower and its upper corner [m]."""
 
 
 def boxes(thing: Thing) -> list[Box]:

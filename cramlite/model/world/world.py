@@ -353,7 +353,7 @@ class World(Value):
     faults: tuple[Fault, ...] = ()
 
     def thing(self, name: str) -> Thing:
-        """Return the thing of that name.
+        """Return the thing with a given name.
 
         Raises:
             KeyError: there is none; the message lists those there are.
