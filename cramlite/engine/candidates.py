@@ -103,8 +103,7 @@ class CandidateSequence(Value, eq=False):
 
     @property
     def doubted(self) -> list[tuple[int, Match]]:
-        """Demonstrated actions, with the task that each was read as, if validators objected to that task in
-        every program of this sequence."""
+        """Demonstrated actions whose interpretation as a task was objected to in every program of this sequence, each with that task."""
         said = self.sequence
         return [(said.actions[k - 1], said.matches[k - 1]) for k in sorted(self.effort.objected or ())] if said else []
 

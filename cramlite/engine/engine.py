@@ -146,8 +146,7 @@ class Engine:
         return interpret(episode, self.knowledge.rules, self.knowledge.taxonomy)
 
     def read(self, goal: AnyGoal | Reading) -> Reading:
-        """Pair a goal with its demonstration; given to the engine's methods in place of the goal, the pair lets them
-        interpret the demonstration only once.
+        """Pair a goal with its demonstration, so that several methods of the engine can share one interpretation.
 
         A demonstration is then read and interpreted once for all of them, when the first needs it. The reading of a
         reading is that reading.

@@ -37,9 +37,11 @@ if TYPE_CHECKING:
     from ..scenario.scenario import Scenario
 
 TRIED, VIEWED = 4, 12
-"""Largest number of ways to lay one thing open and look that are proven, and of those whose view is estimated."""
+"""Largest number of proven programs, and of estimated views, when one hidden place is to be uncovered. Views are estimated before a program
+is proven."""
 LEAST, ENOUGH = 4, 0.5
-"""Least number of places (``unseen.places_above``) that an occluder hides if it is put aside; share of them that a new view must show."""
+"""Least number of points (``unseen.places_above``) that a thing must hide to be put aside, and least share of them that the new view must
+show."""
 
 
 class Reveal(Value, eq=False):

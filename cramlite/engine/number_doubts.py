@@ -15,11 +15,12 @@ if TYPE_CHECKING:
     from ..scenario.scenario import Scenario
 
 FAR = 20.0
-"""A position, or the size of a fixed thing, beyond it [m] is more likely in millimetres: the largest shipped world is 8 m long."""
+"""Position, or size of a fixed thing, above which the number was probably given in millimetres [m]: the largest shipped world is 8 m
+long."""
 LONG = 5.0
-"""Size [m] beyond which a loose thing is more likely stated in millimetres: no arm here reaches half as far."""
+"""Size of a loose thing above which the number was probably given in millimetres [m]. No arm here reaches half as far."""
 TIMES = 10.0
-"""Factor on the arm's payload beyond which a mass is more likely stated in grams."""
+"""Multiple of the arm's payload above which a mass was probably given in grams."""
 
 
 def number_doubts(scenario: Scenario, world: World, robot: Robot) -> Iterator[str]:

@@ -27,11 +27,11 @@ if TYPE_CHECKING:
     from .setting import Setting
 
 STEP = 0.02
-"""[m]"""
+"""Step by which a scenario is changed [m]."""
 MOST = 32
-"""Steps that are tried at most: 0.64 m."""
+"""Largest number of steps by which a scenario is changed: 0.64 m."""
 CLOSE = 0.35
-"""Things no farther from one that is named may be in its way [m]."""
+"""Distance from a named thing within which another thing may be in its way [m]."""
 
 
 class Change(Value):
@@ -70,14 +70,14 @@ class Relaxation(Value):
     steps: int
 
     def __str__(self) -> str:
-        """Say by how much something must change to make the scenario solvable, and with which next smaller
-        change no program was proven."""
+        """Describe the change that makes the scenario solvable, and the next smaller one, with which no program was proven."""
         return f"{self.change.says} by {1000 * STEP * self.steps:.0f} mm; by {1000 * STEP * (self.steps - 1):.0f} mm nothing was proven"
 
 
 def relaxations(scenario: Scenario, setting: Setting, engine: Engine, say: Callable[[str], None] = lambda _: None) -> list[Relaxation]:
-    """Return changes that make a scenario solvable, the least first; for each, resolving has shown that it
-    suffices, and that one step less fails.
+    """Return changes that make a scenario solvable, the smallest first.
+
+    For each, resolving has shown that it suffices, and that one step less fails.
 
     Args:
         say: is told each attempt.

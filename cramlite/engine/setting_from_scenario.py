@@ -137,8 +137,10 @@ def _check_world(scenario: Scenario, world: World, knowledge: Knowledge) -> None
 
 
 def _to_move(scenario: Scenario, world: World, said: str) -> str:
-    """Return "file:line" of what an error message names and is the easiest to put elsewhere: a loose thing, the
-    robot, then furniture."""
+    """Return "file:line" of the thing or robot in an error message that is the easiest to place elsewhere.
+
+    Loose things are preferred to the robot, and the robot to furniture.
+    """
     named = [t for t in world.things if f"'{t.name}'" in said]
     loose = [t for t in named if not t.furniture]
     if not loose and any(f"'{m.name}'" in said for m in world.robots):

@@ -144,7 +144,7 @@ class Solution(Value):
         return page
 
     def _drawn(self) -> tuple[Rollout, Knowledge]:
-        """Return the recorded run of a solution, and the plugins' knowledge with which pictures of that run are drawn.
+        """Return the recorded run of a solution, and the plugin declarations with which it is drawn.
 
         Raises:
             UserError: there is no run, or nobody to draw it.

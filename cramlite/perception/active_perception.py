@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 UNEXPLAINED = "camera: nothing that is known explains it"
 WANTED = ("type", "relations", "pose", "instance", "refined")
 SURE, VIEWS = 0.6, 3
-"""Score of a pose below which the camera looks again from elsewhere, and the number of looks in all: of poses with scores
+"""Confidence of a pose below which the camera looks again from another viewpoint, and the largest number of pictures. Of poses with scores
 over 0.6 few are wrong (docs/figures/perception_pose.yaml)."""
 
 

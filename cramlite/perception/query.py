@@ -25,7 +25,7 @@ ALIASES = {
 DEFAULTS: Mapping[str, Check] = {"type": "CLASS", "features": "CONTAINS", **dict.fromkeys(RELATIONS, "CONTAINS")}
 OPERATORS: Mapping[str, Check] = {">=": "GEQ", "<=": "LEQ", "~": "CONTAINS", "==": "EQUAL"}
 POSSIBLE = 0.05
-"""A lost hypothesis of less confidence than this keeps no object in the running."""
+"""Least confidence of an alternative hypothesis for which an object is kept as a possible answer."""
 
 
 class Condition(Value):
@@ -172,7 +172,7 @@ def _contains(value: Any, condition: Condition, taxonomy: Taxonomy) -> bool:
 
 
 def _means(own: str, wanted: str, taxonomy: Taxonomy) -> bool:
-    """Check whether a name or class is a wanted name or class, or a subclass of it."""
+    """Check whether a perceived name or class is the wanted one, or a subclass of the wanted class."""
     if own == wanted:
         return True
     known = taxonomy.resolve(wanted)

@@ -19,7 +19,7 @@ SIGMA = 0.002
 """Standard deviation of a perceived position [m]: twice the median error of confident poses at 0.6 m
 (docs/figures/perception_pose.yaml), which leaves room for the tail."""
 SAME = 0.10
-"""A thing whose centre is farther than this from where one is believed is another one [m]: the least distance of
+"""Largest distance between the centres of a recognised and a believed thing that count as the same thing [m]. The least distance of
 neighbouring products is 70 mm along a peg, 160 mm across."""
 
 

@@ -93,7 +93,7 @@ class Perceived(Value):
 
 
 SHOWN = 3
-"""Lost hypotheses of a value that the text names; the page and the JSON have all."""
+"""Largest number of alternative hypotheses of a value that the text lists; the page and the JSON have all."""
 
 
 def perceived_text(found: Perceived) -> str:

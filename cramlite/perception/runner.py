@@ -18,7 +18,7 @@ from .result import Annotation, Perceived, Percept, Run
 
 OnFault = Callable[[str, BaseException], str]
 NEAR = 0.1
-"""Two answers whose confidences differ by less than this are not told apart."""
+"""Difference of confidence below which two answers count as equally good."""
 
 
 def perceive(

@@ -14,12 +14,13 @@ from ..ontology.taxonomy import Taxonomy
 from .active_perception import Picture
 
 CELL, HEIGHTS = 0.02, (0.02, 0.05)
-"""Distance of places along a surface, and their heights above it [m]: of a box of 40 x 25 x 100 mm some four are inside."""
+"""Distance between sampled points along a surface, and their heights above the surface [m]. Of a box of 40 x 25 x 100 mm some four points
+are inside."""
 BEHIND = 0.02
-"""Distance behind a seen point from which on a place is hidden [m]: three times the noise of depth, and the edge of a pixel."""
+"""Distance behind a measured point beyond which a place counts as hidden [m]: three times the noise of depth, and the edge of a pixel."""
 GAP = 0.02
-"""Distance from the boxes around a thing's parts within which points count as the thing's own [m]: errors of poses and
-depth, half a cell, and what a grasp needs."""
+"""Margin of the boxes around a thing's parts, within which points count as points of the thing [m]. It covers errors of poses and depth,
+half a cell, and what a grasp needs."""
 
 
 def places_above(thing: Thing, taxonomy: Taxonomy) -> Points:
@@ -34,7 +35,7 @@ def places_above(thing: Thing, taxonomy: Taxonomy) -> Points:
 
 
 def hidden_behind(thing: Thing, points: Points, pictures: Sequence[Picture]) -> Points:
-    """Return those of some points (n, 3) [m] that a thing hides in some picture and that no picture shows."""
+    """Return the points (n, 3) [m] that a thing hides in at least one picture and that no picture shows."""
     unseen, hidden = np.ones(len(points), bool), np.zeros(len(points), bool)
     for taken in pictures:
         view = taken.view

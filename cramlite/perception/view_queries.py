@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ..plugin.task_type import TaskType
 
 HANGING, STANDING, INSIDE = "hanging", "standing", "inside"
-"""Ways in which a part of a thing bears others, which ontologies say with ``foundation.BEARS``."""
+"""Ways in which a feature of a thing carries other things, as ontologies declare with ``foundation.BEARS``."""
 
 Queries = tuple[tuple[ObjectQuery, ...], ...]
 

@@ -10,12 +10,14 @@ from .trace import STOPPED, Entry
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?: m?m\b)?")  # a length is told in m or mm, by how long it is
 
 SEVERAL = 3
-"""Number of attempts that fail alike from which on one cause is taken for that of all others, too."""
+"""Number of failed attempts with one common cause after which further attempts are expected to fail as well."""
 
 
 def how_it_ended(entries: Sequence[Entry]) -> str:
-    """Describe how a search ended: all alternatives were refused, or a budget ended it, with the setting that raises the
-    budget; that is not advised where one cause would most likely refuse what is left, too."""
+    """Describe how a search ended: all alternatives were refused, or a budget was used up.
+
+    The setting that raises the budget is named, except where one cause would most likely refuse what is left, too.
+    """
     capped = _left_out(entries)
     late = any(e.kind == "budget" and "seconds" in e.numbers for e in capped)
     if any(e.kind == "stop" for e in capped) and not late:
@@ -37,8 +39,10 @@ def how_it_ended(entries: Sequence[Entry]) -> str:
 
 
 def _alike(entries: Sequence[Entry]) -> int:
-    """Return the number of failed attempts, programs or else task sequences, if one cause explains them all and
-    there are ``SEVERAL``; else 0."""
+    """Return the number of failed attempts if at least ``SEVERAL`` failed and all have the same cause, else 0.
+
+    An attempt is a program or, where none was run, a task sequence.
+    """
     failed = [e for e in entries if e.kind == "proof" and e.outcome == "failed"]
     own = {e.candidate for e in failed}
     others = (nearest_miss([e for e in entries if e.candidate == n]) for n in {e.candidate for e in entries} - own)
@@ -47,8 +51,7 @@ def _alike(entries: Sequence[Entry]) -> int:
 
 
 def cause(entry: Entry) -> tuple[str, str]:
-    """Return what identifies the cause of a refusal: its designator, unless it is of a program, and its reason,
-    without their numbers."""
+    """Return a key for the cause of a refusal: its designator (empty for a program) and its reason, both without numbers."""
     return without_numbers(entry.designator) if entry.kind != "proof" else "", without_numbers(entry.reason)
 
 
@@ -79,7 +82,7 @@ def nearest_miss(entries: Sequence[Entry]) -> Entry | None:
 
 
 def _says_more(entry: Entry) -> bool:
-    """Check whether a refusal has a remedy or a collision to show."""
+    """Check whether a refusal states a remedy or a collision."""
     return entry.remedy is not None or entry.collision is not None
 
 

@@ -47,7 +47,7 @@ def brief_failure_text(trace: Trace, faults: Iterable[object], run: str = "") ->
 
 
 LINES = 3
-"""Lines of a refusal on a terminal."""
+"""Largest number of lines that a terminal shows about a failed search."""
 OBJECTION = re.compile(r"[a-z_]+: ")
 
 
@@ -59,7 +59,7 @@ def first_objection(reason: str) -> str:
 
 
 def misses(entries: Sequence[Entry]) -> list[tuple[Entry, ...]]:
-    """Return the nearest miss of each candidate, grouped by cause; the group of the nearest of all comes first."""
+    """Return the nearest miss of each candidate, grouped by cause; the group with the nearest miss of the whole search comes first."""
     nearest, alike = nearest_miss(entries), dict[tuple[str, str], list[Entry]]()
     for number in dict.fromkeys(e.candidate for e in entries):
         if (miss := nearest_miss([e for e in entries if e.candidate == number])) is not None:

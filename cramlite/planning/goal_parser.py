@@ -14,17 +14,17 @@ from ..scenario.task_specs import WhereSpec
 from .operators import Grounder
 
 SIDES = {name.replace("_", " "): name for name in WhereSpec.sides()}
-"""Sides of another thing on which a spot is chosen: words of a goal -> key of a task's ``where``."""
+"""Sides of a thing, such as "left of", at which a goal may ask for a place, each with its key of a task's ``where``."""
 
 NOT = "not "
-"""Begins a goal that denies another one."""
+"""Prefix of a negated goal."""
 
 AMOUNT = "AMOUNT"
 NUMBER = r"([-+]?[\d.]+ ?[a-z]+)"
-"""Word of a form that stands for a number with a unit, and the pattern of such a number."""
+"""Placeholder in a form of goals for a number with a unit, and the pattern of such a number."""
 
 PLACE = "PLACE"
-"""Word of a form that stands for a thing, or for a region of one: "table/left"."""
+"""Placeholder in a form of goals for a thing or a region of a thing, such as "table/left"."""
 
 
 class ParsedGoal(Value):
@@ -83,8 +83,7 @@ def _denied(goal: ParsedGoal, where: str) -> ParsedGoal:
 
 
 def contradiction(texts: Sequence[str], grounder: Grounder, places: Sequence[str] = ()) -> str:
-    """Name two goals that cannot hold at one time, by the predicates' declarations, and why; "" if all
-    can.
+    """Describe why two of several goals cannot both hold, as the predicates declare; "" if there is no contradiction.
 
     Args:
         places: "file:line" of each goal; none for goals that stand in no file.
@@ -100,7 +99,7 @@ def contradiction(texts: Sequence[str], grounder: Grounder, places: Sequence[str
 
 
 def _ring(goals: Sequence[ParsedGoal], grounder: Grounder, places: Sequence[str]) -> str:
-    """Cycle of goals by which a thing would carry itself; "" without one."""
+    """Describe a cycle of goals in which things would carry each other in a circle; "" if there is no cycle."""
     asked = {f: k for k, goal in reversed(list(enumerate(goals))) for f in goal.meaning.needs}
     found = grounder.fluents.ring(asked)
     if not found:

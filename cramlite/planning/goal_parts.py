@@ -1,4 +1,4 @@
-"""Answers for each part of a goal: it holds, which tasks achieve it, or why not, the nearest miss first."""
+"""Answers for each part of a goal: whether it is achieved, by which tasks, or why not."""
 
 from __future__ import annotations
 
@@ -19,10 +19,11 @@ if TYPE_CHECKING:
     from .symbolic.planning_problem import PlanningProblem
 
 PART = "goal part"
-"""Designator of the entries of the trace that are about a part of a goal."""
+"""Designator of the trace entries about a part of a goal."""
 
 OTHER = "other_task_"
-"""Name of an entry's numbers for tasks of other parts, between the first and the last of its own."""
+"""Prefix for the names of numbers in a trace entry that list tasks which serve other parts of the goal. These tasks are between the first
+and the last task that serve the entry's own part."""
 
 Answer = Literal["holds", "achieved", "reached", "missed", "untried"]
 RANKS: Sequence[Answer] = ("holds", "achieved", "reached", "missed", "untried")
@@ -49,8 +50,7 @@ class GoalAnswer(Value):
     reason: str = ""
 
     def without_reason(self) -> GoalAnswer:
-        """Return this answer on a part of the goal with "see above" in place of its reason, which an earlier
-        answer gave."""
+        """Return this answer with "see above" as its reason, since an earlier answer has the same reason."""
         return replace(self, reason="see above")
 
     def __str__(self) -> str:

@@ -17,7 +17,7 @@ from .operators import Grounder
 FORM = re.compile(rf"({NOT})?(each|any|\d+ of) (\S+) (.+)")
 OR = " or "
 MOST = 1000
-"""Meanings of one goal that are told apart; a search tries a few."""
+"""Largest number of meanings of one goal that are generated."""
 
 Says = tuple[str, ...]
 
@@ -44,7 +44,7 @@ def without_quantifiers(says: Sequence[str], grounder: Grounder) -> Iterator[Say
 
 
 def _ways(goal: str, says: Sequence[str], grounder: Grounder, facts: frozenset[Fact]) -> Iterator[Says]:
-    """Generate the meanings of one of several goals, and after each, of a goal about a thing, other goals that fulfil it as well.
+    """Generate the meanings of one of several goals, and after each meaning other goals that fulfil it as well.
 
     The last goal of such a list is about that thing; the others are asked for anyway, or hold.
     """
@@ -56,7 +56,7 @@ def _ways(goal: str, says: Sequence[str], grounder: Grounder, facts: frozenset[F
 
 
 def _instead(meaning: Says, grounder: Grounder) -> tuple[Says, ...]:
-    """Return lists of goals that fulfil a single goal as well; none for several goals, and for a sentence that is no goal."""
+    """Return alternative lists of goals that fulfil a single goal; () for several goals, and for text that is not a goal."""
     try:
         return parse_goal(meaning[0], grounder).meaning.instead if len(meaning) == 1 else ()
     except UserError:

@@ -16,11 +16,11 @@ from .what_to_try import what_to_try
 
 T = TypeVar("T")
 EVERY = 5.0
-"""Seconds between two lines on what is done now."""
+"""Time between two progress lines of a search [s]."""
 ASKED_FOR = ("action", "compound", "object", "location", "motion")
 REFUSED = ("refused", "impossible")
 BEHIND = {"proof": "searching: what to do otherwise after the last program", "sequence": "searching: another sequence of tasks"}
-"""Line on the current work until the next question, after a program was refused, and after a sequence of tasks ended."""
+"""Progress line after a program was refused or a task sequence ended, shown until the search asks its next question."""
 
 
 class NowDone(str):

@@ -35,7 +35,7 @@ from ..model.entity_name import thing_of
 from ..plugin.task_type import TaskType
 
 OTHER = "?other"
-"""Any entity, the same one wherever this stands."""
+"""Free variable in the pattern of a fact: it stands for any entity, the same one at each of its places."""
 
 
 def doing(task: str, elsewhere: bool) -> str:
@@ -109,7 +109,7 @@ class Operator(Value):
 
 
 def _others(fact: Fact, pattern: Fact) -> list[str]:
-    """Return the entity at the place of ``OTHER`` in a fact that fits a pattern, as a list; empty if it does not fit."""
+    """Return the entities at the places of ``OTHER`` in a fact that matches a pattern; empty if the fact does not match."""
     bare = tuple(None if p == OTHER else p for p in pattern)
     return [e for e, p in zip(fact, pattern, strict=True) if p == OTHER] if matches(fact, bare) else []
 
@@ -266,8 +266,7 @@ class Grounder:
         return frozenset().union(*found)
 
     def _others(self, given: Atom, then: Condition, binding: Mapping[str, str], scene: SymbolicWorld) -> set[Pattern]:
-        """Return the facts that a condition ``every given -> then`` forbids: ``given`` of each entity of
-        which ``then`` is untrue."""
+        """Return the facts that a condition ``every given -> then`` forbids: ``given`` with each entity for which ``then`` is false."""
         (free,) = [v for v in variables(given) if v not in binding] or [""]
         if not free:
             return set()
@@ -287,8 +286,7 @@ def held_in(clauses: Iterable[tuple[str, Condition]], binding: Mapping[str, str]
 
 
 def universal(clauses: Iterable[tuple[str, Condition]]) -> Iterator[tuple[str, Atom, Condition]]:
-    """Generate phase, premise and conclusion of each condition of the form ``every touches(X, Y) ->
-    chain(Y)``."""
+    """Generate phase, premise and conclusion of each condition of the form ``every premise -> conclusion``."""
     for phase, condition in clauses:
         match condition:
             case Every(Atom() as given, then):

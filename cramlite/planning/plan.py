@@ -122,12 +122,14 @@ def _action(call: Call, objects: Mapping[str, Object], numbers: Iterator[int], w
 
 
 Ahead = tuple[Location, Action | None]
-"""Place where the next task with a stated beginning begins, and that task."""
+"""Place to which a free motion leads, and the next task, which begins there; None in place of the task if no later task states its
+beginning."""
 
 
 def _with_goals(actions: Sequence[Any], types: Mapping[str, TaskType], ahead: Ahead) -> tuple[tuple[Any, ...], Ahead]:
-    """Set where each free motion (a task that only moves the arm) of a sequence leads; return the sequence, and the
-    place where its first task begins.
+    """Set the target of each free motion (a task that only moves the arm) in a task sequence.
+
+    The result is the sequence, and the place where its first task begins.
 
     A free motion leads to where the next task starts; the last one leads to ``ahead``.
     """

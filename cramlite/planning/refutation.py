@@ -9,14 +9,14 @@ from ..base.errors import InTheWay
 from ..base.value import Value
 
 ANY = ""
-"""Stands for every thing of the world."""
+"""Wildcard among the things in the way: any thing of the world."""
 
 
 Part = tuple[str, tuple[tuple[str, str], ...]]
-"""A task that another one is made of: its class, and the entity of each role."""
+"""Subtask: its class, and the entity in each of its roles."""
 
 WHOLE: Part = ("", ())
-"""Stands for a task as a whole."""
+"""Subtask that represents the whole task."""
 
 
 class InTask(Value):
@@ -79,7 +79,7 @@ class Refutation(Value):
 
 
 def as_they_are(things: InTheWay) -> frozenset[AsItIs]:
-    """Convert the things in the way that plugins state in ``Refused.blocking`` to causes in a conflict set."""
+    """Convert the blocking things of a refusal (``Refused.blocking``) to causes for a conflict set."""
     sets = [ANY] if things is None else things
     return frozenset(AsItIs(frozenset([one] if isinstance(one, str) else one)) for one in sets)
 

@@ -31,7 +31,8 @@ if TYPE_CHECKING:
     from .trace import Trace
 
 LISTED = 1000
-"""Task sequences of a demonstration that are looked at, most of them only to see that a task type is missing."""
+"""Largest number of task sequences that are generated for a demonstration. Most of them are only looked at to see that a task type is
+missing."""
 
 
 def plans_from_interpretation(
@@ -158,11 +159,11 @@ class _Turn:
     def __init__(self, choice: Goal, problem: PlanningProblem, plans: Iterator[TaskPlan]) -> None:
         self.choice, self.problem, self.plans = choice, problem, plans
         self.number, self.over = 0, False
-        """Number of its last plan among all, 0 before the first; and whether there is no further one."""
+        """Number of the last plan for this choice of things, 0 before the first, and whether there are no more plans."""
 
 
 def diagonally(choices: Iterable[_Turn]) -> Iterator[_Turn]:
-    """Generate choices of things in turn, until each is over: in each round one more, which comes last.
+    """Generate the choices of things in rounds, each round with one new choice at the end, until all choices are over.
 
     So better choices come more often, and none is left out until all before it are over.
     """

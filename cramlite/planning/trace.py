@@ -23,7 +23,7 @@ Kind = Literal["sequence", "goal", "action", "compound", "object", "location", "
 STOPPED = "stopped by the caller"
 KNOWN = "answered before"
 SENTENCE = "sentence"
-"""Designator of the entries that say how a sentence was understood."""
+"""Designator of the trace entries that say how a sentence was understood."""
 
 
 class Entry(Value):

@@ -19,7 +19,7 @@ WIDTH, HEIGHT = 560, 110
 POINTS = 600
 """Largest number of points of a curve."""
 SPANS = {"rad": 0.1, "rad/s": 0.2, "N": 5.0}
-"""Smallest range of a plot, by unit: noise fills none."""
+"""Smallest range of a plot's axis, by unit, so that noise does not fill the plot."""
 
 PAGE = """<!doctype html>
 <html lang="en"><meta charset="utf-8"><title>{{ title }}</title>

@@ -30,9 +30,9 @@ ROW, TALL = 22, 80
 CHARACTER, LINE = 6.4, 13.5
 """Mean width of a character of 12 pixels, and height of a line [pixel]."""
 LANES = 14
-"""Lanes of states at most: what fits on a screen with the readings above."""
+"""Largest number of lanes of states: what fits on a screen together with the readings."""
 ALWAYS = 0.05
-"""A state that begins and ends this near to the ends of the recording [s] held all the time."""
+"""Largest distance of the ends of a state from the ends of the recording [s] for which the state counts as holding all the time."""
 
 PHRASES: Mapping[str, tuple[int, str, str, str]] = {
     "GraspState": (0, "In the hand", "{object} in {gripper}", "t3"),
@@ -40,7 +40,7 @@ PHRASES: Mapping[str, tuple[int, str, str, str]] = {
     "SupportState": (2, "Standing or lying on", "{supportee} on {supporter}", "t5"),
     "ContactState": (3, "Touching", "{a} and {b}", "t1"),
 }
-"""States by the local name of their class: order, heading, phrase, and colour."""
+"""Display of a state by the local name of its class: order, heading, phrase and colour."""
 TERMS = (
     ("tasks", "naming its tasks", 1),
     ("choices", "which things fill their roles", 1),
@@ -48,7 +48,7 @@ TERMS = (
     ("unexplained", "changes that it does not explain", 1),
     ("checked", "conditions that were checked and held", -1),
 )
-"""Terms of a description length, in words, with their signs."""
+"""Terms of a description length, each with its words and its sign."""
 
 
 class Block(Value):

@@ -24,7 +24,7 @@ def asked_text(spec: ScenarioSpec) -> str:
 
 
 def tasks_text(entries: Sequence[TaskSpec | RuleSpec]) -> str:
-    """Return tasks in their order, such as "Grasping tin, then Placing tin box"; a control structure by its name."""
+    """Format tasks in their order, such as "Grasping tin, then Placing tin box"; a control structure is named only."""
     return ", then ".join(map(_entry_text, entries))
 
 

@@ -35,7 +35,7 @@ class ThingErrorSpec(PoseErrorSpec):
 
 
 TYPES: dict[str, Any] = {"share": float, "rate": float, "length": Length, "angle": Angle, "force": Force, "time": Time}
-"""Kind of a ``Size`` -> type of a key."""
+"""Type of an error model's key in a scenario file, by the kind of its ``Size``."""
 
 
 def keys_of(model: type[ErrorModel]) -> dict[str, Any]:
@@ -69,7 +69,7 @@ class ErrorSpec(create_model("ErrorKeys", __base__=Spec, **keys_of(ErrorModel)))
     """Keys of an error model in files (``cramlite.model.ErrorModel``); an absent key keeps its value."""
 
     def errors(self, before: ErrorModel, sensor: SensorErrors) -> ErrorModel:
-        """Return an error model with the stated changes.
+        """Return an error model with the changes that the scenario file states.
 
         Args:
             before: what is not written.

@@ -109,7 +109,7 @@ _GO_WITH: Mapping[str, tuple[tuple[str, ...], tuple[str, ...], str]] = {
     "takes": (("sticking",), (), "the force that its joint takes, such as takes: 60 N"),
     "lasts": (("connection", "slip", "readings"), (), "how long, such as lasts: 2 s"),
 }
-"""Key -> the kinds that need it, those that may have it, and its clause."""
+"""Additional keys of a fault: the kinds of fault that need the key, the kinds that may have it, and a phrase that explains it."""
 _NO_TRIGGER = dict.fromkeys(("protective_stop", "connection"), "at its time") | dict.fromkeys(("tool", "sensor"), "at the start")
 _KINDS: Mapping[str, Callable[[Any], Fault]] = {
     "missing": lambda s: Fault(FaultKind.MISSING, s.missing),
@@ -131,7 +131,7 @@ _KINDS: Mapping[str, Callable[[Any], Fault]] = {
     "cancelled": lambda s: Fault(FaultKind.CANCELLED),
     "goal": lambda s: Fault(FaultKind.GOAL, goal=s.goal),
 }
-"""Key of a file -> the fault."""
+"""Function that makes the fault, by the key that names the kind of fault in a scenario file."""
 
 
 def read_fault_text(text: str) -> Fault:
@@ -185,7 +185,7 @@ def foreseen(faults: Iterable[Fault], world: World) -> World:
 
 
 LASTING = frozenset({FaultKind.STICKING, FaultKind.FRICTION, FaultKind.CLOSES_SHORT})
-"""Kinds that go on in the next run."""
+"""Kinds of fault that are still present in the next run."""
 
 
 def left_over(faults: Iterable[Fault], happened: Iterable[str], seconds: float) -> tuple[Fault, ...]:
@@ -206,7 +206,7 @@ def left_over(faults: Iterable[Fault], happened: Iterable[str], seconds: float) 
 
 
 UNTIMED = frozenset({FaultKind.TOOL, FaultKind.SENSOR})
-"""Kinds of which a simulation cannot let any happen while a program runs."""
+"""Kinds of fault that must be present from the start, because the simulation cannot begin them while a program runs."""
 _PUT = (FaultKind.MISSING, FaultKind.MOVED, FaultKind.ADDED, FaultKind.FALLEN)
 
 

@@ -148,7 +148,7 @@ def listed_goals(data: Any) -> Any:
 GoalTexts = Annotated[
     tuple[GoalText, ...], BeforeValidator(listed_goals, json_schema_input_type=tuple[GoalText, ...] | SaySpec)
 ]
-"""Goals, or a single one that is said."""
+"""Goals of a scenario as a list, or as a single sentence under ``say``."""
 
 
 def goal_texts(data: Any) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ from .pose_spec import PoseSpec
 
 
 class GripperSpec(Spec):
-    """Gripper from its own or the arm's file, with data that the file does not have.
+    """Gripper of a robot that is read from files: the gripper's own file, if it has one, and data that no file states.
 
     ``at``: of the hand's root on the flange; ``pads``: geoms or bodies that grip, one of each finger; ``tcp``: site or body at the
     pinch point; ``opening``, ``force`` and ``speed`` [m/s]: lowest and highest; ``torsion``: lever of the pads' torsional friction.

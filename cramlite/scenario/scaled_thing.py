@@ -10,8 +10,10 @@ from ..model.world.world import Feature, Geom, Inertia, Thing
 
 
 def scaled(thing: Thing, factor: float) -> Thing:
-    """Scale a thing about its origin: geoms, features, looks, and the shape of its inertia; pose, mass and
-    joint are kept."""
+    """Scale a thing about its origin: geoms, features, looks and the dimensions of its inertia.
+
+    Pose, mass and joint are kept.
+    """
     return replace(
         thing,
         geoms=tuple(_geom(g, factor) for g in thing.geoms),

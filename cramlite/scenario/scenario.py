@@ -30,7 +30,7 @@ from .task_specs import TaskEntry
 from .thing_spec import HangSpec, LateSpec, ThingSpec, UnknownErrorSpec, VarySpec
 
 RENAMED: Mapping[str, str] = {"fov": "horizontal_fov", "look": "queries"}
-"""Keys that older files have, and what they are called now."""
+"""Former names of keys in scenario files, with the present names."""
 STARTS = ("demonstration", "tasks", "designator", "goal")
 """Keys of the start of a scenario, which has exactly one of them."""
 
@@ -228,8 +228,10 @@ class Scenario(Value):
         return f"{self.path}:{line_of(self.data, location)}"
 
     def where_thing(self, name: str) -> str:
-        """Return "file:line" of a thing's entry under ``things``; for a thing without an entry, that of ``world``,
-        else of the recording's things."""
+        """Return "file:line" of the entry under ``things`` that defines a thing.
+
+        For a thing without an entry it is that of ``world``, else of the recording's things.
+        """
         names = [t.get("name") for t in self.data.get("things", ())]
         if name in names:
             return self.where("things", names.index(name))
@@ -309,7 +311,7 @@ class Scenario(Value):
 
 
 INLINE = Path("inline scenario")
-"""Words in place of the file in messages about a scenario that is given as data."""
+"""Path that messages state for a scenario that was given as data and not as a file."""
 
 
 def read_scenario(path: Path | str | Mapping[str, Any]) -> Scenario:

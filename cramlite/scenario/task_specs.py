@@ -21,12 +21,12 @@ from ..base.quantities import Force, Length, Time, beyond_reason_by_name
 from ..base.spec import Spec
 
 RULES = ("sequence", "choose", "fallback", "try_all", "parallel", "repeat", "retry", "monitor")
-"""A mapping with one of these as its only key is no task but a rule over tasks."""
+"""Names of control structures: a mapping with one of these as its only key is a control structure, not a task."""
 
 RENAMED: Mapping[str, str] = {
     "try_in_order": "'choose' where the search decides while planning, 'fallback' where the program decides while it runs",
 }
-"""Rules that older scenarios write, and what they are called now."""
+"""Former names of control structures in scenario files, with advice on the present names."""
 
 Path = tuple[str | int, ...]
 

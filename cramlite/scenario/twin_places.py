@@ -22,14 +22,15 @@ from ..model.world.world import Feature, Thing, World
 from .scaled_thing import scaled
 
 INSIDE = 0.01
-"""Depth to which a thing may be inside its support in a written world [m]; it settles."""
+"""Depth by which a believed pose may put a thing into its support, so that it still counts as standing on it [m]. The thing settles when
+the world is simulated."""
 NANOMETRE = 9
-"""Rounding of heights on leaning or scaled supports [m]; others leave the things on them unchanged, to the last
-bit."""
+"""Number of decimals to which the height [m] of a point on a leaning or scaled support is rounded. Other supports leave the things on them
+unchanged, to the last bit."""
 
 
 class Sight(Value):
-    """What a camera sees: the things whose poses come from its picture, and its own pose.
+    """View of a camera: the pose of the camera, and the things whose poses come from its picture.
 
     Args:
         camera: its optical frame in the world.
@@ -237,8 +238,10 @@ def _swung(thing: Thing, hanger: Thing, off: Pose) -> Pose:
 
 
 def _resting(thing: Thing, hanger: Thing) -> tuple[Feature, Pose] | None:
-    """Return the feature of a thing that is nearest to an axis of its hanger, and the axis; None if one of
-    them has no feature."""
+    """Return the feature of a hanging thing that is nearest to the axis of a feature of its hanger, and the pose of that axis.
+
+    None if one of the two has no feature.
+    """
     pairs = [(f, hanger.pose * g.pose) for f in thing.features for g in hanger.features]
     return min(pairs, key=lambda p: _from_axis(thing.pose * p[0].pose, p[1]), default=None)
 

@@ -106,7 +106,7 @@ def _things(
     scenario: Scenario, specs: Sequence[ThingSpec], changes: Mapping[str, VarySpec], imported: Iterable[Thing], knowledge: Knowledge,
     seed: int,
 ) -> tuple[Thing, ...]:  # fmt: skip
-    """Build the things of a scenario, behind those of its scene file; each as ``changes`` vary it."""
+    """Build the things of a scenario, after those of its scene file, with the random variations in ``changes``."""
     rng = np.random.default_rng([seed, 77]) if changes else None  # only then: numpy.random takes a fifth of NumPy's import
     built = {t.name: t for t in imported}
     names = [*built, *(s.name for s in specs)]
@@ -274,8 +274,7 @@ def _underside(thing: Thing) -> float:
 
 
 def _where_said(scenario: Scenario, spec: ThingSpec, said: str) -> str:
-    """Return "file:line" of the first parameter that an error message names; "" if it names none that was
-    written."""
+    """Return "file:line" of the first parameter of a thing that an error message names; "" if the scenario states no such parameter."""
     found = {k: re.search(rf"'{re.escape(k)}'|^{re.escape(k)}\b", said) for k in spec.parameters}
     named = sorted((m.start(), k) for k, m in found.items() if m is not None)
     things = [t.get("name") for t in scenario.data.get("things", ())]

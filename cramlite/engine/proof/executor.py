@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 ENDS_RUN: int | None = getattr(signal, "SIGUSR1", None)
-"""The signal after which the other process ends the run that is under way; None where there is none."""
+"""Signal that tells the executing process to end its present run; None on systems without such a signal."""
 
 
 class ExecutorDied(Exception):
@@ -132,7 +132,7 @@ class Executor(Struct):
 
 
 class _Interrupted:
-    """Whether the signal ``ENDS_RUN`` of the operating system came, which ends the run that is under way."""
+    """Handler of the signal ``ENDS_RUN``, which tells whether the signal has come and the present run must end."""
 
     def __init__(self) -> None:
         self.came = False

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from ...plugin.catalogue import Knowledge
 
 DEATHS = 2
-"""A run whose process died this often is given up."""
+"""Number of times that a run is tried if its process dies."""
 T = TypeVar("T")
 
 

@@ -30,7 +30,7 @@ from .line_origins import Origins, origins_by_labels, origins_of
 from .proof import allowances, findings_of
 
 LISTED = 6
-"""Lines that a remark names at most."""
+"""Largest number of lines that a remark lists."""
 
 
 class Purpose(Value):
@@ -151,8 +151,7 @@ def candidate_of_text(text: str, world: World, purpose: Purpose, knowledge: Know
 
 
 def _bare(world: World, knowledge: Knowledge) -> Program:
-    """Return a program without steps and with the robot's own settings, for a text that no typed program
-    belongs to."""
+    """Return an empty program with the robot's own settings, for a text without a typed program."""
     mount = world.robots[0]
     robot = pick("robot", knowledge.robots_of(world), mount.type)
     return Program("text", mount.name, robot.type, robot.gripper.tcp, robot.start(mount)[0], (), (), force_limit=robot.force_limit)

@@ -14,7 +14,7 @@ from ...model.program.program_json import is_program_text, read_program
 from ...model.program.steps import walk
 
 ALIKE = 0.6
-"""Share of characters from which a changed line is taken for the one that it replaces (difflib's own idea of a close match)."""
+"""Similarity from which on a changed line is taken for an edited version of an old line (the default of ``difflib`` for close matches)."""
 
 
 class Origins(Value):
@@ -38,7 +38,7 @@ class _Line(NamedTuple):
 
 
 CODE = re.compile(r'(?:"[^"]*"|[^"#])*')
-"""Code of a line: all before its comment; "#" in a text in quotes begins none."""
+"""Pattern of the code in a line: everything before the comment, where "#" inside quotes begins no comment."""
 
 
 def origins_of(text: str, original: Code) -> Origins:

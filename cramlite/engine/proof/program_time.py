@@ -32,7 +32,7 @@ from ...model.robot import Robot
 from ..late_poses import flange
 
 STROKE = 0.04
-"""Way of the pads of a gripper that opens or closes [m]: half of the strokes of 80 to 85 mm that shipped hands have."""
+"""Distance that each finger of a gripper travels when it opens or closes [m]: half of the strokes of 80 to 85 mm of shipped hands."""
 TARE = 0.2
 """Duration of a tare with the standstill before it [s], as the controller model has it."""
 

@@ -166,7 +166,8 @@ def _at_the_edges(candidate: Candidate, text: Code, knowledge: Knowledge, seed: 
 
 
 def text_that_runs(candidate: Candidate, backend: Backend) -> Code | None:
-    """Return the text of a candidate that the simulator can run: its own, else the typed program; None if neither."""
+    """Return the text of a candidate that the simulator runs: the backend's text or, in its place, the typed program; None if neither
+    runs."""
     if backend.executable or candidate.code is None:
         return candidate.code
     return typed_code(candidate.program) if _stands_in(backend) else None
@@ -268,7 +269,7 @@ def conflict_of(verdict: Verdict, state: State) -> Conflict:
 
 
 def _led_past(verdict: Verdict, state: State) -> frozenset[str]:
-    """Return the places that the arm only passed on its way to another place; none unless an objection names things.
+    """Return the places that the arm only passed on its way to another place; empty if no objection names things.
 
     Places of tasks are left out in which an objection names things that stand in the way.
     """

@@ -1,1 +1,1 @@
-"""Real arms: what to expect of a program on one, and the comparison of its log with the proof."""
+"""Programs on real arms: what to expect of a program, and the comparison of an arm's log with the proof."""

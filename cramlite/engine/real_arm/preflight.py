@@ -27,9 +27,10 @@ from ..proof.intent import Intent, read_intent
 from ..proof.judging import JudgedRun, Purpose, judge_text
 
 MARGIN = 1.2
-"""A safety limit is set this far above what the program reaches: closer stops it for nothing. Ours."""
+"""Factor from the largest value that a program reaches to the proposed safety limit: a closer limit would stop the arm without need. The
+factor is cramlite's own choice."""
 OWN: Mapping[str, str] = {"tool_speed": "m/s", "tool_force": "N", "joint_speed": "deg/s", "payload": "kg"}
-"""Limits that a user may set -> unit: those of a controller's own pages."""
+"""Safety limits that a user may state, each with its unit on the controller's own pages."""
 
 
 class Flight(Value):
@@ -199,8 +200,7 @@ def dry_run(flight: Flight, share: float, world: World, knowledge: Knowledge, se
 
 
 def _written(program: Program, flight: Flight, knowledge: Knowledge) -> Code:
-    """Write a program's text in its run's language, or as typed code (JSON) if that language cannot be run
-    here."""
+    """Write a program in the language of the proven text, or as typed code (JSON) if that language cannot be run here."""
     writers = [b for b in knowledge.backends.values() if b.executable]
     own = (b for b in writers if flight.intent is not None and b.name == flight.intent.kept.language)
     writer = next(own, None)

@@ -18,9 +18,10 @@ from ...model.run.rollout import Rollout
 from .rtde_log import RtdeLog
 
 STEP = 0.02
-"""Grid of offsets and of compared samples [s], as dense as rollouts."""
+"""Step of the time grid on which log and run are aligned and compared [s]. It is as dense as the samples of rollouts."""
 PARTS = 0.02
-"""Joints that differ by more part [rad]: 20 mm at the tool of an arm that reaches 1 m; a real arm follows within a tenth of that."""
+"""Difference of a joint's position beyond which log and run diverge [rad]: 20 mm at the tool of an arm that reaches 1 m. A real arm follows
+within a tenth of that."""
 
 
 class Compared(Value):

@@ -29,21 +29,22 @@ LOST = 0.05
 WIDTH = 0.002
 """Distance by which the opening of the fingers may differ from the proof [m]."""
 PUSH, SHARE = 10.0, 1.5
-"""Force that may be felt beyond that of the proof [N], and as a multiple of it: free motion of an arm shows 3 to 9 N of inertia."""
+"""Tolerance of the measured force: force beyond that of the proof [N], and multiple of it; the larger limit counts. Free motion of an arm
+shows 3 to 9 N of inertia."""
 SLOWER, LATER = 1.5, 2.0
 """Factor on the time that a line took in the proof, and time beyond that [s], after which the line takes too long."""
 SIGMAS = 5.0
-"""Standard deviations of the readings' noise that are added to every limit."""
+"""Number of standard deviations of the sensor noise that is added to every limit."""
 SLACK = 0.2
-"""Time before and after a line in the proof whose readings are expected during the line, too [s]."""
+"""Time before and after a program line of the proof from which readings are also accepted at that line [s]."""
 AGAIN = 2
 """Number of readings in a row that must show a deviation."""
 ASKED = {Deviation.GOAL_CHANGED, Deviation.CANCELLED}
-"""Deviations that one reading shows, since changes of the request are no measurements."""
+"""Deviations that a single reading suffices to show, since they are changes of the request and not measurements."""
 SAME = 0.5
 """Time after which unchanged readings count as frozen, if the arm should move [s]."""
 MOVING = 0.02
-"""Least motion of a joint in that time with which an arm counts as moving [rad]."""
+"""Least motion of a joint at a program line of the proof with which the arm counts as moving there [rad]."""
 
 
 class Noise(Value):

@@ -43,16 +43,16 @@ if TYPE_CHECKING:
     from ..solution import Solution
 
 RESTING = 0.0003
-"""Depth of a contact at rest [m]: a thing that was read deeper inside another is believed to stand on it, since a proof begins there."""
+"""Depth of a contact at rest [m]. A thing that was read deeper inside another is believed to stand on it, since a proof begins there."""
 STOPS = {"halted": Deviation.REFUSED, "protective stop": Deviation.STOPPED, "killed": Deviation.KILLED}
-"""Outcome -> its description, of runs that can be continued."""
+"""Deviation for each outcome of a run that can be continued."""
 
 
 ACKNOWLEDGED = "a protective stop is acknowledged by a person, who has looked why; execute again with --replan then"
 REACHED = "the goal holds as things are"
 CLOSED = "what comes then cannot be done as things are"
 SAME = 2
-"""Number of times that the same deviation in the same step is planned around."""
+"""Largest number of times that a new program is sought after the same deviation in the same step."""
 TO_DO: Mapping[Deviation, str] = {
     Deviation.NO_GRASP: "look whether the fingers close and the thing is between them",
     Deviation.GRASP_LOST: "look at pads, air and grip force, and where the thing fell",

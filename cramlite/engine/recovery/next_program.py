@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from .expectation import RunWatch
 
 AT_ONCE = {"expansions": 50, "proofs": 2, "sequences": 3}
-"""Budget of a search where the arm was stopped: searches that found a program there took at most 32 expansions of a task sequence."""
+"""Budget of the first search after a stop: searches that found a program from there took at most 32 expansions of a task sequence."""
 Search = Callable[["Budget"], "Iterator[Candidate]"]
 """Search for proven programs that reach the rest of the goal, best first, within a budget."""
 
@@ -54,7 +54,7 @@ class Stopped(Value, eq=False):
 
     @property
     def hand(self) -> str:
-        """Clause about the payload; "" for an empty hand."""
+        """Clause for messages that names the payload; "" if the hand is empty."""
         holds = self.setting.world.robots[0].holds
         return f", with '{holds.thing}' in the hand" if holds else ""
 
@@ -85,7 +85,7 @@ def next_program(
 
 
 def attempt_of(candidate: Candidate, world: World) -> Attempt:
-    """Return a proven program to be run in a world."""
+    """Return a proven candidate as an attempt, a program to be run in a world."""
     return Attempt(candidate.plan, candidate.program, candidate.written, world, candidate)
 
 

@@ -26,14 +26,14 @@ if TYPE_CHECKING:
     from ..setting import Setting
 
 REACH = 0.02
-"""A thing is in the hand if a box of it, grown by so much, has the tool centre point [m]: it may have slipped."""
+"""Largest distance of the tool centre point from the boxes around a thing in the hand [m]: the thing may have slipped."""
 LOOSE = 0.002
-"""Fingers that are further apart than a thing is wide there by so much do not hold it [m]."""
+"""Largest amount by which the opening of the fingers may exceed the width of a thing that they hold [m]."""
 SHUT = 0.003
-"""Width beyond the closed one from which pressing fingers have something between them [m]."""
+"""Opening beyond that of the closed fingers above which fingers that press have a thing between them [m]."""
 
 STILL = 0.005
-"""Distance by which things may move on the way back, or between readings, and count as at rest [m]: the default of bystanders."""
+"""Distance up to which a thing counts as not moved, on the way back or between two readings [m]: the default for bystanders."""
 
 
 def setting_as_read(before: Setting, read: World, knowledge: Knowledge, noise: float, deep: float | None = None) -> Setting:

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from ..engine import Engine
 
 BACK = "0.Back"
-"""Designator of the way back."""
+"""Designator of the motion that leads the arm back to the program's start."""
 NEAR = 0.02  # how far the way back may be from the way there, in any joint [rad]
 SLOW = 0.5  # and how fast [rad/s]
 Say = Callable[[str], None]

@@ -42,9 +42,10 @@ if TYPE_CHECKING:
 UNEXPLAINED = frozenset(
     {Deviation.CONTACT, Deviation.STUCK, Deviation.REFUSED, Deviation.GOAL_CHANGED, Deviation.GOAL_MISSED}
 )
-"""Deviations that the same program would meet again: what the arm met or held it is not in the belief, or it does not lead to the goal."""
+"""Deviations after which the rest of the same program is not run, because the same would happen again. What the arm met, or what held it,
+is not in the belief, or the program does not lead to the goal."""
 ROOM = 0.01
-"""Distance that the rest keeps from things that came meanwhile [m]: 5 mm as planned paths do, and 5 mm for the noise of readings."""
+"""Clearance between the rest of a program and things that appeared after its proof [m]: 5 mm as for planned paths, 5 mm for noise."""
 ON_WAY = 0.05
 """Largest distance of a stopped arm from the line between two via points that it was on, in joint space [rad]: corners are rounded."""
 

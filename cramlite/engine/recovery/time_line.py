@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 FILE = "time_line.json"
 What = Literal["fault", "notice", "decision", "resumption", "end"]
 CLASSES = {"fault": "Fault", "decision": "Decision", "resumption": "Resumption"}
-"""Class of a time line's entry in cramlite's ontology; a notice has its own."""
+"""Ontology class of each kind of time-line entry, except notices, which state their own."""
 INSTANT = 0.001
 """Length of an event that is an instant [s]."""
 
@@ -80,7 +80,7 @@ def time_line(stretches: Iterable[Stretch]) -> Iterator[Moment]:
 
 
 def gone_on(going: GoingOn, solution: Solution, told: Callable[[Stretch], object] = lambda _: None) -> tuple[list[Moment], str]:
-    """Execute a proven program, and what follows its stops, to the end.
+    """Execute a proven program and, after each stop, the program that follows, to the end.
 
     Args:
         told: is given each stretch when it has ended.

@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     from ...model.view import Image, Points
 
 DPI = 300
-"""Dots per inch of a printed board: what office printers resolve."""
+"""Resolution of a printed board [dots per inch], which office printers reach."""
 LEAST = 6
-"""Corners of a board that are seen: four make a pose, two more tell whether it is right."""
+"""Least number of visible corners: four determine a pose, two more check it."""
 LEAST_MARKERS = 4
-"""Markers of a dictionary that are seen where its board is: one alone may be a pattern that looks like it."""
+"""Least number of markers in a picture that make another dictionary a proposal: one marker alone may be a false detection."""
 MARGIN = 0.005
 """White border around a printed board [m]: a marker is found by the white around it."""
 

@@ -28,12 +28,12 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 TURNED = math.radians(5.0)
-"""Turn of the hand about a second axis, root of the mean square over pairs of poses [rad]: below it the noise of corners tells nothing of
-the position along the first."""
+"""Least rotation of the hand about a second axis, root mean square over pairs of poses [rad]: with less, the position of the camera along
+the first axis is lost in the noise."""
 SCALE = 0.01
-"""Share by which a board may seem larger or smaller than it is said to be: a printer's, and a focal length's."""
+"""Relative error of a board's size that is tolerated, since printers and focal lengths are not exact."""
 WORST = 5.0
-"""Reprojection error [pixel] of pictures and poses that do not belong to each other: boards are found to .1 to .5 pixel."""
+"""Reprojection error [pixel] above which the pictures do not fit the robot's poses: good ones have 0.1 to 0.5 pixel."""
 STRAY = 3.0
 """Multiple of the median reprojection error beyond which a picture counts as taken while something moved."""
 
@@ -175,8 +175,7 @@ def _matrix(k: Intrinsics) -> Floats:
 
 
 def _guess(stations: Sequence[Station], mount: str, intrinsics: Intrinsics) -> tuple[Pose, Pose]:
-    """Return first guesses of the poses of camera and board: one in the frame of the flange, the other in that of
-    the robot's base."""
+    """Return first guesses of two poses: of the camera on its mount, and of the board on the other one (flange or robot base)."""
     cv2, seen = opencv(), [_seen(s, intrinsics) for s in stations]
     flanges = [s.flange if mount == "flange" else s.flange.inverse() for s in stations]
     turn, shift = cv2.calibrateHandEye(

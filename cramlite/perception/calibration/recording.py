@@ -28,16 +28,16 @@ if TYPE_CHECKING:
 
 FILE = "calibration.yaml"
 LEAST = 6
-"""Pictures with a board: three make a pose of the camera, as many again error bars."""
+"""Least number of pictures that show the board: three determine the camera's pose, three more its error bars."""
 MOST_PICTURES = 500
 MOST_BYTES = 2**26
 """Largest size of a picture [bytes]: 40 megapixels without compression are less."""
 NAMED = 4
-"""Pictures that a refusal names."""
+"""Largest number of pictures that an error message names."""
 POSE_COLUMNS = ("x", "y", "z", "qw", "qx", "qy", "qz")
 
 FlangeOf = Callable[[Sequence[float]], Pose]
-"""Pose of the flange in the base frame, by joints [rad]."""
+"""Function from joint positions [rad] to the pose of the flange in the base frame."""
 
 
 class PictureSpec(Spec):

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 AXES = ("right", "down", "forward")
 DISTORTED = 1.0
-"""Largest shift by a lens [pixel] that a camera without distortion may have: that of a few corners found badly."""
+"""Shift of pixels by lens distortion above which a warning is given [pixel]. A few badly found corners cause shifts up to this size."""
 
 
 def calibration_text(found: Calibration, recording: Recording, warned: Sequence[str] = ()) -> str:

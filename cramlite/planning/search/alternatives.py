@@ -41,7 +41,7 @@ HOOKS: dict[type, str] = {
 VALUES: dict[type, tuple[type, ...]] = {Action: (Decomposition,), Object: (str,), Late: (str,), Location: (Place, Stand)}
 """Type of the value that grounds each designator; that of a motion is the steps of the program."""
 Alternative = tuple[str, Grounding]
-"""Plugin, and its grounding."""
+"""Name of a plugin, and a grounding that the plugin gave."""
 
 
 class Alternatives(Value):

@@ -18,17 +18,17 @@ from ...model.designators import Designator, Location, Place
 from ...plugin.grounding import Context, Refused
 
 NOTHING = object()
-"""Stands for the value of a name that is not bound."""
+"""Sentinel for the value of an unbound name, and for the end of a plugin's answers."""
 
 ROUNDING = 1e-6
-"""Positions and turns that differ by less are one [m, rad]: programs are written with as many digits."""
+"""Distance and angle below which two poses count as equal [m, rad]: programs are written with as many digits."""
 
 Streams = Iterable[tuple[str, Iterable[Any] | Unresolvable]]
-"""Plugins that say "mine", and the answers of each."""
+"""Names of the plugins that answer a question, each with its answers or with the exception that refuses the question."""
 
 
 class Read(Mapping[str, Any]):
-    """Bindings (names of earlier choices, each with the chosen alternative) that record which of them a plugin reads.
+    """Mapping of bindings (names of earlier choices, each with the chosen alternative) that records which of them a plugin reads.
 
     Args:
         now: the bindings.

@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
 
 RENAMED = {"asks": "expansions"}
-"""Budgets that older files have, and what they are called now."""
+"""Former names of budgets in files, with the present names."""
 
 
 MOST = 1_000_000
-"""The largest budget: on shipped scenarios an expansion took 8 to 35 ms of CPU and a proof 0.4 to 1.6 s (``Trace.seconds`` of four, seed
-0, without twins), and a million seconds are 12 days. More is a slip, or means "for ever"."""
+"""Largest permitted value of a budget. On shipped scenarios an expansion took 8 to 35 ms of CPU and a proof 0.4 to 1.6 s (``Trace.seconds``
+of four, seed 0, without twins), and a million seconds are 12 days. More is a slip, or means "for ever"."""
 WHY_NOT_MORE = "a million expansions take hours, a million proofs or seconds days"
 
 

@@ -26,8 +26,9 @@ from ..trace import Kind, Outcome, Trace
 from .state import Effect, State, ground_roles
 
 Conflict = frozenset[str | InTask | AsItIs | Capped | Later | Unfit]
-"""Conflict set, all that a failure depends on: names of choices, to which the search goes back, at once or later; tasks, and
-unchanged things, which no choice of this plan affects; alternatives that were left out; things that can play no role."""
+"""Conflict set: everything on which a failure of the search depends. It has the names of choices, to which the search goes back, at once or
+later; tasks, and unchanged things, which no choice of this plan affects; alternatives that were left out; and things that can play no
+role."""
 
 
 class Nogoods(Struct):
@@ -65,13 +66,13 @@ class Nogoods(Struct):
 
 
 Choice = tuple[str, str]
-"""The name of a designator, and the key of the alternative that was taken."""
+"""Choice of the search: the name of a designator, and the key of the alternative that was taken."""
 CAPS: dict[type, int] = {Action: 6, Object: 8, Late: 8, Location: 12, Motion: 4}
 """Number of alternatives of a designator that are tried in the first round."""
 KINDS: dict[type, Kind] = {
     Action: "action", Compound: "compound", Object: "object", Late: "object", Location: "location", Motion: "motion",
 }  # fmt: skip
-"""Word of the trace for each class of designators."""
+"""Kind of trace entry for each class of designators."""
 
 
 class ChoicePoint(Struct):
@@ -130,7 +131,7 @@ class ChoicePoint(Struct):
         return made - (self.state.passed - {item.to.name if isinstance(item, Motion) and item.to else ""})
 
     def blamed(self, answer: Grounding | Refused) -> set[str]:
-        """Return the earlier choices (those in ``domain``) on which an answer depends."""
+        """Return the names of the earlier choices (a part of ``domain``) on which a plugin's answer depends."""
         if isinstance(answer, Refused) and answer.blocking is not None:
             return self.about(answer.blocking) | self.asked_by
         if isinstance(answer, Grounding) and answer.anew:

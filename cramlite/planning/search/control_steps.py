@@ -29,7 +29,8 @@ MOVED = 0.005  # things that are at the same place [m]: the accuracy with which 
 
 
 def state_after_mark(state: State, mark: Mark) -> State:
-    """Return the search's state after a mark in its agenda, at which a branch of a control structure begins or the structure ends.
+    """Return the search state after a mark in its agenda: a mark is where a branch of a control structure begins, or where the structure
+    ends.
 
     Raises:
         Unresolvable: branches do not end at the same place, or need the same device at the same time.
@@ -85,7 +86,7 @@ SAID = {
     "fallback": "one after the other, until one succeeds", "parallel": "at the same time, until all are done",
     "try_all": "at the same time, until one succeeds", "monitor": "watched all the while",
 }  # fmt: skip
-"""The rules of control steps, for the reader of the program."""
+"""Comments in a program that explain its control steps to people."""
 
 
 def _control(compound: Compound, parts: tuple[tuple[AnyStep, ...], ...]) -> Control:

@@ -29,7 +29,7 @@ from .control_steps import state_after_mark
 from .state import Effect, State, ground_roles, renewed, state_after_action, state_after_choice
 
 Below = Generator[State, Conflict | None, Conflict]
-"""Generator of grounded states below a choice; it is sent the conflict set of each, and returns that of all of them."""
+"""Generator of grounded states below a choice: it receives the conflict set of each state, and returns their union."""
 
 
 class Effort(Struct):
@@ -51,7 +51,7 @@ class Effort(Struct):
     objected: frozenset[int] | None = None
 
     def judged(self, conflict: Conflict) -> None:
-        """Record to which tasks of the plan the validators of one more program objected.
+        """Record the tasks of the plan to which the validators of a further program objected.
 
         Only tasks that were objected to in every program are kept.
         """

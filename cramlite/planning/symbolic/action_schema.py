@@ -20,10 +20,10 @@ from ...plugin.task_type import TaskType
 from ..operators import Change, Grounder, conditions_of, decided, doing, held_in, is_static, universal, variables
 
 WHOLE = "_whole"
-"""Ends the name of the thing that a parameter is a part of: "?Relatum_whole/?Relatum"."""
+"""Suffix for the name of the thing to which the part in a parameter belongs: "?Relatum_whole/?Relatum"."""
 
 SYMBOLS = dict(zip(OPERATORS, ("lt", "le", "gt", "ge", "eq", "eq", "ne"), strict=True))
-"""Words for comparisons, as names have none of their signs."""
+"""Words for comparison operators in PDDL names, which cannot contain the signs."""
 
 LENGTH = 1000
 """Cost of a task: a plan of fewer tasks is cheaper than any longer one, and of equal ones the one with tasks of

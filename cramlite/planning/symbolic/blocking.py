@@ -20,7 +20,7 @@ from ..refutation import Refutation
 from .handling import Done, Track, done, history, task_text
 
 AnyOf = tuple[tuple[Track, ...], ...]
-"""Things of which any one is in the way: each with the tasks done to it, and to its carriers."""
+"""Set of things of which at least one is in the way: for each, its task history and those of its carriers."""
 
 
 class Blocking(Value):

@@ -12,7 +12,7 @@ from .blocking import AnyOf, Blocking
 from .handling import Done, Handling, Stage, Track, handled
 
 ENTITY = "entity"
-"""The type of all objects."""
+"""Type of all objects in PDDL."""
 
 
 class BlockingText:

@@ -17,11 +17,12 @@ PART_OF = "part_of"
 """Static relation of a part and its whole."""
 
 DEEPEST = 4
-"""Steps from a task's denials to the facts that end with them: supporting, touching, and touching of parts takes
-three."""
+"""Largest number of steps from what a task makes false to further facts that become false as a consequence. Supporting, touching, and
+touching of parts takes three."""
 
 Kinds = Mapping[tuple[str, int], frozenset[str]]
-"""Predicate and place of an argument, from 1 -> kinds of entities that ever stand there: "hand", "body", "component"."""
+"""Kinds of entities ("hand", "body", "component") that occur as an argument of a predicate, by predicate and number of the argument, from
+1."""
 
 
 class Ending(Value):
@@ -149,8 +150,7 @@ def _tidy(ending: Ending) -> Ending:
 
 
 def _possible(ending: Ending, kinds: Kinds) -> bool:
-    """Whether a task can ever make a fact false: the arguments of the fact, and those of the conditions under which the
-    task makes it false, are of kinds of entities that occur there."""
+    """Check whether a task can ever make a fact false, judged by the kinds of entities that occur as arguments of the predicates."""
     facts = [ending.fact, *ending.when]
     terms = {t for f in facts for t in f[1:]} - set(ending.free)
     fits = all(kind_of(t) in kinds.get((f[0], k), ()) for f in facts for k, t in enumerate(f[1:], 1) if t in terms)

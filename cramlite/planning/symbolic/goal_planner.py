@@ -22,8 +22,8 @@ from ..task_goals import Goal
 from .action_schema import ActionSchema, Table
 
 PLACED = "placed"
-"""Fact of a goal with a side: (PLACED, place, thing), made by the task that chooses the spot. Of a goal with a manner the fact is
-named by its words: ("open by 120 mm", "drawer")."""
+"""Predicate of the fact that a goal with a side adds: (PLACED, place, thing). The task that chooses the place makes this fact. Of a goal
+with a manner the fact is named by its words: ("open by 120 mm", "drawer")."""
 
 NEEDLESS = "no step asks for what it changes"
 

@@ -19,8 +19,8 @@ Done = tuple[str, tuple[tuple[str, str], ...]]
 """A task that was done: its class, and the entity of each role."""
 
 Stage = tuple[int, Literal["", "taken", "other"]]
-"""Number of tasks of a track that were done to a thing; and whether it was then taken as the track says, or otherwise, and
-not moved since."""
+"""Progress of a thing along a task history: the number of tasks done, and whether the thing was grasped since and has not moved yet.
+"taken" means grasped as the history says, "other" grasped otherwise, "" neither."""
 
 
 class Handling(Value):

@@ -1,4 +1,4 @@
-"""Task sequences for a goal, lazily: each from another call of the planner, which excludes the earlier plans."""
+"""Task sequences for a goal, generated lazily: each by another call of the planner, with the earlier plans excluded."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from .planning_problem import PlanningProblem, Scope
 from .symbolic_planner import fast_downward
 
 MOST = 6
-"""Largest number of sequences for one choice of things."""
+"""Largest number of task sequences that are generated for one choice of things."""
 
 FEW = 4
-"""Things that can be carried, up to which the shortest plans are searched; their states number some 10000 then."""
+"""Number of movable things up to which the planner searches for a shortest plan; that many things have some 10000 states."""
 
 ON_JOINT = 1 / 3
-"""Weight of a thing on a joint among these: open or closed, so three have eight states, as one thing has with
-some ten places."""
+"""Weight of a thing on a joint in the count of movable things that ``FEW`` limits. It is open or closed, so three such things have eight
+states, about as many as one thing with some ten places."""
 
 WRONG = 3
-"""Plans of the planner in a row that are none of the engine's, or bring nothing new, after which it is asked no more."""
+"""Number of useless plans in a row (invalid, or nothing new) after which the planner is not asked again."""
 
 
 def task_plans(
@@ -102,7 +102,7 @@ class _Given:
         self.earlier: list[list[PlanStep]] = []
         """Plans that the planner must not make again."""
         self.unexplained: list[tuple[Operator, ...]] = []
-        """Sequences that gave no reason for a failure, whether they failed or not."""
+        """Task sequences whose failure gave no reason, or that did not fail."""
 
     def new(self, plan: TaskPlan | None) -> bool:
         """Check whether a plan has no needless step and does not contain a sequence that the caller has
@@ -128,7 +128,7 @@ class _Given:
 
 
 FoundPlan = tuple[TaskPlan | None, list[PlanStep]]
-"""A planner's plan as the engine sees it, None where it is none of its, and the steps that are left of it."""
+"""Task plan made from a plan of the planner (None if that is invalid), and the planner's steps without the needless ones."""
 
 
 def _planned(given: _Given, problem: PlanningProblem, scope: Scope, progress: Callable[[str], None]) -> FoundPlan | None:

@@ -41,8 +41,7 @@ if TYPE_CHECKING:
 
 
 ASIDE = 5
-"""Number of tasks that are preferred to one that moves an obstacle without holding it, since the end of that is
-less certain."""
+"""Cost factor of a task that pushes an obstacle without holding it, since the result of a push is less certain."""
 
 
 class Scope(Value):
@@ -169,7 +168,7 @@ class PlanningProblem(Value, eq=False):
 
     @property
     def _in_the_way(self) -> frozenset[str]:
-        """Things that kept a task from being done, according to the known blockings."""
+        """Things that are in the way of a task, according to the known blockings."""
         return frozenset(t.thing for b in self.blocked for t in b.tracks)
 
     @property
@@ -263,8 +262,7 @@ class PlanningProblem(Value, eq=False):
         return steps
 
     def _missed(self, without: Iterable[Operator], rest: Iterable[Operator], facts: frozenset[Fact]) -> bool:
-        """Check whether a later step, or the goal, needs an effect of the removed steps; quicker than
-        applying all later steps."""
+        """Check whether a later step, or the goal, needs an effect of the removed steps, without applying all later steps."""
         lacking = {f for step in without for f in step.adds} - facts
         for step in rest:
             if lacking & step.needs:
@@ -290,8 +288,7 @@ class PlanningProblem(Value, eq=False):
         return ""
 
     def blocking(self, steps: Sequence[Operator], found: Refutation) -> Blocking | None:
-        """Return what a failed task sequence shows: a task that is refused as long as certain things stay as
-        they are.
+        """Return the blocking that a failed task sequence proves: a task that is refused while certain things stay as they are.
 
         None if no task was refused, or this blocking is known.
         """
@@ -306,7 +303,7 @@ class PlanningProblem(Value, eq=False):
         return new if new not in self.blocked else None
 
     def _shut(self, blocking: Blocking, facts: frozenset[Fact]) -> frozenset[str]:
-        """Return the closed things on joints that blocked a task about another thing on a joint."""
+        """Return the closed drawers and doors that blocked a task about another thing on a joint."""
         own = {thing_of(e) for _, e in blocking.task[1]}
         joints = {n for n, t in self.grounder.things.items() if t.joint is not None}
         tasks = self.knowledge.tasks

@@ -17,14 +17,14 @@ def may_make(schema: ActionSchema, added: Fact, fact: Fact) -> bool:
 
 
 def misfits(schema: ActionSchema, added: Fact, fact: Fact) -> dict[str, str]:
-    """Return the terms of an effect that cannot stand for the entities of a fact of the same predicate: term -> entity."""
+    """Return the terms of an effect that cannot take the values in a given fact, each with its value."""
     fits = fillers(schema)
     pairs = zip(added[1:], fact[1:], strict=True)
     return {t: e for t, e in pairs if t != e and not (t.startswith("?") and e in fits.get(t, {e}))}
 
 
 def fillers(schema: ActionSchema) -> dict[str, frozenset[str]]:
-    """Return the entities that each term may stand for, whatever the others are; terms without a limit are left out."""
+    """Return the entities that each term of an action schema may stand for, by the conditions on that term alone."""
     return {t.terms[0]: frozenset(e for (e,) in t.rows) for t in schema.tables if len(t.terms) == 1 and not t.denied}
 
 

@@ -20,35 +20,37 @@ from .translator_room import is_full
 
 PACKAGE = "up-fast-downward"
 SHORT = ("--evaluator", "h=ff()", "--search", "lazy_wastar([h],preferred=[h],w=2)")
-"""A short plan, of any number of things: weighted A* with the heuristic of relaxed plans (Hoffmann and Nebel 2001); deterministic. Greedy
-search (lama-first) put things into baskets and took them out again on the way, which no leaving out of steps mends."""
+"""Options of Fast Downward to find a short plan for any number of things: weighted A* with the heuristic of relaxed plans (Hoffmann and
+Nebel 2001), which is deterministic. Greedy search (lama-first) put things into baskets and took them out again on the way, which no leaving
+out of steps mends."""
 
 SHORTEST = ("--search", "astar(blind())")
-"""The shortest plan of all, for small problems."""
+"""Options of Fast Downward to find a shortest plan, for small problems."""
 
 FEW_INVARIANTS = ("--translate-options", "--invariant-generation-max-candidates", "300")
-"""Among the many conditional effects of blockings the search for invariants takes 9 s with its default of 100000 candidates, 0.03 s
-with these, and finds the same variables; the search for a plan takes some milliseconds either way."""
+"""Options of Fast Downward that limit its search for invariants. With the default of 100000 candidates it takes 9 s among the many
+conditional effects of blockings, with these 0.03 s, and finds the same variables; the search for a plan takes some milliseconds either
+way."""
 
 DRIVER_PROCESS = Path(__file__).with_name("driver_process.py")
 
 ROOM = "64M"
-"""Memory of a search, which counts its states: 40 goals among 100 things take 17M, of which 11M are the program. Where blockings leave
-no plan, a search through all that could be done with six things went on for ten minutes."""
+"""Memory limit of Fast Downward's search, which bounds the number of states: 40 goals among 100 things take 17M, of which 11M are the
+program. Where blockings leave no plan, a search through all that could be done with six things went on for ten minutes."""
 
 TRANSLATOR_ROOM = "1G"
-"""Memory of the translator before it, which counts what tasks can be done with which things: 40 goals among 100 things take 51M. All that
-100 things allow takes more, after 13 s."""
+"""Memory limit of Fast Downward's translator, which bounds the number of grounded actions: 40 goals among 100 things take 51M. All that 100
+things allow takes more, after 13 s."""
 
 LONGEST = 600.0
 """Time after which a planner that has found nothing is ended [s]."""
 
 LOOK, STUCK = 1.0, 3
-"""A translator's memory is looked at so often [s]; it is taken for used up after more looks in a row than this."""
+"""Interval between checks of the translator's memory [s], and the largest number of checks in a row that may find it used up."""
 
 SOLVED, UNSOLVABLE, FULL, TOO_LARGE = range(4), (10, 11, 12), 22, 20
-"""Exit codes: a plan was found; there is none, by the translator, by the search, or none was found; ``ROOM`` was used up, or that
-of the translator."""
+"""Exit codes of Fast Downward: a plan was found; no plan exists or none was found; the search, or the translator, used up its memory. The
+three codes without a plan come from the translator, from the search, and for an incomplete search."""
 
 
 class PlannerAnswer(Value):
@@ -115,7 +117,7 @@ ARRIVE = PddlText(
     "(define (domain way) (:predicates (there)) (:action go :parameters () :precondition (and) :effect (there)))",
     "(define (problem arrive) (:domain way) (:init) (:goal (there)))", {}, {},
 )  # fmt: skip
-"""A problem that one action solves."""
+"""Test problem in PDDL that one action solves."""
 
 
 def examine_planner() -> None:

@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 
 UNITS = {"K": 10, "M": 20, "G": 30}
-"""Suffix of a size -> power of two."""
+"""Suffix of a memory size, with its exponent of two."""
 LEFT = 1 << 20
 """Python takes memory from the system in pieces of this size [bytes] (``ARENA_SIZE`` of CPython's ``obmalloc``)."""
 PROCESSES = Path("/proc")

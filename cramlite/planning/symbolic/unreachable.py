@@ -11,7 +11,7 @@ from .planning_problem import PlanningProblem
 from .schema_effects import fillers, may_make, misfits
 
 NAMED = 3
-"""Number of things that a reason lists."""
+"""Largest number of things that a reason lists."""
 
 
 def why_unreachable(problem: PlanningProblem) -> str:
@@ -27,8 +27,10 @@ def why_unreachable(problem: PlanningProblem) -> str:
 
 
 def _unfit(problem: PlanningProblem, made: Iterable[tuple[ActionSchema, Fact]], fact: Fact) -> str:
-    """Name the one thing of a goal fact for which no rule makes it: a fixed one that would be moved, or one in whose
-    place only others can be; "" if several things do not fit, or many others would."""
+    """Describe the only thing that keeps all rules from making a goal fact; "" if several things do.
+
+    It is a fixed thing that would have to be moved, or a thing in whose place only a few others can be.
+    """
     others = set[str]()
     entities = set[str]()
     for schema, added in made:
