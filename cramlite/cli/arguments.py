@@ -15,9 +15,9 @@ from ..plugin.selection import PluginChoice
 
 Command = Callable[[argparse.Namespace], int]
 RENAMED = {"--wants": "--attributes"}
-"""Options that older scripts give, and what they are called now."""
+"""Former names of options, which are refused with a hint, and the present names."""
 DEPRECATED = {"--judge": "--benchmark"}
-"""Options with another name now, whose old name is still read, with a warning."""
+"""Former names of options, which are still read with a warning, and the present names."""
 
 
 class Add(Protocol):

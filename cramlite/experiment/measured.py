@@ -18,7 +18,7 @@ from .figure import Figure, Number, Seen, read_figure
 
 SUFFIX = ".yaml"
 SIGNIFICANT = 4
-"""Digits of a value."""
+"""Number of significant digits of a measured value."""
 
 
 def rate(what: str, hits: int, of: int, part: str = "", *, x: float | None = None, note: str = "") -> Number:

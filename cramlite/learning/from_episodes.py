@@ -29,7 +29,8 @@ if TYPE_CHECKING:
     from ..plugin.catalogue import Knowledge
 
 OUTLIER = 0.4
-"""Share of the spread of all examples, below which that without one of them says that this one shows something else."""
+"""Share of the spread of all examples: if leaving one example out reduces the spread to less than this, that example shows something
+else."""
 Shown = tuple["Episode", float | None, float | None]
 """An episode, and when the task began and ended in it [s]; None for the ends of the episode."""
 

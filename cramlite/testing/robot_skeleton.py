@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ..model.imported_robot import ImportedRobot
 
 PARTS = (".xml", ".mjcf", ".urdf", ".stl", ".obj", ".msh", ".png", ".jpg", ".mtl", ".dae")
-"""Endings of files that a model may consist of."""
+"""File name extensions of a robot model and of the files that it consists of."""
 LARGEST = 200 * 2**20
 """Largest size of a model with its files [bytes]."""
 

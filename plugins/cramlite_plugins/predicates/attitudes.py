@@ -20,7 +20,7 @@ UPRIGHT = math.radians(10.0)
 FACES = math.radians(15.0)
 """Largest angle between a front and the direction to the faced thing, seen from above: a hand that lets go turns things by some degrees."""
 OVER = 0.005
-"""Distance between two origins, seen from above, up to which one thing is over the other and faces it with no side [m]."""
+"""Distance between two origins, seen from above, below which neither thing faces the other, as one is over the other [m]."""
 
 
 def all_predicates() -> tuple[Predicate, ...]:

@@ -35,9 +35,9 @@ DEFAULT_DOF = 1.0
 ON, IN, AT = "supports", "in_or_above", "touches"
 """The relations that say where a thing is: what carries it, what it is over, and the peg that it touches."""
 FLAT = 0.25
-"""Height of what is flat, as a share of its shorter side: a plate has 0.13, a carton that lies 0.4 and more."""
+"""Largest ratio of height to shorter side of a flat thing: a plate has 0.13, a lying carton 0.4 and more."""
 LIFTED = 0.002
-"""Distance of a thing in the hand above a surface from which it has been lifted off [m]."""
+"""Least gap between a gripped thing and its support at which the thing counts as lifted [m]."""
 STANDS_WITHIN = 0.005
 """Largest gap between a thing's lowest point and the top of its support [m]."""
 

@@ -16,31 +16,32 @@ from . import fluents, unknowns
 from .samples import Motion, Range
 
 ARM_MOVED = 0.001
-"""[m] of the end effector."""
+"""Least displacement of the end effector that counts as motion [m]."""
 GRIPPER_MOVED = 0.020
-"""[m] between the finger tips."""
+"""Least change of the distance between the finger tips that counts as motion [m]."""
 THING_MOVED = 0.005
-"""[m]: what counts as displaced; five times the arm's threshold, because tracked things are less exact."""
+"""Least displacement of a thing that counts as motion [m]: five times the arm's threshold, because tracked things are less exact."""
 TURNED = 0.1
-"""Least turn that counts [rad]: a box of 0.1 m then moves its corners by 5 mm."""
+"""Least turn of a thing that counts as motion [rad]: a box of 0.1 m then moves its corners by 5 mm."""
 TILTED = np.deg2rad(30.0)
-"""[rad] from the attitude in which it was first seen: the usual angle of repose of granular material."""
+"""Least angle from a thing's first recorded attitude at which it counts as tilted [rad]: the usual angle of repose of granular material."""
 CLOSED, OPENED = 0.25, 0.75
-"""Share of the widest opening that counts as closed, and as open."""
+"""Shares of the gripper's widest opening below which it counts as closed, and above which as open."""
 JOINT_CLOSED, JOINT_OPEN = 0.05, 0.20
-"""Share of a joint's range up to which a door counts as closed, and from which as open."""
+"""Shares of a joint's range up to which a door counts as closed, and from which as open."""
 SWUNG, SWING = 0.016, 1.0
-"""[m] from one turn to the next, three times what trackers err, and the longest time that it may take [s]."""
+"""Least distance from one reversal of a swing to the next, three times a tracker's error [m], and longest time between them [s]."""
 TREMOR = 0.1
-"""[s] over which positions are averaged before turns are looked for: a quarter of the shortest swing that is looked for."""
+"""Time over which positions are averaged before reversals are searched for [s]: a quarter of the shortest swing that is detected."""
 PARKED = 0.05
-"""[rad] a joint may be off the park state."""
+"""Largest deviation of a joint from the park posture [rad]."""
 
 _RUN: frozenset[PhaseName] = frozenset({"run"})
 
 
 DRIVEN = 0.025
-"""[m] that a thing must be elsewhere to have been pushed: more than two poses that are each 5 mm off on every axis differ by."""
+"""Least displacement of a thing that counts as pushed by the hand [m]: more than the difference of two poses that are each 5 mm off on
+every axis."""
 
 
 def all_predicates() -> tuple[Predicate, ...]:

@@ -13,7 +13,7 @@ from cramlite.plugin import Phase, Timeline
 from ..shapes.bounds import box_around
 
 Box = tuple[Vector3, Vector3]
-"""The lowest and the highest corner, in an entity's frame."""
+"""Lowest and highest corner of a bounding box, in an entity's frame [m]."""
 
 
 def things(phase: Phase) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from cramlite.model import Collision
 
 SIZE = (480, 360)
-"""Width and height [pixel]."""
+"""Width and height of the picture [pixel]."""
 
 
 class Moment(Value):

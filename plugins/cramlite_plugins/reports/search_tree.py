@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 REASONS = 4
-"""Reasons that the summary above the decisions names."""
+"""Number of reasons that the summary above the decisions names."""
 
 
 class Alike(Value):

@@ -34,14 +34,14 @@ SIGMAS, ROUND = 3.0, 0.003  # of a perceived peg's place that are felt for, and 
 
 
 def _rings() -> tuple[tuple[int, int], ...]:
-    """Points of a square lattice by their number of steps from the middle, 4 n of n steps; across before up."""
+    """Points of a square lattice, sorted by their number of steps from the middle, and then by their steps up or down."""
     span = range(-RINGS, RINGS + 1)
     points = [(across, up) for across in span for up in span if abs(across) + abs(up) <= RINGS]
     return tuple(sorted(points, key=lambda p: (abs(p[0]) + abs(p[1]), abs(p[1]), -p[0], -p[1])))
 
 
 AROUND = _rings()
-"""Places where attempts look, one after the other, in steps across the peg and up."""
+"""Positions at which attempts search for the peg, in order, in steps across the peg and up."""
 
 
 class InsertHoleOntoPeg(TaskType):
@@ -81,7 +81,7 @@ class InsertHoleOntoPeg(TaskType):
         yield Decomposition(steps, "touch the tip, search for it, push along the peg, let down; elsewhere if the peg does not carry")
 
     def _places(self, action: Action, belief: Belief) -> tuple[tuple[int, int], ...]:
-        """Places of the attempts, in steps of ``aside_m`` across the peg and up: the believed one first, then rings around it.
+        """Positions of the attempts, in steps of ``aside_m`` across the peg and up: the believed one first, then rings around it.
 
         Raises:
             Unresolvable: the peg's place is so uncertain that the attempts would miss it more often than once in twenty times.
