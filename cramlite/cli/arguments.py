@@ -32,7 +32,7 @@ class Add(Protocol):
 
 
 class Parser(argparse.ArgumentParser):
-    """Argument parser that names the nearest right option or command, where argparse only says that one is wrong."""
+    """Argument parser whose errors name the nearest valid option or command, which those of argparse do not."""
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[argparse.Namespace, list[str]]:  # type: ignore[override]
         """Parse arguments, and reject unknown options with the nearest right one."""

@@ -74,7 +74,7 @@ def learn_task(
 
 
 def _shown(examples: Sequence[Example], rules: Sequence[Rule], refused: Sequence[Span]) -> ShownMotion | ShownTurn | ShownRest | None:
-    """Return what the examples share and no known task explains: a motion, else a turn, else a rest."""
+    """Return what the examples share: a motion that no known task explains, else a turn, else a rest; None if they share none of these."""
     if motion := _motion(examples, rules):
         return motion.apart_from(refused)
     sets = [[e.span for k, e in enumerate(examples) if k not in out] for out in left_out(len(examples))]

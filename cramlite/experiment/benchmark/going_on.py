@@ -126,7 +126,7 @@ def _noticed(done: Round, watch: RunWatch) -> Notice | None:
 
 
 def _missed(benchmark: Benchmark, engine: Engine, done: Round, folder: Path) -> Notice | None:
-    """Return the notice that a program came to its end and the goal does not hold in the world as it is read at rest; else None."""
+    """Return the notice that the goal does not hold at rest, although the program came to its end; else None."""
     if done.rollout.outcome != "finished" or (done.step != BACK and holds_here(benchmark, engine, folder) is not False):
         return None
     benchmark.rest()

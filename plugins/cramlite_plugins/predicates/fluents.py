@@ -275,9 +275,9 @@ TOUCHES = Fluent(
     symmetric=True, of_wholes=True, by_moving=True, implies_when_carried=("supports",), contrary=_two_places,
     initial=_touching,
 )  # fmt: skip
-"""Relation of touching: a thing that is brought to touch something while it is in the hand is supported by that."""
+"""Relation of touching: a held thing that is brought into contact with another thing is supported by that thing."""
 COLLIDES = Fluent(denial=(("touches", EFFECTOR, None),))
-"""Relation of colliding: that nothing collides means that the hand touches nothing."""
+"""Relation of colliding: a goal that nothing collides asks that the hand touches nothing."""
 CONTAINS = Fluent(
     of_contents=True, initial=_holding, phrases=goal_phrases.POURED
 )

@@ -181,8 +181,7 @@ def _jointed(thing: Thing) -> bool:
 
 
 def _is_hollow(scene: SymbolicWorld, _thing: str, place: str) -> bool:
-    """Whether things go into a place rather than onto it, by the depth of its cavity; for goals that say
-    neither "in" nor "on"."""
+    """Whether things go into a place rather than onto it, by the depth of the place's cavity; for goals that say neither "in" nor "on"."""
     part = EntityName.parse(place).part
     deep = [f for f in scene.world.thing(thing_of(place)).features if f.type == CAVITY and part in ("", None, f.name)]
     return any(f.size.get("height", 0.0) > DEEP for f in deep)

@@ -277,7 +277,7 @@ def _values_over(times: Floats, values: Floats, phase: Phase) -> Floats:
 
 
 def _motion(phase: Phase, name: str) -> Motion | None:
-    """The tracked poses of a thing, cut at the boundaries of the timeline; None if it is not tracked."""
+    """Tracked poses of a thing, cut at the boundaries of the timeline; None if the thing is not tracked."""
     memo = phase.timeline.memo
     if ("motion", name) not in memo:
         track = phase.episode.tracks.get(name)

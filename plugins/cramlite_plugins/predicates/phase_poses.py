@@ -61,7 +61,7 @@ def pose_of(phase: Phase, name: str, time: float) -> Pose | None:
 
 
 def box_of(phase: Phase, name: str) -> Box | None:
-    """Return the lower and upper corner of an entity's box in its frame [m]: of its shape, else of its size about its origin."""
+    """Return the lower and upper corner of an entity's box in its frame [m], from its shape, or else from its size about its origin."""
     memo = phase.timeline.memo
     if ("box", name) not in memo:
         memo["box", name] = _find_box(phase, name)

@@ -146,8 +146,8 @@ class InsertHoleOntoPeg(TaskType):
         return belief.related(("hangs_on", action.roles["Locatum"].entity or "", relatum))
 
     def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
-        """Return what the task may touch: a payload whose hole is led down an upright peg may also touch the
-        peg's support."""
+        """Return the contacts that the task may make, which include the peg's support with a payload whose hole is led down an upright
+        peg."""
         own, place = super().allowance(action, bindings), bindings.get(self.begins_at(action).name)
         feet = place.fit.feet if isinstance(place, Place) and place.fit else ()
         return replace(own, touches=own.touches | {frozenset({HELD, foot}) for foot in feet})

@@ -137,8 +137,7 @@ class Opening(ByHandle):
         return Location(f"opened({patient})", "opened", patient, {"share": self.parameter(action, "share"), **self._drives(action)})
 
     def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
-        """Return what the task may touch: the drawer and the obstacles that the drawer pushes along may also
-        touch each other."""
+        """Return the contacts that the task may make, which include the drawer with the obstacles that it pushes along."""
         allowed, patient = super().allowance(action, bindings), action.roles["Patient"]
         way = bindings.get(self.way(action).name)
         along = (patient.thing, *driven(way)) if isinstance(way, Place) else ()

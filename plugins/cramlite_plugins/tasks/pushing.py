@@ -30,7 +30,7 @@ PRESSED = 0.6
 """Friction of a thing [N] above which closed fingers are tried first: it presses on each of two open fingers with more than 0.3 N, and 0.6
 N that last count as a grasp (episodes/detection/grasped.py)."""
 DOWN = {"speed_m_s": 0.02, "free_m_s": 0.1, "force_n": 2.0, "beyond_m": 0.01}
-"""Guarded motion of the fingers down to the floor of a thing."""
+"""Parameters of the guarded motion of the fingers down to the floor of a thing."""
 LOW = 0.03
 """Height of a thing below which closed fingers that feel for its side would slide over it [m]."""
 OUT_OF_THE_WAY = 0.1

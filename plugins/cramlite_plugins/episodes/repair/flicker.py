@@ -104,8 +104,8 @@ def _runs(events: Iterable[Event], gap: float) -> Iterable[list[Event]]:
 
 
 def _joined(run: list[Event]) -> Event:
-    """Merge consecutive events into one, from the first one's start to the last one's end; it is inferred if
-    one of them is."""
+    """Merge consecutive events into one, from the first one's start to the last one's end; the merged event is inferred if one of them
+    is."""
     if len(run) == 1:
         return run[0]
     return replace(run[0], end=max(e.end for e in run), inferred=any(e.inferred for e in run))

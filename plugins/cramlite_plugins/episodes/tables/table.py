@@ -220,6 +220,6 @@ def _is_number(text: str) -> bool:
 
 
 def names_of(values: Iterable[str]) -> str:
-    """Return the first ten different names as a list for a message."""
+    """Return the first ten different names as text for a message."""
     listed = list(dict.fromkeys(values))
     return ", ".join(listed[:10]) + (", ..." if len(listed) > 10 else "")
