@@ -24,8 +24,8 @@ INSIDE = 0.8
 """Least share of an action's time within a marked interval at which the action belongs to the interval: people mark a little too early or
 too late."""
 ENDED = 0.5
-"""Least share of an action's time within a marked interval at which the action belongs to the interval, if the action ends in it: a
-recorded action begins at the change before it, a person's mark only when the person sets out."""
+"""Least share of an action's time within a marked interval at which an action that ends in the interval belongs to it: an action begins at
+the change before it, and people mark its start later."""
 BESIDE = 0.2
 """Largest share of an action's time within a marked interval at which the action does not belong to the interval."""
 

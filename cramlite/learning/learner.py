@@ -27,7 +27,7 @@ NARROW = 1.0
 bounds do."""
 UNTOLD = 17.0
 """Penalty of a learned rule for each change in all examples that it does not state, and for each thing that moves in all examples and fills
-no role [bits]: as much as three names of one thing among fifty, as in readings (ranking.py)."""
+no role [bits]: three names of one thing among fifty, as in readings (ranking.py)."""
 UNSEEN = 2.0
 """Penalty of a learned rule if no single action of an example fulfils it, but only the marked span [bits]; each example counts for an equal
 share."""

@@ -72,7 +72,7 @@ def _front(phase: Phase, name: str) -> Floats:
 
 
 def _stands_up(scene: SymbolicWorld, thing: str, attitude: str) -> GoalCondition:
-    """Goal that a thing stands upright or upside down, reached by putting it down so."""
+    """Goal that a thing stands upright or upside down, reached by putting it down in this attitude."""
     _movable(scene, thing, attitude)
     name = "stands_" + attitude.replace(" ", "_")
     holds = (thing,) in set(_standing(scene, {"upright": 1.0, "upside down": -1.0}[attitude]))
@@ -82,7 +82,7 @@ def _stands_up(scene: SymbolicWorld, thing: str, attitude: str) -> GoalCondition
 
 
 def _faces(scene: SymbolicWorld, thing: str, other: str) -> GoalCondition:
-    """Goal that a thing faces another one, reached by putting it down so."""
+    """Goal that a thing faces another one, reached by putting it down in this attitude."""
     _movable(scene, thing, "put down so that it faces anything")
     if thing == other:
         raise UserError(f"'{thing}' cannot face itself.")

@@ -33,7 +33,7 @@ WIDE = 0.8
 DEFAULT_DOF = 1.0
 """Degrees of freedom that a contact constrains if nothing is stated: a plane stops motion in one direction."""
 ON, IN, AT = "supports", "in_or_above", "touches"
-"""The relations that say where a thing is: what carries it, what it is over, and the peg that it touches."""
+"""The relations that say where a thing is: its support, the thing that it is in or above, and the peg that it touches."""
 FLAT = 0.25
 """Largest ratio of height to shorter side of a flat thing: a plate has 0.13, a lying carton 0.4 and more."""
 LIFTED = 0.002

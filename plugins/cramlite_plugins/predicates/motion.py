@@ -99,7 +99,7 @@ def _has_joints(timeline: Timeline) -> bool:
 
 
 def arm_moves(phase: Phase) -> Iterator[Row]:
-    """Evaluate arm_moves(): the largest distance from where the effector began [m].
+    """Evaluate arm_moves(): at some time in the phase the effector is displaced by more than ``ARM_MOVED`` from where it began.
 
     So there-and-back motion counts; the published rule compares end points only.
     """
@@ -109,7 +109,7 @@ def arm_moves(phase: Phase) -> Iterator[Row]:
 
 
 def gripper_moves(phase: Phase) -> Iterator[Row]:
-    """Evaluate gripper_moves(): the range of the finger tips' distance over the action [m]."""
+    """Evaluate gripper_moves(): the distance of the finger tips varies by more than ``GRIPPER_MOVED`` over the phase."""
     opening = _opening(phase)
     if opening is not None:
         least, largest = opening.over(phase.start, phase.end)
@@ -129,7 +129,8 @@ def moves(phase: Phase, thing: str | None) -> Iterator[Row]:
 
 
 def driven(phase: Phase, thing: str | None) -> Iterator[Row]:
-    """Evaluate driven(Thing): displaced from start to end, within 60 deg of the effector's own displacement.
+    """Evaluate driven(Thing): from start to end, Thing is displaced by more than ``DRIVEN``, within 60 deg of the effector's own
+    displacement.
 
     What falls away from an opening hand is not pushed.
     """

@@ -30,7 +30,7 @@ UNSIZED = 0.15
 VIEW = np.deg2rad(30.0)
 """Largest angle from the camera's axis at which a point is in view [rad]: half the 60 deg that common depth cameras see."""
 DRAWN_IN = 0.9
-"""Factor that draws the corners of a box inwards before their visibility is checked: the box's edge may touch what the thing stands on."""
+"""Factor that draws the corners of a box inwards before their visibility is checked: the box's edge may touch the thing's support."""
 BESIDE = 0.6
 """Distance of a mobile base's outline from that of its destination, below which the arm reaches things at the destination's edge [m]."""
 APPROACHED = 0.01

@@ -17,7 +17,7 @@ from .mapping import ShapeSpec
 WALL = 0.002
 """Thickness of the walls and the floor of a hollow shape [m]; it is at most a tenth of the shape's smallest side."""
 CONVEX = 0.9
-"""Share of the convex hull below which a mesh counts as hollow."""
+"""Share of the convex hull's volume below which a mesh counts as hollow."""
 
 
 def geoms_of(spec: ShapeSpec, convention: Convention, folder: Path) -> tuple[Geom, ...]:

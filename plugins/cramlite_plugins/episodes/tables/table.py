@@ -21,7 +21,7 @@ MOST_CELLS = 100_000_000
 
 
 class Table(Value):
-    """Table of a recording: its columns as text, and what its header states.
+    """Table of a recording: its columns as text, and the data in its header.
 
     Args:
         path: the file.
