@@ -82,7 +82,7 @@ def _stands_up(scene: SymbolicWorld, thing: str, attitude: str) -> GoalCondition
 
 
 def _faces(scene: SymbolicWorld, thing: str, other: str) -> GoalCondition:
-    """Goal that a thing faces another one, reached by putting it down in this attitude."""
+    """Goal that a thing faces another one, reached by putting the thing down with its front towards the other."""
     _movable(scene, thing, "put down so that it faces anything")
     if thing == other:
         raise UserError(f"'{thing}' cannot face itself.")
