@@ -15,9 +15,9 @@ from ..plugin.selection import PluginChoice
 
 Command = Callable[[argparse.Namespace], int]
 RENAMED = {"--wants": "--attributes"}
-"""Options that older scripts give, and what they are called now."""
+"""Former names of options, which are refused with a hint, and the present names."""
 DEPRECATED = {"--judge": "--benchmark"}
-"""Options with another name now, whose old name is still read, with a warning."""
+"""Former names of options, which are still read with a warning, and the present names."""
 
 
 class Add(Protocol):
@@ -32,7 +32,7 @@ class Add(Protocol):
 
 
 class Parser(argparse.ArgumentParser):
-    """Argument parser that names the nearest right option or command, where argparse only says that one is wrong."""
+    """Argument parser whose errors name the nearest valid option or command, which those of argparse do not."""
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[argparse.Namespace, list[str]]:  # type: ignore[override]
         """Parse arguments, and reject unknown options with the nearest right one."""

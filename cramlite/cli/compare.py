@@ -41,7 +41,7 @@ def _compare(arguments: argparse.Namespace) -> int:
 
 
 def _within(angle: str | None) -> float:
-    """Return by how much joints may differ [rad]; the usual angle for None."""
+    """Return the difference of joint angles at which log and simulation count as diverged [rad]; the default for None."""
     try:
         return PARTS if angle is None else parse_quantity(angle, "angle")
     except ValueError as error:

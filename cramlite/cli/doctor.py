@@ -168,7 +168,7 @@ def _requirements(extra: str) -> list[Requirement]:
 
 
 def _wrong(wanted: Requirement) -> str:
-    """Defect of an installed library; "" without one."""
+    """Defect of an installed library; "" if it has none."""
     try:
         version = metadata.version(wanted.name)
     except metadata.PackageNotFoundError:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 TABLES = "tables.json"
 BENCHMARK = ("suite", "tasks", "states", "twins", "benchmark", "attempt_refused", "fail")
-"""Options of experiments on benchmarks; the others have ``OWN``, and both the rest."""
+"""Options that only experiments on benchmarks have; ``OWN`` are those that only experiments with demonstrations have."""
 OWN = ("set", "short", "without", "executor", "keep_baseline")
 
 

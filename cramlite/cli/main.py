@@ -43,7 +43,8 @@ COMMANDS: Mapping[str, tuple[str, str]] = {
     "mcp": ("serving.mcp", "answer clients of the Model Context Protocol: tools and resources for language models"),
     "serve": ("serving.serve", "answer requests of other software, in any language: JSON lines on standard input and output"),
 }
-"""Each command with the module here that declares its arguments and runs it (``add_commands``), and what it does in one clause.
+"""Each command with the module of this package that declares its arguments and runs it (``add_commands``), and a clause on what the command
+does.
 
 Only the module of the command that is asked for is imported: ``cramlite --help`` loads none of them.
 """

@@ -39,12 +39,12 @@ LEFT_OUT = (
     "how your controller rounds corners and times motions, beyond what its manual says",
     "the fingers' own controller: its delays, and what it does when it loses its connection",
 )
-"""Effects that no simulation here shows, of any program; docs/reference/robot_code.md has those of the robot's language."""
+"""Real effects that the simulation leaves out for any program; docs/reference/robot_code.md lists those of the robot's language."""
 NEVER_DRAWN = (
     "a tool centre point or payload that is set otherwise on the controller", "a thing that is missing, turned over, or another one",
     "a base that stands elsewhere or is not level", "a fault of power, network or air",
 )  # fmt: skip
-"""Errors that no twin is drawn with."""
+"""Errors of the real world that no twin contains."""
 
 
 def _preflight(arguments: argparse.Namespace) -> int:

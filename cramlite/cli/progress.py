@@ -17,7 +17,8 @@ SHOWN = ("candidate", "program", "twin", "writing", "executing")
 STAYS = re.compile(r"program \d+ refused: ")
 """Events that stay on a terminal, above its line of progress."""
 RAREST = 60.0
-"""Longest time between two lines of a log on the current work [s]; the first lines come sooner, each after twice the time."""
+"""Longest pause between two progress lines in a log on the same work [s]; the first pauses are shorter, and each is twice as long as the
+one before."""
 
 
 class Progress:

@@ -105,7 +105,8 @@ class _Account:
 def _executed(
     first: Attempt, scene: Scenario, engine: Engine, account: _Account, *, seed: int, most: int, verbose: bool
 ) -> Iterable[Round]:
-    """Return the rounds of an execution, lazily; a camera that looks where a program stops, or readings that are watched."""
+    """Return the rounds of an execution, lazily; the world is observed with a camera after each stop, or by poses that are read during each
+    run."""
     if scene.spec.poses == "camera":
         return replanning.rounds(first, scene, engine, seed=seed, most=most, say=account.say, verbose=verbose)
     return _stretches(GoingOn(scene, engine, seed, account.say, verbose=verbose), first, most, account.moments)

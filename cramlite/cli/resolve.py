@@ -65,7 +65,7 @@ def _resolve(arguments: argparse.Namespace) -> int:
 
 
 class _Job(NamedTuple):
-    """Resolution of a scenario that a command does: from what, where its files go, and which signals came."""
+    """Resolution of a scenario by a command: its inputs, its run directory, and the process signals that were received."""
 
     run: RunDirectory
     scenario: Scenario

@@ -11,7 +11,7 @@ from ..plugin.selection import INSTALLED, PluginChoice
 from .arguments import Add, plugin_choice
 
 SIZE = (960, 720)
-"""Width and height [pixel]."""
+"""Width and height of the picture [pixel]."""
 
 
 def show_scenario(scenario: Path | str, out: Path, *, seed: int = 0, plugins: PluginChoice = INSTALLED) -> Path:

@@ -13,7 +13,7 @@ from ..base.pulse import Stopped
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 KILLED = 128
-"""Exit code of what a signal ended, without the signal's number (POSIX shells)."""
+"""Number to which a signal's number is added to give the exit code of a command that the signal ended (POSIX shells)."""
 
 
 class Interrupted(CramliteError):

@@ -121,9 +121,9 @@ def _repair_lines(repairs: Sequence[Repair], zero: float, most: int = 20) -> lis
 
 
 ALIKE = 3
-"""Repairs for one reason that are shown each."""
+"""Largest number of repairs with the same reason that are listed one by one; of more repairs, only the first is listed."""
 SHOWN = 3
-"""Candidates that are shown with the terms of their length."""
+"""Number of candidate task sequences that are shown with the terms of their description length."""
 
 
 def interpretation_text(found: Interpretation, repairs: Iterable[Repair] = ()) -> str:

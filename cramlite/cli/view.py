@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 RATE = 25.0
-"""Positions of the slider a second: what viser plays smoothly."""
+"""Number of positions of the time slider per second: as many as viser plays smoothly."""
 
 
 def _view(arguments: argparse.Namespace) -> int:

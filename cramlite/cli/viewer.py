@@ -19,7 +19,7 @@ from ..model.run.rollout import Rollout, Scene
 EYE = (-0.75, -1.45, 0.85)
 """First position of the camera, from the middle of the moving things [m]: the direction of the report's pictures."""
 LONGEST = 90
-"""Characters of a line that are shown."""
+"""Largest number of characters of a program line that the viewer shows."""
 
 
 class Viewer:
@@ -72,7 +72,7 @@ class Viewer:
             time.sleep(max(self._step / float(self.speed.value) - (time.monotonic() - now), 0.005))
 
     def close(self) -> None:
-        """Stop serving."""
+        """Stop the viewer's web server."""
         with redirect_stdout(StringIO()):
             self.server.stop()
 

@@ -22,11 +22,11 @@ from .store import Store
 
 OWN = "dask"
 CONNECT = 10
-"""A scheduler answers within this time [s], or it is not there."""
+"""Time within which a scheduler must answer [s]; one that does not answer counts as absent."""
 RESTART = 60
 """Longest time that a lost scheduler may take to come back [s]."""
 LOSSES = 5
-"""A scheduler that is lost this often without a single trial in between is given up."""
+"""Number of consecutive losses of a scheduler, without a finished trial in between, after which the run is given up."""
 ASK_AGAIN = 2.0
 """Time between two counts of the workers, which come and go [s]."""
 

@@ -17,7 +17,7 @@ from ..base.yaml_file import explain_validation, line_of, load_yaml
 
 FILE = "experiment.yaml"
 RENAMED = {"judge": "benchmark", "judges": "validators"}
-"""Keys that older files have -> what they are called now; the old ones are still read."""
+"""Former keys of experiment files, which are still read, with their present names."""
 Named = TypeVar("Named")
 S = TypeVar("S", bound=Spec)
 

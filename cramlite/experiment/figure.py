@@ -16,9 +16,9 @@ from ..base.wilson import wilson_interval
 from ..base.yaml_file import explain_validation, load_yaml
 
 DIGITS = 3
-"""Digits of an interval's bounds."""
+"""Number of decimal places of an interval's bounds."""
 Seen = Literal["no", "partly", "yes"]
-"""Whether seeds had been run before, so that something may have been chosen on them."""
+"""Statement whether a measurement's seeds had been run before it, so that choices may have been made on them."""
 
 
 class Number(Spec):

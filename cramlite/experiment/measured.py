@@ -18,7 +18,7 @@ from .figure import Figure, Number, Seen, read_figure
 
 SUFFIX = ".yaml"
 SIGNIFICANT = 4
-"""Digits of a value."""
+"""Number of significant digits of a measured value."""
 
 
 def rate(what: str, hits: int, of: int, part: str = "", *, x: float | None = None, note: str = "") -> Number:
@@ -27,7 +27,7 @@ def rate(what: str, hits: int, of: int, part: str = "", *, x: float | None = Non
 
 
 def rates(what: str, columns: dict[str, Rate]) -> list[Number]:
-    """Return a row of entries for a file of measured numbers, one for each rate with at least one trial."""
+    """Return the entries of a table row in a file of measured numbers, one for each rate with at least one trial."""
     return [rate(what, found.hits, found.total, part) for part, found in columns.items() if found.total]
 
 

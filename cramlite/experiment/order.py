@@ -57,7 +57,7 @@ class Trials(Hashable, Protocol):
         """Names of the trials that the run was asked for, in order."""
 
     def key(self) -> dict[str, Any]:
-        """Return what identifies the results of this experiment: the files, seeds and code that they come from.
+        """Return the key that identifies the results of this experiment: the files, seeds and code that they come from.
 
         Number and place of workers are no part of it.
         """

@@ -19,10 +19,10 @@ from .store import BEGUN, MOVED, Store, locked
 from .worker_pool import stop_workers, worker_pool
 
 DEATHS = 2
-"""A trial whose worker died this often is given up, and counts as failed."""
+"""Number of worker deaths after which a trial is given up, and counts as failed."""
 STOPPED = "the process that played it ended after the robot had moved (killed, out of memory, or stopped by hand); it is not played again"
 MOST_LOST = 3
-"""Trials that could not begin, after which the others are not tried."""
+"""Number of trials that could not begin, after which no further trials are tried."""
 
 
 def run_experiment(order: Order, say: Callable[[str], None]) -> dict[str, Any]:

@@ -20,7 +20,8 @@ from ..plugin.registry import Registry
 from ..version import VERSION
 
 LOCK, BEGUN, MOVED = "lock", "begun", "moved"
-"""File of a run that is under way; of a trial that is, in its folder; of one that must not be done again, since a robot was moved."""
+"""Names of marker files: of a run in progress, of a trial in progress, and of a trial that must not be repeated because its robot has
+moved."""
 RECORDED = "demonstrations"
 T = TypeVar("T")
 
@@ -78,11 +79,11 @@ class Store:
         return {name: self.read(name, "result", self.result) for name in names}
 
     def mark(self, trial: str, how: str = BEGUN) -> None:
-        """Write a mark into a trial's folder: a file with this process's id."""
+        """Write a marker file with this process's id into a trial's folder."""
         self.write(trial, how, str(os.getpid()))
 
     def unmark(self, trial: str, *marks: str) -> None:
-        """Remove mark files from a trial's folder; without names the one that says that the trial has begun."""
+        """Remove marker files from a trial's folder; without names, the marker that the trial has begun."""
         for mark in marks or (BEGUN,):
             (self.folder(trial) / mark).unlink(missing_ok=True)
 

@@ -21,11 +21,13 @@ from .span import Span
 SHORTEST = 0.05
 """Shortest marked interval [s]: two or three samples of a camera."""
 INSIDE = 0.8
-"""Share of an action that lies in a marked interval, if it belongs to it: people mark a little too early or too late."""
+"""Least share of an action's time within a marked interval at which the action belongs to the interval: people mark a little too early or
+too late."""
 ENDED = 0.5
-"""Share of an action that ends there, and so changes what it does: an action begins where the last change was, people when they set out."""
+"""Least share of an action's time within a marked interval at which an action that ends in the interval belongs to it: an action begins at
+the change before it, and people mark its start later."""
 BESIDE = 0.2
-"""Share of an action up to which it may lie in a marked interval and be something else."""
+"""Largest share of an action's time within a marked interval at which the action does not belong to the interval."""
 
 
 class Marked(Value):

@@ -29,7 +29,8 @@ if TYPE_CHECKING:
     from ..plugin.catalogue import Knowledge
 
 OUTLIER = 0.4
-"""Share of the spread of all examples, below which that without one of them says that this one shows something else."""
+"""Share of the spread of all examples: if leaving one example out reduces the spread to less than this, that example shows something
+else."""
 Shown = tuple["Episode", float | None, float | None]
 """An episode, and when the task began and ended in it [s]; None for the ends of the episode."""
 
@@ -73,7 +74,7 @@ def learn_task(
 
 
 def _shown(examples: Sequence[Example], rules: Sequence[Rule], refused: Sequence[Span]) -> ShownMotion | ShownTurn | ShownRest | None:
-    """Return what the examples share and no known task explains: a motion, else a turn, else a rest."""
+    """Return what the examples share: a motion that no known task explains, else a turn, else a rest; None if they share none of these."""
     if motion := _motion(examples, rules):
         return motion.apart_from(refused)
     sets = [[e.span for k, e in enumerate(examples) if k not in out] for out in left_out(len(examples))]

@@ -20,21 +20,23 @@ from .span import Span
 from .tables import Tables
 
 EXCEPTION, SAID = 20.0, 40.0
-"""Bits of a stretch that a rule judges wrongly, and of one that a person marked as not the task: more than one or two of the
-longest conditions, which are about a class (18)."""
+"""Penalties of a learned rule for each span that it misjudges, and for each misjudged span that a person marked as not the task [bits]:
+more than one or two of the longest conditions, which are about a class (18)."""
 NARROW = 1.0
-"""Bits of a stretch that only one condition tells from the examples: a rule keeps a margin, as its bounds do."""
+"""Penalty of a learned rule for a counterexample that only one of its conditions excludes [bits], so that rules keep a margin, as their
+bounds do."""
 UNTOLD = 17.0
-"""Bits of a change in all examples that a rule does not state, and of a thing that moves in all and is in no role: three
-names of one among fifty, as in readings (ranking.py)."""
+"""Penalty of a learned rule for each change in all examples that it does not state, and for each thing that moves in all examples and fills
+no role [bits]: three names of one thing among fifty, as in readings (ranking.py)."""
 UNSEEN = 2.0
-"""Bits, shared among the examples, of those in which no single action fulfils the rule, but only the marked stretch."""
+"""Penalty of a learned rule if no single action of an example fulfils it, but only the marked span [bits]; each example counts for an equal
+share."""
 ROLE = 1.0
-"""Bits of one more role."""
+"""Description length of each role of a learned rule [bits]."""
 WRONG_OF = 5
-"""Number of examples of which one may be wrong."""
+"""Least number of examples of which one may be left out as wrong."""
 BOUNDS = 3
-"""Bounds that are tried for each value."""
+"""Number of bounds of a measured value that are tried on each side of the examples' values."""
 
 
 class Learned(Value, eq=False):

@@ -17,12 +17,13 @@ Kind = OneOf["holds", "begins", "ends", "at_least", "at_most", "class"]
 """Kind of a condition, which says how it asks its predicate: a state, a change over the span, a bound of a value, or a class of a thing."""
 
 ANY, HAND = -1, 0
-"""Slots of arguments: anything, and who acts; roles are counted from 1."""
+"""Values of a condition's argument slots: any thing (ANY), and the hand that acts (HAND); roles are counted from 1."""
 PHASES: tuple[PhaseName, ...] = ("pre", "run", "post")
 CHANGED, NUMBER, NEGATED, LOOK, OPEN = 1.0, 4.0, 1.0, 1.0, 3.0
-"""Bits of parts of a condition: the direction of a change; a threshold (one of 16 places between two values); a denial; each
-unit of a predicate's cost, so that recorded states are asked before measurements; an argument that is left open where a
-role could be named. In a denial an open argument costs nothing: "nothing supports a thing" is about the thing."""
+"""Description lengths of parts of a condition [bits]: a change's direction (CHANGED), a threshold as one of 16 places between two values
+(NUMBER), a negation (NEGATED), each unit of a predicate's cost, so that recorded states are preferred to measurements (LOOK), and an
+argument that is left open where a role could be named (OPEN). In a negation an open argument costs nothing: "nothing supports a thing" is
+about the thing."""
 
 
 class Literal(Value, order=True):

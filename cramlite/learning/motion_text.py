@@ -12,7 +12,8 @@ from .shown_rest import ShownRest
 from .shown_turn import ShownTurn
 
 PRESS_N = 12.0
-"""Force with which a motion presses if no demonstration says it [N]: what a block needs to keep its contact in simulation."""
+"""Default force with which a learned motion presses [N], where no demonstration recorded a force: what a block needs to keep its contact in
+simulation."""
 SLIDE = ("slide_m_s", "0.02", "at 20 mm/s and less inertia does not look like contact")
 UNKNOWN = (
     ("press_n", f"{PRESS_N}", "what a block needs to keep its contact in simulation; no demonstration says a force"),

@@ -87,7 +87,7 @@ def thing_name(role: str) -> str:
 
 
 def _before(proposal: Proposal) -> Iterator[str]:
-    """Yield lines of a scenario with the known tasks that come before the learned one in all examples.
+    """Yield lines of a scenario with the known tasks that come before the learned task in all examples.
 
     These bring its payload into the hand, for example.
 

@@ -24,9 +24,9 @@ from .span import Span
 from .tables import Tables
 
 HAND = "Gripper"
-"""Variable of who acts."""
+"""Variable of a proposed rule that stands for the hand that acts."""
 ACCIDENTAL = 12
-"""Conditions that are listed as dropped."""
+"""Largest number of dropped conditions that a proposal lists."""
 
 
 class Evidence(Value):

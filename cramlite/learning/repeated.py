@@ -9,15 +9,16 @@ from ..model.geometry import Floats
 from ..model.shown_path import resampled
 
 SMOOTHED = 0.15
-"""[s] over which places are averaged, for tremor; a round of stirring takes 1 to 2 s."""
+"""Time over which the positions of a path are averaged to remove tremor [s]; a round of stirring takes 1 to 2 s."""
 STEP = 0.003
-"""Distance of places along a path [m]; where the hand keeps still there are none."""
+"""Distance between the resampled positions of a path [m]; while the hand keeps still, no position is added."""
 SHORTEST = 0.06
-"""Length of a round [m]: of a circle of 10 mm radius."""
+"""Least path length of one round of a repeated motion [m]: that of a circle of 10 mm radius."""
 ALIKE = 0.2
-"""Distance of a place from that one round later, as a share of the round's extent: more than people's rounds differ."""
+"""Largest distance between positions one round apart at which a path counts as repeated, as a share of the round's extent: more than
+people's rounds differ."""
 ROUND = 48
-"""Places of a round, or of an open path."""
+"""Number of positions of a resampled round, or of a path that is not repeated."""
 
 
 class Rounds(Value, eq=False):

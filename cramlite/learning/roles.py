@@ -13,11 +13,11 @@ from .span import Truths
 from .tables import Tables
 
 MOST_ROLES = 3
-"""Roles of a task: no task that is shipped has more."""
+"""Largest number of roles of a learned task: no shipped task has more."""
 WHO = 4
-"""Things of an example that may fill a role: those that change most."""
+"""Number of things that are tried in the roles: those that change most in the first demonstration."""
 TRIED = 2
-"""Choices of things that are tried for each number of roles: those that the examples agree upon most."""
+"""Number of choices of things that are tried for each number of roles: those with most conditions that all examples share."""
 
 
 class Cast(Value, eq=False):

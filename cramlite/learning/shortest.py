@@ -16,11 +16,12 @@ from ..base.value import Value
 from .span import Truths
 
 TIE = 1e-5
-"""Bits by which a condition that stands later in the language is longer: of equally short rules the first is found."""
+"""Description length that is added for each place that a condition stands later in the language [bits], so that the first of equally short
+rules is found."""
 
 
 class Group(Value, eq=False):
-    """Role assignments that a rule should exclude; if it does not exclude all, its length grows by ``bits``.
+    """Group of role assignments that a rule should exclude; a rule that does not exclude all of them is longer by ``bits``.
 
     Args:
         refuted: for each filling the conditions that refute it, as bits of a whole number.

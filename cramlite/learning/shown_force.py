@@ -14,9 +14,11 @@ from ..model.geometry import Floats
 from .span import Span
 
 UPRIGHT = 0.7
-"""Least vertical share of the contact force: a friction coefficient of 1 leaves 0.7; a wrench in axes other than the world's has less."""
+"""Least vertical share of a contact force whose wrench counts as recorded in world axes: contact with a friction coefficient of 1 has a
+share of 0.7."""
 MARGIN = 1.25
-"""Factor on the highest peak of the examples: a robot presses as evenly as people at a quarter of their speed, in simulation."""
+"""Factor from the highest contact force in the examples to a robot's force limit: in simulation, a robot presses as evenly as people at a
+quarter of their speed."""
 
 
 class Pressed(Value):

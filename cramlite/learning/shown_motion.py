@@ -19,27 +19,29 @@ from .shown_force import ShownForce, shown_force
 from .span import Span
 
 HELD = 0.9
-"""Share of the time that the hand has what it moves."""
+"""Least share of a span's time for which the hand must hold a thing that counts as held throughout."""
 LONG = 0.06
-"""Least length of a path on a surface [m], as of a round."""
+"""Least length of a learned path on a surface [m]: that of one round of a repeated motion."""
 BENT = 1.5
-"""Least length of a path on a surface, as a multiple of the way from its beginning to its end: no stroke is so long."""
+"""Least ratio of a path's length to the distance between its ends at which the path counts as bent: no straight stroke reaches it."""
 THIN = 0.5
-"""Width of a round, as a share of its length, below which it goes to and fro."""
+"""Ratio of width to length of a periodic path, below which the motion counts as going to and fro."""
 AGREED, WIDEST = 0.15, 0.25
-"""Largest spread of the examples, and largest distance that is on the path, as shares of its extent."""
+"""Largest spread of the examples' paths (AGREED), and largest tolerance about a learned path (WIDEST), as shares of the path's extent."""
 FINE = 0.002
-"""Difference of two spreads that counts [m]: twice a person's drift."""
+"""Least difference that counts between the spreads of two candidate frames of a path [m]: twice a person's drift."""
 NEAR, SIGMAS = 0.01, 3.0
-"""Least distance that is on the path [m], and how many spreads are: 99.7 % of normal errors."""
+"""Least tolerance about a learned path [m], and the tolerance as a multiple of the examples' spread: 3 covers 99.7 % of normal errors."""
 ENOUGH, WHOLE = 0.75, 0.85
-"""Share of the fewest rounds that were shown, and of an open path, from which it is this motion."""
+"""Shares of a learned path at which a motion counts as the learned one: of the fewest rounds in the examples (ENOUGH), or of the length of
+an open path (WHOLE)."""
 LEAST_UP = 0.03
-"""Least height from which a path is begun [m]."""
+"""Least height above a path's start from which the hand comes down to it [m]."""
 EXACT = 0.002
-"""Distance of a path's corners from what was shown [m]."""
+"""Largest distance between a demonstrated path and the corners that approximate it [m]."""
 AIMED, LOOKS = 0.2, 9
-"""Largest distance of a direction from the mean of all [rad]: people turn a thing within some 10 deg; and how often it is looked at."""
+"""Largest deviation of a moved thing's heading from the mean of all examples [rad], as people keep a heading within some 10 deg; and number
+of samples of the heading in each example."""
 
 
 class ShownMotion(Value, eq=False):

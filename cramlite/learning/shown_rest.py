@@ -11,9 +11,10 @@ from ..interpretation.path_predicate import rests
 from .span import Span
 
 LEAST = 1.5
-"""Shortest rest that is meant [s]: people hesitate for up to 0.6 s, and recordings go on for a moment."""
+"""Shortest pause at the end of a demonstration that belongs to the task [s]: people hesitate for up to 0.6 s, and recordings go on for a
+moment."""
 ENOUGH = 0.75
-"""Share of the shortest that was shown, from which it is the rest."""
+"""Share of the shortest demonstrated pause, from which a pause counts as the learned one."""
 
 
 class ShownRest(Value):

@@ -17,9 +17,10 @@ from .shown_motion import AGREED, ENOUGH, EXACT, HELD, SIGMAS, WIDEST, ShownMoti
 from .span import Span
 
 ROUNDS = 2.0
-"""Fewest rounds of a motion to and fro: what goes once there and back may be brought, and taken away."""
+"""Least number of round trips of a motion to and fro: a single round trip may just bring a thing and take it away."""
 LEANS = 0.35
-"""Largest difference of the examples' directions from the vertical [rad]: of people's swings, 10 deg each way."""
+"""Largest difference between the examples' swing directions in their angle to the vertical [rad]: each person's swings vary by 10 deg each
+way."""
 
 
 class _Swing(Value, eq=False):

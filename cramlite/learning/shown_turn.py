@@ -15,11 +15,11 @@ from ..model.robot import WRIST_TURN
 from .span import Span
 
 LEAST = 1.5 * math.pi
-"""Least turn [rad]: no wrist turns so far in one grasp; what known tasks turn, they turn in one."""
+"""Least angle of a learned turn [rad]: no wrist turns so far in one grasp, and known tasks turn things in one grasp."""
 ENOUGH, TOO_FAR = 0.75, 1.25
-"""Shares of the smallest and of the largest turn that was shown, between which it is this one."""
+"""Share of the smallest demonstrated turn, and multiple of the largest one, between which a turn counts as the learned one."""
 AGREED, ASLANT = 1.5, math.cos(math.radians(15))
-"""Largest ratio of the examples' turns, and least cosine between their axes."""
+"""Largest ratio of the examples' angles of turn, and least cosine of the angle between a turn's axis and the common axis."""
 
 
 class ShownTurn(Value):

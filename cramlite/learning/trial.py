@@ -71,7 +71,7 @@ def trials(proposal: Proposal, module: Path, scenario: Scenario, seeds: range) -
 
 
 def _own(proposal: Proposal, scenario: Scenario, engine: Engine) -> list[TaskSpec]:
-    """Return the tasks of a scenario if they are a plain list that contains the learned task; else none."""
+    """Return the tasks of a scenario if they are a plain list that contains the learned task; else an empty list."""
     entries = scenario.spec.tasks or ()
     tasks = [t for t in entries if isinstance(t, TaskSpec)]
     return tasks if len(tasks) == len(entries) and any(_is(t, proposal, engine) for t in tasks) else []
@@ -92,7 +92,7 @@ def _when(candidate: Candidate, place: int, count: int, whole: tuple[float, floa
 
 
 def _fillers(proposal: Proposal, world: World, taxonomy: Taxonomy) -> Iterator[tuple[str, str]]:
-    """Yield each role with a thing of the world: one named as in an example, else one of the class shown there."""
+    """Yield each role with a thing of the world that can fill it: one named as in an example, else one of the class in that example."""
     taken: set[str] = set()
     for k, role in enumerate(proposal.roles):
         names = [f[k] for f in proposal.fillers]

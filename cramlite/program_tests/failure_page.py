@@ -13,9 +13,9 @@ from ..plugin.catalogue import Knowledge
 from .miss import Miss
 
 SIZE = (560, 420)
-"""Width and height of a picture [pixel]."""
+"""Width and height of a picture on the page [pixel]."""
 BEFORE_S = 0.5
-"""The second picture shows so long before the moment [s]."""
+"""Time by which the earlier of the page's two pictures precedes the moment of failure [s]."""
 
 PAGE = """<!doctype html>
 <html lang="en"><meta charset="utf-8"><title>{{ lines[0] }}</title>

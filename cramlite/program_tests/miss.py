@@ -12,9 +12,9 @@ from ..model.entity_name import EntityName, thing_of
 from ..model.run.rollout import Rollout, Touch
 
 EFFECTOR = "effector"
-"""The gripper in records."""
+"""Name of the gripper in recordings."""
 HAND = "hand"
-"""The gripper in assertions, whatever the robot is called."""
+"""Name of the gripper in assertions, whatever the robot is called."""
 
 
 class ProgramFailure(AssertionError):

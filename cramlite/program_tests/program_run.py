@@ -26,7 +26,7 @@ from .miss import Miss, ProgramFailure, name_is, names_of, said_touch
 from .snapshots import Tolerances, compare, read_snapshot, taken, write_snapshot
 
 AT_LEAST = ProofDoubts().at_least
-"""Share of all runs in which an assertion must hold, as in proofs."""
+"""Least share of all runs in which an assertion must hold: the same share as in proofs."""
 Quantity = float | str
 """A number in SI units, or text with a unit: "5 mm"."""
 

@@ -16,7 +16,7 @@ from ..plugin.entry_points import OWN_DISTRIBUTION
 from ..scenario.scenario import Scenario, read_scenario
 
 FAILING = "_fails"
-"""Suffix of the name of a scenario that is a copy of another one which cannot be solved: the goal is the same."""
+"""Suffix of the names of shipped scenarios that are unsolvable variants of another scenario with the same goal."""
 
 
 class PlanChange(Value):

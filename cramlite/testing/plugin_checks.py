@@ -210,7 +210,7 @@ CHECKS: Mapping[str, Callable[[Any], None]] = {
     "backends": check_backend,
     "robots": check_robot,
 }
-"""Hook -> the check of what it declares."""
+"""Name of a hook -> contract check of each object that a plugin declares under it."""
 
 
 def check_declared(hook: str, items: Iterable[object]) -> None:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ..model.imported_robot import ImportedRobot
 
 PARTS = (".xml", ".mjcf", ".urdf", ".stl", ".obj", ".msh", ".png", ".jpg", ".mtl", ".dae")
-"""Endings of files that a model may consist of."""
+"""File name extensions of a robot model and of the files that it consists of."""
 LARGEST = 200 * 2**20
 """Largest size of a model with its files [bytes]."""
 
@@ -69,7 +69,7 @@ def write_robot(name: str, arm: Path, keys: Path | None, gripper: Path | None, o
 
 
 def robot_text(written: WrittenRobot) -> str:
-    """Return text on what was found in a robot's files, and on the data that are missing."""
+    """Return text on the data that were found in a robot's files, and on those that are missing."""
     found = [f"  found: {line}" for line in written.read.found]
     return "\n".join([*found, *(f"  to check: {line}" for line in written.read.notes)])
 
@@ -108,7 +108,7 @@ def _copied(model: Path, folder: Path) -> list[Path]:
 
 
 def _needed(model: Path) -> list[Path]:
-    """Return a model's file, the files below its folder that it names, what these name in turn, and licences."""
+    """Return a model's file with all files below its folder that it names, directly or through these files, and licences."""
     near = [p for p in sorted(model.parent.rglob("*")) if p.is_file() and p != model]
     found = [model, *(p for p in near if p.stem == "LICENSE" and p.parent == model.parent)]
     left = [p for p in near if p.suffix.lower() in PARTS]

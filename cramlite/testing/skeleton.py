@@ -26,7 +26,7 @@ LONGEST = 40
 """Characters of a name: it becomes part of file, module and class names."""
 
 EXPERT_WORDS = (VIEW, SEGMENT, SEGMENTS, OBJECTS)
-"""Values that have a meaning for the engine: no expert can be named after one."""
+"""Names that have a meaning for the engine, so that no expert may have them."""
 
 _PLACES = {
     "pyproject.toml": "pyproject.toml",
@@ -36,7 +36,7 @@ _PLACES = {
     "test.py": "tests/test_{name}.py",
     "scenario.yaml": "tests/try_{name}.yaml",
 }
-"""Template -> where its text goes."""
+"""Name of a template -> path of the file that is written from the template."""
 
 
 def write_skeleton(kind: str, name: str, out: Path | None = None) -> tuple[Path, ...]:

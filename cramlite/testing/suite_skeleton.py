@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 TEMPLATES = Path(__file__).parent / "skeletons" / "tests"
 LISTED = 5
-"""Lines that cannot run which a test lists at most."""
+"""Largest number of unsupported program lines that a generated test lists."""
 MODELS = r"\bUR ?(\d{1,2})(e?)\b"
 """Names of robots of Universal Robots in programs and their comments."""
 

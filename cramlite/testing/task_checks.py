@@ -25,7 +25,7 @@ from ..plugin.registry import Registry
 from ..plugin.task_type import Decomposition, TaskType
 
 Hooks = Mapping[str, Callable[..., Any]]
-"""The hooks of the plugin that is checked, which need not be installed."""
+"""Hooks of the plugin that is checked; the plugin need not be installed."""
 
 _CURIE = re.compile(r"[a-z][\w-]*:\w+")
 
@@ -258,8 +258,8 @@ def _check_location(task: TaskType, location: Location, known: _Known) -> None:
 
 
 def _answered(designator: Location | Motion, hooks: Hooks) -> bool:
-    """Check whether a plugin under test or an installed one answers a designator; an error counts as an
-    answer, as no context is given."""
+    """Check whether the plugin under test or an installed plugin answers a designator; an error counts as an answer, as the check gives no
+    context."""
     hook, registry = HOOKS[type(designator)], Registry()
     asked = {"designator": designator, "location": designator, "motion": designator, "belief": sample_belief(), "context": None}
     if hook in hooks:

@@ -15,7 +15,7 @@ from ...base.yaml_file import parse_yaml
 from ...scenario.scenario import INLINE, Scenario, read_scenario, scenario_from, started_by
 
 LONGEST_NAME = 300
-"""Characters: a path within one folder is shorter."""
+"""Largest number of characters in a file name that a client gives: a path within one folder is shorter."""
 
 
 def _texts(data: Any) -> Iterator[str]:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 LOOPBACK = "127.0.0.1"
 LONGEST_BODY = 1_000_000
-"""Bytes of a request over HTTP: calls take some hundred."""
+"""Largest size of a request over HTTP [bytes]: calls take some hundred."""
 
 
 def serve_mcp(*, folder: Path, runs: Path | None = None, port: int | None = None, plugins: PluginChoice = INSTALLED) -> int:

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from ...scenario.scenario import Scenario
 
 KEPT = 16
-"""Proven runs that are kept, the last ones: each holds what was recorded of one run, some megabytes."""
+"""Number of proven runs whose records are kept in memory, the latest ones: each takes some megabytes."""
 Say = Callable[[str], None]
 
 

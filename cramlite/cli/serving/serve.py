@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 CANCELLED = "cancelled"
 LONGEST_LINE = 1_000_000
-"""Characters: a scenario takes a few thousand."""
+"""Largest number of characters in the line of a request: a scenario takes a few thousand."""
 Id = int | float | str | None
 PARSE_ERROR, NO_REQUEST, NO_METHOD, WRONG_PARAMS, INTERNAL = -32700, -32600, -32601, -32602, -32603
 PARAMS: Mapping[str, tuple[str, ...]] = {

@@ -38,12 +38,12 @@ if TYPE_CHECKING:
     from .protocol import Benchmark
 
 ROUNDS = 6
-"""Programs of an attempt, the first one included."""
+"""Largest number of programs that an attempt runs, the first one included."""
 ANOTHER = Limits(place=0.03, lean=0.4, width=math.inf, push=math.inf, slower=3.0, later=4.0)
-"""Limits of deviations for runs in another simulator than the one of the proof: in it grasped things settle otherwise,
-fingers creep, forces differ."""
+"""Limits of deviations for runs in another simulator than that of the proof, where grasped things settle differently, fingers creep and
+forces differ."""
 STOPS = {"halted": Deviation.REFUSED, "protective stop": Deviation.STOPPED}
-"""Outcome -> its description, of runs that did not come to their end."""
+"""Outcome of a run that ended early -> class of the deviation."""
 PERSON = "a protective stop waits for a person, and an episode has none"
 
 
@@ -108,7 +108,7 @@ def play_on(benchmark: Benchmark, engine: Engine, solution: Solution, folder: Pa
 
 
 def _expected(attempt: Attempt, engine: Engine, setting: Setting) -> Expectation:
-    """Return what a run should show, by its proof; the way back has none on record, and is run again."""
+    """Return the expected course of a run, as its proof recorded it; a program without a recorded proof is simulated again."""
     proof = attempt.candidate.rollout if attempt.candidate else None
     if proof is None:
         proof = engine.knowledge.run(attempt.code.text, setting.world, setting.seed)
@@ -126,7 +126,7 @@ def _noticed(done: Round, watch: RunWatch) -> Notice | None:
 
 
 def _missed(benchmark: Benchmark, engine: Engine, done: Round, folder: Path) -> Notice | None:
-    """Return the notice that a program came to its end and the goal does not hold in the world as it is read at rest; else None."""
+    """Return the notice that the goal does not hold at rest, although the program came to its end; else None."""
     if done.rollout.outcome != "finished" or (done.step != BACK and holds_here(benchmark, engine, folder) is not False):
         return None
     benchmark.rest()
@@ -153,8 +153,8 @@ def holds_here(benchmark: Benchmark, engine: Engine, folder: Path) -> bool | Non
 def _following(
     benchmark: Benchmark, engine: Engine, ran: tuple[Round, Notice, RunWatch, Setting], folder: Path, twins: int
 ) -> tuple[Attempt | None, Setting, str]:
-    """Return the first proven program from the benchmark's present world, or None; the setting of that world; and the reason why
-    it was chosen, or why there is none.
+    """Return the first proven program from the benchmark's present world, or None, with the setting of that world, and why the program was
+    chosen or none was found.
 
     Args:
         ran: a run that was stopped, why, its watcher, and the setting before it.

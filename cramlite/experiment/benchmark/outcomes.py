@@ -13,9 +13,9 @@ from .spec import BenchmarkExperiment, Episode
 from .tables import EpisodeTables
 
 COMMONEST = 3
-"""Classes of failures that are explained by pictures."""
+"""Number of classes of failures, the commonest ones, that the page explains by pictures."""
 SHOWN = 4
-"""Episodes of each."""
+"""Largest number of episodes that the page shows for each class of failures."""
 
 
 def outcomes_page(tables: EpisodeTables, results: Sequence[EpisodeResult], experiment: BenchmarkExperiment, folder: Path) -> str:

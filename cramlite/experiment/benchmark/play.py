@@ -37,9 +37,9 @@ DEFECT = "defect"
 """Class of failures that are defects of cramlite."""
 BROKEN_OFF = "broken off"
 SEEN, MISS = "scene.png", "miss.jpg"
-"""Files of what the benchmark's camera sees where nothing is played, and of the state that the nearest miss was refused for."""
+"""Names of an episode's picture files: what the benchmark's camera sees if no program runs, and the collision of the nearest miss."""
 PICTURE = (320, 320)
-"""Pixels of a picture of how a proof ended."""
+"""Width and height of the picture of how a proof ended [pixel]."""
 
 
 class Trial(Value):

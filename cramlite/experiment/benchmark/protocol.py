@@ -63,8 +63,8 @@ class Benchmark(Protocol):
         """
 
     def play(self, program: str, setting: Setting, watch: Watch | None = None) -> Rollout:
-        """Run a program in the benchmark's simulator to its end, or until ``watch`` stops it, which is given
-        the poses and forces of each moment."""
+        """Run a program in the benchmark's simulator to its end, or until it is stopped by ``watch``, which gets the poses and forces of
+        each moment."""
 
     def rest(self) -> None:
         """Take no action until the things in the benchmark's world are at rest."""

@@ -80,8 +80,7 @@ def _results(trial: Trial, reading: Reading, trace: Trace) -> Iterator[Candidate
 
 
 def _recorded(trial: Trial) -> tuple[Path, str]:
-    """Return the folder of the demonstration, which is recorded once, and what its simulated person failed to
-    bring about."""
+    """Return the folder of the demonstration, which is recorded once, and why its simulated person failed; "" if the person succeeded."""
     one, store, place = trial.demonstration, trial.store, trial.place
     name = "/".join((RECORDED, one.name))
     if (store.path / name).is_dir():

@@ -164,7 +164,7 @@ class Place:
 
 
 NOTICE = "cramlite/notice"
-"""Key on the blackboard under which the last notice is; None before the first, and after a run without one."""
+"""Key on the blackboard under which the last notice is; its value is None before the first notice, and after a run without one."""
 
 
 class WatchedPlace(Place):

@@ -24,7 +24,7 @@ from ..backends.stream.run import stream
 from ..simulation.typed_program.machine import load_program
 
 PATIENCE = 60.0
-"""A benchmark that does not answer within this time hangs [s]; a reset builds a scene and may take six times as long."""
+"""Time within which a benchmark must answer before it counts as hung [s]; a reset builds a scene and may take six times as long."""
 REST = 1.0
 """Time without an action after which things are at rest [s]."""
 
@@ -112,7 +112,7 @@ class BenchmarkProcess:
         self.close()
 
     def close(self) -> None:
-        """End the process."""
+        """End the benchmark's process."""
         self.robot.__exit__()
 
     def reset(self, suite: str, task: int, state: int) -> str:
@@ -128,7 +128,7 @@ class BenchmarkProcess:
         return str(said["task"])
 
     def scene(self, *, model: bool = True) -> dict[str, Any]:
-        """Return the benchmark's description of its world as it is now; without its ``model``, what changes alone: poses, and the goal."""
+        """Return the benchmark's description of its present world; without ``model``, only the parts that change: poses and goal."""
         return self.ask({"ask": "scene"} if model else {"ask": "scene", "model": False}, self.patience)
 
     def check(self) -> Check:

@@ -18,20 +18,21 @@ from cramlite.model import Pose, Value, World
 from ..backends.stream.messages import Hello
 
 SEARCH = {"proofs": 4, "expansions": 300}
-"""Work that an episode's search may take over one task sequence: less than usual (8 and 3000), so that a refusal takes some ten seconds;
-all of it is counted, so that an episode has the same program on any machine."""
+"""Limits of an episode's search for each task sequence, below the defaults (8 and 3000), so that a refusal takes some ten seconds. The
+limits count work, so that an episode has the same program on any machine."""
 NOISE = 0.06
-"""Noise of poses that are read while a benchmark moves things [m]: smaller differences from the proof are not noticed. It may move a thing
-into another, where it stays: a basket's wall was 15 mm inside a box, at rest; a box that leaned on a bowl fell by 40 mm once they were
-apart."""
+"""Noise of poses that are read while a benchmark moves things [m]: smaller differences from the proof are not noticed. A benchmark may move
+a thing into another, where it stays: a basket's wall was 15 mm inside a box, at rest; a box that leaned on a bowl fell by 40 mm once they
+were apart."""
 LATER = "# Resolved in the world of world.json; the scene's file has the poses that things had at first.\n"
-"""First line of a scenario of a later scene."""
+"""First line of a scenario whose things are no longer at the poses in the scene's file."""
 SEQUENCES = 3
-"""Task sequences for each part of its goal, usually 12 in all: each part may have things in its way, which a sequence finds out."""
+"""Number of task sequences that are tried for each part of a goal; 12 is the default for a whole goal. Each part may have things in its
+way, which one sequence finds out."""
 
 
 class SceneModel(Value, eq=False):
-    """Scene of an episode, of which the file is read once; later settings are made from poses that are read.
+    """Scene of an episode, whose file is read once; the settings of later moments are made from read poses.
 
     Args:
         setting: world with all things of the file, those included that are absent at first; robot and backend.
@@ -97,7 +98,6 @@ def scene_setting(
 
 
 def _assets(xml: str) -> dict[str, str]:
-    """Folder of the benchmark's meshes, which its scene names by absolute paths; it is trusted, as the benchmark's
-    own process is."""
+    """Folder of the benchmark's meshes, which its scene names by absolute paths; the folder is trusted like the benchmark's own process."""
     folders = [str(Path(file).parent) for file in re.findall(r'\bfile="([^"]+)"', xml) if Path(file).is_absolute()]
     return {"assets": os.path.commonpath(folders)} if folders else {}

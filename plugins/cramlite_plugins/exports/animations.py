@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     from cramlite.model import RunRecord
 
 GIF_RATE, MP4_RATE = 5, 10
-"""Pictures for a second of the run: one takes 0.1 s of CPU time, and about 25 kB in a GIF."""
+"""Number of pictures per second of the run: one takes 0.1 s of CPU time, and about 25 kB in a GIF."""
 COLOURS = 128
-"""Colours of a GIF: flat shading needs no more."""
+"""Number of colours of a GIF: flat shading needs no more."""
 
 
 @hookimpl

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 FORCE, SLIP = "ForceBelow", "SlipBelow"
 """Conditions that monitors watch: the force at the TCP [N], and how far the fingers have closed further [m]."""
 NOTICE, WHY = "notice", "why it failed: JSON with kind (a class of the ontology), step, thing, reason, measured, limit, unit; or empty"
-"""Output port of every action, to the entry of the blackboard of the same name, and what is in it."""
+"""Output port of every action, which writes the entry of the same name on the blackboard, and a description of this entry."""
 PORT_TYPES = {float: "double", int: "double", str: "std::string", tuple: "std::vector<double>", Pose: "std::vector<double>"}
 """Type of a field -> type of its port in C++."""
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 WORLD = "world"
 PICTURES = 1.0
-"""Pictures a second."""
+"""Number of camera pictures per second of the run."""
 QUALITY = 80
 """Quality of JPEG pictures, on Pillow's scale."""
 INFO = 20
@@ -32,7 +32,7 @@ OWN_TYPES = {
     "cramlite_msgs/msg/Event": "std_msgs/Header header\nstring type\nbool begins\nstring[] roles\nstring[] entities",
 }
 Said = tuple[str, str, float, Any]
-"""Topic, type, time [s], message."""
+"""Recorded message: topic, type, time [s] and content."""
 
 
 @hookimpl
@@ -186,7 +186,7 @@ class Messages:
         )
 
     def _pictures(self, run: RunRecord) -> Iterator[Said]:
-        """Pictures of the onlooking camera, a few times a second."""
+        """Pictures of the onlooking camera, ``PICTURES`` per second of the run."""
         kind = "sensor_msgs/msg/CompressedImage"
         for sample in picture_samples(run.rollout.times):
             time = float(run.rollout.times[sample])
@@ -202,7 +202,7 @@ def picture_samples(times: Any) -> list[int]:
 
 
 def jpeg(picture: Any) -> bytes:
-    """Compress a (height, width, 3) uint8 picture."""
+    """Compress a (height, width, 3) uint8 picture as JPEG."""
     from io import BytesIO
 
     from PIL import Image

@@ -83,7 +83,7 @@ def _by(person: Performer, way: Floats | tuple[float, float, float], speed: floa
 
 
 def carry(person: Performer, world: World, thing: Thing, to: Thing | None) -> None:
-    """Carry a thing upright over another one; a random distance aside if no other one is named."""
+    """Carry a thing upright over another thing, or a random distance aside if no other thing is named."""
     _lifted(person, world, thing)
     now = upright(person.pose(thing.name))
     if to is None:
@@ -98,7 +98,7 @@ def carry(person: Performer, world: World, thing: Thing, to: Thing | None) -> No
 
 
 def put_down(person: Performer, world: World, thing: Thing, onto: Thing) -> None:
-    """Lower a held thing onto another one, and press it there a little."""
+    """Lower a held thing onto another thing, and press down a little."""
     _lifted(person, world, thing)
     pose = upright(person.pose(thing.name))
     spot = free_spot(person, world, thing, onto)
@@ -193,7 +193,7 @@ def _clear(vessel: Thing, pose: Pose, height: float) -> Pose:
 
 
 def _about(pose: Pose, point: Floats, target: Floats, axis: Floats, angle: float) -> Pose:
-    """A pose turned about an axis by an angle, and moved so that a point given in its own frame comes to a target."""
+    """Pose that is turned about an axis by an angle, and moved so that a point in its frame comes to a target."""
     turned = Pose.from_rotvec((0, 0, 0), tuple(angle * axis)) * Pose((0, 0, 0), pose.quaternion)
     return Pose(tuple(np.subtract(target, turned.rotate(point))), turned.quaternion)
 

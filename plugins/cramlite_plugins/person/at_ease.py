@@ -24,8 +24,7 @@ def forward_and_down(ahead: Floats) -> Pose:
 
 
 def at_ease(world: World, rng: np.random.Generator) -> Pose:
-    """Draw a start pose of the hand: in front of the things, 0.2 to 0.35 m above the highest movable one,
-    turned a little."""
+    """Draw a start pose of the hand: in front of the things, 0.2 to 0.35 m above the highest movable thing, turned a little."""
     ahead = facing(world)
     aside = np.cross(ahead, (0.0, 0.0, 1.0))
     top = max(support(t, t.pose, (0, 0, 1)) for t in _handled(world))

@@ -36,7 +36,8 @@ def width_from_above(thing: Thing) -> float:
 
 
 def waiting(scene: Scene, rng: np.random.Generator) -> Pose:
-    """Choose the pose at which the other hand waits: in front, pointing down, beside the things that it may take."""
+    """Choose the pose at which the person's other hand waits: in front of the product, pointing down, beside the things that this hand may
+    take."""
     side = np.cross(scene.facing, (0.0, 0.0, 1.0)) * rng.choice([-1.0, 1.0]) * rng.uniform(0.28, 0.4)
     others = [np.subtract(t.pose.position, scene.product.pose.position) for t in _for_other_hand(scene)]
     if others and float(np.sum(others @ side)) < 0:
@@ -82,7 +83,7 @@ def _raised(pose: Pose, height: float) -> Pose:
 
 
 def hand_over(person: Performer, scene: Scene, hold: Pose, take: Pose) -> None:
-    """Hand the payload over: the other hand grasps it, the acting hand lets go and withdraws; then the other one acts.
+    """Hand the payload over: the other hand grasps it, the acting hand lets go and withdraws, and from then on the other hand acts.
 
     Args:
         hold: where this hand closed, in the world, when the thing was where it is in the scene.
@@ -108,8 +109,7 @@ def hand_over(person: Performer, scene: Scene, hold: Pose, take: Pose) -> None:
 
 
 def _get_out_of_the_way(person: Performer, scene: Scene) -> None:
-    """Move the hand that has handed its thing over away from the hanger or container that the thing goes to
-    next."""
+    """Move the hand that has handed the payload over away from the hanger or container to which the payload goes next."""
     assert person.other is not None
     here = np.array(person.other.aim.position)
     off = here - scene.hanger.pose.position if scene.stands else here - scene.container.pose.position

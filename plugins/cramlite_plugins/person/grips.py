@@ -49,7 +49,7 @@ class PersonGrip(Value):
 
 
 def choose_grip(person: Performer, thing: Thing, ahead: Floats) -> PersonGrip | None:
-    """Choose the first grasp at which the hand touches nothing, nor on its way there; None where there is none.
+    """Choose the first grasp that the hand can reach without touching anything; None where there is none.
 
     Args:
         ahead: unit vector (3,) that the person looks along, world axes.

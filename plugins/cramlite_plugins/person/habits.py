@@ -153,7 +153,7 @@ def nearest_top(person: Performer, scene: Scene) -> tuple[Thing, Feature]:
 
 
 def put_down(person: Performer, scene: Scene, support: Thing, top: Feature, grasp: Pose) -> None:
-    """Lower the payload upright to a small random gap above a surface; it drops over the gap when let go."""
+    """Lower the payload upright to a small random gap above a surface; the payload drops over the gap when the hand lets go."""
     spot = _spot(person, scene, support, top)
     body = person.pose(scene.product.name)
     goal = Pose(tuple(np.add(spot, (0, 0, half_extents(scene.product)[2]))), body.quaternion)

@@ -44,7 +44,7 @@ def close(person: Performer, width: float) -> None:
 
 
 def lead(person: Performer, scene: Scene, route: list[Floats], speed: float) -> None:
-    """Move the hand, its orientation kept, so that the hole in the payload goes along points (3,) of the world [m]."""
+    """Move the hand without turning it, so that the hole in the payload goes along points (3,) of the world [m]."""
     hole = np.array((person.pose(scene.product.name) * scene.hole.pose).position)
     offset = np.array(person.tool().position) - hole
     person.move([Pose(tuple(p + offset), person.aim.quaternion) for p in route], speed)

@@ -77,7 +77,7 @@ def _script(act: Callable[..., None], *roles: str, missed: Missed | None = None,
 
 
 def _thing(world: World, fillers: Fillers, role: str) -> Thing | None:
-    """Thing that fills a role; of a filler that is a part, its whole thing."""
+    """Thing that fills a role; if a part fills the role, the thing that the part belongs to."""
     name = fillers.get(role.rstrip("?"))
     if name is None and role.endswith("?"):
         return None

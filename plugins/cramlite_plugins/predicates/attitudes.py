@@ -20,7 +20,7 @@ UPRIGHT = math.radians(10.0)
 FACES = math.radians(15.0)
 """Largest angle between a front and the direction to the faced thing, seen from above: a hand that lets go turns things by some degrees."""
 OVER = 0.005
-"""Distance between two origins, seen from above, up to which one thing is over the other and faces it with no side [m]."""
+"""Distance between two origins, seen from above, below which neither thing faces the other, as one is over the other [m]."""
 
 
 def all_predicates() -> tuple[Predicate, ...]:
@@ -72,7 +72,7 @@ def _front(phase: Phase, name: str) -> Floats:
 
 
 def _stands_up(scene: SymbolicWorld, thing: str, attitude: str) -> GoalCondition:
-    """Goal that a thing stands upright or upside down, reached by putting it down so."""
+    """Goal that a thing stands upright or upside down, reached by putting it down in this attitude."""
     _movable(scene, thing, attitude)
     name = "stands_" + attitude.replace(" ", "_")
     holds = (thing,) in set(_standing(scene, {"upright": 1.0, "upside down": -1.0}[attitude]))
@@ -82,7 +82,7 @@ def _stands_up(scene: SymbolicWorld, thing: str, attitude: str) -> GoalCondition
 
 
 def _faces(scene: SymbolicWorld, thing: str, other: str) -> GoalCondition:
-    """Goal that a thing faces another one, reached by putting it down so."""
+    """Goal that a thing faces another one, reached by putting the thing down with its front towards the other."""
     _movable(scene, thing, "put down so that it faces anything")
     if thing == other:
         raise UserError(f"'{thing}' cannot face itself.")

@@ -33,11 +33,11 @@ WIDE = 0.8
 DEFAULT_DOF = 1.0
 """Degrees of freedom that a contact constrains if nothing is stated: a plane stops motion in one direction."""
 ON, IN, AT = "supports", "in_or_above", "touches"
-"""The relations that say where a thing is: what carries it, what it is over, and the peg that it touches."""
+"""The relations that say where a thing is: its support, the thing that it is in or above, and the peg that it touches."""
 FLAT = 0.25
-"""Height of what is flat, as a share of its shorter side: a plate has 0.13, a carton that lies 0.4 and more."""
+"""Largest ratio of height to shorter side of a flat thing: a plate has 0.13, a lying carton 0.4 and more."""
 LIFTED = 0.002
-"""Distance of a thing in the hand above a surface from which it has been lifted off [m]."""
+"""Least gap between a gripped thing and its support at which the thing counts as lifted [m]."""
 STANDS_WITHIN = 0.005
 """Largest gap between a thing's lowest point and the top of its support [m]."""
 
@@ -275,9 +275,9 @@ TOUCHES = Fluent(
     symmetric=True, of_wholes=True, by_moving=True, implies_when_carried=("supports",), contrary=_two_places,
     initial=_touching,
 )  # fmt: skip
-"""Relation of touching: a thing that is brought to touch something while it is in the hand is supported by that."""
+"""Relation of touching: a held thing that is brought into contact with another thing is supported by that thing."""
 COLLIDES = Fluent(denial=(("touches", EFFECTOR, None),))
-"""Relation of colliding: that nothing collides means that the hand touches nothing."""
+"""Relation of colliding: a goal that nothing collides asks that the hand touches nothing."""
 CONTAINS = Fluent(
     of_contents=True, initial=_holding, phrases=goal_phrases.POURED
 )

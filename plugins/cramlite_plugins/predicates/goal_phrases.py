@@ -26,7 +26,7 @@ from .extents import CAVITY, PEG, REGIONS, in_extent
 OPEN = 0.2
 """Share of a joint's range from which a thing is open: the rule of opening asks for as much."""
 EXACT = 0.05
-"""Share of a joint's range by which what was opened by an amount may be off: 10 mm of a drawer's 200."""
+"""Largest deviation of a joint from the opening that a goal states, as a share of the joint's range: 10 mm of a drawer's 200."""
 CONTROL = "cram:Control"
 """Class of things that can be turned on and off."""
 SHIFTS = 0.005
@@ -98,13 +98,13 @@ def _in(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
 
 
 def _upon_content(scene: SymbolicWorld, thing: str, place: str) -> tuple[tuple[str, ...], ...]:
-    """Goals that bring a thing into a place upon another thing that is there."""
+    """Goals that bring a thing into a place by putting it upon another thing in that place."""
     others = (t.name for t in scene.world.things if _loose(t) and t.name != thing)
     return tuple((f"{other} in {place}", f"{thing} on {other} in {place}") for other in others)
 
 
 def _on_in(scene: SymbolicWorld, thing: str, below: str, place: str) -> GoalCondition:
-    """Goal of a thing upon another one in a place; a run must show that the upper thing is in there, too."""
+    """Goal of a thing upon another thing in a place; a run must show that the upper thing is in the place, too."""
     there = "in_cavity" if place == thing_of(place) else "in_region"
     return GoalCondition(
         frozenset({("supports", below, thing)}), let_go(thing), spot=True, shown=frozenset({(there, thing, place)})
@@ -181,8 +181,7 @@ def _jointed(thing: Thing) -> bool:
 
 
 def _is_hollow(scene: SymbolicWorld, _thing: str, place: str) -> bool:
-    """Whether things go into a place rather than onto it, by the depth of its cavity; for goals that say
-    neither "in" nor "on"."""
+    """Whether things go into a place rather than onto it, by the depth of the place's cavity; for goals that say neither "in" nor "on"."""
     part = EntityName.parse(place).part
     deep = [f for f in scene.world.thing(thing_of(place)).features if f.type == CAVITY and part in ("", None, f.name)]
     return any(f.size.get("height", 0.0) > DEEP for f in deep)
@@ -210,7 +209,8 @@ BRING = (
     "clear_away|rest_up|prop|lean|station|set_up|transplant|dispose_of|discard|toss_away|throw_away|"
     "gather_up|collect_up|round_up|unstack|scoop_up|lift_up|take_up|move_up|bring_up|carry_up"
 )
-"""The same, and verbs of throwing and of loading (9.7, 17.1), where a preposition says how it shall be there."""
+"""Verbs of putting, sending and carrying (``PUT``), of throwing and of loading (9.7, 17.1): a preposition says whether the thing goes on or
+in the place."""
 TAKE = (
     "take|remove|free|lift|get|pick|pick_up|grab|move|clear|fetch|unhook|pull|unstack|bring|extract|withdraw|retrieve|pluck|snatch|draw|dig|tip|"
     "slide|push|shift|knock|haul|hoist|keep|have|want|unload|detach|separate|recover|evict|eject|expel|whisk|put|carry|scoop|collect|take_down"
@@ -228,7 +228,7 @@ CLEAR = "clear|clear_off|clear_out|empty|empty_out|unload|vacate|free|free_up"
 """Verbs of removing all that is on or in a place, which is their object."""
 OFF = "off|off_of|out_of|from|away_from|down_from"
 OPEN_WAY = f"{PUT} THING to|towards|at|over_to PLACE"
-"""It is left open whether the thing shall be on or in there."""
+"""Phrases of putting that leave open whether the thing goes on or in the place."""
 LOAD = "fill|fill_up|load|load_up|stock|pack|top PLACE with THING"
 """Verbs of loading, whose object is the place."""
 OPEN_UP = (

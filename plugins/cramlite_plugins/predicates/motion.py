@@ -16,31 +16,32 @@ from . import fluents, unknowns
 from .samples import Motion, Range
 
 ARM_MOVED = 0.001
-"""[m] of the end effector."""
+"""Least displacement of the end effector that counts as motion [m]."""
 GRIPPER_MOVED = 0.020
-"""[m] between the finger tips."""
+"""Least change of the distance between the finger tips that counts as motion [m]."""
 THING_MOVED = 0.005
-"""[m]: what counts as displaced; five times the arm's threshold, because tracked things are less exact."""
+"""Least displacement of a thing that counts as motion [m]: five times the arm's threshold, because tracked things are less exact."""
 TURNED = 0.1
-"""Least turn that counts [rad]: a box of 0.1 m then moves its corners by 5 mm."""
+"""Least turn of a thing that counts as motion [rad]: a box of 0.1 m then moves its corners by 5 mm."""
 TILTED = np.deg2rad(30.0)
-"""[rad] from the attitude in which it was first seen: the usual angle of repose of granular material."""
+"""Least angle from a thing's first recorded attitude at which it counts as tilted [rad]: the usual angle of repose of granular material."""
 CLOSED, OPENED = 0.25, 0.75
-"""Share of the widest opening that counts as closed, and as open."""
+"""Shares of the gripper's widest opening below which it counts as closed, and above which as open."""
 JOINT_CLOSED, JOINT_OPEN = 0.05, 0.20
-"""Share of a joint's range up to which a door counts as closed, and from which as open."""
+"""Shares of a joint's range up to which a door counts as closed, and from which as open."""
 SWUNG, SWING = 0.016, 1.0
-"""[m] from one turn to the next, three times what trackers err, and the longest time that it may take [s]."""
+"""Least distance from one reversal of a swing to the next, three times a tracker's error [m], and longest time between them [s]."""
 TREMOR = 0.1
-"""[s] over which positions are averaged before turns are looked for: a quarter of the shortest swing that is looked for."""
+"""Time over which positions are averaged before reversals are searched for [s]: a quarter of the shortest swing that is detected."""
 PARKED = 0.05
-"""[rad] a joint may be off the park state."""
+"""Largest deviation of a joint from the park posture [rad]."""
 
 _RUN: frozenset[PhaseName] = frozenset({"run"})
 
 
 DRIVEN = 0.025
-"""[m] that a thing must be elsewhere to have been pushed: more than two poses that are each 5 mm off on every axis differ by."""
+"""Least displacement of a thing that counts as pushed by the hand [m]: more than the difference of two poses that are each 5 mm off on
+every axis."""
 
 
 def all_predicates() -> tuple[Predicate, ...]:
@@ -98,7 +99,7 @@ def _has_joints(timeline: Timeline) -> bool:
 
 
 def arm_moves(phase: Phase) -> Iterator[Row]:
-    """Evaluate arm_moves(): the largest distance from where the effector began [m].
+    """Evaluate arm_moves(): at some time in the phase the effector is displaced by more than ``ARM_MOVED`` from where it began.
 
     So there-and-back motion counts; the published rule compares end points only.
     """
@@ -108,7 +109,7 @@ def arm_moves(phase: Phase) -> Iterator[Row]:
 
 
 def gripper_moves(phase: Phase) -> Iterator[Row]:
-    """Evaluate gripper_moves(): the range of the finger tips' distance over the action [m]."""
+    """Evaluate gripper_moves(): the distance of the finger tips varies by more than ``GRIPPER_MOVED`` over the phase."""
     opening = _opening(phase)
     if opening is not None:
         least, largest = opening.over(phase.start, phase.end)
@@ -128,7 +129,8 @@ def moves(phase: Phase, thing: str | None) -> Iterator[Row]:
 
 
 def driven(phase: Phase, thing: str | None) -> Iterator[Row]:
-    """Evaluate driven(Thing): displaced from start to end, within 60 deg of the effector's own displacement.
+    """Evaluate driven(Thing): from start to end, Thing is displaced by more than ``DRIVEN``, within 60 deg of the effector's own
+    displacement.
 
     What falls away from an opening hand is not pushed.
     """
@@ -276,7 +278,7 @@ def _values_over(times: Floats, values: Floats, phase: Phase) -> Floats:
 
 
 def _motion(phase: Phase, name: str) -> Motion | None:
-    """The tracked poses of a thing, cut at the boundaries of the timeline; None if it is not tracked."""
+    """Tracked poses of a thing, cut at the boundaries of the timeline; None if the thing is not tracked."""
     memo = phase.timeline.memo
     if ("motion", name) not in memo:
         track = phase.episode.tracks.get(name)

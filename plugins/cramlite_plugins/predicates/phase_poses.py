@@ -13,7 +13,7 @@ from cramlite.plugin import Phase, Timeline
 from ..shapes.bounds import box_around
 
 Box = tuple[Vector3, Vector3]
-"""The lowest and the highest corner, in an entity's frame."""
+"""Lowest and highest corner of a bounding box, in an entity's frame [m]."""
 
 
 def things(phase: Phase) -> tuple[str, ...]:
@@ -61,7 +61,7 @@ def pose_of(phase: Phase, name: str, time: float) -> Pose | None:
 
 
 def box_of(phase: Phase, name: str) -> Box | None:
-    """Return the lower and upper corner of an entity's box in its frame [m]: of its shape, else of its size about its origin."""
+    """Return the lower and upper corner of an entity's box in its frame [m], from its shape, or else from its size about its origin."""
     memo = phase.timeline.memo
     if ("box", name) not in memo:
         memo["box", name] = _find_box(phase, name)

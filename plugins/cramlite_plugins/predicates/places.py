@@ -16,24 +16,25 @@ from . import extents, fluents, unknowns
 from .phase_poses import Box, box_of, distance_to_box, each, pairs, pose_of, relative_position, things, tips
 
 REACH = 0.15
-"""[m] from the effector's frame to a thing's box: a recorded hand's frame is about 0.15 m from what it picks up."""
+"""Distance of the effector's frame from a thing's box below which the thing is within reach [m]: a recorded hand's frame is about 0.15 m
+from what it picks up."""
 RIM = 0.05
-"""[m] over a container's rim: a product that stands in the shallow basket here has its middle there."""
+"""Height above a container's rim up to which an origin counts as in the cavity [m]: a product that stands in a shallow basket has its
+middle there."""
 NEAR = 0.15
-"""[m] between a thing and a place it was brought to."""
+"""Distance of a thing from a place below which it is near the place [m]."""
 ELSEWHERE = 0.05
-"""[m] that a thing must be carried to be brought nearer to anything: less than things are lifted."""
+"""Least displacement of a thing that counts as carried to another place [m]: less than things are lifted."""
 UNSIZED = 0.15
-"""[m] about the origin of a place of which no size is known: half the width of a large bowl or plate."""
+"""Assumed radius of a place of unknown size [m]: half the width of a large bowl or plate."""
 VIEW = np.deg2rad(30.0)
-"""[rad] from the camera's axis: half the 60 deg that common depth cameras see."""
+"""Largest angle from the camera's axis at which a point is in view [rad]: half the 60 deg that common depth cameras see."""
 DRAWN_IN = 0.9
-"""Share of a box's corners' distances: its very edge may touch what it stands on."""
+"""Factor that draws the corners of a box inwards before their visibility is checked: the box's edge may touch the thing's support."""
 BESIDE = 0.6
-"""Distance of a platform's outline from that of its destination [m] within which its arm reaches things at the
-edge."""
+"""Distance of a mobile base's outline from that of its destination, below which the arm reaches things at the destination's edge [m]."""
 APPROACHED = 0.01
-"""[m] by which a distance must shrink to count."""
+"""Least decrease of a distance that counts as an approach [m]."""
 
 
 def all_predicates() -> tuple[Predicate, ...]:

@@ -142,7 +142,7 @@ def contains(phase: Phase, _container: str | None, _content: str | None) -> Iter
 
 
 def _filled(phase: Phase, type_: str, one: str, other: str) -> Iterator[tuple[str, str]]:
-    """Generate what fills two roles of the states of a type, for each state in which both are filled."""
+    """Generate the pairs of entities in two roles of the states of a type, for each state in which both roles are filled."""
     for state in phase.states(type_):
         if one in state.roles and other in state.roles:
             yield state.roles[one], state.roles[other]

@@ -64,8 +64,7 @@ def no_contacts(phase: Phase, *_names: str | None) -> str | None:
 
 
 def no_supports(phase: Phase, *_names: str | None) -> str | None:
-    """Return the reason why it is unknown what supports what: no such state was recorded or inferred, at any
-    time."""
+    """Return the reason why supports are unknown: no such state was recorded or inferred, at any time."""
     return _none_of(phase, "soma:SupportState", "no supports were recorded")
 
 

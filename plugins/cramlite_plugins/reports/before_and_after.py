@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from cramlite import Finished, Solution
 
 SIZE = (480, 360)
-"""Width and height [pixel]: three beside each other are as wide as the page; 0.07 s of CPU time each."""
+"""Width and height of a picture [pixel]: three beside each other are as wide as the page, and each takes 0.07 s of CPU time."""
 QUALITY = 85
-"""WebP quality: about 8 kB a picture."""
+"""WebP quality of a picture: it takes about 8 kB."""
 
 
 @hookimpl

@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from cramlite.model import Collision
 
 MOST = 6
-"""Drawings at most: 0.2 s of CPU time each."""
+"""Largest number of drawings: each takes 0.2 s of CPU time."""
 SIZE = (400, 300)
-"""Width and height [pixel]."""
+"""Width and height of a drawing [pixel]."""
 QUALITY = 85
-"""WebP quality: about 5 kB a drawing."""
+"""WebP quality of a drawing: it takes about 5 kB."""
 
 
 class Pair(Value):

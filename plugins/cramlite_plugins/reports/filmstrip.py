@@ -18,18 +18,18 @@ if TYPE_CHECKING:
     from .shared import Span
 
 MOST = 12
-"""Pictures at most."""
+"""Largest number of pictures of the filmstrip."""
 SIZE = (320, 240)
-"""Width and height [pixel]: 0.03 s of CPU time each."""
+"""Width and height of a picture of the filmstrip [pixel]: it takes 0.03 s of CPU time."""
 QUALITY = 80
-"""WebP quality: about 4 kB a picture at this size."""
+"""WebP quality of the filmstrip: about 4 kB a picture."""
 
 FRAMES = 24
-"""Pictures of a run that moves."""
+"""Number of pictures of the animation of a run."""
 FRAME, LAST = 160, 1600
-"""Time for which each picture is shown, and the last one [ms]: a run in some four seconds."""
+"""Time for which each picture of an animation is shown, and the last one [ms]: a run passes in some four seconds."""
 MOVING = 60
-"""WebP quality of pictures that move: about 3 kB each, as little changes between them."""
+"""WebP quality of an animation: about 3 kB a picture, as little changes between pictures."""
 
 
 class Frame(Value):

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from cramlite.plugin import Interpreted, Match, TaskSequence
 
 UNTRIED = 4
-"""Readings shown beyond those that were tried."""
+"""Number of readings that the report shows beyond those that were tried."""
 
 
 class Cell(Value):
@@ -28,7 +28,7 @@ class Cell(Value):
 
 
 TaskRow = tuple[str, list[Cell]]
-"""A task with a cell for each action."""
+"""Table row of a task, with a cell for each action."""
 
 
 class Reading(Value):

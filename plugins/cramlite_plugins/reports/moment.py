@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from cramlite.model import Collision
 
 SIZE = (480, 360)
-"""Width and height [pixel]."""
+"""Width and height of the picture [pixel]."""
 
 
 class Moment(Value):
@@ -47,8 +47,7 @@ def run_in_short(done: Finished, says: str, about: Iterable[str] = ()) -> Moment
 
 
 def _worst(entries: Iterable[Entry]) -> Entry | None:
-    """Return the refusal whose collision is drawn: the nearest miss or, if that is no collision, one of
-    the same designator.
+    """Return the refusal whose collision is drawn: the nearest miss or, if that is no collision, a collision of the same designator.
 
     In the second case it is a collision of the pair of bodies for which that designator was refused most
     often.

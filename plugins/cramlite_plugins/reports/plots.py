@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from cramlite.model import Floats
 
 POINTS = 360
-"""Points of a curve at most."""
+"""Largest number of points of a curve."""
 
 
 class Curve(Value):

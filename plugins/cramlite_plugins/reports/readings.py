@@ -11,8 +11,8 @@ if TYPE_CHECKING:
 
 
 def number_of(done: Finished) -> int:
-    """Return which candidate the report shows, counted from 1: the one proven or run, else the first,
-    whose reading is the best."""
+    """Return the number of the candidate that the report shows, from 1: the one proven or run, else the first, whose reading is the
+    best."""
     return done.shown.number if done.shown is not None else 1
 
 

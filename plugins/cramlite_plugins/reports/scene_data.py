@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from .shared import Span
 
 FINE = 1e-4
-"""Vertices are whole multiples of this [m]."""
+"""Resolution of the coordinates of vertices [m]."""
 TURN = 1 / 32767
-"""A step of a quaternion's component."""
+"""Resolution of a quaternion's components."""
 
 
 def scene_data(scene: Scene, rollout: Rollout, samples: Sequence[int], tasks: Sequence[Span]) -> dict[str, Any]:

@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 
 
 REASONS = 4
-"""Reasons that the summary above the decisions names."""
+"""Number of reasons that the summary above the decisions names."""
 
 
 class Alike(Value):
-    """Refusals for one reason, whatever its numbers are: how many, and the first of them."""
+    """Refusals with the same reason, apart from its numbers: how many, and the first of them."""
 
     count: int
     first: Entry
@@ -115,7 +115,7 @@ def _written(entries: Sequence[Entry]) -> str:
 
 
 def stages(tasks: Sequence[str], entries: Sequence[Entry], *, ran: bool) -> tuple[TaskStage, ...]:
-    """Return how far the search came in the tasks of a candidate; all are reached if the program ran."""
+    """Return how far the search came in each task of a candidate; all tasks are reached if the program ran."""
     last = len(tasks) + 1 if ran else max((e.numbers.get("task", 0) for e in entries), default=0)
     states = ("reached" if k < last else "stopped" if k == last else "unreached" for k in range(1, len(tasks) + 1))
     return tuple(TaskStage(name, state) for name, state in zip(tasks, states, strict=True))

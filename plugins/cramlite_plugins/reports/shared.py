@@ -35,7 +35,7 @@ def fill(name: str, **values: Any) -> str:
 
 
 def script(name: str) -> Any:
-    """Return one of this package's scripts as markup: it is ours, so nothing in it is escaped."""
+    """Return one of this package's scripts as markup; nothing in it is escaped, as it comes with the package."""
     from markupsafe import Markup
 
     return Markup((files(__package__) / "templates" / f"{name}.js").read_text("utf-8"))

@@ -23,12 +23,12 @@ if TYPE_CHECKING:
     from .shared import Span
 
 TICK = 0.05
-"""A position of the slider [s], in runs that are not too long for the page."""
+"""Time between two positions of the slider [s]; in long runs it is a multiple of this."""
 POSES = 150_000
-"""Poses on a page at most, over all ticks and bodies: 2.8 MB."""
+"""Largest number of poses on a page, over all positions of the slider and all bodies: 2.8 MB."""
 LEAST = 0.01  # a smaller share of the contacts is not named
 BODIES = 40
-"""Number of bodies of an arm, a hand and the moving things, about; each grain is one more."""
+"""Assumed number of bodies of an arm, a hand and the moving things; each grain is one more."""
 
 
 @hookimpl

@@ -17,8 +17,8 @@ from .preconditions import empty_hand
 APPROACH = 0.1  # of a hand to a handle [m/s]: as straight lines are by default; a faster robot brakes too late for what is behind it
 SPEED = Parameter("speed_m_s", 0.08, "stops within a millimetre; ISO 10218 reduced speed is 0.25")
 STRAIN = 20.0
-"""Grip force of a hand that turns a thing in strokes [N]: what is mounted does not give way, so that a hand 2 mm off its middle strains the
-arm by nearly as much, which must stay below the force limit of the way."""
+"""Largest grip force of a hand that turns a thing in strokes [N]: a mounted thing does not give way, so that a grasp 2 mm off its middle
+strains the arm by nearly the grip force, which must stay below the motion's force limit."""
 FORCES = (
     Parameter("force_n", 0.0, "0: what bears a pull of force_limit_n on the friction of pads and handle, as far as the hand can"),
     Parameter("force_limit_n", 25.0, "rails of 1 N and damping of 5 N s/m took under 10 N in simulation"),

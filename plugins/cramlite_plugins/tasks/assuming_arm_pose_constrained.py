@@ -36,8 +36,7 @@ class AssumingArmPoseConstrained(TaskType):
         yield Decomposition(steps, f"straight line into {goal}")
 
     def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
-        """Return what the motion may touch: what the task allows, and the thing that the motion's goal is
-        about."""
+        """Return the contacts that the motion may make: those of the task, and those with the thing that the motion's goal is about."""
         own, about = super().allowance(action, bindings), bindings.get(action.goal.of or "") if action.goal else None
         if not isinstance(about, str):
             return own

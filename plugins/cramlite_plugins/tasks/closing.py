@@ -13,10 +13,11 @@ from ..task_kit.bases import FORCES, SPEED, ByHandle
 from ..task_kit.preconditions import empty_hand
 
 TOUCH = {"speed_m_s": 0.012, "free_m_s": 0.1, "force_n": 3.0, "beyond_m": 0.01, "expect": ExpectedContact.ANY}
-"""Fingers meet the front slowly: what is hit sets off with a jolt. Through the air they come as fast as things are lifted."""
+"""Parameters of the guarded motion of the fingers to the front of a drawer or a door: slow at the end, since a thing that is hit sets off
+with a jolt, and as fast through the air as things are lifted."""
 PRESS = {"beyond_m": 0.05, "expect": ExpectedContact.ANY}
-"""Push beyond the goal until the joint is shut: a compliant push that a door's damping held back ended 13 mm before its place, and
-pressing 20 mm on left it open."""
+"""Parameters of the push that closes a joint: it aims 50 mm beyond the goal, since a compliant push that a door's damping held back ended
+13 mm before its place, and one that aimed 20 mm beyond left the door open."""
 
 
 class Closing(ByHandle):

@@ -34,14 +34,14 @@ SIGMAS, ROUND = 3.0, 0.003  # of a perceived peg's place that are felt for, and 
 
 
 def _rings() -> tuple[tuple[int, int], ...]:
-    """Points of a square lattice by their number of steps from the middle, 4 n of n steps; across before up."""
+    """Points of a square lattice, sorted by their number of steps from the middle, and then by their steps up or down."""
     span = range(-RINGS, RINGS + 1)
     points = [(across, up) for across in span for up in span if abs(across) + abs(up) <= RINGS]
     return tuple(sorted(points, key=lambda p: (abs(p[0]) + abs(p[1]), abs(p[1]), -p[0], -p[1])))
 
 
 AROUND = _rings()
-"""Places where attempts look, one after the other, in steps across the peg and up."""
+"""Positions at which attempts search for the peg, in order, in steps across the peg and up."""
 
 
 class InsertHoleOntoPeg(TaskType):
@@ -81,7 +81,7 @@ class InsertHoleOntoPeg(TaskType):
         yield Decomposition(steps, "touch the tip, search for it, push along the peg, let down; elsewhere if the peg does not carry")
 
     def _places(self, action: Action, belief: Belief) -> tuple[tuple[int, int], ...]:
-        """Places of the attempts, in steps of ``aside_m`` across the peg and up: the believed one first, then rings around it.
+        """Positions of the attempts, in steps of ``aside_m`` across the peg and up: the believed one first, then rings around it.
 
         Raises:
             Unresolvable: the peg's place is so uncertain that the attempts would miss it more often than once in twenty times.
@@ -146,8 +146,8 @@ class InsertHoleOntoPeg(TaskType):
         return belief.related(("hangs_on", action.roles["Locatum"].entity or "", relatum))
 
     def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
-        """Return what the task may touch: a payload whose hole is led down an upright peg may also touch the
-        peg's support."""
+        """Return the contacts that the task may make, which include the peg's support with a payload whose hole is led down an upright
+        peg."""
         own, place = super().allowance(action, bindings), bindings.get(self.begins_at(action).name)
         feet = place.fit.feet if isinstance(place, Place) and place.fit else ()
         return replace(own, touches=own.touches | {frozenset({HELD, foot}) for foot in feet})

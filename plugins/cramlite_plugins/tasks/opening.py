@@ -16,11 +16,11 @@ from ..task_kit.bases import FORCES, SPEED, ByHandle
 from ..task_kit.preconditions import empty_hand
 
 LESS = (0.85, 0.8)
-"""Shares of the range to open by the handle, if no grip opens it further, or the next task needs room in front."""
+"""Shares of the joint's range to which the handle is moved if no grasp reaches farther, or if the next task needs room in front."""
 DRIVES = "drives"
-"""Parameter of the locations of a way on which what a drawer meets goes along."""
+"""Name of the parameter of a location designator that lets a drawer push obstacles along."""
 TOUCH = {"speed_m_s": 0.01, "free_m_s": 0.1, "force_n": 3.0, "beyond_m": 0.03}
-"""Guarded motion onto a handle, as things are put down: through the air as fast as they are lifted, the last 15 mm slowly."""
+"""Parameters of the guarded motion onto a handle: as fast through the air as things are lifted, slow on the last 15 mm."""
 
 
 class Opening(ByHandle):
@@ -137,8 +137,7 @@ class Opening(ByHandle):
         return Location(f"opened({patient})", "opened", patient, {"share": self.parameter(action, "share"), **self._drives(action)})
 
     def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
-        """Return what the task may touch: the drawer and the obstacles that the drawer pushes along may also
-        touch each other."""
+        """Return the contacts that the task may make, which include the drawer with the obstacles that it pushes along."""
         allowed, patient = super().allowance(action, bindings), action.roles["Patient"]
         way = bindings.get(self.way(action).name)
         along = (patient.thing, *driven(way)) if isinstance(way, Place) else ()

@@ -24,19 +24,19 @@ from ..shapes.bounds import height
 from ..shapes.carried_along import CAME_ALONG
 
 APART = 0.6
-"""Opening of open fingers, as a share of the thing's width: two fingers that touch the thing keep it from turning away."""
+"""Distance between the open fingers that push a thing, as a share of the thing's width: two fingers that touch the thing keep it from
+turning away."""
 PRESSED = 0.6
-"""Friction of a thing [N] from which two open fingers that push it look as if they held it: it presses on each with more than 0.3 N,
-and lasting 0.6 N count as a grip (episodes/detection/grasped.py). Closed fingers push that."""
+"""Friction of a thing [N] above which closed fingers are tried first: it presses on each of two open fingers with more than 0.3 N, and 0.6
+N that last count as a grasp (episodes/detection/grasped.py)."""
 DOWN = {"speed_m_s": 0.02, "free_m_s": 0.1, "force_n": 2.0, "beyond_m": 0.01}
-"""Guarded motion of the fingers down to the floor of a thing."""
+"""Parameters of the guarded motion of the fingers down to the floor of a thing."""
 LOW = 0.03
-"""Height of things that closed fingers slide over as they feel from the side, since they keep half of it above
-the support [m]."""
+"""Height of a thing below which closed fingers that feel for its side would slide over it [m]."""
 OUT_OF_THE_WAY = 0.1
-"""Distance by which a low thing in the way is pushed aside where no place for it is asked [m]."""
+"""Distance by which a low thing is pushed aside if no region for it is asked [m]."""
 LOST = 2.0
-"""Time for which fingers in a thing may move without pressing on it [s]: at its rim they take it along all the same."""
+"""Longest time for which fingers inside a thing may move without pressing on it [s]: at the rim they take it along again."""
 SLIPS = 0.005
 """Slip of a thing on the fingers that push it to a region [m]."""
 

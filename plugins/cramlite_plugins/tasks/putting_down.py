@@ -44,8 +44,7 @@ class PuttingDown(TaskType):
         yield Decomposition(steps, "guarded motion down to the surface")
 
     def _laying_down(self, action: Action) -> Decomposition:
-        """Decomposition of laying down a hanging plate: its far side touches first, and the plate turns
-        about that until it lies."""
+        """Decomposition of laying down a hanging plate: its far side touches first, and the plate turns about that side until it lies."""
         place, surface = self.begins_at(action), action.roles["Relatum"]
         rest = {"duration_s": self.parameter(action, "duration_s")}
         lower = {"to": Hang.LIES}

@@ -30,7 +30,7 @@ class Retracting(TaskType):
         yield Decomposition(self._back(action), "straight back")
 
     def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
-        """Return what the task may touch and move: it may move the thing that it pushes farther in."""
+        """Return the contacts that the task may make and the things that it may move, which include the thing that it pushes farther in."""
         pushed: Place | None = bindings.get(action.inside("deeper"))
         return replace(super().allowance(action, bindings), moves=frozenset({thing_of(pushed.thing)} if pushed else ()))
 

@@ -71,8 +71,8 @@ class Ungrasping(TaskType):
         return Decomposition(steps, f"under the roof of {relatum.entity}: the payload goes in foot first, tips over, and is pushed in", 1.0)
 
     def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
-        """Return what the task may touch and move: it may also push the payload that has tipped over
-        farther into its container."""
+        """Return the contacts that the task may make and the things that it may move, which include the payload that has tipped over and is
+        pushed farther into its container."""
         pushed: Place | None = bindings.get(_way_in(action.roles["Locatum"]))
         return replace(super().allowance(action, bindings), moves=frozenset({thing_of(pushed.thing)} if pushed else ()))
 

@@ -90,8 +90,8 @@ def detect(rollout: Rollout, name: str) -> Episode:
 
 
 def _since(rollout: Rollout, name: str, poses: Floats) -> Track | None:
-    """Return the track of a frame from the time at which its pose is known: from the start, or since a camera first
-    sees it; None if none does."""
+    """Return the track of a frame from the time at which its pose is known: from the start, or since a camera first sees it; None if no
+    camera sees it."""
     known = rollout.times >= rollout.seen.get(name, -np.inf)
     return _track(rollout.times[known], poses[known]) if known.any() else None
 

@@ -142,8 +142,7 @@ def _taken_out(grid: Grid, name: str, at: NDArray[np.intp], vessels: list[str], 
 
 
 def carried_along(episode: Episode, grid: Grid, carrier: str, members: Iterable[str], things: Iterable[str]) -> Loose:
-    """Return the things on a moved carrier as its loose contents, each while it is no farther from the carrier than at
-    first.
+    """Return the things on a moved carrier as its loose contents; a thing is content while it is no farther from the carrier than at first.
 
     Args:
         things: frames that may be vessels, too.

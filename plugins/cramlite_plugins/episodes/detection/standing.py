@@ -71,8 +71,8 @@ def _at_rest(episode: Episode, name: str, span: tuple[float, float]) -> list[Eve
 
 
 def encloses(outer: OrientedBox, inner: OrientedBox) -> bool:
-    """Check by their boxes whether a thing lies in another: it is inside seen from above, and at least its lower
-    half is below the other's top."""
+    """Check by their boxes whether a thing lies in another: seen from above it is inside the other's outline, and at least its lower half
+    is below the other's top."""
     middle = (inner.low + inner.high) / 2
     return is_inside_outline(inner, outer, TOUCH) and outer.low - TOUCH <= inner.low and middle <= outer.high
 

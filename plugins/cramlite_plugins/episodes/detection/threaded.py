@@ -35,8 +35,7 @@ def threaded(rollout: Rollout) -> Iterator[tuple[str, str, Flags]]:
 
 
 def around_standing(hanger: Thing) -> bool:
-    """Check whether a thing's peg stands upright: what is threaded onto such a peg hangs on it even without
-    contact."""
+    """Check whether a thing's peg stands upright: a thing that is threaded onto such a peg hangs on it even without contact."""
     peg = hanger.feature("vrps:Peg")
     return peg is not None and stands((hanger.pose * peg.pose).rotate((0.0, 0.0, 1.0)))
 

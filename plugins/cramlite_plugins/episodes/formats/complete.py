@@ -13,11 +13,11 @@ from ..tracks import rigid_links, world_tracks
 from .parts import Parts
 
 HANDLING = frozenset(f"soma:{n}" for n in ("Grasping", "PickingUp", "Placing", "PuttingDown", "Releasing", "Ungrasping", "Lifting"))
-"""Actions that take a thing or let go of it; a recording without any names its whole, not its steps."""
+"""Classes of actions that take a thing or let go of it; a recording that names no such action labels the task as a whole, not its steps."""
 EPOCH = 1e8
-"""Time beyond which times are counted from 1970 [s]: 1e8 s is 1973, and no recording lasts three years."""
+"""Least time stamp that counts as seconds since 1970 [s]: 1e8 s is in 1973, and no recording lasts three years."""
 LATER = 10.0
-"""An event may end so long after the last pose [s]."""
+"""Longest time after the last recorded pose at which an event may still end [s]."""
 
 
 def episode_of(parts: Parts) -> Episode:

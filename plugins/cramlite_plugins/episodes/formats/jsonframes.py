@@ -1,4 +1,4 @@
-"""Reader of JSON files with many documents: one document a line, or an array of them; also of a single one."""
+"""Reader of JSON files with one or more documents: a document in each line, or an array of documents."""
 
 from __future__ import annotations
 

@@ -161,8 +161,8 @@ def _named(values: Any, axes: str) -> Any:
 
 
 def _single(found: Iterable[dict[str, Any]]) -> Iterator[tuple[int, dict[str, Any]]]:
-    """Transforms, each with the number of the document that it is in; a document may be a single transform or
-    a tf message with a list of them."""
+    """Transforms of documents, each with the number of its document; a document is a single transform, or a tf message with a list of
+    transforms."""
     for count, document in enumerate(found):
         many = document.get("transforms")
         yield from ((count, one) for one in (many if isinstance(many, list) else [document]))
@@ -232,7 +232,7 @@ def seconds(stamp: object) -> float:
 
 
 def write_tf(tracks: dict[str, Track], folder: Path) -> None:
-    """Write tracks as the tf collection; poses and times exactly as they are."""
+    """Write tracks as the tf collection, with poses and times unchanged."""
     _write(folder, "tf", (chunk for name, track in tracks.items() for chunk in _transforms(name, track)))
 
 

@@ -235,8 +235,8 @@ def read_world_state(path: Path) -> tuple[dict[str, Rows], tuple[str, ...]]:
 
 
 def _world_rows(times: list[float], poses: list[list[float]]) -> Rows:
-    """Rows of poses in metres and right-handed axes from Unreal's seven numbers [cm]; nan is kept, and a
-    later repair removes the row."""
+    """Rows of poses in metres and right-handed axes from Unreal's seven numbers [cm]; rows with nan are kept, and a later repair removes
+    them."""
     t = np.array(poses, dtype=float)
     ours = np.column_stack([t[:, 1] / 100, t[:, 0] / 100, t[:, 2] / 100, t[:, 6], -t[:, 3], t[:, 4], -t[:, 5]])
     return Rows(np.array(times, dtype=float), ours, np.zeros(len(t), dtype=np.int32), ("map",), True)

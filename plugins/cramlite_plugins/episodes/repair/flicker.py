@@ -20,9 +20,10 @@ from cramlite.model import Episode, Event, Repair
 from .dropouts import signature, spliced
 
 GAP = 0.3
-"""[s]: the longest flicker of contacts in RobCoG's logs."""
+"""Longest interruption of a state that counts as flicker [s]: the longest flicker of contacts in RobCoG's logs."""
 SHORT = 0.05
-"""[s]: two frames of a 50 Hz recorder; nobody touches a thing on purpose for less (human reaction time is 0.2 s)."""
+"""Shortest duration of a state that is kept [s]: two frames of a 50 Hz recorder; nobody touches a thing on purpose for less (human reaction
+time is 0.2 s)."""
 
 
 def debounce(episode: Episode, gap: float = GAP, min_duration: float = SHORT) -> Episode:
@@ -103,8 +104,8 @@ def _runs(events: Iterable[Event], gap: float) -> Iterable[list[Event]]:
 
 
 def _joined(run: list[Event]) -> Event:
-    """Merge consecutive events into one, from the first one's start to the last one's end; it is inferred if
-    one of them is."""
+    """Merge consecutive events into one, from the first one's start to the last one's end; the merged event is inferred if one of them
+    is."""
     if len(run) == 1:
         return run[0]
     return replace(run[0], end=max(e.end for e in run), inferred=any(e.inferred for e in run))

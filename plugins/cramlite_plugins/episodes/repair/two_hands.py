@@ -75,7 +75,7 @@ def one_handed(episode: Episode) -> Episode:
 
 
 def handovers(episode: Episode) -> Iterator[Handover]:
-    """Yield the handovers: every thing that one hand grasps before another, which then holds it alone."""
+    """Yield the handovers: each thing that one hand grasps before another hand, which then holds the thing alone."""
     grasps = [e for e in episode.of("state", ["cram:GraspState"]) if {"gripper", "object"} <= e.roles.keys()]
     for given in grasps:
         for taken in grasps:
@@ -85,8 +85,8 @@ def handovers(episode: Episode) -> Iterator[Handover]:
 
 
 def _chain(found: Sequence[Handover]) -> list[Handover]:
-    """Return the handovers that pass one thing on: each is given by the hand that took the thing in the
-    handover before."""
+    """Return the handovers that pass one thing from hand to hand: the hand that gives the thing is the one that took it in the handover
+    before."""
     chain: list[Handover] = []
     for one in sorted(found, key=lambda h: h.time):
         if not chain or one.given.roles["gripper"] == chain[-1].taken.roles["gripper"]:
@@ -135,7 +135,7 @@ class _Acting:
 
 
 def _joined(events: Sequence[Event]) -> list[Event]:
-    """Events in which states with the same class and roles that touch or overlap in time are joined into one."""
+    """Events in which adjoining or overlapping states of the same class and roles are joined into one."""
     found: list[Event] = []
     for event in sorted(events, key=lambda e: (e.start, e.end, e.id)):
         at = next((k for k, e in enumerate(found) if signature(e) == signature(event) and event.start <= e.end), None)

@@ -21,7 +21,7 @@ NUMBERS = 39
 """Observations at a time: 27 joints of the hand without the forearm's slide, lever, hinge, palm, handle, their difference, open or not."""
 LEVER, HINGE, PALM, HANDLE = 27, 28, slice(29, 32), slice(32, 35)
 STEP = 0.01
-"""Time of a step [s]: five of 2 ms."""
+"""Time between two observations [s]: five simulation steps of 2 ms."""
 FOREARM = (((1, 0, 0), -1.57), ((0, 0, 1), 3.14))
 """Rotations of the forearm, one after the other: axis and angle [rad]."""
 WRIST = ((1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 1, 0), (1, 0, 0))
@@ -31,9 +31,11 @@ FINGERS = slice(len(WRIST), LEVER)
 GRIP = (0.15, -0.15, 0.0)
 """The observed point of the handle, from the lever's axis [m]."""
 EXACT = 0.01
-"""[m] that the observed handle may be off the computed one: the positions that are observed are one step older than the joints."""
+"""Largest distance between the observed and the computed position of the handle [m]: observed positions are one step older than the
+joints."""
 TOUCH = (0.002, 0.005)
-"""Distances [m] below which a touch starts and above which it ends: a hand that turns a lever is up to 1.5 mm from it."""
+"""Distances of the hand from a thing below which a touch starts and above which it ends [m]: a hand that turns a lever is up to 1.5 mm from
+it."""
 MOST_BYTES = 100_000_000
 """Largest size of a recording [bytes]: ten minutes have 20 MB."""
 _COLUMNS = tuple(f"{{name}}.{part}" for part in ("x", "y", "z", "qw", "qx", "qy", "qz"))
@@ -47,7 +49,7 @@ MAPPING = {
                   "opens": {"turns": 103, "on": "door"}},
     },
 }  # fmt: skip
-"""The mapping, as a file would have it: ranges of the joints and sizes are those of the scene."""
+"""Mapping of ``adroit_door`` recordings, with the content of a mapping file: joint ranges and sizes are those of the scene."""
 
 
 @hookimpl

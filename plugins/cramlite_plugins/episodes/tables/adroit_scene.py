@@ -13,15 +13,15 @@ import numpy as np
 from cramlite.model import Floats, Pose
 
 DOOR, PIVOT, LATCH = (0.29, 0.0, 0.0), (0.31, 0.0, 0.0), (-0.15, 0.0, -0.025)
-"""The door in its frame, its hinge in the door, and the lever's axis in the door [m]."""
+"""Positions of the door in its door frame, of the hinge in the door, and of the lever's axis in the door [m]."""
 GRASP = (0.007, -0.05, 0.07)
 """Observed point of the palm, in the palm's own frame [m]."""
 FAR = 0.02
-"""Largest distance that is computed [m]; several times what a touch may be off."""
+"""Largest distance of the hand from a thing that is computed [m]: several times the distance at which a touch ends."""
 KNUCKLES = ((0.033, 0.0, 0.095), (0.011, 0.0, 0.099), (-0.011, 0.0, 0.095))
-"""Knuckles of the first, the middle and the ring finger, in the palm [m]."""
+"""Positions of the knuckles of the first, the middle and the ring finger in the palm [m]."""
 LITTLE = (-0.017, 0.0, 0.044)
-"""Knuckle of the little finger in its metacarpal, and this metacarpal in the palm [m]."""
+"""Position of the little finger's knuckle in its metacarpal, and of this metacarpal in the palm [m]."""
 _HINGED = """<body pos="{frame}"><body pos="{door}"><joint axis="0 0 1" pos="{pivot}"/>
 <geom name="door" type="box" size="0.2 0.05 0.25"/><geom name="door_left" type="cylinder" size="0.05 0.25" pos="-0.2 0 0"/>
 <geom name="door_right" type="cylinder" size="0.05 0.25" pos="0.2 0 0"/>

@@ -22,7 +22,7 @@ from .table import Table, read_table
 from .tracked import Recorded, recorded, rows_of
 
 HAND = ("soma:Hand", "soma:PrehensileEffector")
-"""Classes of what acts."""
+"""Ontology classes of the hand or gripper in a recording."""
 
 
 def read_recording(file: Path) -> Episode | None:

@@ -32,7 +32,7 @@ PRESETS: dict[str, tuple[str, str, str, str]] = {
 }
 """Usual conventions: unit, the axis that points up, handedness, rotations. Unity's and Unreal's are those of their manuals."""
 LONGEST = 0.02
-"""A quaternion's length may differ from 1 by this: one written with two digits does by up to 0.01."""
+"""Largest deviation of a quaternion's length from 1: rounding to two digits causes up to 0.01."""
 
 
 class Convention(Value):

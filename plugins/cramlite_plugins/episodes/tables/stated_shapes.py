@@ -15,9 +15,9 @@ from .convention import Convention
 from .mapping import ShapeSpec
 
 WALL = 0.002
-"""Thickness of walls and floor of a hollow shape [m]; at most a tenth of its smallest side."""
+"""Thickness of the walls and the floor of a hollow shape [m]; it is at most a tenth of the shape's smallest side."""
 CONVEX = 0.9
-"""Share of the convex hull below which a mesh counts as hollow."""
+"""Share of the convex hull's volume below which a mesh counts as hollow."""
 
 
 def geoms_of(spec: ShapeSpec, convention: Convention, folder: Path) -> tuple[Geom, ...]:

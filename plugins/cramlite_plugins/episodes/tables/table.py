@@ -17,11 +17,11 @@ from cramlite.plugin import UserError, nearest
 from ..formats.jsonframes import json_frames
 
 MOST_CELLS = 100_000_000
-"""An hour at 120 Hz of 30 rigid bodies."""
+"""Largest number of cells of a table: an hour of 30 rigid bodies at 120 Hz fits."""
 
 
 class Table(Value):
-    """Table of a recording: its columns as text, and what its header states.
+    """Table of a recording: its columns as text, and the data in its header.
 
     Args:
         path: the file.
@@ -220,6 +220,6 @@ def _is_number(text: str) -> bool:
 
 
 def names_of(values: Iterable[str]) -> str:
-    """Return the first ten different names as a list for a message."""
+    """Return the first ten different names as text for a message."""
     listed = list(dict.fromkeys(values))
     return ", ".join(listed[:10]) + (", ..." if len(listed) > 10 else "")

@@ -26,11 +26,11 @@ COLUMNS = {
 """Columns of the formats of motion capture."""
 Flags = NDArray[np.bool_]
 FARTHEST = 30.0
-"""People handle things within a room: positions farther apart than this [m] are in another unit."""
+"""Largest extent of the positions in a recording [m]: people handle things within a room, so that a larger extent means another unit."""
 NEAREST = 0.02
-"""No hand does anything while it stays within this [m]."""
+"""Least extent of a hand's positions in a recording in which something is done [m]."""
 SLOWEST, FASTEST = 1.0, 1e-4
-"""Time between rows that no recorder of motion has [s]: more than the first, less than the second."""
+"""Longest and shortest time between the rows of a recording of motion [s]."""
 
 
 class Recorded(Value):
