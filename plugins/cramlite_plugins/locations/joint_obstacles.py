@@ -127,7 +127,7 @@ def _tips(name: str, driver: Thing, line: Floats, belief: Belief) -> bool:
 
 
 def _direction(thing: Thing, way: float, belief: Belief) -> Floats:
-    """Unit vector (3,) in the base frame along which a thing on a slide goes."""
+    """Unit vector (3,) in the base frame along which a thing moves on its sliding joint."""
     assert thing.joint is not None
     now = belief.pose(thing.name)
     axis: Floats = np.asarray((now * thing.joint.pose).rotate((0.0, 0.0, math.copysign(1.0, way))))

@@ -24,8 +24,8 @@ PART = math.radians(10.0)  # of the turn on each line: the chord of an arc of 0.
 OVER = 0.001  # the surface its lowest point is led along [m]
 ABOVE = 0.03  # the first contact the way begins [m]
 LEFT = 0.008
-"""Rest of the hand's way down when it lets go [m]: pads creep down a rim that becomes flat, 7 mm before
-the hand is as low as where it took hold, and would then press the near side down and the far one up."""
+"""Height of the hand above the end of its way down when it lets go of a payload [m]: pads creep down a rim
+that becomes flat by some 7 mm, and would then press the near side down and the far one up."""
 PRESSED = 0.003  # below its first contact the edge of a hanging thing is led [m]: so far off may an arm be
 EDGE = 0.0005  # points that are no higher than this over the lowest one touch as well [m]
 

@@ -34,7 +34,7 @@ def _candidates(wanted: Object, belief: Belief, context: Context) -> Iterator[Gr
 
 def _entities(wanted: Object, belief: Belief, context: Context) -> list[str]:
     """Names of candidates for an object designator: the entity that it names, else the features of the thing
-    that it asks a part of, else all things."""
+    of which it asks for a part, else all things."""
     if wanted.entity:
         return [wanted.entity]
     if wanted.part_of:

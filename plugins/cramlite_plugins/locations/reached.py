@@ -22,9 +22,9 @@ from ..motion_planning.planning_scene import PlanningScene
 from ..motion_planning.reach import collision_free_ik, make_scene, shift
 
 SCENES = 24
-"""Planning scenes of an arm that are kept: grasps of about the same width follow one another."""
+"""Number of an arm's planning scenes that are cached: consecutive grasps are of about the same width."""
 IN_ORDER = 0.1
-"""Cost of each candidate that comes before, where a candidate says none."""
+"""Cost added for each earlier candidate, where a candidate states no cost of its own."""
 
 
 class Leg(Value):

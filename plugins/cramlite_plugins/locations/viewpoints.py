@@ -155,6 +155,6 @@ def _seen_of(belief: Belief, entity: str) -> Floats:
 
 
 def _belongs(thing: Thing, place: str, belief: Belief) -> bool:
-    """Whether a thing is the place that is looked at, or is known to hang on it or to lie on or in it."""
+    """Whether a thing is the target of a view, or is known to hang on the target or to lie on or in it."""
     whole = thing_of(place)
     return thing.name == whole or any(s == thing.name and o == whole for _, s, o in belief.relations)

@@ -1,4 +1,5 @@
-"""Straight joint-space lines in parts, and how far each part may move any two geoms towards one another."""
+"""Straight joint-space lines divided into parts, with bounds on how far each part may move any two geoms
+towards one another."""
 
 from __future__ import annotations
 

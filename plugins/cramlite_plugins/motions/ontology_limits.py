@@ -22,11 +22,11 @@ LIMITS = {
     "speed_m_s": "cram:speedShare", "speed_rad_s": "cram:speedShare",
     "acceleration_m_s2": "cram:accelerationShare", "acceleration_rad_s2": "cram:accelerationShare",
 }  # fmt: skip
-"""Parameter -> the property that lowers it: forces to a highest value, rates to a share."""
+"""Property of the ontology that limits each parameter of a motion: forces by a highest value, speeds and accelerations by a share."""
 MASS = "cram:minimumMass"
 
 Knowing = Context | Candidate
-"""Object whose taxonomy limits are looked up in: a motion that is planned, or a program that is judged."""
+"""Planning context or candidate program whose taxonomy is used to look up limits."""
 
 
 class Known(Value):

@@ -18,7 +18,7 @@ from .bounds import box_around
 from .convex import hull_planes
 
 CELLS = 72
-"""Along the longer side of a grid."""
+"""Number of cells along the longer side of a height map."""
 DEEP, WIDE = 0.01, 0.015
 """Least depth and width of a cavity [m]."""
 ROUND = 32

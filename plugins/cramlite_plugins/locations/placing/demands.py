@@ -154,4 +154,4 @@ DEMANDS: Mapping[str, Check] = {
     "free to leave": room_to_leave,
     "pushed in": pushed_in,
 }
-"""Asked after all others."""
+"""Checks of a placement against the demands of later tasks, made after all other checks."""

@@ -35,8 +35,8 @@ BESIDE_WALLS = OFF_WALLS + 0.001
 ALIKE = 0.002  # radii of discs that are as good as one another [m]
 TRIED = 32  # corners that are looked at, of a round opening evenly spaced ones
 AWAY = 0.1
-"""Distance of a payload that is put aside from its old place [m]: half a hand. Before something is opened
-it goes farther."""
+"""Gap between a payload that is put aside and its old place [m]: half a hand. Before something is opened a
+payload goes farther."""
 
 
 def positions_on(query: Query, now: Pose) -> Iterator[Offset]:

@@ -188,4 +188,4 @@ WAYS: Mapping[str, tuple[WayOut, ...]] = {
     "in": (ABOVE, WayOut("tilted", _rank_tilted, tilted, by_hand=True), SIDEWAYS),
     "toppled": (WayOut("toppling", _rank_toppling, toppling),),
 }  # fmt: skip
-"""Ways out by relation."""
+"""Ways out of a stable pose, by the relation of the payload to its target."""

@@ -23,7 +23,7 @@ from ...shapes.surfaces import resting_height
 
 STEP = 0.02  # of the lattice of places that a way is looked for on [m]
 SIDES = ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1))
-"""Steps from a place of the lattice to its eight neighbours."""
+"""Steps from a lattice cell to its eight neighbours."""
 ASIDE = (1, 2)  # steps of the lattice
 MOST = 1500  # places that are looked at: a square of 0.7 m
 # Extra length of a way around that is preferred to a movable obstacle being elsewhere by then [m]
