@@ -148,8 +148,8 @@ def clear(shape: Body, hands: Hands, openings: Floats, gripper: Gripper) -> NDAr
 
 
 def caught(shape: Body, hands: Hands, widths: Floats, gripper: Gripper) -> NDArray[np.bool_]:
-    """Check for each of n hand poses, with the pads ``widths`` (n,) apart [m], whether a released thing would
-    stay caught: a part of it is behind a pad.
+    """Check for each of n hand poses whether the thing would stay caught on the opened hand, since a part of
+    it is behind a pad; the pads are ``widths`` (n,) apart [m].
 
     That part is within a pad's length behind the rear edge of the pad's face, but apart from that edge.
 

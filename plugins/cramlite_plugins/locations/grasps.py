@@ -1,5 +1,5 @@
-"""Grasps of a thing where it is, the likeliest to succeed first: each of its grips, with the hand as it is
-and turned by 180 deg.
+"""Grasps of a thing at its believed pose, the likeliest to succeed first: each of its grips, with two
+orientations of the hand that differ by 180 deg.
 
 Those with room for the whole hand, there, before and when it lifts, which leave its holes open, come first;
 those of a hand that leans come after all others, and those by the ends of the pads after these. Among these

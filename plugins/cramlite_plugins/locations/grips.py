@@ -85,8 +85,8 @@ class Grip(Value):
 
     @property
     def late(self) -> int:
-        """Rank of the kind of grip: 0 for straight hands, 1 for leaning hands, 2 for grips by the ends of the
-        pads."""
+        """Rank of the kind of grip, in the order of trial: 0 for straight hands, 1 for leaning hands, 2 for
+        grips by the ends of the pads."""
         return 2 if self.ends else int(bool(self.lean))
 
     @property

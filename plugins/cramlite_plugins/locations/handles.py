@@ -46,8 +46,8 @@ TILTS = (0.0, 30.0, -30.0, 45.0, -45.0, 60.0, -60.0)
 """Turns of the hand about the bar [deg]: a low drawer is reached from above, a door beside a wall from its
 free side."""
 LEANS = (15.0, -15.0, 30.0, -30.0)
-"""Tilts of the hand along a handle's bar [deg], by the finger tips as the palm comes near to it: tried last,
-for arms that would be folded or stretched straight in front of the bar."""
+"""Tilts of the hand along a handle's bar [deg], with the bar between the finger tips only, since the palm
+comes near to it: tried last, for arms that would be folded or stretched straight in front of the bar."""
 # Between two corners a path is off the arc of a hinge by so much at most [m]: the arm gives way sideways
 CHORD = 0.001
 TURN = math.radians(45)  # and turns no further [rad]
@@ -151,8 +151,8 @@ def _around(arm: Arm, thing: str, at: Pose, width: float, room: float = 0.0) -> 
 
 
 def check_way(location: Location, thing: Thing, belief: Belief, context: Context) -> None:
-    """Check that a thing can move as far along its joint as the location's "least" (a share of the range),
-    before any pose of the hand is tried.
+    """Check that nothing stops a thing on its joint before the location's "least" (a share of the joint's
+    range); hand poses are tried after this check.
 
     Raises:
         Unresolvable: something is in its way; whatever hand moves it, it meets that.
@@ -338,8 +338,8 @@ def _led(
     pressed: float,
     cost: float,
 ) -> Grounding:
-    """Path on which a hand moves a thing along its joint to a share of the joint's range; at the thing's stop
-    the hand goes on by ``pressed`` [m, rad]."""
+    """Path on which a hand moves a thing along its joint to a share of the joint's range; if the joint stops
+    there, the hand goes on by ``pressed`` [m, rad]."""
     goal = joint.lower + share * (joint.upper - joint.lower)
     value = joint_value(belief, thing.name, belief.base() * now)
     path, way = _corners(joint, now, tcp(belief, context), goal - pressed - value), goal - value

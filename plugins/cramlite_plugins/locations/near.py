@@ -60,8 +60,8 @@ def near_thing(location: Location, belief: Belief, context: Context) -> Iterator
 
 
 def _around(entity: str, there: Pose, body: Pose, belief: Belief) -> Iterator[tuple[str, str, Floats, float]]:
-    """Sides of a thing to come near to: side, name, position of the hand's or payload's origin in the base
-    frame, distance [m]."""
+    """Positions beside a thing, one for each side and gap: side, name, position of the hand's or payload's
+    origin in the base frame, distance [m]."""
     thing, held = belief.thing(entity), belief.thing(belief.held.thing) if belief.held else None
     out = np.array([*there.position[:2], 0.0]) / max(math.hypot(*there.position[:2]), 1e-9)
     side, up = np.array([-out[1], out[0], 0.0]), np.array([0.0, 0.0, 1.0])

@@ -1,4 +1,4 @@
-"""Hand poses that need no search for grasps: home, straight back, straight up, along a surface."""
+"""Hand poses and paths that need no search for grasps: home, straight back, straight up, along a surface."""
 
 from __future__ import annotations
 

@@ -268,15 +268,15 @@ class PlanningScene(Value):
         return () if "" in loose else tuple(sorted(loose))
 
     def _loose(self, *pair: int) -> str:
-        """The thing of a pair of geoms that is not in the hand and that a task could move; "" where there
-        is none."""
+        """Thing of a pair of geoms that is not in the hand and that a task could move; "" if there is
+        none."""
         world, owners = self.compiled.world, self.compiled.owners
         still = (owners[g].name for g in pair if owners[g].kind == "thing" and not self.moved[g].any())
         return next((n for n in still if world.thing(n).movable or world.thing(n).joint is not None), "")
 
     def relaxed(self, anchors: Sequence[Position], start: Position | None = None) -> PlanningScene:
-        """Return this scene with less clearance required near some joint positions (``anchors``): no more
-        than the arm has there.
+        """Return this scene with less clearance required near some joint positions (``anchors``), where the
+        arm has less.
 
         Args:
             start: anchor in which contacts may be as deep as those of things that lean on one another.

@@ -229,7 +229,8 @@ def _until_contact(motion: Motion, belief: Belief, context: Context) -> Groundin
 
 
 def _in_the_air(motion: Motion, belief: Belief, context: Context, target: Pose, way: Any) -> tuple[MoveLinear, ...]:
-    """Contact-free part of a guarded motion's way; none if hand or thing is near to something already."""
+    """Motion before a guarded motion, along the part of its way that is free of contact; none if the hand or the payload is already near to
+    something."""
     from ..motion_planning.reach import tcp
 
     there = replace(target, position=tuple(np.add(tcp(belief, context).position, way).tolist()))

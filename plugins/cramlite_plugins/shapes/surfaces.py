@@ -191,7 +191,7 @@ def _box_face(half: Floats, axis: int, sign: float) -> Floats:
 
 
 def footprint(thing: Thing, pose: Pose, low: float = -math.inf, high: float = math.inf) -> Area:
-    """Outline of a thing seen from above: of the parts of its geoms in a range of heights [m], united.
+    """Outline of a thing seen from above: the union of the parts of its geoms in a range of heights [m].
 
     Args:
         pose: of the thing in the frame that it is seen in, along z.

@@ -1,5 +1,4 @@
-"""Containers whose opening is too small for a payload, at whichever turn about the vertical: the advice, with
-both sizes."""
+"""Advice for a container whose opening is too small for a payload, at whichever turn about the vertical."""
 
 from __future__ import annotations
 

@@ -115,8 +115,8 @@ def anchor(query: Query, now: Pose) -> Offset:
 
 
 def _with_room(query: Query, now: Pose) -> Offset:
-    """Best position in an opening: in a corner if later tasks put more payloads in, else in the middle of the
-    room that the contents leave; the middle of an empty container."""
+    """Best position for a payload in an opening: in a corner if later tasks put more payloads in, else in the
+    middle of the room that the contents leave, which is the middle of an empty container."""
     lying = [o.area for o in lying_in(query, sure=True)]
     left = free_area(query.target.area, lying, 0.0)
     if left.is_empty:

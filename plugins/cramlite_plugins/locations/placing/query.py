@@ -36,7 +36,7 @@ AS_LET_GO = Pose()
 
 
 class Obstacle(Value):
-    """Thing that stands on a target, lies in it or hangs over it.
+    """Obstacle to a placement: a thing that stands on the target, lies in it or hangs over it.
 
     Args:
         name: of the thing.
@@ -50,7 +50,7 @@ class Obstacle(Value):
 
 
 class Query(Value, dict=True):
-    """Problem of placing a payload: its target, and all that a placement has to heed.
+    """Problem of placing a payload: its target, and all that constrains a placement.
 
     Args:
         thing: the payload.

@@ -243,7 +243,8 @@ def _free(
 def _clear_out(
     floor: Floor, around: HandRoom, boxes: Sequence[tuple[Floats, Floats, Floats]], hands: Hands, wide: Floats
 ) -> NDArray[np.bool_]:
-    """Check whether boxes of a payload and its hands have room on the level way out: a mask (n,).
+    """Check for each of n hand poses whether boxes around payload and hand have room on the level way out: a
+    mask (n,).
 
     Args:
         boxes: middles (n, 3), axes (n, 3, 3) and half sizes of the box around the payload, then of its parts.

@@ -58,7 +58,8 @@ class WayOut(Value):
 
 
 def up(asked: list[Query]) -> Groups:
-    """Generate placements from above, and some from aside where there is no room above."""
+    """Generate placements with a way straight down from above, and some with an oblique way where there is no
+    room above."""
     asked = prepared(asked)
     now = put_down(asked[0])
     check_turn(asked[0], now)

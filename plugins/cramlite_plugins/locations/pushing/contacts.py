@@ -304,8 +304,8 @@ def _facing(handle: Pose, inner: bool) -> tuple[Floats, Floats]:
 
 
 def _clear_of(thing: Thing, pose: Pose, hand: Pose, out: Floats, gripper: Gripper) -> float:
-    """Return how far closed fingers at a TCP pose must move out until they are clear of all of a thing, its
-    bars included [m]."""
+    """Return how far closed fingers at a TCP pose must move outwards until they are clear of the whole thing,
+    its bars included [m]."""
     across, thick = np.linspace(-0.5, 0.5, 3) * gripper.pad[0], np.linspace(-FINGER, FINGER, 5)
     along = np.linspace(-gripper.depth, gripper.pad[1] / 2, 6)
     fingers, to = np.array(list(itertools.product(across, thick, along))), pose.inverse()

@@ -218,7 +218,8 @@ def _stopped(no: Refused, wanted: PushedThing, entity: str, way: str = "on") -> 
 def _around(
     wanted: PushedThing, belief: Belief, context: Context, entity: str
 ) -> Iterator[Grounding | Refused]:
-    """Yield ways around obstacles that the arm can follow; if it can follow none, a refusal.
+    """Yield paths of a pushed thing around obstacles that the arm can follow; if it can follow none, a
+    refusal.
 
     The refusal blames obstacles of a shorter way, too.
     """
