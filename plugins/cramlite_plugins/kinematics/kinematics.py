@@ -279,7 +279,7 @@ def held_posture(robot: Robot, target: Pose) -> Joints | None:
 
 def _led(robot: Robot, target: Pose, posture: Joints) -> Joints | None:
     """Lead the tool from a posture straight to a pose, in steps of least norm, and return the joint positions
-    at the end."""
+    at the end; None if a step has no solution."""
     start = forward(robot, posture)
     q: Joints | None = posture
     shift, turn = np.subtract(target.position, start.position), np.asarray((start.inverse() * target).rotvec)
@@ -366,8 +366,8 @@ def _locked(robot: Robot, target: Pose, values: Iterable[float]) -> Iterator[Joi
 
 
 def nearest_branch(robot: Robot, target: Pose, seed: Sequence[float]) -> Joints | None:
-    """Solve inverse kinematics on the branch of joint position ``seed``, by Newton's method from it; joint
-    limits are not checked."""
+    """Solve inverse kinematics on the branch of joint position ``seed``, by Newton's method from it; None if
+    that does not converge. Joint limits are not checked."""
     return refine(robot, target, seed, steps=12)
 
 

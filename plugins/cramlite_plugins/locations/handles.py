@@ -79,8 +79,8 @@ counts as on from a fifth of its range."""
 
 
 def handle_grasps(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate grasps straight onto a handle, the fingers across its bar; also turned by 180 deg, and tilted
-    about the bar or along it."""
+    """Generate grasps of a handle with the fingers across its bar: straight onto it, turned by 180 deg,
+    tilted about the bar, and leaning along it."""
     entity = bound(context, location.of)
     door = belief.thing(entity)
     lever = lever_of(location, door, belief) if asked(location, Handle).lever else None

@@ -79,7 +79,8 @@ def _grounded(entity: str, wanted: Object, belief: Belief, context: Context) -> 
 
 
 def _fit(entity: str, wanted: Object, belief: Belief, context: Context) -> Grounding | Refused:
-    """Whether an entity has the class, or else the features and affordances, that are wanted."""
+    """Grounding of an object designator by an entity of the wanted class, or with the wanted features and
+    affordances; else the refusal with what the entity lacks."""
     classes, feature, thing = context.taxonomy, belief.feature(entity), belief.thing(entity)
     own = feature.type if feature else thing.type
     taken = next((k for k, v in context.bindings.items() if k != wanted.name and v == entity), None)

@@ -136,7 +136,8 @@ class Arm:
         return leg.refused(there) if isinstance(there, Refused) else there
 
     def _hand_met(self, leg: Leg) -> Refused | None:
-        """Return what the hand meets at a TCP pose, whatever the arm's posture; None if nothing.
+        """Return the refusal with what the hand meets at a TCP pose, whatever the arm's posture; None if
+        nothing.
 
         It saves inverse kinematics, which takes a hundred times as long for seven axes; arms with fewer are
         not checked.

@@ -143,7 +143,7 @@ def _level(way: Floats) -> Floats:
 
 def _slab(geom: Geom, pose: Pose) -> tuple[Floats, float, Floats] | None:
     """Thinnest direction of a box or hull as a unit vector that points up, its thickness that way [m], and
-    its corners (n, 3)."""
+    its corners (n, 3); None for a round shape."""
     there = pose * geom.pose
     if geom.shape == "box":
         k = int(np.argmin(geom.size))

@@ -109,8 +109,8 @@ def _points(geom: Geom) -> Floats:
 
 
 def _largest_pool(top: Floats, step: float) -> tuple[float, float, tuple[int, int, int, int]] | None:
-    """Hollow of a height map that would hold the most water: its water level, floor height, and largest
-    box as row and column ranges."""
+    """Hollow of a height map that would hold the most water: its water level, floor height, and largest box
+    as row and column ranges; None if there is no hollow."""
     from scipy.ndimage import label
 
     water = _flooded(top)

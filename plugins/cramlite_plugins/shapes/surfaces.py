@@ -306,7 +306,7 @@ def _under(geoms: tuple[Geom, ...], pose: Pose) -> Area:
 
 
 def _level_lowest(geom: Geom, pose: Pose, low: float) -> Area | None:
-    """Outline of the points of a geom that are within ``FLAT`` of a height."""
+    """Outline of the points of a geom that are less than ``FLAT`` above a height; None if there are none."""
     there = pose * geom.pose
     if geom.shape == "cylinder":
         angles = np.linspace(0, math.tau, 4 * _ROUND, endpoint=False)

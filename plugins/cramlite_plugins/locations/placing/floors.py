@@ -92,7 +92,8 @@ def levels(
 
 
 def _upon(thing: Thing, now: Pose, below: Thing, at: Pose, along: Floats) -> Surface | None:
-    """Support of a payload, turned as at the pose ``now``, that is let down onto the middle of a thing.
+    """Surface of the support of a payload that is let down onto the middle of a thing, in the orientation of
+    the pose ``now``; None if the thing does not support it there.
 
     The x axis of the support's frame is along a direction (3,), seen from above.
     """
