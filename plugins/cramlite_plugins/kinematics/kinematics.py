@@ -35,17 +35,19 @@ EXACT = 1e-6  # a branch whose error stays above this is no solution [m, rad]
 SAME = 1e-5  # two branches nearer than this are one [rad]
 NEAR = math.pi / 4  # Newton's method that ends within this of its seed stayed on the branch [rad]
 SETTLING, SETTLED, FURTHEST = 40, 1e-3, 0.15
-"""Steps of a self-motion, a step that is small enough to end it, and the largest [rad]."""
+"""Largest number of steps of a self-motion, the size of a step below which the self-motion ends, and the
+largest size of a step [rad]."""
 BEYOND = -0.5
-"""Cosine of a turn beyond which it is computed as a quaternion, in three times the time."""
+"""Cosine of a rotation's angle below which the rotation vector is computed by a quaternion, in three times
+the time."""
 ASTRAY = 0.05
-"""Largest distance of a joint of a led arm from where it settles [rad]: in LIBERO the worst of 100 rests
-was."""
+"""Largest difference of a joint from the value at which the arm settles, for controllers that are given TCP
+poses [rad]: it was the worst of 100 rests in LIBERO."""
 LEADING = (0.1, 0.4)
-"""Step between poses on the path of a tool that is led [m, rad]."""
+"""Step between the poses through which inverse kinematics leads the tool along a straight line [m, rad]."""
 STEPS = (0.48, 0.06)
-"""Steps between the values at which the last of seven joints is locked [rad]: the second one where the
-first one finds no solution."""
+"""Steps between the values at which the last of seven joints is locked [rad]: the second one is used where
+the first one finds no solution."""
 
 
 def table(robot: Robot) -> Table:
@@ -277,7 +279,7 @@ def held_posture(robot: Robot, target: Pose) -> Joints | None:
 
 def _led(robot: Robot, target: Pose, posture: Joints) -> Joints | None:
     """Lead the tool from a posture straight to a pose, in steps of least norm, and return the joint positions
-    at the end."""
+    at the end; None if a step has no solution."""
     start = forward(robot, posture)
     q: Joints | None = posture
     shift, turn = np.subtract(target.position, start.position), np.asarray((start.inverse() * target).rotvec)
@@ -364,8 +366,8 @@ def _locked(robot: Robot, target: Pose, values: Iterable[float]) -> Iterator[Joi
 
 
 def nearest_branch(robot: Robot, target: Pose, seed: Sequence[float]) -> Joints | None:
-    """Solve inverse kinematics on the branch of joint position ``seed``, by Newton's method from it; joint
-    limits are not checked."""
+    """Solve inverse kinematics on the branch of joint position ``seed``, by Newton's method from it; None if
+    that does not converge. Joint limits are not checked."""
     return refine(robot, target, seed, steps=12)
 
 

@@ -119,8 +119,8 @@ def joint_speed_excess(
 
 
 STEADY = 0.8
-"""Share of a joint's speed limit that motions are planned with: an arm that is streamed to catches up in
-steps, and was seen at 2.63 rad/s where 2.17 rad/s were asked."""
+"""Share of a joint's speed limit that motions are planned with: an arm with streamed targets catches up in
+steps, and was seen at 2.63 rad/s where 2.17 rad/s were commanded."""
 
 
 def steady_speed(

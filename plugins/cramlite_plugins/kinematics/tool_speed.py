@@ -15,12 +15,12 @@ from .kinematics import forward
 from .timing import leading
 
 CHORD = 0.05
-"""Turn of the leading axis between two looks at the tool [rad]."""
+"""Turn of the leading axis between two positions at which the tool's speed is computed [rad]."""
 KEPT = 0.9
 """Share of the limit that motions are planned with: the tool was measured at most 3 % faster than this
 bound says, over 66 programs, and 5 % with an arm at 2.5 times the usual pace."""
 DIGIT = 1e-3
-"""Digit to which lowered speeds of a leading axis are rounded [rad/s]."""
+"""Step to which lowered speeds of a leading axis are rounded down [rad/s]."""
 
 
 def tool_way(robot: Robot, path: Sequence[Sequence[float]]) -> float:

@@ -32,8 +32,8 @@ ENDS = 0.005  # and in one by no more than their ends: half of pads that are 20 
 THIN = 0.6  # overlap of the pads as a share of a thin thing's thickness: hands stay off its support
 BEFORE, INTO = 0.003, 0.004  # a shallow grasp: tips before the far side, pinch point behind the near one [m]
 DEEP = 0.010
-"""Room between the palm and the near side [m]: parts of a hand reach 4 mm beyond its palm, and poses are in
-doubt."""
+"""Least gap between the palm and the near side of a grasped thing [m]: parts of a hand reach 4 mm beyond its
+palm, and poses are in doubt."""
 FACE = 0.001  # pads are pressed in by less, and lean by less [m]
 ANGLES = 8  # side grasps around a cylinder
 
@@ -126,8 +126,8 @@ def _around(low: Floats, high: Floats) -> tuple[Span, tuple[NDArray[np.intp], ND
 
 
 def clear(shape: Body, hands: Hands, openings: Floats, gripper: Gripper) -> NDArray[np.bool_]:
-    """Check whether fingers at these openings (n,) [m], and the palm, meet nothing at a pose and on the
-    straight way to it."""
+    """Check at which hand poses (n,) the open fingers and the palm meet nothing of a shape, at the pose and
+    on the straight approach to it."""
     half, reach = gripper.pad[0] / 2, gripper.pad[1] / 2
     free = np.ones(len(openings), bool)
     for side in (1.0, -1.0):
@@ -148,8 +148,8 @@ def clear(shape: Body, hands: Hands, openings: Floats, gripper: Gripper) -> NDAr
 
 
 def caught(shape: Body, hands: Hands, widths: Floats, gripper: Gripper) -> NDArray[np.bool_]:
-    """Check for each of n hand poses, with the pads ``widths`` (n,) apart [m], whether a released thing would
-    stay caught: a part of it is behind a pad.
+    """Check for each of n hand poses whether the thing would stay caught on the opened hand, since a part of
+    it is behind a pad; the pads are ``widths`` (n,) apart [m].
 
     That part is within a pad's length behind the rear edge of the pad's face, but apart from that edge.
 
@@ -176,8 +176,8 @@ def _meets(geom: Geom, hands: Hands, row: int, segments: tuple[Floats, Floats]) 
 
 @lru_cache(maxsize=16)
 def _finger(gripper: Gripper) -> tuple[Floats, Floats]:
-    """Line segments (starts, ends) along each axis that fill the volume swept by a finger, in the frame of
-    the volume's middle: too dense for a wall to fit between them."""
+    """Line segments (starts, ends) that fill the volume swept by a finger, so densely that no wall fits
+    between them, in the frame of the volume's middle."""
     half, long = gripper.pad[0] / 2, (gripper.pad[1] / 2 + SAMPLES) / 2
     across, thick = np.linspace(-half, half, 4), (np.array([0.0, 0.3, 0.65, 1.0]) - 0.5) * FINGER
     along = np.arange(long, -long, -STEP)
@@ -201,8 +201,8 @@ def _palm(gripper: Gripper) -> tuple[Floats, Floats]:
 
 
 def shallow(pose: Pose, near: float, far: float, gripper: Gripper) -> Pose | None:
-    """Move a TCP pose back until the pads end before the far side of a geom; None if they do already, or
-    cannot.
+    """Move a TCP pose back until the pads end before the far side of a geom; None if they end there already,
+    or if the pinch point would leave the geom.
 
     So a thin thing is gripped that lies on a table.
 

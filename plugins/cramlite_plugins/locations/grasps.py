@@ -1,5 +1,5 @@
-"""Grasps of a thing where it is, the likeliest to succeed first: each of its grips, with the hand as it is
-and turned by 180 deg.
+"""Grasps of a thing at its believed pose, the likeliest to succeed first: each of its grips, with two
+orientations of the hand that differ by 180 deg.
 
 Those with room for the whole hand, there, before and when it lifts, which leave its holes open, come first;
 those of a hand that leans come after all others, and those by the ends of the pads after these. Among these
@@ -48,18 +48,19 @@ from .reached import Arm, Leg
 
 STANDOFF = 0.10  # pre-grasp distance [m]: the longest finger pad and the tab of a product fit in between
 ALONG = (1.0, 0.75, 0.5, 0.25)
-"""Parts of a way in from aside at which the hand may not touch the thing; the rest is as long as open
-fingers are apart from it."""
+"""Fractions of an oblique way, from the grasp outwards, at which the hand must not touch the thing; nearer to
+the grasp the thing is between the open fingers."""
 LIFTED = 0.10  # height to which most grasped things are then picked up [m]
 HALF_TURN = Pose((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
 PER_RADIAN = 0.005
-"""Cost of a radian that the hand turns [m]. Of the two ways round the nearer one comes first: half a turn
-more drives a last axis that starts in the middle of its range into its stop."""
+"""Cost of one radian by which the hand turns on its way to a grasp [m]. Of the two ways round the nearer one
+comes first: half a turn more drives a last axis that starts in the middle of its range into its stop."""
 PER_LOAD, MOST_LOAD = 0.02, 5.0
-"""Cost of each time the force that the pads lack to keep a thing from turning [m], and up to how many."""
+"""Cost of a lack of pad force against turning [m], per multiple of the gripper's greatest force that is
+lacking, and the highest multiple that counts."""
 PER_TIGHT = 2.0
-"""Cost of each metre by which wide open fingers leave less room on a side than two sigma of the thing's
-place: a pad that meets a thing pushes it."""
+"""Cost of each metre by which the gap between a fully open finger and the thing is less than two sigma of the
+thing's place: a pad that meets a thing pushes it."""
 
 
 class Grasp(Value):

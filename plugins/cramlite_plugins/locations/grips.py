@@ -40,11 +40,11 @@ CAUGHT = 0.02
 MANY = 3  # parts of a thing beyond which equal grasps on them count once
 SHIFTS = (0.0, 0.5, 1.0, -0.5, -1.0)  # along a face, as fractions of what the pads leave
 LEAN = math.radians(30)
-"""Lean of a hand about the line between its pads, where it has no room over a box, or where the wrist
-would be too far away."""
+"""Lean of a hand about the line between its pads [rad], for boxes over which a straight hand has no room or
+would be too far away for the wrist."""
 BARE = 0.05
-"""Cost of a pad that nothing covers [m]: a carton's ridge, 7 mm high, slipped out of pads that it covered
-by a ninth, and not out of others 18 mm beside its centre of mass that it covered whole."""
+"""Cost of a poorly covered pad [m], per share of coverage that it lacks: a carton's ridge, 7 mm high, slipped
+out of pads that it covered by a ninth, but not out of wholly covered pads 18 mm beside its centre of mass."""
 PER_LEAN = 0.06
 """Cost of a radian of lean [m]."""
 
@@ -85,8 +85,8 @@ class Grip(Value):
 
     @property
     def late(self) -> int:
-        """Rank of the kind of grip: 0 for straight hands, 1 for leaning hands, 2 for grips by the ends of the
-        pads."""
+        """Rank of the kind of grip, in the order of trial: 0 for straight hands, 1 for leaning hands, 2 for
+        grips by the ends of the pads."""
         return 2 if self.ends else int(bool(self.lean))
 
     @property
@@ -143,7 +143,7 @@ def varied(grips: Iterable[tuple[float, Grip, T]]) -> list[tuple[float, T]]:
 
 
 def candidates(geoms: Sequence[Geom], gripper: Gripper) -> Iterator[Grip]:
-    """Yield grasps of all primitives of a body, each by itself; parts such as tabs are not gripped."""
+    """Yield grasps of each primitive of a body by itself; parts such as tabs are not gripped."""
     body = [g for g in geoms if not g.part]
     for i, geom in enumerate(body):
         name = f" of geom {i}" if len(body) > 1 else ""
@@ -157,8 +157,8 @@ def candidates(geoms: Sequence[Geom], gripper: Gripper) -> Iterator[Grip]:
 
 
 def _drawn_back(grip: Grip, near: float, far: float, gripper: Gripper) -> Iterator[Grip]:
-    """Yield a grasp of a geom, and the same drawn back so that less of the pads is on the geom, which reaches
-    from ``near`` to ``far`` along the approach [m].
+    """Yield a grasp of a geom, which reaches from ``near`` to ``far`` along the approach [m], with the hand
+    where it is (unless it leans) and drawn back.
 
     Of a hand that leans a corner of the pads is ahead of their middle.
     """

@@ -38,7 +38,7 @@ class _Box(NamedTuple):
 
 
 Part = list[_Box]
-"""A part of a hand: it is in each of these boxes."""
+"""Part of a hand as a list of boxes, each of which contains the whole part."""
 
 
 class HandRoom(Value, dict=True):

@@ -39,44 +39,48 @@ from .reached import Arm, Leg
 TIPS = 0.006
 STANDOFF = 0.08  # in front of the handle [m]: the fingers, open, are clear of the bar
 SLACK = (0.05, 0.03, 0.016, 0.01)
-"""Opening of the fingers beyond the bar's width [m], whose half is the bar's error; the widest that obstacles
-allow."""
+"""Openings of the fingers beyond the bar's width [m], of which the widest that obstacles allow is used; half
+of it is the error of the bar's position that the fingers allow for."""
 ROOM = 0.006  # about the hand, without which a grip comes last [m]: streamed arms come to rest within 4 mm
 TILTS = (0.0, 30.0, -30.0, 45.0, -45.0, 60.0, -60.0)
 """Turns of the hand about the bar [deg]: a low drawer is reached from above, a door beside a wall from its
 free side."""
 LEANS = (15.0, -15.0, 30.0, -30.0)
-"""Turns along the bar [deg], by the tips, as the palm comes near to it: last, for arms that straight on to
-it are folded or stretched."""
+"""Tilts of the hand along a handle's bar [deg], with the bar between the finger tips only, since the palm
+comes near to it: tried last, for arms that would be folded or stretched straight in front of the bar."""
 # Between two corners a path is off the arc of a hinge by so much at most [m]: the arm gives way sideways
 CHORD = 0.001
 TURN = math.radians(45)  # and turns no further [rad]
 CLOSED, AJAR = 0.005, 0.08
-"""Shares of the range that a joint is closed to: by its handle, all but what friction leaves; pushed, so
-far that the rest is felt."""
+"""Shares of its range to which a joint is closed: with a hand on its handle all but what friction leaves, and
+with a pushing hand up to where a guarded motion takes over."""
 LEFT = 0.015
-"""Last part of the way of a hand that pushes a door or a drawer of 0.16 m [m], left to be felt."""
+"""Last part of a door's way that a pushing hand covers by a guarded motion [m]."""
 OPENED = (0.95, 0.9)
-"""Shares of the range that something is opened to: as far as the arm comes, short of the stop."""
+"""Shares of its range to which a joint is opened, short of its stop; the first one that the arm reaches is
+used."""
 BEGUN = (0.4, 0.3, 0.25, 0.2, 0.175, 0.15)
-"""Shares that a door is drawn ajar to by its handle, to be pushed on from inside: as far as the arm comes.
-Of 2.1 rad the least is 0.3 rad, 75 mm at a handle 0.25 m from the hinge: closed fingers 32 mm thick still
-get in behind it."""
+"""Shares of its range to which a door is pulled ajar by its handle, before it is pushed on from inside; the
+first one that the arm reaches is used. Of 2.1 rad the least is 0.3 rad, 75 mm at a handle 0.25 m from the
+hinge: closed fingers 32 mm thick still get in behind it."""
 CLOSER = (0.35, 0.5, 0.65, 0.75)
-"""Shares that a door is led to by its handle, to be pushed shut from there: as far as the arm comes."""
+"""Shares of its range to which a door is closed by its handle, before it is pushed shut; the first one that
+the arm reaches is used."""
 PUSHED_ON = (*OPENED, 0.85, 0.8)
-"""Shares of the range to push on to: as far as the arm comes, and at least as far as by the handle."""
+"""Shares of its range to which a door is pushed open from inside; the first one that the arm reaches is
+used."""
 PRESSED = math.radians(2.0)
 """Turn of the hand beyond the stop of a knob [rad]: streamed arms come to rest within 0.02 rad. Knobs of 1
 kg m2 that were not pressed there sprang back from it by 3 mrad, and glided on by 2 mrad once they were let
 go of."""
 TURNED = (0.97, 0.6, 0.4)
-"""Shares that a knob is turned on to: as far as the wrist turns; from a fifth on it counts as on."""
+"""Shares of its range to which a knob is turned on; the first one that the wrist reaches is used, and a knob
+counts as on from a fifth of its range."""
 
 
 def handle_grasps(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate grasps straight onto a handle, the fingers across its bar; also turned by 180 deg, and tilted
-    about the bar or along it."""
+    """Generate grasps of a handle with the fingers across its bar: straight onto it, turned by 180 deg,
+    tilted about the bar, and leaning along it."""
     entity = bound(context, location.of)
     door = belief.thing(entity)
     lever = lever_of(location, door, belief) if asked(location, Handle).lever else None
@@ -147,8 +151,8 @@ def _around(arm: Arm, thing: str, at: Pose, width: float, room: float = 0.0) -> 
 
 
 def check_way(location: Location, thing: Thing, belief: Belief, context: Context) -> None:
-    """Check that a thing can move as far along its joint as the location's "least" (a share of the range),
-    before any pose of the hand is tried.
+    """Check that nothing stops a thing on its joint before the location's "least" (a share of the joint's
+    range); hand poses are tried after this check.
 
     Raises:
         Unresolvable: something is in its way; whatever hand moves it, it meets that.
@@ -334,8 +338,8 @@ def _led(
     pressed: float,
     cost: float,
 ) -> Grounding:
-    """Path on which a hand moves a thing along its joint to a share of the joint's range; at the thing's stop
-    the hand goes on by ``pressed`` [m, rad]."""
+    """Path on which a hand moves a thing along its joint to a share of the joint's range; if the joint stops
+    there, the hand goes on by ``pressed`` [m, rad]."""
     goal = joint.lower + share * (joint.upper - joint.lower)
     value = joint_value(belief, thing.name, belief.base() * now)
     path, way = _corners(joint, now, tcp(belief, context), goal - pressed - value), goal - value

@@ -68,8 +68,8 @@ def _met(thing: Thing, value: float, goal: float, belief: Belief, context: Conte
 def _met_at(
     poses: Sequence[Pose], name: str, belief: Belief, context: Context, touch: Iterable[str] = ()
 ) -> list[Refused | None]:
-    """Obstacles of a thing and its load at each of several poses in the world, as if the thing were not at
-    its present pose."""
+    """Return at each of several poses in the world the refusal with the obstacle that a thing and its load
+    meet there, or None; the thing counts as absent from its present pose."""
     held = Held(name, Pose(), 0.0, carries=carried_along(belief, name))
     scene = make_scene(belief.grasped(held), context, touch, clearance=0.0)
 
@@ -127,7 +127,7 @@ def _tips(name: str, driver: Thing, line: Floats, belief: Belief) -> bool:
 
 
 def _direction(thing: Thing, way: float, belief: Belief) -> Floats:
-    """Unit vector (3,) in the base frame along which a thing on a slide goes."""
+    """Unit vector (3,) in the base frame along which a thing moves on its sliding joint."""
     assert thing.joint is not None
     now = belief.pose(thing.name)
     axis: Floats = np.asarray((now * thing.joint.pose).rotate((0.0, 0.0, math.copysign(1.0, way))))

@@ -25,8 +25,8 @@ def closes(name: str, put: str, context: Context) -> bool:
 
 
 def goes_on(put: str, context: Context) -> bool:
-    """Check whether a later task is about other things than the payload, and the first such task opens
-    nothing.
+    """Check whether a later task is about other things than the payload, and the first such task is not an
+    opening task.
 
     Opening would need more room.
     """

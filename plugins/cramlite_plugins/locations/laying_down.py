@@ -1,5 +1,5 @@
-"""Laying down of a thing that hangs from the fingers at its rim: its far side is put down first, then the
-hand lowers its near side.
+"""Laying down of a thing that hangs from the fingers at its rim: its far side comes down first, then the hand
+lowers its near side.
 
 The hand keeps its attitude, in which it took hold of the thing where that lay: as its far side is held up by
 what it is put onto, the thing turns back between the pads as it swung when it was lifted.
@@ -24,8 +24,8 @@ PART = math.radians(10.0)  # of the turn on each line: the chord of an arc of 0.
 OVER = 0.001  # the surface its lowest point is led along [m]
 ABOVE = 0.03  # the first contact the way begins [m]
 LEFT = 0.008
-"""Rest of the hand's way down when it lets go [m]: pads creep down a rim that becomes flat, 7 mm before
-the hand is as low as where it took hold, and would then press the near side down and the far one up."""
+"""Height of the hand above the end of its way down when it lets go of a payload [m]: over the last 7 mm, pads
+that creep down a flattening rim would press the near side down and the far one up."""
 PRESSED = 0.003  # below its first contact the edge of a hanging thing is led [m]: so far off may an arm be
 EDGE = 0.0005  # points that are no higher than this over the lowest one touch as well [m]
 

@@ -1,4 +1,5 @@
-"""Levers that are mounted on a door: which one it has, and how far it is turned to free the door's way."""
+"""Levers that are mounted on a door: search for a door's lever, and the joint values at which the lever frees
+the door."""
 
 from __future__ import annotations
 
@@ -13,10 +14,10 @@ from ..shapes.joint_values import joint_value
 from .joint_obstacles import met_on_its_way
 
 STEP = math.radians(5.0)
-"""Between the angles that are looked at [rad]."""
+"""Step between the joint values of a lever that are checked [rad]."""
 BEYOND = math.radians(10.0)
-"""How much further a lever is turned than to where its door comes free [rad]: a hand that holds it against
-a spring gives way by some millimetres, and 10 deg at 75 mm are 13 mm."""
+"""Turn of a lever beyond the angle at which its door comes free [rad]: a hand that holds it against a spring
+gives way by some millimetres, and 10 deg at 75 mm are 13 mm."""
 
 
 def lever_of(location: Location, thing: Thing, belief: Belief) -> Thing:

@@ -17,8 +17,8 @@ from ..shapes.bounds import support
 from .reached import Arm, Candidate, Leg, reached
 
 GAPS = (0.03, 0.06)
-"""Gaps between two things that are near one another [m]: more than paths keep, and with half of most
-things that fit a hand less than ``NEAR``."""
+"""Gaps between a thing and the hand or payload that is brought near it [m]: wider than the clearance of
+paths, and narrow enough that most things that fit a hand are then within ``NEAR``."""
 TURNS = (0.0, 45.0, -45.0, 90.0, -90.0)  # of the hand about the vertical, from facing it [deg]
 PER_TURN = 0.1  # cost of a radian of turn, as in placing
 PER_METRE = 1.0  # cost of the way there: the nearest place that is near is near enough
@@ -60,8 +60,8 @@ def near_thing(location: Location, belief: Belief, context: Context) -> Iterator
 
 
 def _around(entity: str, there: Pose, body: Pose, belief: Belief) -> Iterator[tuple[str, str, Floats, float]]:
-    """Sides of a thing to come near to: side, name, position of the hand's or payload's origin in the base
-    frame, distance [m]."""
+    """Positions beside a thing, one for each side and gap: side, name, position of the hand's or payload's
+    origin in the base frame, distance [m]."""
     thing, held = belief.thing(entity), belief.thing(belief.held.thing) if belief.held else None
     out = np.array([*there.position[:2], 0.0]) / max(math.hypot(*there.position[:2]), 1e-9)
     side, up = np.array([-out[1], out[0], 0.0]), np.array([0.0, 0.0, 1.0])

@@ -34,7 +34,7 @@ def _candidates(wanted: Object, belief: Belief, context: Context) -> Iterator[Gr
 
 def _entities(wanted: Object, belief: Belief, context: Context) -> list[str]:
     """Names of candidates for an object designator: the entity that it names, else the features of the thing
-    that it asks a part of, else all things."""
+    of which it asks for a part, else all things."""
     if wanted.entity:
         return [wanted.entity]
     if wanted.part_of:
@@ -79,7 +79,8 @@ def _grounded(entity: str, wanted: Object, belief: Belief, context: Context) -> 
 
 
 def _fit(entity: str, wanted: Object, belief: Belief, context: Context) -> Grounding | Refused:
-    """Whether an entity has the class, or else the features and affordances, that are wanted."""
+    """Grounding of an object designator by an entity of the wanted class, or with the wanted features and
+    affordances; else the refusal with what the entity lacks."""
     classes, feature, thing = context.taxonomy, belief.feature(entity), belief.thing(entity)
     own = feature.type if feature else thing.type
     taken = next((k for k, v in context.bindings.items() if k != wanted.name and v == entity), None)

@@ -1,4 +1,4 @@
-"""Hand poses that need no search for grasps: home, straight back, straight up, along a surface."""
+"""Hand poses and paths that need no search for grasps: home, straight back, straight up, along a surface."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ DIRECTIONS = (0.0, 180.0, 90.0, -90.0)  # of a slide, in the base frame [deg]
 SHARES = (1.0, 0.7, 0.4)  # of its height that a lift leads aside, where straight up something is in the way
 OFF = 0.03  # what it lay on a thing hangs when it is lifted [m]: room for the path that goes on from there
 ALONG = (0.1, 0.2, 0.3, 0.45, 0.65, 1.0)
-"""Parts of a lift at which all must be free: before the first the thing may touch what it stands on."""
+"""Fractions of a lift at which hand and payload must be free of collision: before the first one the payload
+may touch its support."""
 
 
 def home(location: Location, belief: Belief, context: Context) -> Groundings:

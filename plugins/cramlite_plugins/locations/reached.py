@@ -22,9 +22,9 @@ from ..motion_planning.planning_scene import PlanningScene
 from ..motion_planning.reach import collision_free_ik, make_scene, shift
 
 SCENES = 24
-"""Planning scenes of an arm that are kept: grasps of about the same width follow one another."""
+"""Number of an arm's planning scenes that are cached: consecutive grasps are of about the same width."""
 IN_ORDER = 0.1
-"""Cost of each candidate that comes before, where a candidate says none."""
+"""Cost added for each earlier candidate, where a candidate states no cost of its own."""
 
 
 class Leg(Value):
@@ -136,7 +136,8 @@ class Arm:
         return leg.refused(there) if isinstance(there, Refused) else there
 
     def _hand_met(self, leg: Leg) -> Refused | None:
-        """Return what the hand meets at a TCP pose, whatever the arm's posture; None if nothing.
+        """Return the refusal with what the hand meets at a TCP pose, whatever the arm's posture; None if
+        nothing.
 
         It saves inverse kinematics, which takes a hundred times as long for seven axes; arms with fewer are
         not checked.

@@ -44,8 +44,8 @@ from ..shapes.convex import hull_planes
 from .reached import Arm, Candidate, Leg, reached
 
 SLOPES = math.radians(8.0), math.radians(50.0)
-"""Slopes of a rim, from level, that are pinched: what is flatter gives the tips nothing to turn it by, and
-what is steeper is gripped as a wall."""
+"""Least and greatest slope from level of a rim that is pinched [rad]: a flatter rim gives the finger tips
+nothing to turn the thing by, and a steeper one is gripped as a wall."""
 LEANS = (math.radians(15.0), math.radians(12.0))
 """Outward leans of the hand: at 20 deg the outer corner of a Panda's finger is in the table, at 10 deg
 every third pinch slides off."""
@@ -143,7 +143,7 @@ def _level(way: Floats) -> Floats:
 
 def _slab(geom: Geom, pose: Pose) -> tuple[Floats, float, Floats] | None:
     """Thinnest direction of a box or hull as a unit vector that points up, its thickness that way [m], and
-    its corners (n, 3)."""
+    its corners (n, 3); None for a round shape."""
     there = pose * geom.pose
     if geom.shape == "box":
         k = int(np.argmin(geom.size))

@@ -22,8 +22,8 @@ STEPS = (0.01, math.radians(2.0))
 
 
 def first_met(put: str, after: Belief, context: Context, clearance: float | None) -> Refused | None:
-    """Return the first obstacle that later tasks meet when they close a thing, with the placed thing at its
-    believed place.
+    """Return the refusal with the first obstacle that later tasks meet when they close a thing, with the
+    placed thing at its believed place; None if they meet nothing.
 
     The way is looked at up to the stop, or without a clearance [m] only up to the last part, which is a
     guarded motion.
@@ -39,8 +39,8 @@ def first_met(put: str, after: Belief, context: Context, clearance: float | None
 def _met(
     closing: Thing, put: str, after: Belief, context: Context, clearance: float | None
 ) -> Refused | None:
-    """Return the first contact of a placed thing with a thing that closes, or with furniture if it moves
-    along with that thing."""
+    """Return the refusal with the first contact of a placed thing with a thing that closes, or with furniture
+    if it moves along with that thing; None if nothing is met."""
     assert closing.joint is not None
     joint, at, here = closing.joint, after.poses[closing.name].pose, after.poses[put].pose
     value, whole = joint_value(after, closing.name, at), joint.upper - joint.lower

@@ -17,9 +17,10 @@ from .parameters import Followed, asked
 from .reached import Arm, Candidate, Leg, reached
 
 TURNS = (0.0, 45.0, -45.0, 90.0, -90.0, 135.0, -135.0, 180.0)
-"""Turns of the payload about the vertical from how it is held [deg], where demonstrations say no heading."""
+"""Turns of the payload about the vertical from how it is held [deg], for paths whose demonstrations state no
+heading."""
 STARTS = 4
-"""Places of a closed path from which it is tried."""
+"""Number of places on a closed path from which a motion along it may start."""
 
 
 def followed(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:

@@ -41,8 +41,8 @@ FEATURES = ("vrps:Peg", "cram:Cavity", "cram:Handle")  # where a fixed thing is 
 
 
 class Target(Value):
-    """Thing that the arm has to reach from where its platform stands: the variable bound to it, its name, and
-    whether it is to be grasped."""
+    """Thing that the arm has to reach from the platform: the variable bound to it, its name, and whether it
+    is to be grasped."""
 
     variable: str
     thing: str
@@ -162,8 +162,8 @@ def _over(target: Target, there: Belief, context: Context) -> str:
 
 
 def _none(answers: Iterable[Grounding | Refused], otherwise: str) -> str:
-    """Return "" if answers contain a grounding; else the reason of the first refusal, or ``otherwise`` if
-    there is none."""
+    """Return the reason of the first refusal if no answer is a grounding, or ``otherwise`` if there are no
+    answers; "" if an answer is a grounding."""
     first = ""
     for answer in answers:
         if isinstance(answer, Grounding):

@@ -69,8 +69,8 @@ def _candidate(
 
 
 def _points(belief: Belief, entity: str) -> Sequence[Sequence[float]]:
-    """Points of a thing that a camera should see, base frame: of its cavity; of its peg and the space
-    below the peg; else its origin."""
+    """Points of a thing that a camera should see, base frame: points of its cavity; else of its peg and of
+    the space below the peg; else its origin."""
     thing, pose = belief.thing(entity), belief.pose(thing_of(entity))
     if cavity := _cavity(thing):
         inside: Sequence[Sequence[float]] = _floor(pose * cavity.pose, cavity.size).tolist()
@@ -124,7 +124,8 @@ def _in_view(camera: Intrinsics, optical: Pose, points: Floats) -> bool:
 
 
 def _hidden(eye: Floats, around: Sequence[str], belief: Belief) -> str:
-    """Names of things that others hide from a viewpoint, as far as known; "" if all are seen."""
+    """Reason why a viewpoint sees too little of some thing, as other things are known to hide it; "" if it
+    sees enough of all."""
     for name in around:
         points = _seen_of(belief, name)
         whole = thing_of(name)
@@ -143,8 +144,8 @@ def _hidden(eye: Floats, around: Sequence[str], belief: Belief) -> str:
 
 
 def _seen_of(belief: Belief, entity: str) -> Floats:
-    """Points of a thing that should be seen, base frame: those of a peg that are in view; else the middle
-    of the box around the thing and its corners, drawn in by a tenth."""
+    """Points of a thing that should be seen, base frame: those for its peg or cavity if it has one; else the
+    middle of the box around the thing and its corners, drawn in by a tenth."""
     thing = belief.thing(entity)
     if thing.feature("vrps:Peg") is not None or _cavity(thing):
         return np.array(_points(belief, entity))
@@ -155,6 +156,6 @@ def _seen_of(belief: Belief, entity: str) -> Floats:
 
 
 def _belongs(thing: Thing, place: str, belief: Belief) -> bool:
-    """Whether a thing is the place that is looked at, or is known to hang on it or to lie on or in it."""
+    """Whether a thing is the target of a view, or is known to hang on the target or to lie on or in it."""
     whole = thing_of(place)
     return thing.name == whole or any(s == thing.name and o == whole for _, s, o in belief.relations)

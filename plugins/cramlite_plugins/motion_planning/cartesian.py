@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from .planning_scene import PlanningScene
 
 HAND = "effector"
-"""Names of parts of the hand in collisions: "effector/left"."""
+"""Name of the hand in collisions; its parts have names such as "effector/left"."""
 SAME = 0.001, 0.01  # a pose is reached already within this [m, rad]
 # Steps of the quick look whether a line can follow [m, rad]; the line itself is checked finely
 COARSE = (0.025, 0.1)

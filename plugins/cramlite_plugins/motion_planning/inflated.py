@@ -23,8 +23,8 @@ MESH = int(mujoco.mjtGeom.mjGEOM_MESH)
 # pairs that were missed without it was missed (300 arm positions, two hulls), and this is a little more.
 MESH_MARGIN = 0.6
 COARSE = 1e-4
-"""Tolerance of collision detection between grown shapes [m], which are that much bigger: it finds no pair
-too few, and which of them are nearer than asked is measured exactly. With MuJoCo's 1e-6 a position that is
+"""Tolerance of collision detection between inflated shapes [m], which are inflated by as much more: no near
+pair is missed, and the distances of found pairs are measured exactly. With MuJoCo's 1e-6 a position that is
 blocked takes a quarter longer."""
 GROWS = np.zeros((int(mujoco.mjtGeom.mjGEOM_MESH) + 1, 3))  # sizes of a geom that are lengths, by type
 GROWS[int(mujoco.mjtGeom.mjGEOM_SPHERE), :1] = GROWS[int(mujoco.mjtGeom.mjGEOM_CYLINDER), :2] = 1.0

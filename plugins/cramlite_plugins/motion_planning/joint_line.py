@@ -1,4 +1,5 @@
-"""Straight joint-space lines in parts, and how far each part may move any two geoms towards one another."""
+"""Straight joint-space lines divided into parts, with bounds on how far each part may move any two geoms
+towards one another."""
 
 from __future__ import annotations
 
@@ -46,7 +47,7 @@ class JointLine:
 
     def parts(self) -> list[Part]:
         """Divide the line into equal parts (start, end, None), start and end as fractions of the line; None
-        stands for bounds not computed yet."""
+        means that the bounds of the part are not computed yet."""
         count = math.ceil(float(np.abs(self.way).sum()) / CHUNK + 1e-9)
         return [(k / count, (k + 1) / count, None) for k in range(count)]
 

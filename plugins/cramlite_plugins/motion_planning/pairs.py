@@ -66,8 +66,8 @@ def movers(compiled: Compiled, index: RobotIndex) -> Movers:
 
 
 def _round_about(compiled: Compiled, joints: Sequence[int]) -> Floats:
-    """Return a table (geoms, joints) with 1 where a geom is round about the axis of a hinge, so that the
-    hinge does not move it."""
+    """Return a table (geoms, joints): 1 where a geom is round about the axis of a revolute joint, so that
+    this joint does not change the space it takes, else 0."""
     model, data = compiled.model, compiled.data()
     mujoco.mj_kinematics(model, data)
     u, a = data.xaxis[joints], data.xanchor[joints]

@@ -33,9 +33,9 @@ from .space import FreeLines, Joints, Probed, Space, refusal
 GOALS = 16  # nearest free inverse solutions that are used as goals
 DIRECT = 6  # nearest of them that a straight line is tried to
 FARTHER = 2.0
-"""A straight line that takes so many times as long as one to a nearer goal would, were it free, is
-compared with ways around what is there: with an arm that turns over where a peg is beside the straight
-way."""
+"""Ratio of durations from which on a free straight line is compared with ways around obstacles to a nearer
+goal: its own to that of a straight line to the nearer goal. An example is a line on which the arm turns over,
+since a peg is beside the straight way."""
 MARGINS = (2.0, math.pi, 2 * math.pi)
 """Margins around start and goals within which each round samples [rad]. In 6,000 samples 3 of 16 queries
 in cages were solved within 1 rad and 16 within pi; two cages took half of the samples within 2 rad, and
@@ -45,15 +45,15 @@ AROUND, MENDED = 1.0, 100
 number of samples."""
 AGAIN = 20  # attempts to shorten a path that such ways were put into
 AWAY, AWAYS = 0.05, 500
-"""Length of a short way [rad, largest joint difference], and in how many directions one is looked for.
-Where none is free no tree can grow: 4,000 extensions then took 2 s, and 500 ways take 15 ms (a drawer at
-its walls, in which a thing is held by mistake)."""
+"""Length of the short lines that probe whether a joint position has a way out [rad, largest joint
+difference], and their number. Where none is free no tree can grow: 4,000 extensions then took 2 s, and 500
+ways take 15 ms (a drawer at its walls, in which a thing is held by mistake)."""
 SAFETY_S = 120.0  # wall time after which a query is cut and marked truncated
 
 
 Points = tuple[Joints, ...]
 Goals = Sequence[tuple[int, Joints]]
-"""Joint positions, each with its index among those that were asked for."""
+"""Goal joint positions, each with its index in the list of goals that the caller gave."""
 
 
 class Path(Value):

@@ -18,8 +18,8 @@ from .inflated import Inflated, inflated
 from .pairs import Movers, movers
 
 MODELS = 16
-"""Planning models that are kept: one for each thing in the hand at each grasp, and one for the empty hand;
-for a scene of 200 hulls some 2 MB each."""
+"""Number of planning models that are cached: one for each thing in the hand at each grasp, and one for the
+empty hand; for a scene of 200 hulls some 2 MB each."""
 LEVELS = 4
 """Inflated copies of each planning model that are kept."""
 

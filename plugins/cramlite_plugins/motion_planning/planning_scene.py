@@ -44,8 +44,8 @@ HORIZON = 0.05  # distances above this are not told apart [m]
 CLEARANCE = 0.005  # asked for on planned paths [m]: with none, 6 of 200 rechecked paths clip
 KEPT = 0.3  # share of the needed distance that is kept between two checks, too
 LEVELS = (0.012, 0.025)
-"""Further distances that one check can rule out at once [m]. With 0.05 m a check takes four times as long:
-links of an arm are always that near to each other."""
+"""Further distances by which collision models are inflated [m], so that one check shows that much room at
+once."""
 TOUCH = 0.0003  # depth of a resting contact in MuJoCo that a start or goal may have [m]
 # The same of a start that a straight line leaves [m]: things lean on their neighbours by .3 mm and more
 LEANS = 0.001
@@ -220,7 +220,7 @@ class PlanningScene(Value):
         return tuple(sorted(((a, b, depth) for (a, b), depth in found.items()), key=lambda c: (-c[2], c)))
 
     def clearance(self, q: Position) -> float:
-        """Return the smallest distance of any two bodies that may not touch [m].
+        """Return the smallest distance of any two bodies that must not touch [m].
 
         At most ``HORIZON``, negative inside each other.
         """
@@ -268,15 +268,15 @@ class PlanningScene(Value):
         return () if "" in loose else tuple(sorted(loose))
 
     def _loose(self, *pair: int) -> str:
-        """The thing of a pair of geoms that is not in the hand and that a task could move; "" where there
-        is none."""
+        """Thing of a pair of geoms that is not in the hand and that a task could move; "" if there is
+        none."""
         world, owners = self.compiled.world, self.compiled.owners
         still = (owners[g].name for g in pair if owners[g].kind == "thing" and not self.moved[g].any())
         return next((n for n in still if world.thing(n).movable or world.thing(n).joint is not None), "")
 
     def relaxed(self, anchors: Sequence[Position], start: Position | None = None) -> PlanningScene:
-        """Return this scene with less clearance required near some joint positions (``anchors``): no more
-        than the arm has there.
+        """Return this scene with less clearance required near some joint positions (``anchors``), where the
+        arm has less.
 
         Args:
             start: anchor in which contacts may be as deep as those of things that lean on one another.
@@ -329,7 +329,7 @@ class PlanningScene(Value):
         return True
 
     def _look(self, q: Position, level: Inflated) -> Iterator[tuple[int, int, float]]:
-        """Pairs (one, other, distance) that may not touch and whose shapes meet at a joint position when
+        """Pairs (one, other, distance) that must not touch and whose shapes meet at a joint position when
         inflated by ``level``.
 
         A few are farther apart than the level's distance, since an inflated box grows most at its corners.
@@ -344,12 +344,12 @@ class PlanningScene(Value):
         self.checks[0] += 1
 
     def _near(self, level: Inflated) -> Iterator[tuple[int, int, float]]:
-        """Pairs (one, other, distance) that may not touch and whose shapes meet when inflated, with the arm
+        """Pairs (one, other, distance) that must not touch and whose shapes meet when inflated, with the arm
         at the joint position that is set in the simulation state."""
         return self._measured(level.near(self.data))
 
     def _measured(self, near: Iterable[tuple[int, int]]) -> Iterator[tuple[int, int, float]]:
-        """Yield pairs (one, other, distance) of those geom pairs that may not touch, with the distance
+        """Yield pairs (one, other, distance) of those geom pairs that must not touch, with the distance
         between their shapes [m].
 
         Each is measured when it is asked for: the first one that is too close ends most checks of blocked

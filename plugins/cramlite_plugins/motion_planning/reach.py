@@ -22,11 +22,11 @@ from .too_far import no_inverse
 
 Joints = tuple[float, ...]
 SIGMAS = 2.0
-"""Standard deviations of a thing's position that paths keep from it beyond their clearance: 98 % of normal
-errors along the line between two bodies are smaller."""
+"""Distance that paths keep from an uncertain thing beyond their clearance, in standard deviations of its
+position: 98 % of normal errors along the line between two bodies are smaller."""
 WIDEST = 0.01
-"""Largest clearance for an uncertain pose [m]; less certain things, such as those in a basket, are kept in
-place by something else."""
+"""Largest distance that paths keep beyond their clearance for an uncertain pose [m]; less certain things,
+such as those in a basket, are kept in place by something else."""
 TRIED = 24  # nearest inverse solutions that are looked at: eight branches with their nearest turns
 
 

@@ -39,9 +39,11 @@ class Answer(Value):
 
 
 _ONE_QUERY = threading.Lock()
-"""OMPL's random generator belongs to the process: from its seed to the path a query has it alone."""
+"""Lock for path queries, since OMPL's random generator belongs to the process: from the setting of its seed
+to the found path one query must have it alone."""
 PATIENCE = 0.1
-"""Seconds of waiting for another thread's query between two questions whether to go on."""
+"""Interval at which a thread that waits for another thread's query checks whether it should go on waiting
+[s]."""
 
 
 @contextmanager

@@ -1,4 +1,5 @@
-"""Joint space of the planner: its limits and metric, and why a state is refused."""
+"""Interfaces of the planner's joint space: limits, metric, and the reasons why a joint position is
+refused."""
 
 from __future__ import annotations
 
@@ -59,13 +60,13 @@ class Space(FreeBlends, Protocol):
         limits."""
 
     def relaxed(self, anchors: Sequence[Sequence[float]]) -> Space:
-        """Return this scene with less clearance required near some joint positions (``anchors``): no more
-        than the arm has there."""
+        """Return this scene with less clearance required near some joint positions (``anchors``), where the
+        arm has less."""
 
 
 class Probed(Value):
-    """Space in which lines are checked only at places some distance apart; a path found in it needs a full
-    check later.
+    """Joint space in which lines are checked only at places some distance apart; a path found in it needs a
+    full check later.
 
     Args:
         space: in which states are looked at.

@@ -129,8 +129,8 @@ def _force_path(motion: Motion, belief: Belief, context: Context) -> Groundings:
 
 
 def _against_spring(motion: Motion, place: Place, belief: Belief, context: Context) -> Grounding:
-    """Path on which the hand moves a thing against the spring of its joint: leg by leg, so that the hand never
-    gives way along the spring's pull."""
+    """Force-controlled motions, one for each leg of a path, that move a thing against the spring of its joint: the hand never gives way
+    along the spring's pull."""
     from ..motion_planning.reach import tcp
 
     speed, limit = value(motion, "speed_m_s"), value(motion, "force_limit_n")
@@ -149,7 +149,7 @@ def _against_spring(motion: Motion, place: Place, belief: Belief, context: Conte
 
 
 def _along(thing: str, belief: Belief, context: Context) -> Belief:
-    """Belief in which the hand takes a pushed thing along, with its content."""
+    """Belief in which a pushed thing and its content move with the hand, as if they were held."""
     from ..motion_planning.reach import tcp
 
     with_it = carried_along(belief, thing)
@@ -229,7 +229,8 @@ def _until_contact(motion: Motion, belief: Belief, context: Context) -> Groundin
 
 
 def _in_the_air(motion: Motion, belief: Belief, context: Context, target: Pose, way: Any) -> tuple[MoveLinear, ...]:
-    """Contact-free part of a guarded motion's way; none if hand or thing is near to something already."""
+    """Motion before a guarded motion, along the part of its way that is free of contact; none if the hand or the payload is already near to
+    something."""
     from ..motion_planning.reach import tcp
 
     there = replace(target, position=tuple(np.add(tcp(belief, context).position, way).tolist()))

@@ -31,7 +31,7 @@ from ..motion_planning.cartesian import plan_straight_line
 from .gripping import PADS_SPEED
 
 SURE = (MoveJoints, MoveLinear, SetPayload, ZeroSensor, Wait)
-"""Steps that cannot fail; nor does a gripper that expects nothing, unless it does not answer."""
+"""Types of steps that cannot fail. A gripper step that expects nothing cannot fail either, unless the gripper does not answer."""
 SPEED, ACCELERATION = 0.05, 0.5  # straight back [m/s, m/s2]: half as fast as other straight motions, out of contact
 
 

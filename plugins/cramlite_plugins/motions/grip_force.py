@@ -23,13 +23,14 @@ from .motion_kinds import LIMIT
 from .ontology_limits import Knowing, lowest
 
 MARGIN = 2.5
-"""Friction may be half of what is believed, and mass a fifth more: 1.2 / 0.5 = 2.4."""
+"""Safety factor of the grip force: friction may be half of what is believed, and mass a fifth more, 1.2 / 0.5 = 2.4."""
 ACCELERATION = 1.2
-"""Acceleration of the tool [m/s2]: URScript's default, and 1.4 rad/s2 of a leading axis at 0.85 m; straight lines take 0.5."""
+"""Acceleration of the tool that a grip must bear [m/s2]: URScript's default, and that of 1.4 rad/s2 of a leading axis at 0.85 m; straight
+lines take 0.5."""
 
 
 class GripLoad(Value):
-    """What the two pads of a gripper have to hold, and the friction with which they hold it.
+    """Load on the two pads of a gripper, and the friction with which they hold it.
 
     Args:
         thing: what is gripped.
@@ -74,8 +75,7 @@ class GripLoad(Value):
 
 
 def load(thing: Thing) -> float:
-    """Return the mass of a thing in the hand, contents included [kg]; 0 for a thing on a joint, which carries
-    it."""
+    """Return the mass of a thing in the hand, contents included [kg]; 0 for a thing on a joint, since the joint carries the thing."""
     content = thing.filling.count * thing.filling.mass if thing.filling else 0.0
     return 0.0 if thing.joint is not None else (thing.mass or 0.0) + content
 

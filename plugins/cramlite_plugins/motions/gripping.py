@@ -1,4 +1,4 @@
-"""Gripper motions, and the payload that the arm is told."""
+"""Gripper motions, and motions that set the payload in the controller of the arm."""
 
 from __future__ import annotations
 

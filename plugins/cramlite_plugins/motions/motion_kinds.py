@@ -155,8 +155,8 @@ KINDS: Mapping[str, MotionKind] = {
 
 
 def word(motion: Motion, name: str, of: type[W], default: W | None = None) -> W:
-    """Return the value of a motion's parameter whose valid values are words, or the default if the motion
-    does not state it.
+    """Return the value of a motion's parameter as a member of an enumeration of words, or the default if the motion does not state the
+    parameter.
 
     Raises:
         Unresolvable: it says none of the words that there are.

@@ -22,11 +22,11 @@ LIMITS = {
     "speed_m_s": "cram:speedShare", "speed_rad_s": "cram:speedShare",
     "acceleration_m_s2": "cram:accelerationShare", "acceleration_rad_s2": "cram:accelerationShare",
 }  # fmt: skip
-"""Parameter -> the property that lowers it: forces to a highest value, rates to a share."""
+"""Property of the ontology that limits each parameter of a motion: forces by a highest value, speeds and accelerations by a share."""
 MASS = "cram:minimumMass"
 
 Knowing = Context | Candidate
-"""Object whose taxonomy limits are looked up in: a motion that is planned, or a program that is judged."""
+"""Planning context or candidate program whose taxonomy is used to look up limits."""
 
 
 class Known(Value):
@@ -59,8 +59,7 @@ def known(class_: str, property_: str, context: Knowing, of: str = "") -> Known 
 
 
 def classes(thing: Thing, context: Knowing) -> Iterator[str]:
-    """Yield a thing's class, and, unless a joint carries the thing, the ontology's classes that its mass puts
-    it in."""
+    """Yield a thing's class, and, unless a joint carries the thing, the classes of the ontology that its mass makes it belong to."""
     yield thing.type
     if thing.joint is not None:
         return
@@ -110,8 +109,7 @@ def noted(motion: Motion) -> str:
 
 
 def _things(motion: Motion, parameter: str, belief: Belief, context: Context) -> list[Thing]:
-    """Things whose properties limit a motion: the payload; for a force parameter also the things that may be
-    touched."""
+    """Things whose properties limit a motion: the payload, and for a force parameter also the things that the motion may touch."""
     names = [belief.held.thing] if belief.held else []
     if parameter.endswith("_n"):
         names += [thing_of(str(context.bindings[n])) for n in motion.may_touch if n in context.bindings]

@@ -20,10 +20,10 @@ if TYPE_CHECKING:
     from ..motion_planning.planning_scene import PlanningScene
 
 CLOSED = 1e-3
-"""Largest turn of a joint between the ends of a round that is gone through again [rad]."""
+"""Largest joint difference between the start and the end of a closed path up to which its rounds are programmed as a loop [rad]."""
 SHY, DIGIT = 0.8, 1e-4
-"""Share of the largest blend radius that corners of a path take: that is half of a line of 10 mm, and an arm stops off by some tenths of a
-millimetre; digit of radii [m]."""
+"""Factor on the largest blend radius at the corners of a path, and the step to which radii are rounded down [m]: the largest radius is half
+of a line of 10 mm, and an arm stops off by some tenths of a millimetre."""
 
 
 @hookimpl
@@ -34,8 +34,7 @@ def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
 
 
 def _tilt(motion: Motion, belief: Belief, context: Context) -> Iterator[Grounding]:
-    """Resolve motion "tilt": to the end of the place's path ("tilted"), or back to its beginning
-    ("upright")."""
+    """Resolve motion "tilt": a motion to the end of the place's path ("tilted"), or back to the path's beginning ("upright")."""
     from ..motion_planning.joint_move import joint_move
     from ..motion_planning.reach import make_scene
     from ..motion_planning.round_off import blend_radii

@@ -10,7 +10,7 @@ import numpy as np
 from cramlite.model import Floats, Value, Vector3
 
 SIDES = 12
-"""Sides of the polygon about a circle, by default; it sticks out by 3.5 % of the radius, one of 24 sides by 0.9 %."""
+"""Default number of sides of the polygon around a circle: with 12 sides it sticks out by 3.5 % of the radius, with 24 by 0.9 %."""
 
 
 class Circle(Value):

@@ -29,7 +29,7 @@ DH: tuple[DhRow, ...] = (
     (0.0, 0.082, 0.0),
 )
 AXIS_ZEROS = (0.0, -math.pi / 2, 0.0, 0.0, 0.0, math.pi)
-"""Angles of the table at which ABB's axes are zero [rad]."""
+"""Joint angles of the Denavit-Hartenberg table at which ABB's axis angles are zero [rad]."""
 RANGES = ((-170, 170), (-100, 130), (-200, 70), (-270, 270), (-130, 130), (-360, 360))
 LIMITS = tuple((math.radians(lo) + z, math.radians(hi) + z) for (lo, hi), z in zip(RANGES, AXIS_ZEROS, strict=True))
 SPEEDS = tuple(math.radians(v) for v in (288, 240, 297, 400, 405, 600))

@@ -1,5 +1,5 @@
-"""Published data of the arms of Universal Robots other than UR5 and UR5e: CB3, e-Series, and the larger arms
-after those.
+"""Published data of the arms of Universal Robots other than UR5 and UR5e: the series CB3 and e-Series, and the larger arms that followed
+them.
 
 Lengths: Universal Robots, "DH parameters for calculations of kinematics and dynamics", which UniversalRobots/
 Universal_Robots_Client_Library repeats. Masses, centres of mass, inertia, offsets, torques and speeds: UniversalRobots/

@@ -21,7 +21,7 @@ from .convex import hull_volume
 from .itself import Itself
 
 FLAT_FACED = frozenset({"box", "convex"})
-"""Shapes that are the hulls of their corners."""
+"""Shapes of geoms with flat faces only: each is the convex hull of its corners."""
 
 _CORNERS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
 """Corners of the box whose half side lengths are 1."""

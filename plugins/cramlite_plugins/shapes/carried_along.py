@@ -16,7 +16,7 @@ from .contents import are_in_cavity
 from .surfaces import SUNK, resting_height
 
 CAME_ALONG = "predicted: pushed, as far as the fingers went"
-"""Source of the pose of what did."""
+"""Source that a belief states for the pose of a thing that has been pushed or taken along."""
 AT = ("on", "in", "hangs_on")
 """Relations of a belief that tie a thing to a place."""
 

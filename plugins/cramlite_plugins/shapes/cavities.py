@@ -18,7 +18,7 @@ from .bounds import box_around
 from .convex import hull_planes
 
 CELLS = 72
-"""Along the longer side of a grid."""
+"""Number of cells along the longer side of a height map."""
 DEEP, WIDE = 0.01, 0.015
 """Least depth and width of a cavity [m]."""
 ROUND = 32
@@ -109,8 +109,8 @@ def _points(geom: Geom) -> Floats:
 
 
 def _largest_pool(top: Floats, step: float) -> tuple[float, float, tuple[int, int, int, int]] | None:
-    """Hollow of a height map that would hold the most water: its water level, floor height, and largest
-    box as row and column ranges."""
+    """Hollow of a height map that would hold the most water: its water level, floor height, and largest box
+    as row and column ranges; None if there is no hollow."""
     from scipy.ndimage import label
 
     water = _flooded(top)

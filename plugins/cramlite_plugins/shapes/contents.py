@@ -9,13 +9,14 @@ import numpy as np
 from cramlite.model import Belief, Feature, Filling, Floats, Rollout, Thing
 
 SHARE, SPILLED = 0.9, 0.1
-"""Shares of the contents: the least one that has to arrive when they are poured, and the largest one that
-may be lost beside; measured, see Pouring."""
+"""Shares of the poured contents: the least one that has to arrive, and the largest one that may be lost
+beside the vessels; both are measured, see Pouring."""
 PACKED = 0.55
 """Loosely packed balls fill this share of a space (Onoda and Liniger, Random loose packings of uniform
 spheres and the dilatancy onset, Physical Review Letters 64, 1990)."""
 LEVEL = 0.99
-"""Least vertical share of the z axis of a face from which grains do not roll: 8 deg."""
+"""Least vertical component of the z axis of a face from which grains do not roll: the face leans by 8 deg at
+most."""
 LYING = 4.0
 """Height up to which a grain lies on a surface, in its radii: two grains deep."""
 POURED = "contains"

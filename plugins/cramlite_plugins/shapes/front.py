@@ -9,8 +9,8 @@ import numpy as np
 from cramlite.model import Feature, Floats
 
 FRONTS = ("cram:Front", "vrps:Hole")
-"""Classes of features whose z axis leads out of a thing's front, the first that it has: a product hangs
-with its front to who takes it."""
+"""Classes of features whose z axis leads out of a thing's front, in order of preference: a product that hangs
+by its hole faces whoever takes it."""
 
 
 def front(features: Iterable[Feature]) -> Floats:

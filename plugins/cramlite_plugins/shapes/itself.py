@@ -1,5 +1,5 @@
-"""Objects as keys of remembered results, compared by identity: comparing contents would take as long as
-computing the result anew."""
+"""Cache keys that compare objects by identity: comparing contents would take as long as computing the result
+anew."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from typing import Generic, TypeVar
 T = TypeVar("T")
 R = TypeVar("R")
 LAST = 2
-"""Objects of which a function that is asked for the same ones again and again remembers its results."""
+"""Number of latest objects for which a decorated function remembers its results."""
 
 
 class Itself(Generic[T]):
-    """Object as a key of remembered results: equal to itself alone, so that worlds of thousands of corners
-    are not compared.
+    """Cache key of an object that is equal to itself alone, so that worlds of thousands of corners are not
+    compared.
 
     Args:
         it: the object, which must not change; it lives as long as the key.

@@ -21,14 +21,14 @@ from .cavities import heights
 from .surfaces import Surface
 
 STEP = 0.0015
-"""Side of a cell [m]."""
+"""Side of a cell of the height grids [m]."""
 CELLS = 8
-"""Number of cells by which a thing may be put farther aside to get lower."""
+"""Largest horizontal shift, in grid cells, by which a thing may be put aside to rest lower on its support."""
 LOWER = 1e-4
 """Least gain of height for which a thing is put farther aside [m]."""
 SETTLES = 0.004
-"""Distance at the first contact within which further parts come to touch as the thing settles [m]: a bowl
-of 100 mm that meets another on one side leans over by 2 deg, until it does on the other. Bowls made of
+"""Gap at the first contact below which further parts of a thing come to touch its support as it settles [m]:
+a bowl of 100 mm that meets another on one side leans over by 2 deg, until it does on the other. Bowls made of
 boxes fit into one another no better."""
 OVERTURNED = Pose.from_rotvec((0, 0, 0), (math.pi, 0, 0))
 

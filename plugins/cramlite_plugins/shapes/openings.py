@@ -168,8 +168,8 @@ def _hole(bore: Bore, centre: Floats) -> Feature:
 
 
 def _handle(body: Any, frame: Floats, ring: Floats, outer: list[Floats], bore: Bore) -> Feature | None:
-    """Handle where the material between an opening and the outside is thinnest: z outwards, x along the
-    opening's axis."""
+    """Handle where the material between an opening and the outside is thinnest, z outwards and x along the
+    opening's axis; None if the material is thicker than a bar."""
     points = _dense(ring)
     gaps = np.array([min(_distance(p, o) for o in outer) for p in points])
     thin = points[gaps < 1.3 * gaps.min()]

@@ -15,8 +15,8 @@ from .surfaces import FLAT, Surface, surfaces
 
 LEAST = 0.03  # of room between a surface and what is over it [m]: a slit holds nothing
 COVERED = ((0.0, 0.0), (0.5, 0.5), (0.5, -0.5), (-0.5, 0.5), (-0.5, -0.5))
-"""Points of a cavity that are all under its roof, as shares of its half sides: the handle of a basket is
-over the middle alone."""
+"""Points of a cavity, as shares of its half sides, all of which must be under the roof of a covered cavity:
+the handle of a basket is over the middle alone."""
 UP = np.array([0.0, 0.0, 1.0])
 AXES = ((1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, -1.0, 0.0))
 

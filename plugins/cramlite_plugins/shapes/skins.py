@@ -12,14 +12,15 @@ import numpy as np
 from cramlite.model import Floats, MeshFile, Value
 
 FINDER = 0.002
-"""Mean distance of the points that find the triangle at a place [m], if ``MOST`` of them suffice."""
+"""Mean distance between the sample points of a surface by which the triangle at a place is found [m], if
+``MOST`` of them suffice."""
 MOST = 60_000
 NEAR = 4
-"""Points whose triangles are looked at: where triangles are smaller than ``FINDER``, the nearest point may
-be the neighbour's."""
+"""Number of nearest sample points whose triangles are compared: where triangles are smaller than ``FINDER``,
+the nearest point may be the neighbour's."""
 TURNED = 0.005
-"""Distance that a difference of 1 rad between normals of triangles counts for [m]: it tells both sides of
-an edge, and of a thin wall."""
+"""Distance that counts as much as a difference of 1 rad between the normals of triangles [m]: it tells apart
+the two sides of an edge, and of a thin wall."""
 
 
 class Skin(Value, eq=False, dict=True):

@@ -23,20 +23,21 @@ from .convex import hull_planes
 from .itself import Itself
 
 FLAT = 0.002
-"""Faces of one surface lie in one plane within this, and this near to its lowest point a thing touches
-what is under it [m]."""
+"""Tolerance of heights [m]: faces that lie in one plane within it are one surface, and points of a thing that
+are this near to its lowest one touch what is below."""
 LEVEL = math.atan(0.2) / 2
-"""Largest lean of a surface: wood on wood slides at 11.3 deg (a friction of .2), and half of that is left.
-A plate whose floor is made of boxes that lean by 1.5 deg, and that lies on a box at 3.7 deg, has one."""
+"""Largest slope of a level surface [rad]: half of the 11.3 deg at which wood slides on wood (a friction of
+0.2). A plate whose floor is made of boxes that lean by 1.5 deg, and that lies on a box at 3.7 deg, has
+one."""
 EDGE = 0.005
 """Least distance of a centre of mass from its support's border [m]."""
 SURFACE = "vrps:SurfaceFeature"
 FINE, HEIGHT = 4, 5
-"""Decimals to which it is told apart how a thing leans, and between which heights it is looked at [m]:
-0.01 mm at the far end of a thing of 0.2 m. Surfaces lean by as much, so that what is turned on one does
-not quite lean as before."""
+"""Decimals to which the vertical direction in a thing's frame is rounded, and the heights between which its
+outline is taken [m]: 0.01 mm at the far end of a thing of 0.2 m. Surfaces lean by as much, so that what is
+turned on one does not quite lean as before."""
 _ROUND = 8
-"""Points of a quarter of a circle."""
+"""Number of points of a polygon for a quarter of a circle."""
 
 Area = Any
 """A shapely polygon or several, of x and y in the frame of a surface [m]."""
@@ -190,7 +191,7 @@ def _box_face(half: Floats, axis: int, sign: float) -> Floats:
 
 
 def footprint(thing: Thing, pose: Pose, low: float = -math.inf, high: float = math.inf) -> Area:
-    """Outline of a thing seen from above: of the parts of its geoms in a range of heights [m], united.
+    """Outline of a thing seen from above: the union of the parts of its geoms in a range of heights [m].
 
     Args:
         pose: of the thing in the frame that it is seen in, along z.
@@ -305,7 +306,7 @@ def _under(geoms: tuple[Geom, ...], pose: Pose) -> Area:
 
 
 def _level_lowest(geom: Geom, pose: Pose, low: float) -> Area | None:
-    """Outline of the points of a geom that are within ``FLAT`` of a height."""
+    """Outline of the points of a geom that are less than ``FLAT`` above a height; None if there are none."""
     there = pose * geom.pose
     if geom.shape == "cylinder":
         angles = np.linspace(0, math.tau, 4 * _ROUND, endpoint=False)

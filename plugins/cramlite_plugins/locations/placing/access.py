@@ -29,13 +29,14 @@ from .stable_poses import (
 
 OUT = 1.0  # from the middle of a surface to the outside of what it is in, at most [m]
 HAND = 0.25
-"""Room that a hand needs along itself: what it holds is at one end of that, the arm at the other [m]."""
+"""Length of the straight way out that a hand needs [m]: it holds the payload at one end, and the arm follows
+at the other."""
 DIRECTIONS, BESIDE = 1000, math.cos(math.radians(8.0))
-"""Directions in which a way out is looked for, 6 deg between neighbours, and the cosine of the angle around
-one in which all must be free: a gap of less than 30 mm at 0.1 m, such as around the front of a drawer, is no
-way out for a hand."""
+"""Number of directions in which a straight way out is sought, 6 deg between neighbours, and the cosine of the
+angle around a direction within which all others must be free: a gap of less than 30 mm at 0.1 m, such as
+around the front of a drawer, is no way out for a hand."""
 RISE = 0.12
-"""Rise of a way into an opening [m]: twice as deep as drawers of desks are."""
+"""Rise of the ways into an opening that are checked [m]: twice the depth of desk drawers."""
 # Heights of its lowest point over the floor of a cavity at the end of one, which may be a little higher than
 # stated [m]
 LOWS = (0.01, 0.02, 0.03)
@@ -125,7 +126,7 @@ def over_floor(query: Query, turned: Pose, offset: tuple[float, float], over: fl
 
 def goes_in_upright(query: Query, now: Pose) -> bool:
     """Check whether the payload, in its orientation at a pose in the base frame, gets into an opening
-    straight down or at a slant, whatever holds it."""
+    straight down or at a slant, whatever its grasp."""
     points = corners(query.thing, Pose((0.0, 0.0, 0.0), now.quaternion))
     half = float(np.min(np.ptp(points, axis=0)[:2])) / 2  # of the narrower side
     low, high = np.reshape(query.target.area.buffer(-half).bounds or (0.0,) * 4, (2, 2))

@@ -32,30 +32,32 @@ SIDES_DOWN = tuple(
 )
 """Turns of a thing by which each side of the box around it comes to face down."""
 SHARES = (0.0, 0.15, -0.15, 0.3, -0.3, 0.45, -0.45)
-"""Positions above a support at which a thing is let go of, from its middle, as shares of its length and
+"""Release positions of a thing above its support, from the support's middle, as shares of its length and
 width."""
 DROPS = 80
-"""Simulated drops of a query at most, some 30 ms each."""
+"""Largest number of drops that are simulated for one query, at some 30 ms each."""
 LARGE = 0.5
-"""Share of an outline that is level in a table or a shelf, and not in a rack."""
+"""Share of a support's outline that its level surface must cover for an even support: a table or a shelf
+reaches it, and a rack does not."""
 SURE = 0.002
-"""Distance of an origin at rest from each side of its region [m]: contacts give way by some 0.5 mm, one
-simulator's by more than another's."""
+"""Least distance of a resting payload's origin from each side of its region [m]: contacts give way by some
+0.5 mm, in one simulator by more than in another."""
 LEANS = (16.0, 20.0, 24.0, 12.0)  # from upright [deg]
 PITCH = 0.002  # between positions across a cavity [m]
 ASTRAY = 0.003
 """Error of the place at which a thing is let go of [m]: an arm has arrived within 4 mm, and mostly is
 nearer."""
 LEANING_DROPS = 60
-"""Positions and attitudes that are let go of: up to ten times each, of some 10 ms."""
+"""Largest number of leaning release poses that are simulated for one query, each with up to ten drops of some
+10 ms."""
 NEAR_FLOOR = 0.03
-"""Largest height of a thing's lowest point over the floor at its release [m]: a thing that would lie on
-the walls is higher."""
+"""Largest height of a payload's lowest point over the floor of an opening at its release [m]: a payload that
+would lie on the walls is higher."""
 CLOSE = 0.001
 """Clearance from the walls at the release [m]: afterwards the thing leans against them."""
 PALM_UP = math.sin(math.radians(20.0))
-"""Largest upward part of the hand's approach: with more the hand would be under its thing, and in the
-support."""
+"""Largest upward component of the hand's unit approach vector: a hand that points up more steeply would be
+under the payload, and in the support."""
 
 
 def is_uneven(query: Query) -> bool:

@@ -33,7 +33,8 @@ ASIDE = 0.02  # what is left of a thing is so by at least this [m]
 SIDES: Mapping[str, tuple[int, float]] = {
     "left_of": (1, 1.0), "right_of": (1, -1.0), "behind": (0, 1.0), "in_front_of": (0, -1.0)
 }  # fmt: skip
-"""Axis of the robot's base and the sign of what lies on that side: x leads forwards, y to the left."""
+"""Axis of the robot's base, and the sign along it, of the places on each side of a thing: x leads forwards, y
+to the left."""
 OFF_WALLS = 0.008
 """Distance of an outline from the walls between which the thing is let down [m]: a streamed arm is up to 5
 mm off its path."""
@@ -49,7 +50,8 @@ STANDS = math.radians(3.0)  # what leans by no more has come to stand
 OFF_PATH = 0.004  # how far beside its place what is let go may be [m]: where an arm has arrived
 
 Check = Callable[[Placement, Query], "str | Refused"]
-"""Objects with a reason, with what is in the way where it looked for that; "" where it does not object."""
+"""Check of a placement: returns the reason for an objection, with the obstacles if the check looks for them;
+"" without an objection."""
 
 
 def first_objection(placement: Placement, query: Query, checks: Mapping[str, Check]) -> Refused | None:
@@ -461,11 +463,11 @@ SHAPES: Mapping[str, Mapping[str, Check]] = {
     "at rest": {"near": near, "beside": beside, "over its region": over_region},
     "toppled": {"lying there": lying_there, "near": near, "beside": beside},
 }
-"""Asked of the payload and what is around it alone, by kind of stable pose; "at rest" on what is not level
-physics have said already what supports it."""
+"""Checks of the payload and its surroundings without hand and arm, by kind of stable pose. For "at rest", on
+a support that is not level, simulation has already shown what supports the payload."""
 REACHED: Mapping[str, Check] = {
     "at rest": dropped, "free to fall": falls_in, "collision-free": room, "reachable": reachable,
     "visible": visible, "collision-free with the arm": collision_free, "free to open": room_to_open,
     "let down by the thing alone": hand_off, "at rest there": rests_there,
 }  # fmt: skip
-"""Asked of the hand, the arm and the camera, in this order."""
+"""Checks of a placement with the hand, the arm and the camera, in their order."""

@@ -99,7 +99,8 @@ def room_to_leave(placement: Placement, query: Query) -> str | Refused:
 
 
 def _blocked(placement: Placement, query: Query) -> Refused | None:
-    """Refusal of the retreat on which the hand collides least deeply; None if one retreat is free."""
+    """Refusal of the retreat on which the hand collides least deeply; None if some retreat is free of
+    collision."""
     after, thing, opening = Arm(let_go(placement, query), query.context), query.thing.name, query.openings[-1]
     found = list[Refused]()
     for name, pose in reversed(
@@ -154,4 +155,4 @@ DEMANDS: Mapping[str, Check] = {
     "free to leave": room_to_leave,
     "pushed in": pushed_in,
 }
-"""Asked after all others."""
+"""Checks of a placement against the demands of later tasks, made after all other checks."""

@@ -24,8 +24,8 @@ from .ways_out import HUNG, LAID, WAYS, WayOut
 SAME = 1e-6  # stand-offs that are one [m]
 IN_ORDER = 0.1  # cost of each placement that comes before, on a way that has an end
 OUTLINE, ARM = 5, 20
-"""Samples of a query that a look at the shapes counts for, and a look at the arm: so many states a
-sampling planner checks in the same time."""
+"""Samples of a query's budget that one check of shapes costs, and one check of the arm: a sampling planner
+checks as many states in the same time."""
 CHECKS = {kind: {**shapes, **REACHED, **DEMANDS} for kind, shapes in SHAPES.items()}
 
 Answer = Grounding | Refused

@@ -24,8 +24,8 @@ HIGHER = 0.02  # the same above the top of a thing that can move, whose place is
 STEP = 0.01  # between positions, from the middle of a floor outwards [m]
 OUTERMOST = 0.012  # position from the edge of a floor [m]: what is dropped there shifts by some millimetres
 ASIDE = (0.0, 0.3, -0.3, 0.1, -0.1, 0.2, -0.2)
-"""Positions across the way in, as shares of half the width: in a microwave beside its open door a hand had
-room on 15 mm of it."""
+"""Positions across the way in to a floor, as shares of half the floor's width: in a microwave beside its open
+door, a hand had room on only 15 mm of that width."""
 
 
 class Floor(Value):
@@ -66,7 +66,8 @@ class Floor(Value):
 def levels(
     thing: Thing, now: Pose, whole: Thing, region: str, belief: Belief, within: bool
 ) -> Iterator[tuple[Surface, float, float]]:
-    """Generate floors under a roof, each with ``Floor.room`` and ``Floor.high``.
+    """Generate floors under a roof, each with the room up to the roof (``Floor.room``) and the height of a
+    level way over the floor (``Floor.high``).
 
     They are upper faces of a thing, what the payload would rest on in its cavity, or where it would rest on a
     thing that stands under another one's roof.
@@ -91,7 +92,8 @@ def levels(
 
 
 def _upon(thing: Thing, now: Pose, below: Thing, at: Pose, along: Floats) -> Surface | None:
-    """Support of a payload, turned as at the pose ``now``, that is let down onto the middle of a thing.
+    """Surface of the support of a payload that is let down onto the middle of a thing, in the orientation of
+    the pose ``now``; None if the thing does not support it there.
 
     The x axis of the support's frame is along a direction (3,), seen from above.
     """

@@ -1,4 +1,4 @@
-"""Opening of a container that is too small for a payload, at whichever turn about the vertical."""
+"""Advice for a container whose opening is too small for a payload, at whichever turn about the vertical."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .query import Query
 TURNS = np.radians(np.arange(0.0, 180.0))
 """Turns about the vertical in which a payload may go into an opening [rad]."""
 PLAY = 0.002
-"""Room beside the payload that an opening needs [m], for the steps of positions that are tried."""
+"""Extra width that an opening needs beyond the payload's width [m], since positions are tried in steps."""
 
 
 def wider(outline: Any, query: Query) -> Remedy | None:

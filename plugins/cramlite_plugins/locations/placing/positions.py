@@ -35,8 +35,8 @@ BESIDE_WALLS = OFF_WALLS + 0.001
 ALIKE = 0.002  # radii of discs that are as good as one another [m]
 TRIED = 32  # corners that are looked at, of a round opening evenly spaced ones
 AWAY = 0.1
-"""Distance of a payload that is put aside from its old place [m]: half a hand. Before something is opened
-it goes farther."""
+"""Gap between a payload that is put aside and its old place [m]: half a hand. Before something is opened a
+payload goes farther."""
 
 
 def positions_on(query: Query, now: Pose) -> Iterator[Offset]:
@@ -115,8 +115,8 @@ def anchor(query: Query, now: Pose) -> Offset:
 
 
 def _with_room(query: Query, now: Pose) -> Offset:
-    """Best position in an opening: in a corner if later tasks put more payloads in, else in the middle of the
-    room that the contents leave; the middle of an empty container."""
+    """Best position for a payload in an opening: in a corner if later tasks put more payloads in, else in the
+    middle of the room that the contents leave, which is the middle of an empty container."""
     lying = [o.area for o in lying_in(query, sure=True)]
     left = free_area(query.target.area, lying, 0.0)
     if left.is_empty:

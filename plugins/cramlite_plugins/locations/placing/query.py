@@ -28,15 +28,15 @@ from ..parameters import Where, asked
 from ..reached import Arm, Leg
 
 PARTS, STRAIGHTEN = (0.0, 0.1, 0.2, 0.3, 0.45, 0.7, 1.0), (0.25, 0.5, 0.75)
-"""Parts of a straight way out, and of a turn on it, at which hand and payload have to be free before the
-arm is asked."""
+"""Fractions of a straight way out, and of a turn on it, at which hand and payload have to be free of
+collision before the arm is checked."""
 # Gap between outlines seen from above, and around what is over an opening [m]: a little more than paths keep
 GAP = 0.006
 AS_LET_GO = Pose()
 
 
 class Obstacle(Value):
-    """Thing that stands on a target, lies in it or hangs over it.
+    """Obstacle to a placement: a thing that stands on the target, lies in it or hangs over it.
 
     Args:
         name: of the thing.
@@ -50,7 +50,7 @@ class Obstacle(Value):
 
 
 class Query(Value, dict=True):
-    """Problem of placing a payload: its target, and all that a placement has to heed.
+    """Problem of placing a payload: its target, and all that constrains a placement.
 
     Args:
         thing: the payload.
@@ -241,8 +241,8 @@ class Placement(Value):
 
 Found = tuple[Query, Placement]
 Groups = Iterator[Iterator[Found] | Refused]
-"""Groups of candidates one of which is enough, best first; a refusal where there is no candidate to look
-at."""
+"""Groups of candidate placements, best group first: one successful candidate of a group is enough, and a
+group without candidates is a refusal."""
 
 
 def queries(location: Location, belief: Belief, context: Context) -> list[Query]:

@@ -78,7 +78,7 @@ def sideways(asked: list[Query]) -> Groups:
 
 
 def _kinds(query: Query, upright: Pose) -> Iterator[tuple[str, Pose]]:
-    """Attitudes of the payload, each with a kind of placement.
+    """Pairs of a placement's kind and the payload's attitude, to be tried on a floor under a roof.
 
     Upon a thing under a roof, the payload may come to rest of itself where shapes alone do not show
     that it stands, such as on the rim of a bowl.
@@ -90,8 +90,8 @@ def _kinds(query: Query, upright: Pose) -> Iterator[tuple[str, Pose]]:
 
 
 def _over_all(query: Query, floor: Floor) -> Query:
-    """Return the placing problem with all of the thing below as the target, not only where it is first
-    touched."""
+    """Return the placing problem whose target is the outline of the whole thing below the payload, instead of
+    the part that the payload touches first."""
     seen = floor.surface.pose.inverse() * query.at
     return replace(query, target=Surface(floor.surface.pose, footprint(query.whole, seen)))
 
@@ -243,7 +243,8 @@ def _free(
 def _clear_out(
     floor: Floor, around: HandRoom, boxes: Sequence[tuple[Floats, Floats, Floats]], hands: Hands, wide: Floats
 ) -> NDArray[np.bool_]:
-    """Check whether boxes of a payload and its hands have room on the level way out: a mask (n,).
+    """Check for each of n hand poses whether boxes around payload and hand have room on the level way out: a
+    mask (n,).
 
     Args:
         boxes: middles (n, 3), axes (n, 3, 3) and half sizes of the box around the payload, then of its parts.

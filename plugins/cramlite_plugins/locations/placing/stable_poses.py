@@ -36,16 +36,17 @@ FEW_YAWS = (0.0, 90.0, -45.0)  # away from the middle of a surface [deg]
 # Turns about the vertical that are tried first [deg]
 YAWS = (0.0, 30.0, -30.0, 60.0, -60.0, 90.0, -90.0, 135.0, -135.0, 180.0)
 FACING = (0.0, 6.0, -6.0)
-"""Turns from facing another thing [deg]: of the 15 deg that are judged, letting go may take some."""
+"""Headings to be tried for a payload that shall face another thing, relative to facing it exactly [deg]: 15
+deg count as facing, and the release may turn the payload."""
 GOLDEN = 137.5077640500378  # of one further turn, another one everywhere: the golden angle [deg]
 STRAIGHT = 0.99  # of the rectangle about an outline, of one that is that rectangle
 PER_PLACE, PER_TURN = 0.5, 0.1  # cost of each position that comes before, and of a radian of turn
 ONTO = ((0.02, 0.06), (0.01, 0.015))
-"""Height of the lowest point above a surface at which a guarded motion begins, and the stand-off above
-that [m]; the second pair where there is little room above."""
+"""Height of the payload's lowest point above a surface at which its guarded motion begins, and the height of
+the stand-off above that [m]; the second pair is for places with little room above."""
 NESTED = ((0.02, 0.06), (0.035, 0.045))
-"""The same heights for a thing that is let down between steep walls: 20 mm higher a bowl is 4 mm from the
-sides of one that holds it, and paths keep more."""
+"""Heights as in ``ONTO`` for a payload that is let down between steep walls [m]: 20 mm higher, a bowl is 4 mm
+from the sides of the bowl around it, and paths keep more clearance."""
 # Lowest point above a container's floor when let go, and steps up from there [m]
 OFF_FLOOR, RISE = 0.01, 0.03
 ABOVE = 0.06  # stand-off above a rim [m]

@@ -31,8 +31,8 @@ TILTS = (25.0, 30.0, 20.0)
 """Leans of a payload from upright [deg]: between handles and wall a bowl of 107 mm has more room the more
 it leans, and the hand at its rim less."""
 LEFT = 12.0
-"""Lean that is left at the release [deg]: with an upright payload the hand that leans by 30 deg would be
-in the wall; from this lean a bowl stands up."""
+"""Lean of a payload from upright at its release [deg]: with an upright payload, the hand, which leans by 30
+deg, would be in the wall; from this lean a bowl stands up."""
 SHARES = (0.75, 1.0, 0.5)  # of its height that a way in leads aside, below what it comes in under
 # Distances inwards from where it would stand as far out as it can [m]: farther in it is farther from the wall
 INWARDS = (0.012, 0.006, 0.018, 0.0)
@@ -40,13 +40,12 @@ ACROSS = (0.0, 0.6, -0.6)  # of the room to each side, across the way that it le
 FARTHER = (0.024, 0.016, 0.008)  # how much farther out it leans more [m]
 OVER = (0.02, 0.03, 0.01)  # how much higher its lowest point is there [m]
 HEADINGS, FIRST = 24, 3
-"""Turns of a thing about its own axis, and how many are tried: those at which the hand is nearest to pointing
-straight down as it leans."""
+"""Number of turns of a payload about its own axis, and how many of them are tried: those at which the leaning
+hand points most nearly straight down."""
 LEAST = 0.01  # from the middle of an opening to that of what covers it, by which it is on one side [m]
 LEANS = (55.0, 50.0, 45.0, 40.0, 35.0, 30.0)
-"""Leans of a payload that topples in, from upright [deg]: the more it leans, the farther in its foot can
-be and the less it falls; from 58 deg on a Panda's hand that holds a book of 120 mm by its end is in the
-table."""
+"""Leans of a payload that topples into its place, from upright [deg]: with more lean its foot gets farther in
+and it falls less; from 58 deg on, a Panda's hand that holds a book of 120 mm by its end is in the table."""
 # Distance of the lowest point over what carries what topples, on the way in [m]: what paths keep, and a
 # little more
 KEPT = 0.008

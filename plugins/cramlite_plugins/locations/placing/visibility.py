@@ -56,7 +56,8 @@ def _grid(thing: Thing) -> Floats:
 
 
 def _eye(asked: Any, query: Query) -> tuple[Floats | None, Floats | None, float]:
-    """Pose and view direction of the camera, if known, and half its field of view [rad]."""
+    """Position and view direction of the camera or the stated point, None where unknown, and half the field
+    of view [rad]."""
     base = query.belief.base().inverse()
     if asked != "camera":
         return base.apply(np.asarray(asked, dtype=float)), None, math.pi

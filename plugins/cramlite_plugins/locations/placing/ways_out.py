@@ -58,7 +58,8 @@ class WayOut(Value):
 
 
 def up(asked: list[Query]) -> Groups:
-    """Generate placements from above, and some from aside where there is no room above."""
+    """Generate placements with a way straight down from above, and some with an oblique way where there is no
+    room above."""
     asked = prepared(asked)
     now = put_down(asked[0])
     check_turn(asked[0], now)
@@ -188,4 +189,4 @@ WAYS: Mapping[str, tuple[WayOut, ...]] = {
     "in": (ABOVE, WayOut("tilted", _rank_tilted, tilted, by_hand=True), SIDEWAYS),
     "toppled": (WayOut("toppling", _rank_toppling, toppling),),
 }  # fmt: skip
-"""Ways out by relation."""
+"""Ways out of a stable pose, by the relation of the payload to its target."""

@@ -21,8 +21,8 @@ from .contacts import DOWN, UPRIGHT, at_front, at_inner_side, upon
 from .straight import BEHIND
 
 NEARER = 0.02
-"""The stand-off last of all [m]: 50 mm before the handle of a microwave's door that was open by 110 deg,
-towards the robot, its elbow was folded too far."""
+"""Distance of the stand-off that is tried last [m]: at 50 mm before the handle of a microwave's door that was
+open by 110 deg, the elbow was folded too far."""
 LAST = 10.0  # cost of what comes after all else
 INSIDE = 0.025  # the stand-off behind a door that stands ajar, where there is less room [m]
 
@@ -128,8 +128,8 @@ def _apart(one: Pose, other: Pose) -> float:
 def _follows(
     thing: Thing, at: Pose, joints: Joints, share: float, belief: Belief, context: Context
 ) -> Refused | None:
-    """Reason why the arm cannot follow a front that it pushes to a share of the joint's range; None if it
-    can.
+    """Reason why the arm cannot follow the front of a thing that it pushes to a share of the joint's range;
+    None if it can.
 
     Obstacles are not checked.
     """

@@ -23,7 +23,7 @@ from ...shapes.surfaces import resting_height
 
 STEP = 0.02  # of the lattice of places that a way is looked for on [m]
 SIDES = ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1))
-"""Steps from a place of the lattice to its eight neighbours."""
+"""Steps from a lattice cell to its eight neighbours."""
 ASIDE = (1, 2)  # steps of the lattice
 MOST = 1500  # places that are looked at: a square of 0.7 m
 # Extra length of a way around that is preferred to a movable obstacle being elsewhere by then [m]
@@ -35,7 +35,8 @@ LIFT, CLEAR = np.array([0.0, 0.0, 0.003]), 0.002
 Point = tuple[float, float]
 Side = tuple[int, int]
 Met = Callable[[Point], Refused | None]
-"""Function that says what a thing would meet at a point of the base's x-y plane [m]; None where nothing."""
+"""Function that returns a refusal with what a thing would meet at a point of the base's x-y plane [m]; None
+if it meets nothing."""
 Left = Callable[[Point], float]
 """Function that returns the distance of a point from an area [m]; 0 in it."""
 
@@ -183,8 +184,8 @@ def _shortened(start: Point, corners: list[Point], met: Met) -> list[Point]:
 
 
 def met_alone(belief: Belief, context: Context, entity: str) -> Met:
-    """Return a function that refuses spots where a thing and its content meet obstacles or fall off their
-    support.
+    """Return a function that refuses spots where a thing and its content, without a hand, meet obstacles or
+    fall off their support.
 
     What moves the thing is left out.
     """

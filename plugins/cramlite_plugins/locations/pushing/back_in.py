@@ -29,8 +29,8 @@ CAME_OUT = 0.1
 """Largest way by which a released thing came out with the hand [m]: with pads whose friction is 2 LIBERO's
 book came out by 48 mm."""
 FURTHER = 0.008
-"""Extra way of the fingers beyond the believed pose of the thing [m]: it may lie a little farther in, and
-the fingers are to touch it in the end."""
+"""Distance that the fingers go on beyond the believed pose of the thing [m]: it may lie a little farther in,
+and the fingers have to touch it in the end."""
 AHEAD = 0.1  # of a thing, a point that gives the way [m]
 
 
@@ -71,8 +71,8 @@ def ways_in(
 
 
 def _not_led(place: Place, belief: Belief, context: Context) -> Refused | None:
-    """Return the reason why the arm cannot lead the fingers down to a place and along its path; None if it
-    can."""
+    """Return the reason why the arm cannot lead the fingers down to a place and along the path of the push;
+    None if it can."""
     down = Leg(place.before, (place.thing,), place.opening, along=(place.pose, *place.path))
     led = Arm(belief, context).led((Leg(place.before, (), place.opening), down))
     return led if isinstance(led, Refused) else None

@@ -1,5 +1,5 @@
-"""Contacts of hands that push: behind or in a lying thing, in front of a door or drawer, behind a door, or
-upon the bar of a handle."""
+"""Contacts of hands that push: behind or inside a loose thing, in front of a door or drawer, behind a door,
+or upon the bar of a handle."""
 
 from __future__ import annotations
 
@@ -23,22 +23,22 @@ ALMOST = 0.003  # from fingers to a face, where feeling begins [m]
 # Height of finger tips over the thing's support, as a share of its height: under a plate's rim, to meet it
 LOW = 1 / 3
 SHARES = (0.0, 0.35, 0.6)
-"""Ends of the way, from the region's middle towards the thing, as shares of its half sides; the rest is
-left for the slip of the thing."""
+"""End points of a push, from the region's middle towards the thing, as shares of the region's half side
+lengths; the rest is left for the slip of the thing."""
 HALVES = (0.0, 180.0)
-"""Turns of a hand about the vertical [deg] at which its fingers open across the way."""
+"""Turns of a hand about the vertical [deg] at which its fingers open across the direction of a push."""
 EIGHTHS = (0.0, 180.0, 90.0, 270.0, 45.0, 225.0, 135.0, 315.0)
-"""Turns of a hand about the vertical [deg] whose closed fingers are in a thing."""
+"""Turns about the vertical of a hand whose closed fingers push from inside a thing [deg]."""
 AMID = ((0.0, 0.0), (0.02, 0.0), (0.0, 0.02), (0.0, -0.02), (-0.02, 0.0))
-"""Positions of closed fingers in a thing from its middle, ahead and to the left [m]: beside obstacles in
-it."""
+"""Positions of closed fingers inside a thing, from its middle, ahead and to the left [m]: those off the
+middle are for obstacles in the thing."""
 # Finger tips in a thing, over its floor; the least that its rim stands up; before it [m]
 OVER, DEEP, PLAY = 0.0005, 0.006, 0.001
 SPOTS = ((0.0, 0.0), (0.8, 0.0), (-0.8, 0.0), (0.0, 0.6), (0.8, 0.6), (-0.8, 0.6))
-"""Spots on a front: at its handle, towards its edges, and higher."""
+"""Contact points on a front, as shares of the way from its handle to its edge, sideways and up."""
 TILTS, TURNS = (0.0, -30.0, -45.0, -60.0), (90.0, -90.0, 0.0, 180.0)
-"""Tilts of a hand in front of a door or drawer [deg], about the level line across the front, from above, and
-its turns about its own axis: first the slim side up."""
+"""Tilts of a hand in front of a door or drawer about the level line across the front, to come from above
+[deg], and turns of the hand about its own axis: first those with the slim side up."""
 FROM_ABOVE = (
     ((0.55, 0.8), (0.8, 0.8), (0.3, 0.8), (0.0, 0.8)),
     (-70.0, -90.0),
@@ -49,34 +49,35 @@ AT_BAR = (
     FROM_ABOVE[1],
     (0.0, 90.0, 180.0, 270.0, 45.0, 135.0, 225.0, 315.0),
 )
-"""Spots, tilts and turns of a hand over the upper edge of a front, its fingers alone before it: last, for
-what turns so far that no hand before it comes along. Not near its side first: fingers slid 30 mm along a
-door, over its edge, and caught on that when they left. Of a door at its bar before, and with a flat side
-before a corner: beside the bar of a microwave's door, and at the round end of that, fingers slid off it,
-15 mm out along the door, and pressed on what is beside that. Higher on the bar where the elbow folds too
-far else: the hand gives way, and was seen to rise by 10 mm."""
+"""Contact points, tilts and turns of a hand over the upper edge of a door's front, with only its fingers in
+front of the door: tried last, for doors that turn too far for a hand in front of them to follow. Not near its
+side first: fingers slid 30 mm along a door, over its edge, and caught on that when they left. Of a door at
+its bar before, and with a flat side before a corner: beside the bar of a microwave's door, and at the round
+end of that, fingers slid off it, 15 mm out along the door, and pressed on what is beside that. Higher on the
+bar where the elbow folds too far else: the hand gives way, and was seen to rise by 10 mm."""
 OVER_EDGE = (
     tuple(itertools.product((0.3, 0.0, 0.5, 0.7), (0.8, 0.9))),
     (-60.0, -45.0, -75.0, -90.0),
     FROM_ABOVE[2],
 )
-"""Positions of a hand behind a door that stands ajar: towards its hinge, where an arm still reaches; slanting
-first, so that it leaves the door's upper edge as it follows."""
+"""Contact points, tilts and turns of a hand behind a door that stands ajar: points towards the hinge, where
+an arm still reaches, and slanting tilts first, so that the hand leaves the door's upper edge as it
+follows."""
 NEAR_HINGE = 0.5
-"""A hand that is nearer to a hinge than this share of its handle's distance pushes with more than twice
-the force, and turns as much on half the way: it is tried last."""
+"""Distance from the hinge, as a share of the handle's distance, below which a hand is tried last: it would
+push with more than twice the force, and turn as much on half the way."""
 OFF, FIRM = 0.008, 0.002
-"""Error of a hand across a front [m], and the largest way farther in at which it then still counts as
-meeting the front [m]: fingers at the last 10 mm of a bar, whose end is round, slid over that, and came 45
-mm farther in."""
+"""Error of a hand across a front [m], and the depth by which the fingers may come farther in with that error
+and still count as meeting the front [m]: fingers at the last 10 mm of a bar, whose end is round, slid over
+that, and came 45 mm farther in."""
 DOWN = (-45.0, -35.0, -30.0)
 """Tilts of a hand that presses on a bar from above [deg]."""
 UPRIGHT = 0.9
 STEEP = 0.85  # downward part of the hand's approach beyond which it counts as pointing down
 UP = np.array([0.0, 0.0, 1.0])
 Hand = tuple[Floats, Pose, float, str]
-"""The level way (3,) of a thing, the TCP from where it begins, how far the fingers are open [m], and how
-the hand is held."""
+"""Push by a hand: the level displacement (3,) of the thing, the TCP pose at its start, the opening of the
+fingers [m], and a description of the hand."""
 
 
 def hands_behind(
@@ -303,8 +304,8 @@ def _facing(handle: Pose, inner: bool) -> tuple[Floats, Floats]:
 
 
 def _clear_of(thing: Thing, pose: Pose, hand: Pose, out: Floats, gripper: Gripper) -> float:
-    """Return how far closed fingers at a TCP pose must move out until they are clear of all of a thing, its
-    bars included [m]."""
+    """Return how far closed fingers at a TCP pose must move outwards until they are clear of the whole thing,
+    its bars included [m]."""
     across, thick = np.linspace(-0.5, 0.5, 3) * gripper.pad[0], np.linspace(-FINGER, FINGER, 5)
     along = np.linspace(-gripper.depth, gripper.pad[1] / 2, 6)
     fingers, to = np.array(list(itertools.product(across, thick, along))), pose.inverse()

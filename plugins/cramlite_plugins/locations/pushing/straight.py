@@ -39,10 +39,10 @@ ABOVE = 0.06  # over the place behind a thing at the stand-off [m]
 # Finger tips above what carries the thing; the palm above the thing [m]
 OVER_SUPPORT, UNDER_PALM = 0.015, 0.010
 INNER = 0.6
-"""Ends of ways around something, from the region's middle, as shares of its half sides."""
+"""Share of a region's half side lengths within which ways around obstacles end."""
 FARTHER = (1.0, 0.7, 1.5)
-"""Factors of the distance by which a thing is to be pushed aside: it may be farther in the way, and there
-may be less room."""
+"""Factors on the distance by which a thing is pushed aside: a longer push for a thing that is still in the
+way, a shorter one where there is less room."""
 DIRECTIONS = 16
 """Number of directions in which a thing is pushed aside."""
 SHORT = 1e-6  # [m]: no way at all
@@ -218,7 +218,8 @@ def _stopped(no: Refused, wanted: PushedThing, entity: str, way: str = "on") -> 
 def _around(
     wanted: PushedThing, belief: Belief, context: Context, entity: str
 ) -> Iterator[Grounding | Refused]:
-    """Yield ways around obstacles that the arm can follow; if it can follow none, a refusal.
+    """Yield paths of a pushed thing around obstacles that the arm can follow; if it can follow none, a
+    refusal.
 
     The refusal blames obstacles of a shorter way, too.
     """
