@@ -22,7 +22,7 @@ ALLOWED = {
 }  # fmt: skip
 """Classes that pickles of arrays consist of."""
 MOVED = 1e-3
-"""The obstacle was avoided if the sum over axes of how far it is from where it was never exceeded this [m]."""
+"""Largest displacement of an obstacle that counts as avoided, as the sum of the distances along the axes [m]."""
 
 
 def problem(suite: str, task: int, state: int) -> tuple[Path, Any]:

@@ -23,8 +23,8 @@ from cramlite_plugins.robots.parallel_gripper import Jaws, actuation_elements, f
 
 FLANGE, SITE = 0.1065, 0.097
 KEPT = 0.1
-"""Distance kept from each joint's stops [rad]: at rest joints were seen as far as 0.05 rad from what POSTURE lets expect (1 % of 855
-rests), and on their way farther. With joint 7 at 2.85 rad one was stuck at that one's stop, 13 mm from its tool pose."""
+"""Distance kept from each joint's stops [rad]: joints at rest were seen up to 0.05 rad from the values that ``POSTURE`` predicts (1 % of
+855 rests), and farther in motion. With joint 7 at 2.85 rad one was stuck at that one's stop, 13 mm from its tool pose."""
 STOPS = (
     (-2.8973, 2.8973), (-1.7628, 1.7628), (-2.8973, 2.8973), (-3.0718, -0.0698),
     (-2.8973, 2.8973), (-0.0175, 3.7525), (-2.8973, 2.8973),
@@ -36,9 +36,9 @@ ROTORS = tuple(5.0 / k for k in range(1, 8))
 """Inertia of the Panda's motors [kg m2], ten times the links' own at most joints: armature of robosuite 1.4, models/robots/robot_model.py.
 Of 855 rests of drawn problems 90 % had joints within 0.03 rad of the posture so expected, without it within 0.12 rad."""
 CONDITIONING = 0.08
-"""Kept from stretched postures and other singularities: the controller treats position and rotation of the tool apart, and comes
-through the stretched elbow out on its other side, where it is stuck against its stop. Of the freeze's 83 programs 12 came
-below 0.065 with the arm stretched: 11 of them did so, and none of the 70 that kept 0.09."""
+"""Least conditioning of a posture, which keeps the arm away from stretched postures and other singularities: the controller treats
+position and rotation of the tool apart, and comes through the stretched elbow out on its other side, where it is stuck against its stop.
+Of the freeze's 83 programs 12 came below 0.065 with the arm stretched: 11 of them did so, and none of the 70 that kept 0.09."""
 TABLE = (*DH[:-1], (DH[-1][0], DH[-1][1] - 0.107 + FLANGE, DH[-1][2]))
 CIRCLES = (
     (

@@ -30,13 +30,14 @@ if TYPE_CHECKING:
 LASTS = 0.5
 """A literal holds all through the last so many seconds of a run [s]: what falls past a place is over it for less."""
 STILL = 0.02
-"""Largest way of the things of a literal in that time [m]: what hangs on a peg may swing by 40 mm/s
-(``postconditions.SWING``), and what rolls or falls is faster."""
+"""Largest displacement of the things of a literal during the last ``LASTS`` seconds of a run [m]: a thing on a peg may swing by 40 mm/s
+(``postconditions.SWING``), and one that rolls or falls is faster."""
 NEAR = 0.2
-"""Largest distance of things that are beside one another, from middle to middle seen from above [m]: ``where: {within}`` of a task says
-the same."""
+"""Largest horizontal distance between the middles of things that are beside one another [m]: the default of ``where: {within}`` of a
+task, too."""
 ASIDE = 0.01
-"""And what is left of a thing is so by at least this [m]: half of what places are chosen by, the rest may go in letting go."""
+"""Least distance by which a thing is left, right, in front or behind of another [m]: half of the distance that places are chosen by, as
+the release may shift the thing by the rest."""
 SURE = 0.001
 """Least distance of an origin inside its region [m]: a thing sinks into its support by some 0.5 mm, and
 simulators differ by that."""

@@ -32,17 +32,17 @@ EXPECTED = re.compile(r'"(object|none|contact)".*"([^"]+)"\)')
 
 CALL = re.compile(r"(\w+)\(")
 IDLE = {"sleep", "sync", "textmsg"}
-"""Calls that only wait or speak."""
+"""Calls that only wait or print."""
 
 WATCHED = ("force", "slip", "time")
 """Fields of ``Monitor``: each a quantity that a monitor may watch."""
 
 LEFT_ON = ("force_mode", "freedrive_mode", "teach_mode")
-"""States of a controller in which the arm gives way; ``end_`` before the name is the call that ends one."""
+"""States of a controller in which the arm is compliant; the call that ends one has ``end_`` before the name."""
 
 
 Asked = Mapping[str, set[str]]
-"""Name of a step -> what its calls expect, or which calls they are."""
+"""Name of a step -> the expectations of its calls, or the functions that it calls."""
 
 
 class Safeguards(Value):

@@ -15,7 +15,7 @@ from ..shapes.mounts import mounts
 from .grips import Grip
 
 GAP = 0.2
-"""Contact that is lost for less goes on [s]: payloads that slide or rattle leap (as ``collision.GAP``)."""
+"""Longest gap in a contact that still continues [s]: sliding and rattling payloads lose contact for moments (as ``collision.GAP``)."""
 SKIMS = 0.003
 """A payload that rises by less than this after a contact skims what it touched [m]: a stiff arm leads it 0.1 mm above."""
 

@@ -28,7 +28,8 @@ centres of mass by 5 % of the extents (``ErrorModel``)."""
 SWINGS = 0.01
 """Swing of a hanging thing along its peg [m]: the amplitude of ``rest.SWING``."""
 CONTACT = 0.01
-"""Slices of two things so far below and above the height at which they meet are what touches [m]: one may lean by some degrees."""
+"""Thickness of the slices of two things, above and below the height at which they meet, that count as in contact [m]: a thing may lean
+by some degrees."""
 
 
 def wrongly_rests(candidate: Candidate, thing: Thing, support: Thing) -> str:

@@ -27,8 +27,7 @@ from .grips import held_at
 SHARE = 0.4
 """Least share of its way that an insertion or extraction covers: a thing may hang on the outer half of its peg."""
 OFF = 0.01
-"""Distance from its command from which a hand is elsewhere [m]: a moving hand lags by up to 5 mm, and an arm's own errors are below 1
-mm."""
+"""Largest deviation of a hand from its commanded position [m]: a moving hand lags by up to 5 mm, and an arm's own errors are below 1 mm."""
 GAVE_WAY = 0.5
 """Share of its advance after which a search has found what it looks for: a sample may miss the last millimetre."""
 RIM = 1.8

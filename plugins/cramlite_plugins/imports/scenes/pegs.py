@@ -25,7 +25,7 @@ LOOSE = 1.0
 SQUARE = 0.03
 """Relative difference of a post's sides below which it is square."""
 LOWEST = -math.sin(math.radians(20.0))
-"""Height of the unit vector to a peg's tip: from one that leads further down things slip off."""
+"""Least z component of the unit vector from foot to tip of a peg: from a peg that points further down, things slip off."""
 FLIPPED = Pose((0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0))
 BESIDE = 0.001
 """Distance from a post's side to the line along which its surroundings are looked for [m]."""

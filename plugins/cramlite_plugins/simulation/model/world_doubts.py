@@ -21,8 +21,9 @@ TOO_DEEP = 0.005
 FALL, WITHIN = 0.05, 0.15
 """A thing that falls so far [m] in so short a time [s] stands on nothing: free fall takes 0.101 s for it."""
 LOWER = 1 / 3
-"""Share of its height by which a thing may settle: hands go to where it is said to be, and fingers that push one are a third of its
-height over what carries it, so that they would pass over one that lies lower by two. In shipped scenarios it is a sixth at most."""
+"""Largest drop of a thing at the start, as a share of its height: hands go to the stated pose, and pushing fingers are a third of the
+thing's height above its support, so that they would pass over a thing that lies lower by two thirds. In shipped scenarios it is a sixth
+at most."""
 
 
 def world_doubts(world: World, robots: Mapping[str, Robot]) -> Iterator[tuple[str, str]]:

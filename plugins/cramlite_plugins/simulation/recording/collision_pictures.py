@@ -36,7 +36,7 @@ REACH = 1.0
 LOCAL = 0.35
 """Distance from the place at which a body has faded to 1/e of its colour [m]: a floor is not blue all over."""
 RING = (0.075, 0.085)
-"""Radii of the ring, as shares of the picture's height."""
+"""Inner and outer radius of the ring that marks the collision, as shares of the picture's height."""
 
 
 class _Seen(Value):

@@ -14,7 +14,7 @@ from types import CodeType
 from typing import Any
 
 METHODS = frozenset(("at", "critical", "join", "kept", "kill", "main", "run"))
-"""Methods of the machine that generated code calls."""
+"""Methods of the interpreter that generated Python code may call."""
 MACHINE, GLOBALS = "m", "g"
 _OWN = re.compile(r"[fvb]_[A-Za-z0-9_]*", re.ASCII)
 _PLAIN = frozenset((
