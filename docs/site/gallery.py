@@ -1,4 +1,4 @@
-"""The gallery: every shipped scenario is resolved, its run drawn as a small animation, and what came of it said in a sentence.
+"""Gallery of the shipped scenarios: each is resolved, its run is drawn as a small animation, and a sentence states the result.
 
     python docs/site/gallery.py                    # all of them: some 30 minutes on two cores
     python docs/site/gallery.py kitchen/swap ...   # only these

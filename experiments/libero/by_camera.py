@@ -26,7 +26,7 @@ ALLOWED = ("reset", "look", "hello", "step", "check", "end")
 KINDS, USUAL = "CRAMLITE_LIBERO_KINDS", "~/.local/share/cramlite/libero_kinds"
 """Environment variable that says where the library of known kinds is, and its usual place."""
 ASKED = "asked.json"
-"""File of an episode: all that the benchmark was asked, and the names of what it answered."""
+"""File of an episode with all requests to the benchmark, and the names of the fields of its answers."""
 
 
 class LiberoByCamera(Libero):

@@ -20,7 +20,7 @@ LEVELS = {"1": "I", "2": "II"}
 ALLOWED = {
     ("numpy.core.multiarray", "_reconstruct"), ("numpy", "ndarray"), ("numpy", "dtype"), ("_codecs", "encode"),
 }  # fmt: skip
-"""Classes that pickles of arrays consist of."""
+"""Names in a pickled array that are permitted: NumPy's own, and no others."""
 MOVED = 1e-3
 """Largest displacement of an obstacle that counts as avoided, as the sum of the distances along the axes [m]."""
 

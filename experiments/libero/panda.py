@@ -114,8 +114,9 @@ FINGER = tuple(
     )
     for sign in (1, -1) for y in (near, far)
 )  # fmt: skip
-"""Corners of a finger: how far along it, half its width there, and from where to where behind the face of its pad [m]. Outline of the hull
-of robosuite's mesh, meshes/panda_gripper/finger.stl, whose face is 0.5 mm behind the pad's, and grips what reaches beyond the pad."""
+"""Corners of a finger: distance along the finger, half its width there, and the range of depth behind the face of its pad [m]. Outline
+of the hull of robosuite's mesh, meshes/panda_gripper/finger.stl, whose face is 0.5 mm behind the pad's, and grips what reaches beyond
+the pad."""
 JAWS = Jaws(
     stroke=0.080, pad=(0.016, 0.016, 0.0075), palm=HEIGHT, tip=0.1062, back=(0.0092, 0.004), knuckle=(0.0105, 0.0075, 0.004), mass=0.11,
     centre=0.10, force=20.0, nose=(0.015, 0.0048, 0.0005), corners=FINGER,
@@ -129,8 +130,8 @@ beside it, with 21 N."""
 MASS = 0.52
 """Mass of the hand and its fingers [kg]."""
 SLICES = ((0.0, 0.022, 0.0316, 0.104), (0.022, 0.044, 0.0276, 0.1028), (0.044, 0.057, 0.0221, 0.1013), (0.057, HEIGHT, 0.0189, 0.1003))
-"""The hand from the flange on: from where to where, half thickness and half width there [m]. Outline of the hull of robosuite's mesh,
-meshes/panda_gripper/hand.stl, which gets thinner towards the fingers."""
+"""Sections of the hand from the flange on: their ranges along the hand's axis, half thickness and half width [m]. Outline of the hull of
+robosuite's mesh, meshes/panda_gripper/hand.stl, which gets thinner towards the fingers."""
 
 
 def _slice(k: int) -> str:

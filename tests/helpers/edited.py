@@ -15,7 +15,7 @@ GONE = "# taken out"
 
 
 def proven(name: str, folder: str = "tasks") -> Candidate:
-    """The first program of a shipped scenario, which every validator passes."""
+    """Return the first candidate of a shipped scenario, and check that every validator passes it."""
     candidate, verdict, reasons = attempted(name, folder)
     assert candidate is not None and verdict is not None and verdict.passed, reasons
     return candidate

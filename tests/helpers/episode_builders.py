@@ -10,7 +10,7 @@ RATE = 100.0
 
 
 def shop() -> World:
-    """A hanger with a peg, a product with a hole, a basket."""
+    """Make a world with a hanger with a peg, a product with a hole, and a basket."""
     hanger = Thing(
         "hanger",
         "cram:Hanger",

@@ -21,7 +21,7 @@ ROUNDS = 3
 POSES, FREE = 900, 8
 """Largest number of poses tried for a thing in a round, and of collision-free ones among them that are simulated."""
 SETTLE, END = 0.4, 1.5
-"""Time for which a thing is left alone after it is put, and all things in the end [s]."""
+"""Time for which the physics runs after a thing is placed, and after all things are placed [s]."""
 DEEP = 0.0005
 """Depth of contact up to which a pose counts as free of contact [m]."""
 HEIGHTS = (0.002, 0.006, 0.01, 0.015, 0.02, 0.03, 0.05, 0.1)

@@ -105,7 +105,7 @@ def _come_to_rest(run: _Run) -> None:
 
 
 def _stand_still(run: _Run, settle: float, watch: Watch | None) -> None:
-    """Go on after the program's end; a watched arm brakes, and its watcher gets the readings at rest."""
+    """Continue the simulation after the program's end; a watched arm brakes, and its watcher gets the readings at rest."""
     for _ in range(round((settle if watch is None else STOPPED) / run.controller.period)):
         run.hold()
     if watch is not None:

@@ -150,7 +150,7 @@ class VirtualRobot:
 
     @property
     def safety_status(self) -> str:
-        """Return "PROTECTIVE_STOP" or "NORMAL"."""
+        """Return the robot's safety status, "PROTECTIVE_STOP" or "NORMAL"."""
         return "PROTECTIVE_STOP" if self.stopped else "NORMAL"
 
     # Time

@@ -28,7 +28,7 @@ POSE = re.compile(r"global \w+ = p?\[")
 SETTING = re.compile(r"(?:global )?(\w+) = ")
 LIMIT = re.compile(r"global force_limit = ([\d.]+)")
 EXPECTED = re.compile(r'"(object|none|contact)".*"([^"]+)"\)')
-"""Text of a call of the fingers or of a guarded motion: what it expects, and the step that it names."""
+"""Pattern of a call of the gripper or of a guarded motion in a program's text: the expectation, and the name of the step."""
 
 CALL = re.compile(r"(\w+)\(")
 IDLE = {"sleep", "sync", "textmsg"}

@@ -60,7 +60,7 @@ FEELING = MoveUntilContact | ForceMove | SpiralSearch | ForceInsert | ForceExtra
 """Steps that end by a measured force, so that the robot must have a force reading."""
 PAGE = "docs/how-to/drive_a_robot.md"
 REST = 1.0
-"""Longest time that a braking arm, and all that is read around it, may take to come to rest [s]."""
+"""Longest time until a braking arm, and the things around it, are at rest [s]."""
 AT_ONCE = 1000.0
 """Deceleration of the command after a task was cancelled: it stands still from the next action on [rad/s2, m/s2]."""
 MOVED, TURNED = 0.02, 0.2

@@ -46,7 +46,7 @@ class _Named(Struct):
 
 
 class _File(Struct):
-    """Counts of what a scene file holds, and the other files that it names, collected while it is read.
+    """Counts of the elements of a scene file, and the other files that it names, collected while the file is read.
 
     Args:
         times: how often what is read now is repeated, by each element around it.

@@ -19,9 +19,9 @@ from ...shapes.solid import geom_mesh
 from .things import Made
 
 SLENDER = 2.0
-"""A peg's free part is at least so many times as long as it is thick."""
+"""Least ratio of length to thickness of the free part of a peg."""
 LOOSE = 1.0
-"""A hole's play on a peg is at most this share of the peg's radius; what has more is put around it, not onto it."""
+"""Largest play of a hole on a peg, as a share of the peg's radius; a thing with a larger hole is put around the peg, not onto it."""
 SQUARE = 0.03
 """Relative difference of a post's sides below which it is square."""
 LOWEST = -math.sin(math.radians(20.0))

@@ -31,9 +31,9 @@ MOST_PIXELS = 2**26
 GREY = 128
 """Grey level of points and pixels of a recording that has no colours."""
 NEAR, FAR = 0.05, 30.0
-"""Median depths outside of this are of another unit [m]: no depth camera measures them."""
+"""Range of plausible median depths [m]: values outside of it are in another unit, as no depth camera measures them."""
 NARROW, WIDE = np.radians(5), np.radians(150)
-"""Fields of view outside of this are no depth camera's: the numbers are in another unit, or of another image."""
+"""Range of plausible fields of view [rad]: with a value outside of it, the intrinsics are in another unit, or of another image."""
 
 MISFIT = 0.5
 """Largest median distance between the pixels of an organised cloud's points and their projections by a pinhole camera [pixel]; stored
