@@ -20,7 +20,7 @@ LEVELS = {"1": "I", "2": "II"}
 ALLOWED = {
     ("numpy.core.multiarray", "_reconstruct"), ("numpy", "ndarray"), ("numpy", "dtype"), ("_codecs", "encode"),
 }  # fmt: skip
-"""Names in a pickled array that are permitted: NumPy's own, and no others."""
+"""Functions and classes that the pickle of a NumPy array may name, by module and name."""
 MOVED = 1e-3
 """Largest displacement of an obstacle that counts as avoided, as the sum of the distances along the axes [m]."""
 
