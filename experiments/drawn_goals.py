@@ -13,7 +13,7 @@ Literal = tuple[str, ...]
 Offers = Mapping[str, tuple[tuple[Literal, ...], ...]]
 """Literals of a scene by predicate, and by the sort of target: things, their regions and compartments, regions of a table."""
 THING, PART, TABLE = "thing", "part", "table"
-"""Sorts of targets."""
+"""Sorts of targets of a literal: a thing, a part of a thing, or a region of a table."""
 OPPOSITE = {
     "open": "close", "close": "open", "turnon": "turnoff", "turnoff": "turnon", "upright": "upside_down", "upside_down": "upright",
 }  # fmt: skip
@@ -23,7 +23,7 @@ NAMES = {
 }  # fmt: skip
 PLACES = ("on", "in")
 MOST = 3
-"""Parts of a goal."""
+"""Largest number of parts (literals) of a goal."""
 
 
 def offered(

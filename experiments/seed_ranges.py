@@ -6,7 +6,7 @@ from __future__ import annotations
 DEVELOPMENT = range(0, 200)
 """Seeds that may be drawn, looked at and developed on."""
 MEASURED = (range(1000, 1100), range(1100, 1160), range(1160, 1260))
-"""Seeds that are opened once, for a measurement."""
+"""Seeds for measurements: each range may be used once, for one measurement."""
 
 
 def seeds_of(text: str, *, measure: bool = False) -> range:

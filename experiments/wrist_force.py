@@ -36,7 +36,7 @@ class WristForce:
         env.add_observable(Observable("wrist_force", wrist_force, sampling_rate=1.0 / env.model_timestep))
 
     def begin(self) -> None:
-        """Begin an action: forget the forces that were felt before it."""
+        """Discard the forces of earlier actions, at the beginning of an action."""
         self.felt.clear()
 
     def mean(self) -> Any:

@@ -85,8 +85,7 @@ def when(figure: Figure) -> str:
 
 
 def mark(figure: Figure) -> str:
-    """Return what follows a figure's title: "(**old**)" or "(**age unknown**)" if that is true of the figure,
-    and a full stop."""
+    """Return the end of a figure's title: the mark "(**old**)" or "(**age unknown**)" for measurements that have it, and a full stop."""
     ago = age(figure.commit) if figure.commit else None
     return " (**age unknown**)." if ago is None else " (**old**)." if ago > OLD else "."
 

@@ -1,4 +1,4 @@
-"""The gallery: every shipped scenario is resolved, its run drawn as a small animation, and what came of it said in a sentence.
+"""Gallery of the shipped scenarios: each is resolved, its run is drawn as a small animation, and a sentence states the result.
 
     python docs/site/gallery.py                    # all of them: some 30 minutes on two cores
     python docs/site/gallery.py kitchen/swap ...   # only these
@@ -31,7 +31,7 @@ PICTURES = DOCS / "assets" / "gallery"
 FOUND, PAGE = PICTURES / "found.json", DOCS / "gallery.md"
 SIZE = (320, 240)
 RATE, FASTER, LONGEST = 4.0, 3.0, 90
-"""Pictures for a second of the run, how much faster it is shown, and pictures in all at most."""
+"""Frames per second of the run, speed-up of the animation, and largest number of frames of an animation."""
 TITLES = {
     "": "Whole jobs", "kitchen": "Kitchen", "compound": "Several tasks in one", "tasks": "One task each",
 }  # fmt: skip

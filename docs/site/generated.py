@@ -92,7 +92,7 @@ def fields_of(kind: type[Value]) -> list[tuple[str, str, str]]:
 
 
 QUIET = "---\nsearch:\n  boost: 0.3\n---\n\n"
-"""Front matter of pages that a search lists after those written by hand."""
+"""Front matter that ranks a generated page below hand-written pages in the site's search."""
 
 
 def python_page() -> str:
@@ -186,7 +186,7 @@ def signature(name: str, value: Any) -> list[str]:
 
 
 LONGEST = 60
-"""Characters of a default that is written out."""
+"""Largest length of a default value that a signature shows in full [characters]."""
 
 
 def default(parameter: inspect.Parameter) -> str:

@@ -23,7 +23,7 @@ from gallery import animate  # noqa: E402
 from helpers.headless import Browser, chromium  # noqa: E402
 
 WIDTH, COLOURS = 1100, 128
-"""Pixels, and colours of what is kept."""
+"""Width of the browser window [pixel], and number of colours of a saved picture."""
 
 
 def cramlite(*words: object) -> None:

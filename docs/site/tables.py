@@ -26,7 +26,7 @@ COMMON = ("--plugin", "--block", "--prefer")
 
 
 def filled(markdown: str) -> str:
-    """Write each table that a comment of a page names (``<!-- table: KIND NAME -->``) anew after that comment."""
+    """Rewrite each table that a comment of a page names (``<!-- table: KIND NAME -->``)."""
     return MARK.sub(lambda m: f"{m[1]}\n\n{table(m[2], m[3])}", markdown)
 
 

@@ -13,7 +13,7 @@ ACCELERATION = 0.25  # [m/s2]
 CORNERS = 3  # of an insertion's path that lead to its depth; the last one lets the hole down, which is a motion of its own
 FELT_FOR = ("until_contact", "spiral_search")
 DRIVEN = frozenset(k.name for k in KINDS.values() if k.widens > 0 and k.name not in FELT_FOR)
-"""Every other kind in contact: those that widen what is believed of a held thing."""
+"""Kinds of contact motions that become plain lines: they add to the pose error of the payload in the hand."""
 
 
 @hookimpl

@@ -15,7 +15,7 @@ from cramlite_plugins.motions.motion_kinds import KINDS
 
 MOVING = (contact_motion, free_motion)
 KEPT = ("acceleration_rad_s2", "acceleration_m_s2", "force_limit_n", "speed_rad_s", "duration_s", "lost_s")
-"""Limits of the arm and of what it touches, and what says nothing about touching."""
+"""Parameters that keep their values: limits of the arm and of contacts, and numbers that say nothing about contact."""
 TIMES = 3.0
 
 

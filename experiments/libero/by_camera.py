@@ -22,11 +22,11 @@ from .placed_kinds import files_of, scene_of
 from .sight import levelled, pictured, recognised
 
 ALLOWED = ("reset", "look", "hello", "step", "check", "end")
-"""Requests to the benchmark; a robot cell answers the same, but for ``reset`` and ``check``, which judge."""
+"""Requests that this connection sends; a robot cell could answer all but ``reset`` and ``check``, which start and judge an episode."""
 KINDS, USUAL = "CRAMLITE_LIBERO_KINDS", "~/.local/share/cramlite/libero_kinds"
 """Environment variable that says where the library of known kinds is, and its usual place."""
 ASKED = "asked.json"
-"""File of an episode: all that the benchmark was asked, and the names of what it answered."""
+"""File of an episode with all requests to the benchmark, and the names of the fields of its answers."""
 
 
 class LiberoByCamera(Libero):

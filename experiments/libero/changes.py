@@ -22,7 +22,8 @@ PREFIX = "libero_max_"
 PHYSICAL = ("move_object", "insert_obstacle", "insert_distractors")
 INTENT = ("replace_instruction", "cancel_instruction")
 WATCHED, NET, ALONG, STILL = 10, 0.02, 0.04, 0.01
-"""Limits of a hand that was told to stop: number of actions, its net way, the length of its path, and the way of the target [m]."""
+"""Limits for a hand that stopped after a cancellation: number of actions watched, net displacement, path length, and displacement of the
+target [m]."""
 STATE = {"core_dev.json": 1, "intent_dev.json": 0}
 """Initial state whose cases are used."""
 

@@ -15,7 +15,7 @@ from .goals import goal_sentences
 MOVED = "1 mm"
 """Distance that an obstacle may be moved where SafeLIBERO forbids it."""
 ANYTHING = {"bystander_motion": "1 m", "bystander_tilt": "180 deg"}
-"""Tolerances for all other things, of which LIBERO asks nothing."""
+"""Tolerances for the bystanders, whose motion LIBERO does not judge."""
 
 
 def read_model(engine: Engine, scene: dict[str, Any], hello: Hello, folder: Path, twins: int) -> SceneModel:

@@ -9,10 +9,9 @@ from cramlite import UserError
 from cramlite.model import Thing
 
 JOINTS = {"open": "open", "close": "closed", "turnon": "turned on", "turnoff": "turned off"}
-"""Predicates about a joint, and what they are called here."""
+"""LIBERO's predicates about a joint, with their words in goals of cramlite."""
 AMID = "within 30 mm"
-"""Largest distance beside one another of the origins of a thing and of its support (LIBERO's ``check_ontop``); of regions it is not
-asked."""
+"""Largest horizontal distance between the origins of a thing and its support (LIBERO's ``check_ontop``); it does not apply to regions."""
 
 
 def goal_sentences(scene: Mapping[str, Any], things: Iterable[Thing]) -> list[str]:

@@ -1,4 +1,4 @@
-"""Detection of unstable simulations, which MuJoCo resets to their initial state and tells of only by a counter."""
+"""Detection of unstable simulations: MuJoCo resets these to their initial state, and only a counter of warnings shows it."""
 
 from __future__ import annotations
 

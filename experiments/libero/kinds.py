@@ -18,13 +18,13 @@ from masses import with_masses
 
 SUITES = ("libero_spatial", "libero_object", "libero_goal", "libero_10", "libero_90")
 OWN = "kindsownname"
-"""Name of the object while it is assembled, which no file has in it."""
+"""Placeholder for the object's name while its model is assembled; no file contains this text."""
 FILE = re.compile(r'\bfile="([^"]+)"')
 UP = {
     "y": ("alphabet_soup", "ketchup", "milk", "new_salad_dressing", "orange_juice", "salad_dressing", "tomato_sauce"),
     "any": ("bbq_sauce", "black_book", "butter", "chocolate_pudding", "cookies", "cream_cheese", "yellow_book"),
 }  # fmt: skip
-"""Axis that usually points up, of the kinds of which it is not z: what a person knows of cans, bottles and boxes."""
+"""Axis that usually points up, for the kinds whose upward axis is not z, by common knowledge of cans, bottles and boxes."""
 SURROUNDINGS = ("table", "floor")
 """Kinds of fixtures that a room is made of: tables and floors."""
 

@@ -11,7 +11,7 @@ import xml.etree.ElementTree as ET
 from typing import Any
 
 KINDS = (("pos", "body_ipos"), ("quat", "body_iquat"), ("mass", "body_mass"), ("diaginertia", "body_inertia"))
-"""Attributes of an ``inertial``, and where a compiled model has them."""
+"""Attributes of an ``inertial`` element, with the fields of a compiled model that hold them."""
 
 
 def with_masses(text: str, model: Any) -> str:

@@ -20,9 +20,9 @@ LEVELS = {"1": "I", "2": "II"}
 ALLOWED = {
     ("numpy.core.multiarray", "_reconstruct"), ("numpy", "ndarray"), ("numpy", "dtype"), ("_codecs", "encode"),
 }  # fmt: skip
-"""Classes that pickles of arrays consist of."""
+"""Functions and classes that the pickle of a NumPy array may name, by module and name."""
 MOVED = 1e-3
-"""The obstacle was avoided if the sum over axes of how far it is from where it was never exceeded this [m]."""
+"""Largest displacement of an obstacle that counts as avoided, as the sum of the distances along the axes [m]."""
 
 
 def problem(suite: str, task: int, state: int) -> tuple[Path, Any]:

@@ -23,8 +23,8 @@ from cramlite_plugins.robots.parallel_gripper import Jaws, actuation_elements, f
 
 FLANGE, SITE = 0.1065, 0.097
 KEPT = 0.1
-"""Distance kept from each joint's stops [rad]: at rest joints were seen as far as 0.05 rad from what POSTURE lets expect (1 % of 855
-rests), and on their way farther. With joint 7 at 2.85 rad one was stuck at that one's stop, 13 mm from its tool pose."""
+"""Distance kept from each joint's stops [rad]: joints at rest were seen up to 0.05 rad from the values that ``POSTURE`` predicts (1 % of
+855 rests), and farther in motion. With joint 7 at 2.85 rad one was stuck at that one's stop, 13 mm from its tool pose."""
 STOPS = (
     (-2.8973, 2.8973), (-1.7628, 1.7628), (-2.8973, 2.8973), (-3.0718, -0.0698),
     (-2.8973, 2.8973), (-0.0175, 3.7525), (-2.8973, 2.8973),
@@ -36,9 +36,9 @@ ROTORS = tuple(5.0 / k for k in range(1, 8))
 """Inertia of the Panda's motors [kg m2], ten times the links' own at most joints: armature of robosuite 1.4, models/robots/robot_model.py.
 Of 855 rests of drawn problems 90 % had joints within 0.03 rad of the posture so expected, without it within 0.12 rad."""
 CONDITIONING = 0.08
-"""Kept from stretched postures and other singularities: the controller treats position and rotation of the tool apart, and comes
-through the stretched elbow out on its other side, where it is stuck against its stop. Of the freeze's 83 programs 12 came
-below 0.065 with the arm stretched: 11 of them did so, and none of the 70 that kept 0.09."""
+"""Least conditioning of a posture, which keeps the arm away from stretched postures and other singularities: the controller treats
+position and rotation of the tool apart, and comes through the stretched elbow out on its other side, where it is stuck against its stop.
+Of the freeze's 83 programs 12 came below 0.065 with the arm stretched: 11 of them did so, and none of the 70 that kept 0.09."""
 TABLE = (*DH[:-1], (DH[-1][0], DH[-1][1] - 0.107 + FLANGE, DH[-1][2]))
 CIRCLES = (
     (
@@ -114,8 +114,9 @@ FINGER = tuple(
     )
     for sign in (1, -1) for y in (near, far)
 )  # fmt: skip
-"""Corners of a finger: how far along it, half its width there, and from where to where behind the face of its pad [m]. Outline of the hull
-of robosuite's mesh, meshes/panda_gripper/finger.stl, whose face is 0.5 mm behind the pad's, and grips what reaches beyond the pad."""
+"""Corners of a finger: distance along the finger, half its width there, and the range of depth behind the face of its pad [m]. Outline
+of the hull of robosuite's mesh, meshes/panda_gripper/finger.stl, whose face is 0.5 mm behind the pad's, and grips what reaches beyond
+the pad."""
 JAWS = Jaws(
     stroke=0.080, pad=(0.016, 0.016, 0.0075), palm=HEIGHT, tip=0.1062, back=(0.0092, 0.004), knuckle=(0.0105, 0.0075, 0.004), mass=0.11,
     centre=0.10, force=20.0, nose=(0.015, 0.0048, 0.0005), corners=FINGER,
@@ -129,8 +130,8 @@ beside it, with 21 N."""
 MASS = 0.52
 """Mass of the hand and its fingers [kg]."""
 SLICES = ((0.0, 0.022, 0.0316, 0.104), (0.022, 0.044, 0.0276, 0.1028), (0.044, 0.057, 0.0221, 0.1013), (0.057, HEIGHT, 0.0189, 0.1003))
-"""The hand from the flange on: from where to where, half thickness and half width there [m]. Outline of the hull of robosuite's mesh,
-meshes/panda_gripper/hand.stl, which gets thinner towards the fingers."""
+"""Sections of the hand from the flange on: their ranges along the hand's axis, half thickness and half width [m]. Outline of the hull of
+robosuite's mesh, meshes/panda_gripper/hand.stl, which gets thinner towards the fingers."""
 
 
 def _slice(k: int) -> str:

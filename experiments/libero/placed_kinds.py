@@ -13,10 +13,10 @@ from cramlite.model import Pose
 from cramlite.plugin import load_yaml
 
 TABLE = (1.0, 1.6, 0.05)
-"""Sides and thickness of the table that is believed under things [m]; its near side is ``BEHIND`` the robot's base."""
+"""Sides and thickness of the table that is assumed under the things [m]; its near side is ``BEHIND`` the robot's base."""
 BEHIND = 0.05
 RESTS = 0.02
-"""A thing whose lowest point is so near to the table rests on it [m]."""
+"""Largest distance between the table and the lowest point of a thing that rests on it [m]."""
 
 
 def files_of(library: Path) -> dict[str, Path]:

@@ -33,7 +33,7 @@ from obstacles import Obstacles, problem
 from wrist_force import WristForce
 
 RATE, IDLE = 20, 10
-"""Actions in a second [Hz], and those that do nothing after a reset: LIBERO's evaluation."""
+"""Rate of actions [Hz], and number of idle actions after a reset, as in LIBERO's evaluation."""
 OPEN = 0.08
 """Opening of the open hand [m]."""
 QUANTUM = 0.25
@@ -41,9 +41,10 @@ QUANTUM = 0.25
 SHUT = 0.0019
 """Opening below which fingers that have hardly moved for half a second have closed on nothing [m]: they creep from 2.1 to 1 mm in 1 s."""
 CREEP = 0.002
-"""Rest of the way to an opening that fingers have left after they hardly moved for half a second [m]: at most 1.5 mm were seen."""
+"""Largest remaining distance of the fingers to a commanded opening, once they have hardly moved for half a second [m]: at most 1.5 mm
+were seen."""
 DRAWS = 10
-"""Number of draws of places for things, of which one must have room for all."""
+"""Number of attempts to draw places for the things; one attempt must find room for all of them."""
 PIXELS = 256
 HAND = "gripper0_right_gripper"
 

@@ -22,9 +22,9 @@ from cramlite_plugins.perception.pose.starts import scene_clouds
 
 POINTS = 1500
 REACH = (0.05, 0.01)
-"""Distance beyond which a pair does not count, first and at the end [m]."""
+"""Largest distance of a matched pair of points, in the first and in the last iteration [m]."""
 FIT = 0.005
-"""Distance below which a point counts for the fitness [m]."""
+"""Largest distance from the model of a point that counts as an inlier in the fitness [m]."""
 ITERATIONS = 40
 
 

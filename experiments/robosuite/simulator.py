@@ -67,7 +67,7 @@ TASKS = {
 
 PADS = "gripper0_right_{}_fingerpad_collision"
 TURNED = np.array([-1.0, -1.0, 1.0])
-"""x, y and z of a base that is turned by 180 deg."""
+"""Factors on x, y and z that convert a vector between cramlite's base frame and one turned by 180 deg about z."""
 
 
 class Robot(NamedTuple):

@@ -14,7 +14,7 @@ FORWARD = Pose.from_axes((0, 0, 0), z=(1, 0, 0), x=(0, 0, -1))
 
 
 def solve(compiled: Compiled, target: Pose, start: Any, mount: str = "arm") -> Any:
-    """Joint angles that put the tool frame at a pose."""
+    """Solve for the joint positions that put the tool frame at a pose [rad]."""
     model, index = compiled.model, compiled.robots[mount]
     data = mujoco.MjData(model)
     joints, dofs = list(index.joints), list(index.dofs)
@@ -36,7 +36,7 @@ def solve(compiled: Compiled, target: Pose, start: Any, mount: str = "arm") -> A
 
 
 def line(compiled: Compiled, start: Pose, end: Pose, q: Any, count: int = 10) -> list[Any]:
-    """Joint angles along a straight line."""
+    """Return joint positions along a straight line of the tool frame between two poses [rad]."""
     found = []
     for s in np.linspace(0, 1, count + 1):
         place = np.multiply(start.position, 1 - s) + np.multiply(end.position, s)
@@ -46,7 +46,7 @@ def line(compiled: Compiled, start: Pose, end: Pose, q: Any, count: int = 10) ->
 
 
 def ramp(compiled: Compiled, data: Any, targets: dict[int, float], steps: int, observe: Any = None) -> None:
-    """Move actuator targets linearly."""
+    """Move the targets of actuators linearly to new values while the physics runs."""
     first = {a: data.ctrl[a] for a in targets}
     for k in range(steps):
         for a, value in targets.items():

@@ -15,7 +15,7 @@ from cramlite.cli.main import main
 
 
 def cramlite(*arguments: object) -> CompletedProcess[str]:
-    """Run a command; its exit code, standard output and standard error as a process would have them."""
+    """Run a command in this process, and return its exit code, standard output and standard error."""
     words, out, err = [str(a) for a in arguments], io.StringIO(), io.StringIO()
     with redirect_stdout(out), redirect_stderr(err):
         try:
@@ -26,7 +26,7 @@ def cramlite(*arguments: object) -> CompletedProcess[str]:
 
 
 def changed(scenario: Path, folder: Path, *changes: tuple[str, str]) -> Path:
-    """A shipped scenario with some text replaced; each replacement must change something."""
+    """Write a variant of a shipped scenario with some text replaced; each replacement must change the text."""
     text = scenario.read_text().replace("demonstration: ", f"demonstration: {scenario.parent}/", 1)
     for old, new in changes:
         assert old in text
@@ -37,5 +37,5 @@ def changed(scenario: Path, folder: Path, *changes: tuple[str, str]) -> Path:
 
 
 def hears_ctrl_c() -> None:
-    """Make a command that is about to begin end on Ctrl-C, also where the tests run in the background of a shell, which ignores it."""
+    """Make Ctrl-C end the next command of this process, also in a test run in the background of a shell, which ignores Ctrl-C."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)

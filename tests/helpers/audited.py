@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from typing import Any
 
 OUTSIDE = ("ctypes.", "exec", "compile", "import", "marshal.", "open", "os.", "pickle.", "shutil.", "socket.", "subprocess.", "urllib.")
-"""Prefixes of events with which code reaches beyond its own values."""
+"""Prefixes of audit events by which code reaches files, imports, processes or the network."""
 _listening: list[list[tuple[str, Any]]] = []
 
 
@@ -19,7 +19,7 @@ def _hook(event: str, arguments: tuple[Any, ...]) -> None:
 
 @contextmanager
 def audited() -> Iterator[list[tuple[str, Any]]]:
-    """Collect the events of a block: their names, and the first argument of each."""
+    """Collect the audit events of a ``with`` block: their names, and the first argument of each."""
     if not hasattr(sys, "_cramlite_audited"):  # a hook cannot be taken away again
         sys._cramlite_audited = True  # type: ignore[attr-defined]
         sys.addaudithook(_hook)
@@ -32,5 +32,5 @@ def audited() -> Iterator[list[tuple[str, Any]]]:
 
 
 def beyond(heard: list[tuple[str, Any]]) -> list[tuple[str, Any]]:
-    """Return the events with which code reached beyond its own values."""
+    """Return the audit events by which code reached files, imports, processes or the network."""
     return [e for e in heard if e[0].startswith(OUTSIDE)]

@@ -37,7 +37,8 @@ def seen_from(rng: Any, spec: BoardSpec, tilt: float = math.radians(25), one_axi
 
 
 def flange_of(board: Pose, mount: str, camera: Pose, place: Pose) -> Pose:
-    """Flange at which the camera sees the board at a pose of its frame; ``place``: of the board, in the base or the flange frame."""
+    """Return the flange pose at which the camera sees the board at a pose in the camera's frame; ``place`` is the board's pose in the
+    base frame, or in the flange frame if the camera is fixed."""
     return place * board.inverse() * camera.inverse() if mount == "flange" else camera * board * place.inverse()
 
 
@@ -45,7 +46,8 @@ def stations(
     seed: int, *, mount: Literal["flange", "world"] = "flange", count: int = 12, pixel: float = 0.15, robot_mm: float = 0.2,
     robot_deg: float = 0.02, one_axis: bool = False, size: float = 1.0, spec: BoardSpec | None = None,
 ) -> list[Station]:  # fmt: skip
-    """Return sightings with noise of corners [pixel] and of the robot's poses; ``size``: of the real board to that of the file."""
+    """Return simulated sightings of a board for a hand-eye calibration, with noise of corners [pixel] and of the robot's poses; ``size``
+    is the ratio of the real board to that of the file."""
     rng, spec = np.random.default_rng(seed), spec or BoardSpec()
     camera = IN_HAND if mount == "flange" else BEFORE
     place = ON_TABLE if mount == "flange" else ON_FLANGE

@@ -31,7 +31,7 @@ TERMS = {
     r"\bsomebody|\bwhoever\b|\bwho\b": "a role: user, client, caller, person",
     r"\bwhat\b": "a noun",
 }
-"""Pattern of a circumlocution, and the term, the more special ones first."""
+"""Regular expression of a circumlocution -> the glossary's term for it, special patterns first."""
 
 
 class Phrase(NamedTuple):
@@ -69,7 +69,7 @@ def phrases(root: Path = ROOT) -> Iterator[Phrase]:
 
 
 def main(everything: bool) -> None:
-    """Print how many there are by kind, term and room, and some of them."""
+    """Print the number of circumlocutions by kind, term and folder, and some or all of them."""
     listed = list(phrases())
     rooms = Counter("/".join(Path(p.place).parts[: 3 if p.place.startswith("plugins") else 2]) for p in listed)
     print(f"{len(listed)} circumlocutions: {dict(Counter(p.kind for p in listed))}")

@@ -15,7 +15,7 @@ from cramlite_plugins.motion_planning.planning_scene import PlanningScene
 
 
 def shapes(scene: PlanningScene) -> list[Any]:
-    """A Coal shape for each geom of the planning model."""
+    """Return a Coal shape for each geom of the planning model."""
     model, kinds = scene.compiled.model, mujoco.mjtGeom
     result = []
     for kind, size in zip(model.geom_type, model.geom_size, strict=True):
@@ -31,7 +31,7 @@ def shapes(scene: PlanningScene) -> list[Any]:
 
 
 def pairs(scene: PlanningScene) -> list[tuple[int, int]]:
-    """The geoms that may not touch, but for neighbours and what the models exclude."""
+    """Return the pairs of geoms that may not touch, without neighbouring links and pairs that the models exclude."""
     model = scene.compiled.model
     excluded = {(int(s) >> 16, int(s) & 0xFFFF) for s in model.exclude_signature}
     result = []
@@ -45,7 +45,7 @@ def pairs(scene: PlanningScene) -> list[tuple[int, int]]:
 
 
 def _parent(model: Any, a: int, b: int) -> bool:
-    """MuJoCo leaves out a body and its parent, unless the parent is the world."""
+    """Check whether a body is the parent of another and not the world: MuJoCo ignores contacts of such pairs."""
     parent = model.body_weldid[model.body_parentid[model.body_weldid[b]]]
     return bool(parent == model.body_weldid[a] and parent != 0)
 
@@ -53,7 +53,7 @@ def _parent(model: Any, a: int, b: int) -> bool:
 def distances(
     scene: PlanningScene, q: Any, solids: list[Any], checked: list[tuple[int, int]]
 ) -> dict[tuple[int, int], float]:
-    """Coal's signed distance of each pair [m] at a joint position."""
+    """Return Coal's signed distance of each pair of geoms at joint positions [m]."""
     scene.tcp(q)
     data = scene.data
     places = [

@@ -15,14 +15,14 @@ GONE = "# taken out"
 
 
 def proven(name: str, folder: str = "tasks") -> Candidate:
-    """The first program of a shipped scenario, which every validator passes."""
+    """Return the first candidate of a shipped scenario, and check that every validator passes it."""
     candidate, verdict, reasons = attempted(name, folder)
     assert candidate is not None and verdict is not None and verdict.passed, reasons
     return candidate
 
 
 def without(candidate: Candidate, *origins: str) -> str:
-    """The text without the code of some steps; every other line keeps its number."""
+    """Return the program's text without the code of some steps; every other line keeps its number."""
     code = candidate.code
     assert code is not None
     lines, starts = code.text.splitlines(), sorted(code.origins)
@@ -34,7 +34,7 @@ def without(candidate: Candidate, *origins: str) -> str:
 
 
 def replaced(candidate: Candidate, *changes: tuple[str, str]) -> str:
-    """The text with words replaced, each of which is there."""
+    """Return the program's text with words replaced; each word must occur in it."""
     assert candidate.code is not None
     text = candidate.code.text
     for old, new in changes:
@@ -44,7 +44,7 @@ def replaced(candidate: Candidate, *changes: tuple[str, str]) -> str:
 
 
 def run(candidate: Candidate, text: str, world: World | None = None) -> Candidate:
-    """The candidate with another text, and what happened when that ran, in its own world or another."""
+    """Run another text in a candidate's world or in a given one, and return the candidate with that text, rollout and episode."""
     knowledge = engine().knowledge
     assert candidate.code is not None
     place = world or candidate.world
@@ -56,7 +56,7 @@ def run(candidate: Candidate, text: str, world: World | None = None) -> Candidat
 
 
 def objections(candidate: Candidate) -> dict[str, str]:
-    """Validator -> the first of its reasons against a candidate that ran."""
+    """Return for each validator that objects to a candidate's run its first reason."""
     found: dict[str, str] = {}
     for finding in findings(candidate):
         if not finding.passed:
@@ -69,5 +69,5 @@ def findings(candidate: Candidate) -> list[Finding]:
 
 
 def against(candidate: Candidate, text: str, world: World | None = None) -> dict[str, str]:
-    """Why a text is refused where a candidate's was proven: validator -> reason; empty where it is not."""
+    """Run an edited text of a proven candidate, and return each validator's first objection to it; empty if none objects."""
     return objections(run(candidate, text, world))

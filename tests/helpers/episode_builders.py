@@ -10,7 +10,7 @@ RATE = 100.0
 
 
 def shop() -> World:
-    """A hanger with a peg, a product with a hole, a basket."""
+    """Make a world with a hanger with a peg, a product with a hole, and a basket."""
     hanger = Thing(
         "hanger",
         "cram:Hanger",
@@ -34,7 +34,8 @@ def shop() -> World:
 
 
 def rollout(seconds: float = 4.0, *, slip: float = 0.0, carried: float = 1.0) -> Rollout:
-    """The product hangs on the peg until 1.5 s, is between the pads from 1 s to 3 s, then stands in the basket.
+    """Return a rollout in which the product hangs on the peg until 1.5 s, is between the pads from 1 s to 3 s, and then stands in the
+    basket.
 
     Args:
         slip: share of the hand's motion that the product does not follow.
@@ -76,7 +77,7 @@ def _touches(time: float, carried: float) -> tuple[Touch, ...]:
 
 
 def episode(poses: int = 50) -> Episode:
-    """One of everything that an episode can hold, with numbers that no decimal fraction hits."""
+    """Return an episode with one element of every type that an episode can have, with numbers that are no short decimal fractions."""
     rng = np.random.default_rng(4)
     times = np.cumsum(rng.random(poses)) - 0.3
     quaternions = rng.normal(size=(poses, 4))

@@ -8,6 +8,6 @@ from cramlite.model import Compound, Designator
 
 
 def flat(steps: Iterable[Designator]) -> Iterator[Designator]:
-    """Steps, and those that compounds hold in their place."""
+    """Yield steps, with the branches of compound steps in place of the compounds."""
     for step in steps:
         yield from flat(p for branch in step.branches for p in branch) if isinstance(step, Compound) else (step,)

@@ -19,7 +19,7 @@ from types import TracebackType
 from typing import Any
 
 PATIENCE = 60.0
-"""How long an answer of the browser may take [s] before the test fails: a busy machine starts it in 5 s."""
+"""Longest time in which the browser answers before the test fails [s]: a busy machine starts it in 5 s."""
 FLAGS = (
     "--headless",
     "--no-sandbox",
@@ -39,18 +39,18 @@ KEYS = {
     "ArrowRight": 39,
     "ArrowDown": 40,
 }
-"""The keys that tests press, with their Windows virtual key codes, which the protocol asks for."""
+"""Keys that tests press, with the Windows virtual key codes that the DevTools protocol uses."""
 
 
 def chromium() -> str | None:
-    """The browser's path, or None where there is none."""
+    """Return the path of an installed Chromium; None if there is none."""
     return next(
         (found for name in ("chromium", "chromium-browser", "google-chrome") if (found := shutil.which(name))), None
     )
 
 
 class Browser:
-    """One page in a browser of its own.
+    """Chromium process with one page, driven by tests.
 
     Args:
         executable: of Chromium.
@@ -71,9 +71,9 @@ class Browser:
         os.close(theirs_out)
         self._number, self._buffer, self._session = 0, b"", ""
         self.errors: list[str] = []
-        """Uncaught exceptions and messages of level error, in order."""
+        """Uncaught exceptions and console messages of level error, in their order."""
         self.requests: list[str] = []
-        """URLs that pages asked for, but for data: and blob:."""
+        """URLs that pages requested, without data: and blob: URLs."""
         self._attach()
 
     def _attach(self) -> None:
@@ -95,7 +95,7 @@ class Browser:
         self._home.cleanup()
 
     def call(self, method: str, **params: Any) -> dict[str, Any]:
-        """Ask the browser; answers the method's result."""
+        """Call a method of the DevTools protocol, and return its result."""
         self._number += 1
         message = {
             "id": self._number,
@@ -134,7 +134,7 @@ class Browser:
             self.requests += [] if url.startswith(("data:", "blob:")) else [url]
 
     def look(self, width: int, height: int = 900, *, dark: bool = False) -> None:
-        """The size of the window in pixels, and the person's taste."""
+        """Set the size of the browser window [pixel], and the light or dark colour scheme."""
         self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
         scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
         self.call("Emulation.setEmulatedMedia", features=[scheme])
@@ -145,20 +145,20 @@ class Browser:
         self.wait("document.readyState === 'complete'")
 
     def run(self, script: str) -> Any:
-        """The value of an expression on the page."""
+        """Evaluate a JavaScript expression on the page, and return its value."""
         answer = self.call("Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True)
         assert "exceptionDetails" not in answer, answer["exceptionDetails"]
         return answer["result"].get("value")
 
     def wait(self, script: str) -> None:
-        """Until an expression becomes true."""
+        """Wait until a JavaScript expression on the page is true."""
         end = time.monotonic() + PATIENCE
         while not self.run(script):
             assert time.monotonic() < end, f"never true: {script}"
             time.sleep(0.05)
 
     def press(self, key: str, times: int = 1) -> None:
-        """A real key, e.g. Tab, ArrowRight, Enter, or a space."""
+        """Press a key in the browser, such as Tab, ArrowRight, Enter, or a space. Tab, ArrowRight, Enter, or a space."""
         code = KEYS[key]
         text = {"Enter": "\r", " ": " "}.get(key, "")
         for _ in range(times):
@@ -167,14 +167,14 @@ class Browser:
             self.call("Input.dispatchKeyEvent", type="keyUp", **shared)
 
     def hover(self, selector: str) -> None:
-        """Move the mouse over the middle of an element, which is scrolled into view."""
+        """Scroll an element into view, and move the mouse over its middle."""
         middle = """e.scrollIntoView({block: "center"}); const b = e.getBoundingClientRect();
         return [b.x + b.width / 2, b.y + b.height / 2];"""
         box = self.run(f"(e => {{ {middle} }})(document.querySelector({selector!r}))")
         self.call("Input.dispatchMouseEvent", type="mouseMoved", x=box[0], y=box[1])
 
     def screenshot(self, path: Path, *, whole: bool = False) -> Path:
-        """A PNG of the window, or of the whole page."""
+        """Save a PNG screenshot of the window, or of the whole page."""
         answer = self.call("Page.captureScreenshot", format="png", captureBeyondViewport=whole)
         path.write_bytes(base64.b64decode(answer["data"]))
         return path

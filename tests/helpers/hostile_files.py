@@ -15,7 +15,7 @@ BOX = '<body name="b"><freejoint/><geom type="box" size=".1 .1 .1"/></body>'
 CAMERA = json.dumps({"fx": 500, "fy": 500, "cx": 320, "cy": 240, "width": 640, "height": 480})
 RDF = 'xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#"'
 SECRET = "../secret.txt"
-"""Beside the folder of the files, with some text."""
+"""Path of a file beside the folder of the hostile files, which a scene must not read."""
 
 
 def _mjcf(rest: str = "", body: str = BOX) -> str:
@@ -76,7 +76,8 @@ SCENES: Mapping[str, tuple[str, str]] = {
 
 
 def around_scene(folder: Path) -> None:
-    """Write what the scenes name: a pipe, a link, a mesh that says it has four billion faces; and what they must not read."""
+    """Write the files that the hostile scenes name: a pipe, a link, a mesh that claims four billion faces; and files that must not be
+    read."""
     (folder.parent / "secret.txt").write_text("SECRET")
     (folder.parent / "secret.stl").write_bytes(bytes(84))
     (folder / "meshes").mkdir()
@@ -117,14 +118,14 @@ ONTOLOGIES: Mapping[str, tuple[str, str, str]] = {
     "deep brackets": ("x.ofn", f"Prefix(:=<http://x#>)\nOntology(<http://x> SubClassOf(:A {'ObjectComplementOf(' * 100_000}:B", "nested more than 100"),
     "deep Turtle": ("x.ttl", f"@prefix : <http://x#> .\n:a :b {'[ :b ' * 50_000}1 {']' * 50_000} .", "recursion"),
 }
-"""Name of the file, its text, and what is said."""
+"""Hostile ontologies: file name, text, and words of the refusal."""
 IMPORTS: Mapping[str, tuple[str, str]] = {
     "RDF/XML": ("x.owl", f'<rdf:RDF {RDF} xmlns:owl="http://www.w3.org/2002/07/owl#"><owl:Ontology rdf:about="http://x">'
                 '<owl:imports rdf:resource="http://127.0.0.1:9/x.owl"/><owl:imports rdf:resource="file:///etc/passwd"/></owl:Ontology></rdf:RDF>'),
     "functional": ("x.ofn", "Prefix(:=<http://x#>)\nOntology(<http://x> Import(<http://127.0.0.1:9/x.owl>) Import(<file:///etc/passwd>))"),
     "Turtle": ("x.ttl", "<http://x> <http://www.w3.org/2002/07/owl#imports> <http://127.0.0.1:9/x.owl>, <file:///etc/passwd> ."),
 }  # fmt: skip
-"""Ontologies that import: what they name is not opened."""
+"""Ontologies with imports of addresses and files that must not be opened."""
 
 
 def _png(folder: Path, width: int, height: int) -> Path:
@@ -144,7 +145,7 @@ def _zipped(folder: Path, name: str, content: bytes) -> Path:
 
 
 def _saying(path: Path, size: int) -> Path:
-    """An archive whose directory says that its file has another size when it is unpacked."""
+    """Falsify the directory of a ZIP archive, so that it states a wrong unpacked size of its file."""
     content = bytearray(path.read_bytes())
     at = content.index(b"PK\x01\x02") + 24
     content[at : at + 4] = struct.pack("<I", size)
@@ -153,7 +154,7 @@ def _saying(path: Path, size: int) -> Path:
 
 
 def npy(shape: tuple[int, ...], kind: str, data: bytes) -> bytes:
-    """An array of NumPy's format 1.0 with any header."""
+    """Return the bytes of a NumPy file (format 1.0) with any header."""
     header = f"{{'descr': {kind!r}, 'fortran_order': False, 'shape': {shape!r}, }}".ljust(117) + "\n"
     return b"\x93NUMPY\x01\x00" + struct.pack("<H", len(header)) + header.encode() + data
 

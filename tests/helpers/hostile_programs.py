@@ -21,7 +21,7 @@ STRANGE = (
     ";", "{", "}", "@", "~", "^", "&", "\t", "\r", "$ 1 \"x\"",
 )  # fmt: skip
 ONE = ("to_str", "to_num", "length", "norm", "size", "transpose", "inv", "normalize", "str_len", "floor", "sin", "pose_inv")
-"""Functions of one argument."""
+"""URScript functions of one argument."""
 
 ESCAPES = {
     "attribute": "x = [1].__class__", "attribute of a text": 'x = "".__class__.__mro__', "method": "x = [1].append(2)",
@@ -43,7 +43,8 @@ ESCAPES = {
     "handle": "x = run t()\n  y = x.coroutine", "index of a text": 'x = "abc"[0]', "slice": "x = [1, 2][0:1]", "power": "x = 9**9**9", "semicolon": "x = 1; import os",
     "return of a thread": "x = run sin(1)", "name without anything": "_ = 1\n  x = _", "dunder variable": "__class__ = 1\n  x = __class__",
 }  # fmt: skip
-"""Bodies of a program. Each is refused, stopped, or harmless: then x, y and z are URScript's values."""
+"""Bodies of URScript programs that try to escape from the interpreter. Each is refused, stopped, or harmless: then x, y and z are
+URScript's values."""
 
 BOMBS = {
     "loop": "while True:\n    x = 1\n  end", "text": 'x = "a"\n  while True:\n    x = x + x\n  end', "number": "x = 2\n  while True:\n    x = x * x\n  end",
@@ -56,16 +57,16 @@ BOMBS = {
     "copies": f"x = [{', '.join(['0'] * 9000)}]\n" + "".join(f"  v{k} = x\n" for k in range(300)), "list": f"x = [{', '.join(['0'] * 11_000)}]",
     "shown": f"x = [{', '.join(['1.5'] * 9000)}]\n  while True:\n    y = to_str(x)\n  end",
 }  # fmt: skip
-"""Bodies of a program that would take all memory or never end."""
+"""Bodies of URScript programs that would take all memory or never end."""
 
 
 TAME = {NAMES: ("x", "y", "v_x", "m", "g", "__class__", "_"), TEXTS: ("'a'", '"{0.__class__}"', '"%s"'), NUMBERS: ("0", "1", "2.5"),
         OPERATORS: ("+", "-", "*", "==", "!=", " + ")}  # fmt: skip
-"""What programs have that are to be accepted: names that are assigned, and no operator that there is not."""
+"""Words for URScript programs that are accepted: assigned names, and known operators only."""
 
 
 def hostile_program(draw: random.Random) -> str:
-    """Make a program: statements of URScript with hostile words in the place of names, texts and operators; half of them are tame."""
+    """Make a random URScript program with hostile words as names, strings and operators; half of the programs are harmless."""
     words = _Words(draw, draw.choice((0.0, 0.0, 0.02, 0.3)))
     start = "".join(f"  {name} = {value}\n" for name, value in zip(TAME[NAMES], ("1", "[1, 2]", "'ab'", "2.5", "struct(x=1, y=[2])"), strict=False))
     body = "\n".join(f"  {words.statement(2)}" for _ in range(draw.randint(1, 5)))
@@ -77,7 +78,7 @@ def hostile_program(draw: random.Random) -> str:
 
 
 class _Words:
-    """Statements and values at random; ``wild`` is the share of hostile words."""
+    """Generator of random URScript statements and values; ``wild`` is the share of hostile words."""
 
     def __init__(self, draw: random.Random, wild: float) -> None:
         self.draw, self.wild = draw, wild

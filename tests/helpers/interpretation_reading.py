@@ -26,5 +26,5 @@ def tasks(one: Interpreted) -> set[str]:
 
 
 def at(found: Interpretation, time: float) -> Interpreted:
-    """The action that is going on."""
+    """Return the interpreted action that is in progress at a time."""
     return next(a for a in found.actions if a.start <= time < a.end)

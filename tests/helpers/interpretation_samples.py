@@ -16,7 +16,7 @@ HAND = (
 
 
 def state(kind: str, first: str, second: str, start: float, end: float) -> Event:
-    """A contact, support, grasp or containment."""
+    """Make the event of a state: a contact, support, grasp or containment of two entities."""
     type_, a, b = {
         "contact": ("soma:ContactState", "a", "b"),
         "support": ("soma:SupportState", "supporter", "supportee"),
@@ -27,12 +27,12 @@ def state(kind: str, first: str, second: str, start: float, end: float) -> Event
 
 
 def action(type_: str, start: float, end: float, **roles: str) -> Event:
-    """A labelled action."""
+    """Make the event of a labelled action."""
     return Event(f"{type_}_{start}", type_, "action", start, end, roles)
 
 
 def track(*points: tuple[float, float, float, float]) -> Track:
-    """Straight lines through (t, x, y, z), sampled at 50 Hz, without turning."""
+    """Make a track of straight lines through points (t, x, y, z), sampled at 50 Hz, with constant orientation."""
     keys = np.array(points)
     times = np.union1d(np.arange(keys[0, 0], keys[-1, 0], 0.02), keys[:, 0])
     poses = np.zeros((len(times), 7))
@@ -49,7 +49,7 @@ def episode(
     opening: Floats | None = None,
     **extras: Floats,
 ) -> Episode:
-    """An episode of a hand; ``opening`` holds rows (t, metres)."""
+    """Make the episode of a hand; ``opening`` holds rows of time [s] and opening of the hand [m]."""
     found = dict(extras)
     if opening is not None:
         found["times"] = np.arange(opening[0, 0], opening[-1, 0], 0.02)
@@ -69,7 +69,8 @@ SHOP = (
 
 
 def hanger_episode(friction: bool = True) -> Episode:
-    """A product is taken off a hanger and dropped into a basket; without friction the hand closes on it in vain."""
+    """Make the episode of a product that is taken off a hanger and dropped into a basket; without friction the hand closes on the
+    product but does not move it."""
     carry = ((3.0, 0.5, 0, 0.95), (4.0, 0.3, 0, 0.97), (6.0, 0.4, 0.5, 0.9))
     hand = track(
         (0, 0.1, 0, 1.2),

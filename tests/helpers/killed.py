@@ -24,18 +24,19 @@ from cramlite_plugins.robots.ur5e import UR5E
 
 COMMAND = [sys.executable, "-m", "cramlite"]
 WATCHDOG, BRAKING = 2.0, 0.7
-"""The robot stops if it has not heard from the program for so long [s] (``backends/ur_rtde``, 0.5 Hz), and brakes within so long."""
+"""Longest time without a message from the program before the robot stops [s] (``backends/ur_rtde``, 0.5 Hz), and longest braking time
+[s]."""
 SILENT, ENDS = 5.0, 5.0
-"""A program takes a controller whose clock stands still for so long for gone [s], and then ends within so long [s]."""
+"""Time after which a program takes a controller with a stopped clock for lost [s], and longest time until the program then ends [s]."""
 SLOW = 0.005
-"""A joint that turns slower than this stands [rad/s]."""
+"""Largest speed of a joint that counts as standing [rad/s]."""
 STANDS = 0.3
-"""An arm that stands for so long has come to rest [s]."""
+"""Time of standing after which an arm has come to rest [s]."""
 _numbers = count(1)
 
 
 def client_of(program: Path, folder: Path) -> Path:
-    """Write the program of ur_rtde for a typed one."""
+    """Write the ur_rtde Python program of a typed program."""
     text = emit(read_program(program.read_text()).program, UR5E).text
     path = folder / "client.py"
     path.write_text(text, encoding="utf-8")
@@ -44,7 +45,7 @@ def client_of(program: Path, folder: Path) -> Path:
 
 @contextmanager
 def controlled(client: Path, world: str, folder: Path) -> Iterator[tuple[subprocess.Popen[Any], subprocess.Popen[str], Any]]:
-    """A controller, the program that drives it, and a reader of the robot's state; ended afterwards."""
+    """Start a controller, the client program that drives it, and a reader of the robot's state; end all of them afterwards."""
     import rtde_receive
 
     host = f"127.{2 + os.getpid() % 200}.{next(_numbers)}.9"
@@ -67,7 +68,8 @@ def controlled(client: Path, world: str, folder: Path) -> Iterator[tuple[subproc
 
 
 def moved_for(driver: subprocess.Popen[str], receive: Any, moment: float) -> float:
-    """Wait until the arm has been under way for so long [s of the controller]; return how long it has, or had when the program ended."""
+    """Wait until the arm has moved for ``moment`` [s of the controller]; return the time for which it has moved, or had moved when the
+    program ended."""
     began = None
     while driver.poll() is None:
         now = receive.getTimestamp()
@@ -80,7 +82,8 @@ def moved_for(driver: subprocess.Popen[str], receive: Any, moment: float) -> flo
 
 
 def killed_client(client: Path, world: str, folder: Path, moment: float) -> float | None:
-    """Return after how long the arm stands for good once its program was killed [s of the controller]; None where it had ended."""
+    """Kill the client program during its run, and return the time until the arm is at rest [s of the controller]; None if the program
+    had ended before."""
     with controlled(client, world, folder) as (_, driver, receive):
         moved_for(driver, receive, moment)
         if driver.poll() is not None:
@@ -95,7 +98,8 @@ def killed_client(client: Path, world: str, folder: Path, moment: float) -> floa
 
 
 def killed_controller(client: Path, world: str, folder: Path, moment: float) -> tuple[float, int, str] | None:
-    """Return after how long the program ends once its controller was killed [s], its exit code and last line; None where it had ended."""
+    """Kill the controller during a run, and return the time until its client program ends [s], the program's exit code and last line;
+    None if the program had ended before."""
     with controlled(client, world, folder) as (controller, driver, receive):
         moved_for(driver, receive, moment)
         if driver.poll() is not None:
@@ -109,7 +113,7 @@ def killed_controller(client: Path, world: str, folder: Path, moment: float) -> 
 
 
 def killed_executor(command: list[Any], out: Path, seconds: float) -> bool:
-    """Begin an execution, and kill it after so long; whether it ran until then."""
+    """Start an execution and kill it after some seconds; return whether it still ran then."""
     running = subprocess.Popen([*COMMAND, *map(str, command), "--out", str(out)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
         running.wait(seconds)
@@ -121,7 +125,7 @@ def killed_executor(command: list[Any], out: Path, seconds: float) -> bool:
 
 
 def lost(out: Path) -> str:
-    """Say what of a record cannot be read; "" where all that is there can."""
+    """Return the first part of an execution's record that cannot be read, with the reason; "" if all recorded parts can be read."""
     knowledge = Knowledge(Registry())
     rounds = sorted(p for p in out.glob("round_*") if p.is_dir())
     for folder in rounds:

@@ -10,13 +10,13 @@ import trimesh
 
 
 def turned(mesh: Any, axis: tuple[float, float, float], angle: float) -> Any:
-    """The mesh turned about an axis through the origin [rad]."""
+    """Rotate a mesh about an axis through the origin [rad], and return it."""
     mesh.apply_transform(trimesh.transformations.rotation_matrix(angle, axis))
     return mesh
 
 
 def moved(mesh: Any, by: tuple[float, float, float]) -> Any:
-    """The mesh moved [m]."""
+    """Translate a mesh [m], and return it."""
     mesh.apply_translation(by)
     return mesh
 
@@ -33,7 +33,7 @@ def tagged(diameter: float = 0.009, size: tuple[float, float, float] = (0.06, 0.
 
 
 def bowl(radius: float = 0.07, height: float = 0.05, wall: float = 0.005) -> Any:
-    """A body of revolution with a rim; origin at the bottom."""
+    """Make a bowl as a body of revolution with a rim; the origin is at the bottom."""
     foot = 0.6 * radius
     profile = [(0, 0), (foot, 0), (radius, height), (radius - wall, height), (foot - wall, wall), (0, wall)]
     return trimesh.creation.revolve(np.array(profile), sections=32)
@@ -50,5 +50,5 @@ def mug(radius: float = 0.042, height: float = 0.09, wall: float = 0.005) -> Any
 
 
 def opened(mesh: Any, faces: int) -> Any:
-    """The mesh without its last faces."""
+    """Return a mesh without its last faces, so that it is not closed."""
     return trimesh.Trimesh(mesh.vertices, mesh.faces[:-faces], process=False)

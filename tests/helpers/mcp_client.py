@@ -42,7 +42,7 @@ def call(server: object, tool: str, **arguments: Any) -> Any:
 
 
 def unread(server: object, uri: str) -> str:
-    """What the server says instead of a resource."""
+    """Return the server's error message for a resource that it cannot or must not read."""
 
     async def read(client: Client) -> str:
         try:
@@ -56,7 +56,7 @@ def unread(server: object, uri: str) -> str:
 
 
 class Proven:
-    """A server in this process, and a run that it proved without twins."""
+    """MCP server in this process, with a run that it proved without twins."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -70,7 +70,7 @@ class Proven:
         return str(call(self.server, "resolve", scenario="mine.yaml").structured_content["run"])
 
     def refused(self, tool: str, **arguments: Any) -> str:
-        """The server's objection to a call; the call executed nothing."""
+        """Return the server's objection to a tool call, and check that the call executed nothing."""
         before = self.executed
         answer = call(self.server, tool, **arguments)
         assert answer.is_error, told(answer)

@@ -14,13 +14,13 @@ SIBLINGS = {
     "bowl too small": ("'bowl' would overflow",),
     "bowl out of reach": ("reach of arm 'ur5e'",),
 }
-"""Kind of a world in which there must be no program -> words of the reasons for which the search may refuse it."""
+"""Kind of a world without a solution -> words of the reasons for which the search may refuse it."""
 AWAY = 1.1
-"""[m] that a bowl out of reach is further away, with the counter that it stands on; a UR5e with its gripper reaches 1.01 m."""
+"""Distance by which an unreachable bowl and its counter are moved away [m]; a UR5e with its gripper reaches 1.01 m."""
 
 
 def own_world(demonstration: Path, seed: int, kind: str = "") -> str:
-    """The text of a scenario.
+    """Return the text of a scenario with a vessel and a bowl on two counters, drawn from a seed.
 
     Args:
         demonstration: the recording.
@@ -51,6 +51,6 @@ def own_world(demonstration: Path, seed: int, kind: str = "") -> str:
 
 
 def _thing(name: str, model: str, position: list[float], yaw: float = 0.0, **sizes: Any) -> dict[str, Any]:
-    """A thing of a scenario; ``yaw`` in degrees, all else in metres and kilogrammes."""
+    """Return the description of a thing for a scenario; ``yaw`` in degrees, all else in metres and kilogrammes."""
     at = {"position": [float(v) for v in position], **({"yaw": f"{yaw:.3f} deg"} if yaw else {})}
     return {"name": name, "model": model, "at": at, "with": sizes}

@@ -8,14 +8,14 @@ from dataclasses import dataclass, field
 from html.parser import HTMLParser
 
 LARGEST = 5_000_000
-"""Of a page [bytes]."""
+"""Largest size of a page [bytes]."""
 VOID = {"meta", "link", "img", "input", "br", "wbr", "hr", "source", "line", "circle", "rect"}
 ATTRIBUTES = ("src", "href", "srcset", "action", "data", "poster")
 
 
 @dataclass
 class Page(HTMLParser):
-    """The parts of a page that are checked.
+    """Parser that collects the parts of an HTML page that are checked.
 
     Args:
         ids: as often as they occur.
@@ -68,7 +68,7 @@ class Page(HTMLParser):
 
 
 def faults(text: str) -> list[str]:
-    """Everything that is wrong with a page, in words."""
+    """Describe every fault of an HTML page, such as a broken link or a request to another site."""
     page = Page(text)
     found = [f"id '{i}' occurs {n} times" for i, n in page.ids.items() if n > 1]
     found += [

@@ -9,5 +9,5 @@ from cramlite_plugins.person.scripts import SCRIPTS
 
 
 def performed(world: World, *, seed: int, script: str = "take_off_hanger") -> Rollout:
-    """What a person does in a world by the script of a whole demonstration."""
+    """Simulate a person who carries out the script of a whole demonstration in a world."""
     return demonstrate(world, [Shown(RecordScript(script, SCRIPTS[script].prepare))], seed=seed)

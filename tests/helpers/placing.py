@@ -29,7 +29,7 @@ TIN = block("tin", Pose((0.45, -0.45, 0.19)), (0.05, 0.05, 0.08))
 
 
 def believed(*things: Thing) -> Belief:
-    """A block of 40 mm by 40 mm by 100 mm in the hand, a shelf, and these things."""
+    """Return the belief with a block of 40 mm by 40 mm by 100 mm in the hand, a shelf, and the given things."""
     it = block("it", Pose((0.4, 0.3, 0.5)), (0.04, 0.04, 0.10))
     world = World((table("shelf", Pose((0.45, -0.35, 0.15)), (0.3, 0.3, 0.02)), *things, it), (MOUNT,))
     return initial_belief(world, "arm", UR5E.home, 0.085).grasped(HELD)
@@ -42,12 +42,12 @@ def taxonomy() -> Taxonomy:
 
 
 def context_of(belief: Belief) -> Context:
-    """The context of a query: the roles "shelf" and "box" are the things of these names."""
+    """Return the context of a query, in which the roles "shelf" and "box" are filled by the things of these names."""
     return Context(UR5E, MOUNT, {"shelf": "shelf", "box": "box"}, taxonomy())
 
 
 def query_on(belief: Belief, on: str = "shelf", where: dict[str, Any] | None = None) -> Query:
-    """What filters are asked about: the first surface of a thing, or the opening of its cavity."""
+    """Return a query for places on the first surface of a thing or, if it has a cavity, in its opening."""
     cavity = belief.world.thing(on).feature("cram:Cavity")
     if cavity is None:
         target = surfaces(belief.world.thing(on), belief.pose(on))[0]
@@ -58,7 +58,7 @@ def query_on(belief: Belief, on: str = "shelf", where: dict[str, Any] | None = N
 
 
 def spot_at(at: tuple[float, float, float]) -> Placement:
-    """The block upright at a place in the base frame, the hand above it pointing down."""
+    """Return a placement of the upright block at a position in the base frame, with the hand above it pointing down."""
     down = Pose.from_axes((0, 0, 0), (0, 0, -1), (0, 1, 0))
     tcp = Pose((at[0], at[1], at[2] + 0.03), down.quaternion)
     return Placement("here", Pose(at), tcp, Pose((at[0], at[1], at[2] + 0.09), down.quaternion), 0.02)
@@ -73,7 +73,7 @@ def into(thing: str, **where: Any) -> Location:
 
 
 def answers(location: Location, belief: Belief, samples: int = 4000) -> tuple[list[Answer], Unresolvable | None]:
-    """All that is answered with so many samples, and how it ends."""
+    """Return all answers to a location designator with a number of samples, and the error with which they end."""
     found = list[Answer]()
     try:
         for answer in ground(location, belief, replace(context_of(belief), samples=samples)):
@@ -84,30 +84,30 @@ def answers(location: Location, belief: Belief, samples: int = 4000) -> tuple[li
 
 
 def first(count: int, location: Location, belief: Belief) -> list[Grounding]:
-    """The first places that are offered."""
+    """Return the first groundings of a location designator."""
     found = ground(location, belief, context_of(belief))
     return list(itertools.islice((a for a in found if isinstance(a, Grounding)), count))
 
 
 def placed(answer: Grounding) -> Pose:
-    """Where the block would be, in the base frame."""
+    """Return the pose of the block at a grounded place, in the base frame."""
     assert isinstance(answer.value, Place)
     return answer.value.pose * HELD.tcp_to_thing
 
 
 def turns(found: list[Grounding]) -> list[tuple[str, int]]:
-    """Position and turn [deg] of placements."""
+    """Return position and turn [deg] of placements, read from their keys."""
     names = [("middle, " if not g.key.startswith("(") else "") + g.key for g in found]
     return [(n.split(", turned ")[0].split(" mm")[0], int(n.split("turned ")[1].split(" deg")[0])) for n in names]
 
 
 def targets(location: Location, belief: Belief) -> list[Query]:
-    """What a query from above is about."""
+    """Return the prepared queries of a location designator."""
     return prepared(queries(location, belief, context_of(belief)))
 
 
 def depth_of(box: Thing) -> float:
-    """How deep the cavity of a basket is [m]."""
+    """Return the depth of a basket's cavity [m]."""
     cavity = box.feature("cram:Cavity")
     assert cavity is not None
     return cavity.size["height"]

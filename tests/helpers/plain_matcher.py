@@ -11,7 +11,7 @@ from cramlite.interpretation.rules import Rule
 
 
 def match(rule: Rule, phases: Phases) -> tuple[Match, ...]:
-    """Return all ways in which an action is this task: one for each distinct filling of the roles."""
+    """Return all matches of a rule with the phases of an action: one for each distinct filling of the roles."""
     bindings: list[Binding] = [{}]
     for clause in rule.quick_order:
         phase, condition = phases[clause.phase], clause.condition

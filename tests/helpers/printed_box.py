@@ -10,7 +10,7 @@ from PIL import Image
 
 SIDES = ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1))
 COLOURS = ((255, 0, 0), (0, 255, 0), (0, 0, 255), (255, 255, 0), (255, 0, 255), (0, 255, 255))
-"""Of the sides above: red, green, blue, yellow, magenta, cyan."""
+"""Colours of the sides, in the order of ``SIDES``: red, green, blue, yellow, magenta, cyan."""
 
 
 def printed_box(path: Path, size: tuple[float, float, float], tiles: tuple[np.ndarray, ...] | None = None) -> Path:

@@ -23,12 +23,12 @@ settings.register_profile("fuzz", derandomize=False, deadline=None, print_blob=T
 
 
 def load_profile(mark_expression: str) -> None:
-    """Load the profile of ``-m fuzz``, fresh seeds, for exactly that mark expression; fixed seeds for any other."""
+    """Load hypothesis' profile for a mark expression: fresh seeds for exactly ``fuzz``, fixed seeds for any other."""
     settings.load_profile({"fuzz": "fuzz", USUAL: "usual"}.get(mark_expression, "stated"))
 
 
 def examples(count: int, **others: Any) -> settings:
-    """State how many examples a test tries; other settings are hypothesis' own.
+    """Return hypothesis settings with the number of examples that a test tries, scaled by the loaded profile.
 
     It reads the loaded profile when a test is decorated: ``conftest.py`` loads it before test files are imported.
     """

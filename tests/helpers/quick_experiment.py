@@ -16,7 +16,7 @@ FOLDER = find_experiment("fetch_from_hanger").parent
 
 
 def quick_experiment(folder: Path, count: int = 1) -> Path:
-    """The shipped one, with ``count`` demonstrations of each of three objects and a budget of two questions."""
+    """Write the shipped experiment with ``count`` demonstrations of each of three objects and a budget of two questions."""
     folder.mkdir()
     scenario = (FOLDER / "scenario.yaml").read_text().replace("take_off_hanger_varied", "take_off_hanger")
     (folder / "scenario.yaml").write_text(scenario)
@@ -30,7 +30,7 @@ def quick_experiment(folder: Path, count: int = 1) -> Path:
 
 
 def solved_experiment(folder: Path) -> Path:
-    """One demonstration whose first candidate gives a program, proven in two twins and executed in one."""
+    """Write an experiment with one demonstration whose first candidate gives a program, proven in two twins and executed in one."""
     path = quick_experiment(folder) / "experiment.yaml"
     data = yaml.safe_load(path.read_text())
     data |= {"budget": {"proofs": 1, "expansions": 400}, "scales": [1], "objects": {"O1": data["objects"]["O1"]}}
@@ -45,7 +45,7 @@ def order(experiment: Path, out: Path, workers: int = 1, *plugins: Path, executo
 
 
 def told(out: Path) -> dict[str, object]:
-    """All results without what a clock said."""
+    """Return all results of an experiment without the measured times."""
     found = {}
     for path in sorted((out / "results").rglob("*.json")):
         data = json.loads(path.read_text())

@@ -17,18 +17,18 @@ from cramlite_plugins.episodes.tracks import Rows, compose
 
 RIGHT, LEFT = "SK_TestRightHand", "SK_TestLeftHand"
 START = 1_700_000_000.0
-"""Stamps are seconds since 1970, as recorders write them."""
+"""Start of the recordings, in seconds since 1970, as recorders write their time stamps."""
 GRIP = np.array([0.13, 0.0, 0.02])
-"""Where the thing is in the hand [m]: a recorded hand's frame is in the wrist."""
+"""Position of a held thing in the hand's frame [m]: the frame of a recorded hand is at the wrist."""
 
 Key = tuple[float, tuple[float, float, float], float]
-"""Time [s], position [m], tilt about the y axis [rad]."""
+"""Key pose of a hand: time [s], position [m], tilt about the y axis [rad]."""
 Recording = dict[str, Floats]
-"""Frame -> rows (time, x, y, z, qw, qx, qy, qz)."""
+"""Recording of poses: frame -> rows (time, x, y, z, qw, qx, qy, qz)."""
 
 
 def path(times: Floats, *keys: Key) -> Floats:
-    """Poses (N, 7) through keys, starting and stopping smoothly at each."""
+    """Return poses (N, 7) that interpolate key poses, at rest at each key."""
     at = np.array([k[0] for k in keys])
     where = np.clip(np.searchsorted(at, times, side="right") - 1, 0, len(at) - 2)
     share = np.clip((times - at[where]) / (at[where + 1] - at[where]), 0, 1)
@@ -43,13 +43,13 @@ def path(times: Floats, *keys: Key) -> Floats:
 
 
 def at_thing(pose: tuple[float, float, float], tilt: float = 0.0) -> tuple[float, float, float]:
-    """Where the hand is that holds a thing at a position."""
+    """Return the position of a hand that holds a thing at a position."""
     grip = Rotation.from_euler("y", tilt).apply(GRIP)
     return (pose[0] - grip[0], pose[1] - grip[1], pose[2] - grip[2])
 
 
 def held(hand: Floats, times: Floats, start: float, end: float, before: tuple[float, float, float]) -> Floats:
-    """A thing that stands, is in the hand from start to end, and stands where it was let go."""
+    """Return the poses of a thing that stands, moves with the hand from start to end, and stands where it was released."""
     poses = np.tile([*before, 1.0, 0, 0, 0], (len(times), 1))
     inside = (times >= start) & (times < end)
     poses[inside] = compose(hand[inside], np.tile([*GRIP, 1.0, 0, 0, 0], (int(inside.sum()), 1)))
@@ -58,7 +58,7 @@ def held(hand: Floats, times: Floats, start: float, end: float, before: tuple[fl
 
 
 def grains(times: Floats, cup: Floats, into: tuple[float, float, float], falls: float, count: int, spilled: int = 0) -> Recording:
-    """Grains that follow a cup, and fall at a time, one after the other: into a bowl, or beside it."""
+    """Return tracks of grains that follow a cup, and from a given time on fall one after the other into a bowl, or beside it."""
     found = {}
     for k in range(count):
         offset = np.array([0.012 * np.cos(k), 0.012 * np.sin(k), 0.02])
@@ -76,7 +76,7 @@ def grains(times: Floats, cup: Floats, into: tuple[float, float, float], falls: 
 
 
 def rows(times: Floats, poses: Floats, on_change: bool = False) -> Floats:
-    """Rows of a frame, each pose, or those that differ from the one before."""
+    """Return the recorded rows of a frame: all poses, or those that differ from the one before."""
     table = np.column_stack([START + times, poses])
     if not on_change:
         return table
@@ -107,7 +107,7 @@ def _pour_keys(cup: Point, over: Point, back: Point, t: float = 0.0) -> list[Key
 
 
 def pouring(rate: float = 45.0, *, spilled: int = 0, tilts: bool = True, count: int = 6) -> Recording:
-    """Somebody takes a cup, pours it into a bowl and puts it back; a second dish with grains stands by."""
+    """Record a person who takes a cup, pours its content into a bowl and puts it back; a second dish with grains stands beside."""
     times = np.arange(0, 17, 1 / rate)
     keys = _pour_keys(CUP, OVER, (0.62, 0.21, 0.9))
     if not tilts:
@@ -124,7 +124,7 @@ def pouring(rate: float = 45.0, *, spilled: int = 0, tilts: bool = True, count: 
 
 
 def pouring_twice(rate: float = 45.0) -> Recording:
-    """Two cups are poured into one bowl, one after the other."""
+    """Record a person who pours two cups into one bowl, one after the other."""
     times = np.arange(0, 33, 1 / rate)
     other, back = (0.75, 0.2, 0.9), (0.75, 0.22, 0.9)
     hand = path(
@@ -141,7 +141,7 @@ def pouring_twice(rate: float = 45.0) -> Recording:
 
 
 def pouring_with_both_hands(rate: float = 45.0) -> Recording:
-    """As ``pouring``; the left hand holds on to the other side of the cup all along."""
+    """Record a person who pours as in ``pouring`` while the left hand also holds the cup."""
     found = pouring(rate)
     cup = found["cup"]
     times = cup[:, 0] - START
@@ -155,7 +155,7 @@ def pouring_with_both_hands(rate: float = 45.0) -> Recording:
 
 
 def pouring_with_either_hand(rate: float = 45.0) -> Recording:
-    """As ``pouring_twice``; the left hand does the second, and each hand rests while the other one works."""
+    """Record a person who pours as in ``pouring_twice``, the second cup with the left hand; each hand rests while the other one works."""
     found = pouring_twice(rate)
     hand = found[RIGHT]
     times = hand[:, 0] - START
@@ -166,7 +166,7 @@ def pouring_with_either_hand(rate: float = 45.0) -> Recording:
 
 
 def shaking(rate: float = 10.0, swings: int = 6) -> Recording:
-    """Somebody takes a shaker, swings it over a plate, tilted, and puts it back."""
+    """Record a person who takes a shaker, swings it, tilted, over a plate, and puts it back."""
     times = np.arange(0, 14, 1 / rate)
     shaker, plate, over = (0.6, 0.2, 0.9), (0.5, -0.1, 0.86), (0.51, -0.08, 1.0)
     up = (0.6, 0.2, 1.05)
@@ -184,7 +184,7 @@ def shaking(rate: float = 10.0, swings: int = 6) -> Recording:
 
 
 def carrying_a_tray(rate: float = 30.0) -> Recording:
-    """A tray with two cups on it is carried from one place to another."""
+    """Record a person who carries a tray with two cups on it from one place to another."""
     times = np.arange(0, 11, 1 / rate)
     here, there = (0.6, 0.3, 0.9), (0.6, -0.9, 0.9)
     up, over = (0.6, 0.3, 1.1), (0.6, -0.9, 1.1)
@@ -201,12 +201,12 @@ def carrying_a_tray(rate: float = 30.0) -> Recording:
 
 
 def dropped(found: Recording, random: np.random.Generator) -> Recording:
-    """A tenth of the poses is lost; what was recorded once or twice is kept."""
+    """Remove a tenth of a recording's poses at random; frames with at most four rows stay complete."""
     return {n: r[random.random(len(r)) > 0.1] if len(r) > 4 else r for n, r in found.items()}
 
 
 def noisy(found: Recording, random: np.random.Generator) -> Recording:
-    """5 mm on each axis and 2 degrees about a random one."""
+    """Add noise to a recording's poses: 5 mm on each axis and 2 degrees about a random axis."""
     result = {}
     for name, table in found.items():
         shaken = table.copy()
@@ -219,13 +219,13 @@ def noisy(found: Recording, random: np.random.Generator) -> Recording:
 
 
 def halved(found: Recording, random: np.random.Generator) -> Recording:
-    """Every second pose, from the first or the second on."""
+    """Keep every second pose of a recording, from the first or the second on."""
     first = int(random.integers(2))
     return {n: r[first::2] if len(r) > 4 else r for n, r in found.items()}
 
 
 def without(hand: str) -> Callable[[Recording, np.random.Generator], Recording]:
-    """The track of a hand is missing: identity poses, as trackers write them that see nothing."""
+    """Return a function that replaces a hand's track by an identity pose, as trackers write it that do not see the hand."""
 
     def change(found: Recording, _random: np.random.Generator) -> Recording:
         return {**found, hand: np.array([[START, 0, 0, 0, 1.0, 0, 0, 0]])} if hand in found else found
@@ -234,7 +234,7 @@ def without(hand: str) -> Callable[[Recording, np.random.Generator], Recording]:
 
 
 def read(found: Recording, parents: Mapping[str, str] | None = None, events: tuple[Event, ...] = ()) -> Episode:
-    """The episode that the reader makes of a recording of unknown writers, with the events that they wrote down."""
+    """Convert a recording of an unknown recorder to the episode that the reader makes of it, with recorded events."""
     tables = {}
     for name, table in found.items():
         parent = (parents or {}).get(name, "map")

@@ -27,7 +27,7 @@ DAMPING = 1e-4
 
 
 class Robot:
-    """The robot of a world, and the world."""
+    """Simulated robot behind the protocol, with the world around it."""
 
     def __init__(self, compiled: Compiled, base: Pose, actions: str, feels: bool) -> None:
         self.compiled, self.model, self.data = compiled, compiled.model, compiled.data()
@@ -42,7 +42,7 @@ class Robot:
 
     @property
     def lag(self) -> float:
-        """How long it stays behind [s]."""
+        """Time constant of the robot's lag behind its commands [s]."""
         k = self.servos[0]
         servo = -float(self.model.actuator_biasprm[k, 2] / self.model.actuator_gainprm[k, 0])
         return servo + (FOLLOWS if self.actions == "deltas" else 0.0)
@@ -53,7 +53,7 @@ class Robot:
         self.data.ctrl[self.index.gripper] = 255 * (high - opening) / (high - low)
 
     def step(self, ask: dict[str, Any]) -> None:
-        """One period."""
+        """Execute an action, for one control period."""
         self.hand(ask["opening"], ask["grip"])
         if self.actions == "joints":
             for way in np.linspace(self.sent, ask["joints"], self.steps + 1)[1:]:
@@ -69,7 +69,7 @@ class Robot:
             self.advance(self.sent + self.towards(place, target) * self.model.opt.timestep)
 
     def towards(self, place: Any, quaternion: Any) -> Any:
-        """Joint speeds that lead the tool to a pose [rad/s]."""
+        """Return the joint speeds that lead the tool to a pose [rad/s]."""
         here = self.tool()
         error = np.zeros(6)
         error[:3] = place - here.position
@@ -98,14 +98,14 @@ class Robot:
         return said
 
     def felt(self) -> Any:
-        """The force of the environment on the tool, base axes [N]."""
+        """Return the force of the environment on the tool, base axes [N]."""
         turn = self.data.site_xmat[self.index.ft].reshape(3, 3)
         reading = self.data.sensordata[self.index.ft_force : self.index.ft_force + 3]
         weight = -self.index.robot.gripper.mass * 9.81 * turn[2]
         return -self.turn.T @ (turn @ (reading + weight))
 
     def places(self) -> str:
-        """Where the things that can be moved are, as JSON."""
+        """Return the positions of the movable things, as JSON."""
         free = [t.name for t in self.compiled.world.things if t.movable]
         return json.dumps({n: [round(v, 4) for v in self.compiled.pose(self.data, n).position] for n in free})
 
@@ -115,7 +115,7 @@ def say(what: dict[str, Any]) -> None:
 
 
 def serve(robot: Robot, options: argparse.Namespace) -> None:
-    """Answer until it is over."""
+    """Answer requests until the client sends "end" or closes the connection."""
     steps = 0
     for line in sys.stdin:
         ask = json.loads(line)
@@ -136,7 +136,7 @@ def serve(robot: Robot, options: argparse.Namespace) -> None:
 
 
 def take(robot: Robot, name: str) -> None:
-    """Take a thing away: half a metre down."""
+    """Remove a thing from the scene: move it half a metre down."""
     thing = robot.compiled.world.thing(name)
     robot.compiled.place(robot.data, name, Pose((0.0, 0.0, -0.5)) * thing.pose)
 

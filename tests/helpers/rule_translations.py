@@ -16,7 +16,7 @@ Fact = tuple[PhaseName, str, Row]
 def facts_of(
     rules: Sequence[Rule], phases: Phases, names: list[str], wanted: Callable[[Predicate], bool] = lambda _: True
 ) -> list[Fact]:
-    """Every row of every wanted predicate that the rules mention, asked for every combination of things."""
+    """Return the facts of every wanted predicate that the rules mention, evaluated for every combination of things."""
     asked = {
         (c.phase, a.predicate.name, tuple(None if isinstance(t, Variable) else t for t in a.terms)): a.predicate
         for r in rules
@@ -32,7 +32,7 @@ def facts_of(
 
 
 def clingo_program(rules: Iterable[Rule], scope: tuple[str, ...] = ()) -> list[str]:
-    """The rules; with a scope ("A",) for many actions at once, each fact then begins with its action."""
+    """Return the rules as a clingo program; with a scope ("A",) each fact begins with its action, for many actions at once."""
     program = _Clingo(scope)
     for rule in rules:
         program.add(rule)
@@ -46,7 +46,7 @@ def clingo_facts(facts: Iterable[Fact], names: Iterable[str], action: str = "") 
 
 
 def prolog_program(rules: Iterable[Rule]) -> list[str]:
-    """match(Action, Task, [Role, ...]) for every rule."""
+    """Return the rules as Prolog clauses match(Action, Task, [Role, ...])."""
     lines = []
     for rule in rules:
         body = ", ".join(prolog_goal(c.condition, "A", f"{c.phase}_") for c in rule.quick_order)
@@ -68,7 +68,7 @@ def _constant(value: Term) -> str:
 
 
 def prolog_goal(condition: Condition, scope: str, prefix: str) -> str:
-    """A goal; every predicate is called by prefix and name, and its first argument is the scope."""
+    """Return a condition as a Prolog goal; each predicate is called by prefix and name, and its first argument is the scope."""
     match condition:
         case Atom(predicate, terms):
             return f"{prefix}{predicate.name}({', '.join([scope, *map(_constant, terms)])})"
@@ -94,7 +94,7 @@ SCALE = 1000  # clingo counts in integers
 
 @dataclass
 class _Clingo:
-    """A logic program in the making: one rule of ours becomes one rule of its and some helpers."""
+    """Writer of a clingo program: each rule of cramlite becomes one clingo rule and some helper rules."""
 
     scope: tuple[str, ...] = ()
     lines: list[str] = field(default_factory=list)
@@ -108,7 +108,7 @@ class _Clingo:
         self.lines.append(f"match{len(rule.roles)}({scope}{roles}) :- {self.domain(())}{body}.")
 
     def literal(self, condition: Condition, phase: PhaseName, outer: frozenset[str]) -> str:
-        """A body literal that is true where the condition is."""
+        """Return a body literal that is true where the condition holds."""
         match condition:
             case Atom(predicate, terms):
                 return f"fact({', '.join([*self.scope, phase, quoted(predicate.name), *map(term, terms)])})"
@@ -142,7 +142,7 @@ class _Clingo:
     def helper(
         self, options: Iterable[Condition], phase: PhaseName, variables: frozenset[str], outer: frozenset[str]
     ) -> str:
-        """A helper predicate that holds where one of the options does."""
+        """Define a helper predicate that holds if at least one of some conditions does, and return its literal."""
         name = self.named(variables)
         for option in options:
             self.lines.append(f"{name} :- {self.domain(variables)}{self.literal(option, phase, outer)}.")

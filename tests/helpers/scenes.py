@@ -16,7 +16,7 @@ Triple = tuple[float, float, float]
 
 
 def box(name: str, half: Triple, position: Triple, mass: float | None = None) -> Thing:
-    """A box; half-extents and position [m]."""
+    """Make a box from half-extents and position [m]."""
     return Thing(name, f"t:{name}", Pose(position), (Geom("box", half),), mass=mass)
 
 
@@ -26,25 +26,25 @@ BLOCK = box("block", (0.02, 0.02, 0.05), (0.45, 0.3, 0.045), 0.2)
 
 
 def world(*things: Thing) -> World:
-    """A world with one UR5e at its origin."""
+    """Make a world with one UR5e at its origin and the given things."""
     return World(things, (RobotMount("arm1", "ur5e"),))
 
 
 def make(*things: Thing, **options: Any) -> PlanningScene:
-    """A scene of these things."""
+    """Make the planning scene of a UR5e and the given things."""
     return scene(world(*things), ROBOTS, "arm1", **options)
 
 
 def down(x: float, y: float, z: float) -> Pose:
-    """The tool pointing down, fingers closing along y."""
+    """Return a tool pose that points down at a position, with the fingers closing along y."""
     return Pose.from_axes((x, y, z), (0, 0, -1), (1, 0, 0))
 
 
 def stance(scene_: PlanningScene, pose: Pose) -> tuple[float, ...]:
-    """The free inverse solution nearest to home."""
+    """Return the collision-free inverse kinematics solution nearest to home."""
     return next(q for q in inverse(UR5E, pose) if scene_.free(q))
 
 
 def named(clauses: Mapping[str, str] | str, name: str) -> bool:
-    """Whether a reason names a thing."""
+    """Check whether a reason contains the quoted name of a thing."""
     return f"'{name}'" in str(clauses)

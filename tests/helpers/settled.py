@@ -19,7 +19,7 @@ _KEPT: dict[str, Rollout] = {}
 
 
 def settled(*things: Thing, seconds: float = 1.0) -> Rollout:
-    """How things lie on a floor after a second; a copy of their own for everyone who asks."""
+    """Simulate things that settle on a floor, once for each set of things, and return a copy of the rollout."""
     key = f"{things} {seconds}"
     if key not in _KEPT:
         _KEPT[key] = _run(things, seconds)
@@ -39,11 +39,11 @@ def _run(things: tuple[Thing, ...], seconds: float) -> Rollout:
 
 
 def opened(way: float) -> tuple[Thing, Thing]:
-    """A drawer that is open by a way [m], and its cabinet."""
+    """Make a drawer that is open by a distance [m], and its cabinet."""
     return cabinet("c", Pose((0.7, 0, 0.3))), drawer("d", Pose((0.7, 0, 0.3)), "c", opened=way)
 
 
 def ready() -> None:
-    """Simulate what most ask for."""
+    """Simulate the worlds that most tests use, before the tests need them."""
     for things in (IN, TWO, opened(0.12), opened(0.0)):
         settled(*things)

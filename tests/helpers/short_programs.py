@@ -19,13 +19,13 @@ FINGERTIP = 0.01875  # from the pinch point to the fingertips [m]
 
 
 def down(x: float, y: float, z: float) -> Pose:
-    """The TCP over the table, looking down; fingers close along y."""
+    """Return a TCP pose that points down at a position, with the fingers closing along y."""
     return Pose.from_axes((x, y, z), (0, 0, -1), (1, 0, 0))
 
 
 @cache
 def near_home(target: Pose) -> tuple[float, ...]:
-    """Joints for a pose with the elbow up, on the side of the home posture."""
+    """Return joint positions for a TCP pose, with the elbow up and near the home posture."""
     home = UR5E.home
     return next(q for q in inverse(UR5E, target, seed=home) if abs(q[0] - home[0]) < 1.3 and q[2] > 0)
 

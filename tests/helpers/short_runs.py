@@ -61,14 +61,14 @@ def taxonomy() -> Any:
 
 
 def track(*knots: tuple[int, tuple[float, float, float]]) -> Floats:
-    """(COUNT, 7) poses, upright, on straight lines between positions at samples."""
+    """Return upright poses (COUNT, 7) on straight lines between positions at given samples."""
     samples, places = [k for k, _ in knots], np.array([p for _, p in knots])
     ways = [np.interp(range(COUNT), samples, places[:, axis]) for axis in range(3)]
     return np.column_stack([*ways, np.ones(COUNT), np.zeros((COUNT, 3))])
 
 
 def good(**changes: Any) -> Candidate:
-    """The candidate, with fields of its rollout changed."""
+    """Return the hand-written candidate, with changed fields of its rollout."""
     things = (FLOOR, SHELF, lying("block", (0.5, 0.2, 0.03)), lying("cup", (0.4, -0.35, 0.20)))
     world = World(things, (RobotMount("arm", "ur5e"),))
     carried = track((LIFTED, (0.5, 0.2, 0.03)), (LANDED, (0.5, -0.35, 0.20)))
@@ -86,7 +86,7 @@ def good(**changes: Any) -> Candidate:
 
 
 def candidate(rollout: Rollout) -> Candidate:
-    """The candidate with another rollout of its program."""
+    """Return the hand-written candidate with another rollout of its program."""
     it = Object("it", entity="block")
     roles = {"Locatum": it, "Relatum": Object("place", entity="shelf")}
     own = {"1.Grasping": {"Patient": it}, "2.PickingUp": {"Locatum": it, "Relatum": Object("from", entity="floor")}, "3.Placing": roles}
@@ -104,7 +104,7 @@ def candidate(rollout: Rollout) -> Candidate:
 
 
 def touches(k: int) -> tuple[Touch, ...]:
-    """Who touches whom at a sample."""
+    """List the contacts of the hand-written run at a sample."""
     found = [Touch("shelf", "cup", WEIGHT, WEIGHT)]
     if k < LIFTED:
         found.append(Touch("floor", "block", WEIGHT, WEIGHT))
@@ -116,21 +116,21 @@ def touches(k: int) -> tuple[Touch, ...]:
 
 
 def touching(when: Iterable[int], *more: Touch, without: Callable[[Touch], bool] = lambda _: False) -> Candidate:
-    """The candidate, in whose run others touch at some samples, and some no longer do."""
+    """Return the hand-written candidate with contacts added and removed at some samples of its run."""
     rows, base = set(when), good().rollout
     assert base is not None
     return good(touches=tuple((*(t for t in row if not without(t)), *more) if k in rows else row for k, row in enumerate(base.touches)))
 
 
 def posed(**poses: Floats) -> Candidate:
-    """The candidate, in whose run things are elsewhere."""
+    """Return the hand-written candidate with other tracks of some things."""
     base = good().rollout
     assert base is not None
     return good(poses={**base.poses, **poses})
 
 
 def shifted(by: Any, thing: str, first: int, last: int = COUNT) -> Candidate:
-    """The candidate, in whose run a thing is moved by a way [m] at samples [first, last)."""
+    """Return the hand-written candidate with a thing displaced by a vector [m] at samples [first, last)."""
     base = good().rollout
     assert base is not None
     poses = base.poses[thing].copy()
@@ -139,11 +139,11 @@ def shifted(by: Any, thing: str, first: int, last: int = COUNT) -> Candidate:
 
 
 def said(validator: Validator, of: Candidate) -> list[str]:
-    """The objections of a validator."""
+    """Return the objections of a validator to a candidate."""
     return [f.reason for f in validator.check(of) if not f.passed]
 
 
 def only(validator: Validator, of: Candidate) -> Finding:
-    """The one finding of a validator."""
+    """Return the only finding of a validator on a candidate."""
     (found,) = validator.check(of)
     return found

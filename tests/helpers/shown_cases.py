@@ -74,11 +74,11 @@ CASES = {
     "Closing a door": Case("tasks/closing", "", ("Grasping door", "Closing door"), ("Retracting door hand",)),
     "Reaching": Case("tasks/reaching", "", ("Reaching block",)),
 }  # fmt: skip
-"""Name -> the demonstration, and the reading that was written down before any was made."""
+"""Name -> a demonstration with its expected reading, written down before the demonstration was made."""
 
 
 def reading(engine: Engine, case: Case, seed: int, distractors: int = 0) -> tuple[tuple[str, ...], str]:
-    """The best reading of a demonstration, without what may be said besides; and why the demonstration did not come off.
+    """Return the best reading of a demonstration, without permitted extra tasks, and the reason if the demonstration failed.
 
     Args:
         distractors: further things that stand within reach of what is handled.
@@ -96,7 +96,7 @@ def reading(engine: Engine, case: Case, seed: int, distractors: int = 0) -> tupl
 
 
 def with_distractors(engine: Engine, scenario: Scenario, count: int, rng: np.random.Generator) -> Scenario:
-    """The scenario with cans and blocks around what is handled: 0.1 to 0.3 m from it, seen from above, on what is below it."""
+    """Return a scenario with cans and blocks added around the handled thing, 0.1 to 0.3 m from it, on its support."""
     spec = scenario.spec
     world, _ = build_world(scenario, spec.things, (), engine.knowledge, 0)
     tables = [t for t in world.things if t.type == "cram:Table"]
@@ -114,18 +114,18 @@ def with_distractors(engine: Engine, scenario: Scenario, count: int, rng: np.ran
 
 
 ROOM = 0.075
-"""[m] from a thing to the middle of a distractor: half a can, and how far seeds move things."""
+"""Least distance from a thing to the middle of a distractor [m]: half a can, and the displacement of things by seeds."""
 
 
 def _over(thing: Thing, spot: Floats) -> float:
-    """How far beside a thing a point is, seen from above [m]; negative over it."""
+    """Return the horizontal distance of a point from a thing's outline [m], negative over the thing."""
     x, y, _ = thing.pose.inverse().apply((spot[0], spot[1], thing.pose.position[2]))
     beside = np.abs((x, y)) - half_extents(thing)[:2]
     return float(np.linalg.norm(np.maximum(beside, 0.0))) if beside.max() > 0 else float(beside.max())
 
 
 def _other(number: int, spot: Floats, top: float) -> ThingSpec:
-    """A can or a block that stands at a spot."""
+    """Return the description of a can or a block that stands at a position."""
     model, height, size = ("can", 0.115, {}) if number % 2 else ("block", 0.08, {"size": ["40 mm", "40 mm", "80 mm"]})
     at = {"position": [float(spot[0]), float(spot[1]), float(top + height / 2 + 0.001)]}
     return ThingSpec.model_validate({"name": f"other_{number}", "model": model, "at": at, "with": size})

@@ -15,7 +15,7 @@ BACK = Pose((0, 0, 0), (math.cos(math.pi / 2), 0, 0, math.sin(math.pi / 2)))
 
 
 def standard_world(physics: Physics | None = None, robot: bool = True) -> World:
-    """A product on a hanger whose peg points to the robot (-x), tip at x .72, z .45; basket at (.30, -.45, 0)."""
+    """Make the world with a product on a hanger whose peg points to the robot (-x), tip at x .72, z .45, and a basket at (.30, -.45, 0)."""
     hook = hanger("hanger", Pose((0.868, 0, 0.444)) * BACK)
     item = product("product", Pose())
     item = replace(item, pose=hung(item, hook, depth=0.07))
@@ -24,6 +24,6 @@ def standard_world(physics: Physics | None = None, robot: bool = True) -> World:
 
 
 def standing_world(physics: Physics | None = None) -> World:
-    """A product that stands on the table in front of the robot, its depth along y."""
+    """Make the world with a product that stands on the table in front of the robot, its depth along y."""
     item = product("product", Pose((0.65, 0.1, 0.075)), mass=0.8)
     return World((table("table", Pose((0.4, 0, 0))), item), (RobotMount("arm", "ur5e"),), physics or Physics())

@@ -19,12 +19,12 @@ RULES = {
                            "thing(Relatum)", "in_or_above(Patient, Relatum)", "joint_open(Patient)")),
     "tossing": (HOLDING, ("not grasps(Gripper, Patient)", "not touches(Gripper, _)", "thing(Relatum)", "in_or_above(Patient, Relatum)")),
 }  # fmt: skip
-"""Name -> what holds before the task, and after it. All but the last change more than a goal asks for."""
+"""Name of a task -> conditions before and after it. All but the last change more than a goal asks for."""
 NUISANCES = ("polishing", "dipping", "shelving", "emptying")
 
 
 def stranger(name: str, folder: Path) -> Path:
-    """The module of a task plugin."""
+    """Write the module of a task plugin, and return its path."""
     package = write_skeleton("task", name, folder / name)[0]
     module = package / f"cramlite_{name}" / "__init__.py"
     if (rule := RULES[name]) is not None:
@@ -36,10 +36,10 @@ def stranger(name: str, folder: Path) -> Path:
 
 
 def _named(module: Path, name: str) -> Path:
-    """The module by the task's name, as plugins of files have the names of their files."""
+    """Rename a plugin's module to the task's name, since plugins of files are named after their files."""
     return module.rename(module.with_name(f"{name}.py"))
 
 
 def imported(file: Path) -> ModuleType:
-    """The plugin as a test of its author imports it."""
+    """Import the module of a plugin, as a test by its author does."""
     return module_from(file)

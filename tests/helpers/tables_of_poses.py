@@ -18,15 +18,15 @@ from scipy.spatial.transform import Rotation
 from cramlite.model import Floats, Value
 
 RATE = 120
-"""Rows a second."""
+"""Rows per second of a recorded table [Hz]."""
 TABLE = 0.72
 """Height of the table's top [m]."""
 Tracks = dict[str, Floats]
-"""Track -> (N, 7) position [m] and quaternion (w, x, y, z), at ``RATE``; NaN where it was not seen."""
+"""Name of a track -> (N, 7) position [m] and quaternion (w, x, y, z), at ``RATE``; NaN where the tracker lost it."""
 
 
 class Style(Value):
-    """How a table is written.
+    """Convention of a recorded table: units, axes, order of numbers, and format.
 
     Args:
         unit: metres that 1 stands for, and its name.
@@ -46,14 +46,14 @@ class Style(Value):
 
     @property
     def matrix(self) -> Floats:
-        """(3, 3): ours from the table's."""
+        """Return the rotation matrix (3, 3) from the table's axes to those of cramlite."""
         rows = np.zeros((3, 3))
         for row, axis in zip(rows, self.axes, strict=True):
             row["xyz".index(axis[-1])] = -1.0 if axis[0] == "-" else 1.0
         return rows
 
     def written(self, poses: Floats) -> Floats:
-        """Poses (N, 7) as the table has them, by matrices alone: another way than the reader's."""
+        """Convert poses (N, 7) to the table's convention by matrices, which is independent of the reader's code."""
         into = self.matrix.T
         positions = poses[:, :3] @ into.T / self.unit[0]
         seen = np.isfinite(poses).all(axis=1)
@@ -64,14 +64,14 @@ class Style(Value):
 
 
 def poses_of(positions: Floats, tilt: Floats | float = 0.0) -> Floats:
-    """Poses (N, 7) that are tilted about our y axis [rad]."""
+    """Return poses (N, 7) at positions, tilted about cramlite's y axis [rad]."""
     half = np.broadcast_to(np.asarray(tilt) / 2, len(positions))
     zero = np.zeros(len(positions))
     return np.column_stack([positions, np.cos(half), zero, np.sin(half), zero])
 
 
 def through(points: list[tuple[float, ...]], times: list[float]) -> tuple[Floats, Floats]:
-    """Times (N,) and values (N, D) through points, at rest at each (least jerk: Flash and Hogan, 1985)."""
+    """Return times (N,) and values (N, D) that interpolate points, at rest at each (least jerk: Flash and Hogan, 1985)."""
     at = np.arange(times[0], times[-1], 1 / RATE)
     where = np.clip(np.searchsorted(times, at, side="right") - 1, 0, len(times) - 2)
     first, last = np.asarray(times)[where], np.asarray(times)[where + 1]
@@ -82,7 +82,7 @@ def through(points: list[tuple[float, ...]], times: list[float]) -> tuple[Floats
 
 
 def into_a_crate() -> Tracks:
-    """A bottle is taken from the table and put into a crate."""
+    """Return the tracks of a bottle that is taken from the table and put into a crate."""
     home, stand, crate = (0.2, -0.3, 1.0), (0.55, 0.2, TABLE + 0.1), (0.55, -0.25, TABLE + 0.105)
     ways = [home, stand, stand, (0.55, 0.2, 1.05), (0.55, -0.25, 1.05), crate, crate, (0.55, -0.25, 1.15), home]
     t, hand = through(ways, [0, 1.5, 2.0, 3.0, 4.2, 5.2, 5.6, 6.4, 7.6])
@@ -91,7 +91,7 @@ def into_a_crate() -> Tracks:
 
 
 def pouring() -> Tracks:
-    """A jug is lifted, tilted over a bowl, and put back."""
+    """Return the tracks of a jug that is lifted, tilted over a bowl, and put back."""
     home, stand, over = (0.2, -0.3, 1.0, 0.0), (0.5, 0.2, TABLE + 0.08, 0.0), (0.4, -0.2, 1.0, 0.0)
     poured = (0.4, -0.2, 1.0, 1.9)
     ways = [home, stand, stand, (0.5, 0.2, 1.0, 0.0), over, poured, poured, over, (0.5, 0.2, 1.0, 0.0), stand, stand, home]
@@ -102,7 +102,7 @@ def pouring() -> Tracks:
 
 
 def opening() -> Tracks:
-    """A drawer is pulled open by 0.25 m."""
+    """Return the tracks of a drawer that is pulled open by 0.25 m."""
     home, handle, out = (0.2, 0.3, 1.0), (0.5, 0.0, 0.6), (0.25, 0.0, 0.6)
     t, hand = through([home, handle, handle, out, out, home], [0, 1.5, 2.0, 3.5, 3.8, 5.0])
     drawer = np.where((t < 2.0)[:, None], handle, np.where((t < 3.5)[:, None], hand, out)) + np.array([0.2, 0, 0])
@@ -117,11 +117,12 @@ THINGS: dict[str, dict[str, Any]] = {
     "crate": {"class": "cram:Basket", "at": {"position": [0.55, -0.25, TABLE + 0.07]}, "shape": {"hollow": [0.24, 0.24, 0.14]}},
     "bowl": {"class": "soma:Bowl", "at": {"position": [0.45, -0.2, TABLE + 0.04]}, "shape": {"hollow": [0.18, 0.18, 0.08]}},
 }
-"""Things in our convention, as a mapping file in it describes them."""
+"""Things of the recordings as a mapping file describes them, in cramlite's units and axes."""
 
 
 def worn(tracks: Tracks, seed: int, noise: float = 0.001, lost: float = 0.02, gap: int = 30) -> Tracks:
-    """With noise [m] and a tenth of it a millimetre in rotation, a share of the poses lost, and one gap of so many rows in each track."""
+    """Add to tracks noise of position [m] and rotation, lose a share of the poses at random, and cut one gap of ``gap`` rows into each
+    track."""
     rng = np.random.default_rng(seed)
     found = {}
     for name, poses in tracks.items():
@@ -135,7 +136,7 @@ def worn(tracks: Tracks, seed: int, noise: float = 0.001, lost: float = 0.02, ga
 
 
 def mapping_of(tracks: Tracks, things: list[str], style: Style, file: str) -> dict[str, Any]:
-    """What a mapping file has to say: sizes and places are in the table's unit and axes, too."""
+    """Return the content of the mapping file of a table; sizes and places are in the table's unit and axes, too."""
     names = ["{name}." + a for a in ("px", "py", "pz", *(f"q{a}" for a in style.order))]
     names = [n.split(".")[1] for n in names] if style.long else names
     return {
@@ -159,7 +160,7 @@ def _thing(spec: dict[str, Any], style: Style) -> dict[str, Any]:
 
 
 def write(folder: Path, tracks: Tracks, things: list[str], style: Style | None = None) -> Path:
-    """Write a table and its mapping file; return the latter."""
+    """Write a table and its mapping file, and return the path of the mapping file."""
     style = style or Style()
     file = "take.jsonl" if style.json else "take.csv"
     rows = list(_rows(tracks, style))

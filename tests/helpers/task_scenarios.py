@@ -48,14 +48,14 @@ REFUSED = {
     "turning_on": "during 1.TurningOn 'joint_rises(Patient)' does not hold",
     "ungrasping": "from the middle of the opening of 'basket'",
 }
-"""Scenario -> words of the reason for which its sibling ``NAME_fails`` is refused."""
+"""Scenario -> words of the reason for which its failing variant ``NAME_fails`` is refused."""
 
 MORE = {
     "opening_door": "soma:Opening", "opening_turned_away": "soma:Opening", "closing_drawer": "soma:Closing",
     "looking_at_mobile": "soma:LookingAt", "turning_on_switch": "cram:TurningOn", "pushing_around": "soma:Pushing",
     "placing_inside": "soma:Placing", "placing_deep": "soma:Closing", "laying_down": "soma:Placing", "tipping_under": "artm:Ungrasping",
 }  # fmt: skip
-"""Further scenarios that are proven, with the task that they are about."""
+"""Further scenarios that must be proven -> the task that each is about."""
 BLOCKED = {
     "looking_at_hidden": "0 % of 'coffee' would be seen, 50 % is needed; 'board' hides most",
     "looking_for_far": "view_2: wrist centre at 1.945 m > 0.917 m of arm 'ur5e'",
@@ -71,7 +71,7 @@ BLOCKED = {
     "placing_inside_low": "the room under the roof of 'cabinet' is -10 mm higher than 'block', 20 mm is needed",
     "placing_inside_shut": "no hand comes into 'cabinet': 'cabinet' and 'door' are on all sides of it",
 }
-"""Further scenarios that are refused."""
+"""Further scenarios that must be refused -> words of the reason."""
 
 
 COMPOUND = {
@@ -80,14 +80,14 @@ COMPOUND = {
     "set_table": "mm left of 'bowl_stand', at least 20 mm is needed",
     "pour_and_put_back": "0 of 12 grains of 'jug' are in 'bowl', 11 are wanted",
 }
-"""The same for the scenarios of several tasks."""
+"""Scenarios of several tasks -> words of the reason for which the failing variant ``NAME_fails`` is refused."""
 
 
 def attempt(
     engine: Engine, name: str, seed: int = 0, robot: RobotSpec | None = None, folder: str = "tasks"
 ) -> tuple[Candidate | None, Verdict | None, str]:
-    """The first complete program of a scenario, run and judged: candidate, verdict, and all reasons against it; those of
-    its execution, where it was proven and there is a real world.
+    """Run and judge the first complete program of a scenario; return the candidate, the verdict, and all objections to it, or, if it was
+    proven and there is a real world, those to its execution.
 
     Without a candidate the reasons are those of the search, or of the search for a place to look from.
 
@@ -114,11 +114,11 @@ def attempt(
 
 @cache
 def engine() -> Engine:
-    """The engine that the tests of a process share."""
+    """Return the engine that all tests of a process share."""
     return Engine()
 
 
 @cache
 def attempted(name: str, folder: str = "tasks") -> tuple[Candidate | None, Verdict | None, str]:
-    """``attempt`` at seed 0, once for all tests of a process."""
+    """Return the result of ``attempt`` at seed 0, computed once for all tests of a process."""
     return attempt(engine(), name, folder=folder)

@@ -38,8 +38,8 @@ VARIANTS = {
         "( B =:= C -> second(T, B, Id, From, To) ; distinct(Id, ( between(B, C, K), second(T, K, Id, From, To) )) ).",
     ),
 }
-"""What is remembered, and how states are found: only what must be for an end; what a Prolog programmer would have
-remembered; and with states listed under each second in which they hold, as facts."""
+"""Variants of the Prolog program by what is tabled and how states are found: tables only where the program would not end without; the
+usual tables; and these with an index of states by second."""
 _FACTS = (
     "action/4, labelled/4, padding/1, state/4, state_type/1, second/5, role/3, entity/1, type/2, part_of/2, effector/1, located/2, sub/2, "
     "restriction/3, dof/2, fixed/2, pose/3, box/3, measured/5, opening/4, spread/3, tip/2, joint/7, from_park/3"
@@ -47,7 +47,7 @@ _FACTS = (
 
 
 def timeline_facts(timeline: Timeline, segments: Sequence[Segment]) -> Iterator[str]:
-    """All facts, in no order."""
+    """Yield the facts of a timeline for SWI-Prolog, in no particular order."""
     yield from _of_classes(timeline)
     yield from _of_things(timeline)
     yield f"padding({PADDING})."
@@ -111,7 +111,7 @@ def _moving(timeline: Timeline, name: str) -> bool:
 
 
 def _of_phase(phase: Phase) -> Iterator[str]:
-    """Poses at its ends; extremes of signals in it, from the samples themselves."""
+    """Yield the facts of a phase: poses at its ends, and extremes of signals within it, from the samples themselves."""
     timeline, at = phase.timeline, f"{phase.start!r}, {phase.end!r}"
     for name in timeline.entities:
         if phase.start == phase.end and _moving(timeline, name):
@@ -146,7 +146,7 @@ def _within(times: Floats, values: Floats, phase: Phase) -> Floats:
 
 
 def timeline_program(rules: Iterable[Rule], variant: str) -> Iterator[str]:
-    """match(Action, Task, [Role, ...]) over the predicates of timeline.pl."""
+    """Yield a Prolog program of clauses match(Action, Task, [Role, ...]) over the predicates of timeline.pl."""
     yield f":- dynamic {_FACTS}."
     yield from VARIANTS[variant]
     yield PREDICATES.read_text()
@@ -158,7 +158,7 @@ def timeline_program(rules: Iterable[Rule], variant: str) -> Iterator[str]:
 
 
 def by_prolog(program: Iterable[str], facts: Iterable[str], rounds: int = 1) -> tuple[float, set[tuple[object, ...]]]:
-    """CPU seconds to find all matches, the least of some rounds, tables emptied before each; and the matches.
+    """Find all matches by SWI-Prolog; return the CPU seconds of the fastest of some rounds, tables emptied before each, and the matches.
     Loading is not counted, and a round before lets just-in-time indices exist."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "episode.pl"
@@ -175,8 +175,8 @@ def by_prolog(program: Iterable[str], facts: Iterable[str], rounds: int = 1) -> 
 
 
 def clingo_timeline(rules: Sequence[Rule], timeline: Timeline, segments: Sequence[Segment]) -> Iterator[str]:
-    """Rules and facts for clingo: states, classes and parts as they are; what must be measured, as our predicates
-    judge it, since clingo has no real numbers."""
+    """Yield rules and facts for clingo: states, classes and parts as recorded; measured relations as cramlite's predicates judge them,
+    since clingo has no real numbers."""
     yield from clingo_program(rules, ("A",))
     yield PREDICATES.with_suffix(".lp").read_text()
     names = list(timeline.entities)
@@ -217,7 +217,7 @@ def _clingo_things(timeline: Timeline) -> Iterator[str]:
 
 
 def by_clingo(lines: Iterable[str]) -> tuple[float, set[tuple[object, ...]]]:
-    """CPU seconds to ground and solve, and the matches; reading is not counted."""
+    """Find all matches by clingo; return the CPU seconds to ground and solve, without reading, and the matches."""
     import clingo
 
     control = clingo.Control(["--warn=none"])
@@ -232,5 +232,5 @@ def by_clingo(lines: Iterable[str]) -> tuple[float, set[tuple[object, ...]]]:
 
 
 def absent() -> bool:
-    """Whether SWI-Prolog is not installed."""
+    """Check whether SWI-Prolog is missing on this computer."""
     return shutil.which("swipl") is None

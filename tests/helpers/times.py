@@ -11,13 +11,13 @@ from typing import Any
 import pytest
 
 ASKED = "CRAMLITE_TEST_TIMES"
-"""Environment variable: the file."""
+"""Environment variable that names the file to which the processor times are added."""
 PARTS = {"plugins": 3}
-"""Folders of tests that are told apart one level further down -> the parts of such a path."""
+"""Folders of tests whose subfolders are counted separately -> number of path parts of the subfolders."""
 
 
 class Times:
-    """Plugin of pytest: in a worker it measures, in the process that reports it sums up.
+    """Plugin of pytest that measures processor time in each worker and sums it up in the main process.
 
     Time is the processor's, that of ended children included: it does not depend on what else runs.
     """
@@ -28,20 +28,20 @@ class Times:
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(self) -> Generator[None, Any, Any]:
-        """Add to a report what the processor did since the report before."""
+        """Add to a report the processor time since the report before."""
         report = yield
         now = spent()
         report.processor, self._last = now - self._last, now
         return report
 
     def pytest_runtest_logreport(self, report: Any) -> None:
-        """Sum up reports of this process or of a worker."""
+        """Add the processor time of a report of this process or of a worker to the sums."""
         folder = folder_of(report.nodeid)
         self.seconds[folder] += getattr(report, "processor", 0.0)
         self.count[folder] += report.when == "call"
 
     def pytest_terminal_summary(self, terminalreporter: Any) -> None:
-        """Print and keep the table; a worker has no terminal."""
+        """Print the table of processor times and append it to the file; a worker has no terminal."""
         terminalreporter.write_line(self.table())
         self.path.parent.mkdir(parents=True, exist_ok=True)
         with self.path.open("a", encoding="utf-8") as file:

@@ -17,7 +17,7 @@ SIDE = Pose.from_rotvec((0.3, 0.2, 0.5), (math.pi / 2, 0.0, 0.0))  # the tool's 
 
 
 def readings(time: float, **changed: Any) -> Readings:
-    """What is read where a block stands about, and the only joint moves."""
+    """Return the sensor readings at a time while a block stands still and the only joint moves."""
     pose = changed.pop("block", STANDS)
     poses = {"block": pose} if pose is not None else {}
     usual = {"line": 1, "joints": (time,), "opening": 0.08, "force": 0.0, "pressing": 0.0}
@@ -30,7 +30,7 @@ def track(pose: Pose) -> Floats:
 
 
 def proof() -> Expectation:
-    """A second in which a block stands about, 1 m below the tool, and the only joint moves."""
+    """Return the expectation of a second in which a block stands still, 1 m below the tool, and the only joint moves."""
     return Expectation(
         np.ones(COUNT), np.arange(COUNT) * PERIOD, {"block": track(STANDS)},
         {"block": np.tile([0.0, 0.0, -1.0], (COUNT, 1))}, ("",) * COUNT, np.full(COUNT, 0.08), np.zeros(COUNT),
@@ -40,14 +40,14 @@ def proof() -> Expectation:
 
 
 def seen(watch: RunWatch, *those: Readings) -> Notice | None:
-    """What is noticed at the last of some readings, and at none before."""
+    """Return the notice of a run's watcher after the last of some readings; it must give none before."""
     found = [watch.see(one) for one in those]
     assert not any(found[:-1]), found
     return found[-1]
 
 
 def twice(expected: Expectation, noise: Noise = EXACT, began: float = 0.0, **changed: Any) -> Notice | None:
-    """What is noticed of what is read twice, after one reading that is as in the proof."""
+    """Return the notice after a deviating reading was repeated, following one reading as in the proof."""
     first = readings(began, line=changed.get("line", 1))
     return seen(RunWatch(expected, noise), first, *(readings(began + k, **changed) for k in (0.02, 0.04)))
 

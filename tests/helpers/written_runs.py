@@ -25,7 +25,7 @@ from helpers.short_runs import good
 
 @cache
 def planned() -> CandidateSequence:
-    """A block that is to be placed on a shelf: the plan in its setting."""
+    """Return the plan of placing a block on a shelf, with its setting."""
     scenario = read_scenario(ROOT / "scenarios" / "place_on_shelf.yaml")
     setting = engine().setting(scenario, twins=0)
     return next(iter(engine().candidates(scenario, setting=setting, trace=Trace())))
@@ -33,21 +33,21 @@ def planned() -> CandidateSequence:
 
 @cache
 def grounded() -> State:
-    """The first state in which all of that plan is grounded: grasp, pick up, place, park."""
+    """Return the first search state in which the whole plan is grounded: grasp, pick up, place, park."""
     plan = planned()
     search = search_in(plan.setting, plan.knowledge, plan.budget, plan.trace)
     return next(search.solve(plan.setting.start(plan.plan)))
 
 
 def ran(outcome: str = "finished", world: World | None = None) -> Rollout:
-    """The run of ``short_runs``, ended in some way."""
+    """Return the hand-written run of ``short_runs``, with a given outcome."""
     made = good(outcome=outcome, reason="as written").rollout
     assert made is not None
     return made if world is None else replace(made, world=world)
 
 
 class Written:
-    """Simulator whose runs are written; it keeps what it was asked to run."""
+    """Simulator that returns hand-written runs and records its calls."""
 
     name = "written"
 
@@ -61,7 +61,7 @@ class Written:
 
 
 class Says:
-    """Validator of one answer, or of one that a function of the candidate gives."""
+    """Validator that gives a fixed answer, or that of a function of the candidate."""
 
     def __init__(self, name: str, answer: Any = True, cost: Cost = "rollout", may_advise: bool = False) -> None:
         self.name, self.cost, self.answer, self.may_advise = name, cost, answer, may_advise
@@ -75,7 +75,7 @@ class Says:
 
 
 class Writes:
-    """Backend whose texts are given."""
+    """Backend that writes given texts."""
 
     def __init__(self, text: Any = "run", executable: bool = True, **more: Any) -> None:
         self.name, self.executable, self.text = "writes", executable, text
@@ -88,7 +88,7 @@ class Writes:
 
 
 def knowing(simulator: Written, validators: Iterable[Any]) -> Any:
-    """The engine's knowledge, with that simulator and those validators in the place of the shipped ones."""
+    """Return the engine's knowledge with a test simulator and test validators in place of the shipped ones."""
     knowledge = copy(engine().knowledge)
     vars(knowledge).update(simulator=simulator, validators=tuple(validators), left_out=("blocked",))
     return knowledge
@@ -96,7 +96,7 @@ def knowing(simulator: Written, validators: Iterable[Any]) -> Any:
 
 @cache
 def written() -> Candidate:
-    """The candidate of that state, with the text that the scenario's backend writes."""
+    """Return the candidate of the grounded plan, with the text that the scenario's backend writes."""
     plan = planned()
     made = assemble(plan.plan, grounded(), plan.setting, plan.knowledge)
     return replace(made, code=plan.setting.backend.emit(made.program, made.robot))
@@ -104,6 +104,6 @@ def written() -> Candidate:
 
 @cache
 def intent() -> Intent:
-    """What that text is for, as its run directory keeps it."""
+    """Return the intent of the written candidate, as its run directory stores it."""
     made = written()
     return Intent(json.decode(write_intent(made), type=Kept), made.program)

@@ -17,17 +17,17 @@ from drawn_goals import PLACES, Literal, in_order
 from world import World, joint_value
 
 ROUNDS = 3
-"""Orders of the poses that are tried: from the target's middle outwards, then by chance."""
+"""Number of search rounds: the first begins at the target's middle, the others try poses in random order."""
 POSES, FREE = 900, 8
-"""Number of poses that are tried for a thing in a round, and of those free of contact that are simulated."""
+"""Largest number of poses tried for a thing in a round, and of collision-free ones among them that are simulated."""
 SETTLE, END = 0.4, 1.5
-"""Time for which a thing is left alone after it is put, and all things in the end [s]."""
+"""Time for which the physics runs after a thing is placed, and after all things are placed [s]."""
 DEEP = 0.0005
 """Depth of contact up to which a pose counts as free of contact [m]."""
 HEIGHTS = (0.002, 0.006, 0.01, 0.015, 0.02, 0.03, 0.05, 0.1)
 """Heights above the target, or its floor, at which things are let go of, from low to high [m]."""
 FAR = 20.0
-"""Distance at which things stay that take no part [m]."""
+"""Coordinate at which things are parked that take no part in the goal [m]."""
 
 
 class Hand:

@@ -47,7 +47,7 @@ from variants import CHANCE, Problem, kinds, movables, pinned, replaced, swapped
 from world import World
 
 GOALS = 200
-"""Goals that are drawn in a state before another state is."""
+"""Number of goals that are drawn in a state before a new state is drawn."""
 FACTS = "problem.json"
 
 

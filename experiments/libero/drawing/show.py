@@ -23,7 +23,7 @@ from seed_ranges import seeds_of
 from simulator import PIXELS, Simulator
 
 COLUMNS, LINE, WIDTH = 4, 12, 40
-"""Pictures in a row, height of a line of text [pixel], and its letters."""
+"""Pictures in a row, height of a line of text [pixel], and largest number of characters in a line."""
 
 
 def picture(simulator: Simulator, seed: int) -> tuple[Any, str]:

@@ -11,7 +11,7 @@ from typing import Any
 
 Problem = dict[str, Any]
 CHANCE = 0.3
-"""Probability of each of the two variations."""
+"""Probability of each variation of a scene: things swap places, or are replaced."""
 WIDTH = 1e-6
 """Half the width of the region that a fixture is pinned to [m]: LIBERO draws its place at each reset, within this."""
 

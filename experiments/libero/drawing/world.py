@@ -15,9 +15,9 @@ from libero.libero.envs.env_wrapper import ControlEnv
 from variants import Problem, movables
 
 IDLE, REST = 10, 20
-"""Actions after which an episode begins, and during which nothing moves then, at 20 Hz."""
+"""Number of idle actions at the start of an episode, and of those after them in which things must be at rest, at 20 Hz."""
 STILL = 0.005
-"""The most that a thing that is at rest moves in that time [m]."""
+"""Largest displacement of a thing at rest during the ``REST`` idle actions [m]."""
 MARGIN = 0.01
 """Share of a joint's range within which a joint position counts as a state of the joint."""
 

@@ -1,4 +1,4 @@
-"""Expert that finds a camera that is not where it is believed, from the fixtures in its picture.
+"""Expert that finds a camera whose pose differs from the believed one, from the fixtures in its picture.
 
 Measured points near fixtures are registered to their surfaces, point to plane with Tukey's weights (Chen and Medioni, IVC 10, 1992;
 Beaton and Tukey, Technometrics 16, 1974); what fixtures do not tell, such as a shift along the only table in the picture, stays as

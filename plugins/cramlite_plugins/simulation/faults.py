@@ -21,11 +21,11 @@ from .model.sleep import SLEEP
 from .model.world_doubts import TOO_DEEP, overlaps
 
 AWAY = -50.0
-"""Height at which waits what is not there [m]: below anything."""
+"""Height of removed or not yet added things, far below the scene [m]."""
 OVER = 2e-3
 """Height above its resting place at which a thing that fell over is put down [m]."""
 AGAIN = 0.05
-"""Time after which it is looked again whether a thing has room where it is put [s]."""
+"""Time between two checks whether the place to which a fault moves a thing is free [s]."""
 READINGS = frozenset({FaultKind.FROZEN, FaultKind.LOST})
 ORDERS = frozenset({FaultKind.GOAL, FaultKind.CANCELLED})
 

@@ -24,8 +24,8 @@ from .model.compile import Compiled, compile_world, unstable
 from .model.index import Data
 
 FRICTION = 0.2
-"""Largest friction that is relied on: wood on wood slides at 11 deg, as in ``shapes.surfaces``. A bottle on a board of 31 deg stays with a
-friction of .95."""
+"""Largest friction coefficient that a rest pose may rely on: wood on wood slides at 11 deg, as in ``shapes.surfaces``. A bottle on a
+board of 31 deg stays with a friction of .95."""
 SECONDS, LOOK = 2.0, 0.1
 """Longest time that a thing may take to come to rest, and the time between two looks at it [s]."""
 STILL = 0.02, 0.2
@@ -35,8 +35,7 @@ LOOKS = 4
 ASIDE = 0.005
 """Error of the place at which a thing is let go of [m]: a streamed arm is up to 5 mm off its path."""
 LEANING = math.radians(3.0)
-"""Lean of a thing at its release from beside its place: one that only stands on an edge, as no hand could put it,
-falls over."""
+"""Lean of a thing at its test release beside its place: a thing that only stands on an edge, as no hand could put it, then falls over."""
 AGAIN = 0.015, math.radians(15.0)
 """Largest difference between two rest poses that count as the same [m, rad]."""
 STEP = 0.003  # in which a thing is let down until it touches [m]

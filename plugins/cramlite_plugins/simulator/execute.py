@@ -32,7 +32,8 @@ from ..ur_controller.urscript.interpreter import Limits, Loaded, Machine, Stoppe
 from ..ur_controller.urscript.values import ScriptError
 
 SETTLE = 2.0
-"""And after its end [s]: of 40 products that were dropped into a basket last of all, six still rocked after 1 s."""
+"""Time for which the simulation continues after a program's end [s]: of 40 products that were dropped into a basket last of all, six
+still rocked after 1 s."""
 STOPPED = 0.5
 """Time that a watched arm takes to brake [s], before the decision how to continue."""
 PATIENCE = 5.0
@@ -104,7 +105,7 @@ def _come_to_rest(run: _Run) -> None:
 
 
 def _stand_still(run: _Run, settle: float, watch: Watch | None) -> None:
-    """Go on after the program's end; a watched arm brakes, and its watcher gets the readings at rest."""
+    """Continue the simulation after the program's end; a watched arm brakes, and its watcher gets the readings at rest."""
     for _ in range(round((settle if watch is None else STOPPED) / run.controller.period)):
         run.hold()
     if watch is not None:

@@ -30,7 +30,7 @@ FIXED: Mapping[str, str] = {
     "play": "Failed to execute: play",
     "quit": "Disconnected",
 }
-"""Commands whose answer is always the same."""
+"""Dashboard commands with their constant answers."""
 STATES: Mapping[str, Callable[[VirtualRobot], str]] = {
     "get robot model": lambda r: r.model_name,
     "running": lambda r: f"Program running: {str(r.running).lower()}",
@@ -39,7 +39,7 @@ STATES: Mapping[str, Callable[[VirtualRobot], str]] = {
     "safetymode": lambda r: f"Safetymode: {r.safety_status}",
     "robotmode": lambda r: f"Robotmode: {MODES[r.mode]}",
 }
-"""Commands that ask for a state."""
+"""Dashboard commands that ask for a state of the robot, with functions that return the answer."""
 
 
 def answer(line: str, robot: VirtualRobot) -> str:

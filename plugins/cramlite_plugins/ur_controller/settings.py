@@ -29,8 +29,8 @@ SETTINGS = (
 )  # fmt: skip
 HISTORY = 100  # cycles that a program may look back on (manual, "get_actual_joint_positions_history")
 TOUCH = (1.0, 4.0)
-"""Force against the direction of tool_contact where a contact begins, and where it is believed [N]: twice and eight times
-the dead band of our force mode. UR's own detection is not published."""
+"""Force against the direction of ``tool_contact`` at which a contact begins, and at which it is confirmed [N]: twice and eight times the
+dead band of our force mode. UR's own detection is not published."""
 
 
 class Settings:

@@ -52,11 +52,11 @@ class Signals:
         return self.voltages[numbered(n, 2)]
 
     def set_flag(self, n: Any, b: Any) -> None:
-        """Set a flag, which outlives the program."""
+        """Set a flag of the controller by its number; flags keep their values after the program's end."""
         self.flags[numbered(n, FLAGS)] = b is True
 
     def get_flag(self, n: Any) -> bool:
-        """Return a flag."""
+        """Return the value of a flag of the controller by its number."""
         return self.flags[numbered(n, FLAGS)]
 
 

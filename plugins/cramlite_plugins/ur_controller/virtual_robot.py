@@ -23,7 +23,7 @@ SETTLE = 0.5  # the world comes to rest before anything runs [s]
 NORMAL, PROTECTIVE = 1, 3  # safety_mode (RTDE Guide)
 POWER_OFF, IDLE, RUNNING = 3, 5, 7  # robot_mode (RTDE Guide)
 LOCKED = 5.0
-"""A protective stop cannot be released earlier after it [s] (Dashboard Server, e-Series: "unlock protective stop")."""
+"""Least time between a protective stop and its release [s] (Dashboard Server, e-Series: "unlock protective stop")."""
 
 
 class VirtualRobot:
@@ -150,7 +150,7 @@ class VirtualRobot:
 
     @property
     def safety_status(self) -> str:
-        """Return "PROTECTIVE_STOP" or "NORMAL"."""
+        """Return the robot's safety status, "PROTECTIVE_STOP" or "NORMAL"."""
         return "PROTECTIVE_STOP" if self.stopped else "NORMAL"
 
     # Time

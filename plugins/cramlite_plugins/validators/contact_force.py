@@ -33,12 +33,14 @@ from .task_times import inner_tasks, origins
 
 STOPPED = 1.15  # a program that stops at its task's force limit has gone beyond it by then: 28.3 N at 25 N, measured
 RISE = 750.0
-"""A guarded motion presses beyond the force that ends it by so much of its speed [N s/m]: one that ends at 3 N peaks at 9 N with 10 mm/s
-and at 18 N with 20 mm/s, in simulation."""
+"""Excess force of a guarded motion over its force threshold, per speed [N s/m]: one that ends at 3 N peaks at 9 N with 10 mm/s and at 18
+N with 20 mm/s, in simulation."""
 IN_DOUBT = 0.2
-"""Share of a carried weight that the arm may feel though it was told that: masses are in doubt by this (``ErrorModel``)."""
+"""Share of a payload's weight that the arm may feel although the controller compensates it: masses are in doubt by this
+(``ErrorModel``)."""
 SPREAD = 2
-"""Samples before and after a contact that count as such: a sample has the peak of the cycles before it, and the sensor lags by 16 ms."""
+"""Number of samples before and after a contact that belong to it: a sample has the peak of the cycles before it, and the sensor lags by
+16 ms."""
 
 Forced = ForceMove | SpiralSearch | ForceInsert | ForceExtract | CompliantSlide
 

@@ -15,8 +15,8 @@ from .grips import Grip, grips
 from .task_times import inner_tasks, origins
 
 EARLY, LATE = 0.5, 0.2
-"""A grip begins or ends at most so long before, or after, the code of its handover runs [s]: fingers that are told to open leave
-a thing before they have arrived, and contacts of stiff pads chatter (``grips.SHORTEST``)."""
+"""Longest times between the beginning or end of a grip and the code of its handover, in the two directions [s]: opening fingers leave a
+thing before they have arrived, and contacts of stiff pads chatter (``grips.SHORTEST``)."""
 
 
 class ExplainedGrip(NamedTuple):

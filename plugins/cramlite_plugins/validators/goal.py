@@ -28,28 +28,30 @@ if TYPE_CHECKING:
     from cramlite.plugin import Atom, Clause, GoalLiteral, Timeline
 
 LASTS = 0.5
-"""A literal holds all through the last so many seconds of a run [s]: what falls past a place is over it for less."""
+"""Time before the end of a run during which a literal must hold throughout [s]: a thing that falls past a place is over it for less."""
 STILL = 0.02
-"""Largest way of the things of a literal in that time [m]: what hangs on a peg may swing by 40 mm/s
-(``postconditions.SWING``), and what rolls or falls is faster."""
+"""Largest displacement of the things of a literal during the last ``LASTS`` seconds of a run [m]: a thing on a peg may swing by 40 mm/s
+(``postconditions.SWING``), and one that rolls or falls is faster."""
 NEAR = 0.2
-"""Largest distance of things that are beside one another, from middle to middle seen from above [m]: ``where: {within}`` of a task says
-the same."""
+"""Largest horizontal distance between the middles of things that are beside one another [m]: the default of ``where: {within}`` of a
+task, too."""
 ASIDE = 0.01
-"""And what is left of a thing is so by at least this [m]: half of what places are chosen by, the rest may go in letting go."""
+"""Least distance by which a thing is left, right, in front or behind of another [m]: half of the distance that places are chosen by, as
+the release may shift the thing by the rest."""
 SURE = 0.001
 """Least distance of an origin inside its region [m]: a thing sinks into its support by some 0.5 mm, and
 simulators differ by that."""
 AT_STOP = 0.001
-"""Share of its range by which a knob that is off may be away from its stop: one of 2.1 rad, pressed there, rested within 0.1 mrad in two
-simulators. Two that had sprang back by 3.5 mrad glided on to 5 and 6.5 mrad in the other one, whose stove was still on."""
+"""Largest distance of a knob that is off from its stop, as a share of its range: a knob with a range of 2.1 rad, pressed there, rested
+within 0.1 mrad in two simulators. Two that had sprang back by 3.5 mrad glided on to 5 and 6.5 mrad in the other one, whose stove was
+still on."""
 CONTROL = "cram:Control"
 PLACES = {"vrps:SurfaceFeature", "cram:Cavity"}
 """Features that things are in or over, and do not touch."""
 SIDES: Mapping[str, tuple[int, float]] = {
     "left_of": (1, 1.0), "right_of": (1, -1.0), "behind": (0, 1.0), "in_front_of": (0, -1.0)
 }  # fmt: skip
-"""Axis of the robot's base and the sign of what lies on that side: x leads forwards, y to the left."""
+"""Side of a thing -> axis of the robot's base, and sign of the direction to that side: x points forwards, y to the left."""
 
 
 class Goal(Value):
@@ -246,7 +248,7 @@ def _measured(literal: GoalLiteral, rollout: Rollout, episode: Episode) -> str:
 
 
 def _at(rollout: Rollout, name: str) -> Floats:
-    """Position of a thing at the end, (3,) in the world [m]."""
+    """Position of a thing at the end of a run, (3,) in the world [m]."""
     return rollout.poses[name][-1, :3] if name in rollout.poses else np.asarray(rollout.world.thing(name).pose.position)
 
 

@@ -16,12 +16,12 @@ from .lasting import lasting
 from .task_times import task_at
 
 CHATTER = 0.1
-"""Fingers that close hit a thing harder than they then press it, for less than this [s]: in simulation at most two samples of 20 ms."""
+"""Longest duration of the force peak when closing fingers meet a thing [s]: in simulation at most two samples of 20 ms."""
 PRESSED = 1.2
-"""Pads may press a thing with its limit times this: a gripper is 10 % stronger than it is told (``ErrorModel``), and a thing that is led
-along a support presses one pad more than the other."""
+"""Factor on a thing's force limit for the measured force of the pads: a gripper is up to 10 % stronger than commanded (``ErrorModel``),
+and a thing that is led along a support presses one pad more than the other."""
 COUNTS = 255
-"""Steps of a gripper's register of force: what it is told is up to half a step more than what was planned."""
+"""Number of steps of a gripper's force register: the commanded force exceeds the planned one by up to half a step."""
 
 PADS = ("effector/left", "effector/right")
 

@@ -16,8 +16,8 @@ from .explained import EARLY, explained_at
 from .task_times import inner_tasks
 
 SETTLE = 1.0
-"""Things settle for so long at most at the start of a run [s]: a pose that was seen is some millimetres off, and what is believed
-to float, or to stand in what it stands on, drops or rises by these."""
+"""Longest time for which things settle at the start of a run [s]: a perceived pose is some millimetres off, so that a thing that is
+believed to float, or to be inside of its support, drops or rises by that."""
 REST = 0.01  # a thing at rest moves slower than this [m/s] ...
 OVER = 0.2  # ... over so long [s]: what bounces or rocks is slow at its turning points for less
 LOOKED_AT = 64  # so many windows are looked at at once

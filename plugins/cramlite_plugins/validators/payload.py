@@ -17,11 +17,10 @@ from .lasting import lasting
 from .task_times import task_at
 
 TELLING = 1.0
-"""Longest time from when pads closed on a thing, or opened, until the arm is told [s]: gripper and program take 0.1 to 0.4 s."""
+"""Longest time between a grip or release and the setting of the payload on the controller [s]: gripper and program take 0.1 to 0.4 s."""
 SHARE, LEAST = 0.1, 0.1
-"""Largest error of the payload that an arm is told, as a share of it, or in [kg], whichever is more: half the doubt about
-masses (``ErrorModel``); a third
-of the 3 N by which a guarded motion knows a contact."""
+"""Largest error of the payload that is set on the controller, as a share of it, or in [kg], whichever is more: half the doubt about
+masses (``ErrorModel``); a third of the 3 N by which a guarded motion knows a contact."""
 ALONG = 0.03
 """Largest shift of contents, or of things on another, in the frame of their carrier [m]."""
 
@@ -35,7 +34,7 @@ class Hanging(NamedTuple):
 
 
 class Payload(Value):
-    """Check that the arm is told the load of its flange, in time."""
+    """Check that the controller is given the mass of the arm's load, in time."""
 
     name: str = "payload"
     cost: Cost = "rollout"

@@ -382,7 +382,7 @@ def _binds(clause: Clause) -> bool:
 
 
 def _felt(entity: str, phases: Mapping[PhaseName, Phase]) -> str:
-    """The entity that contacts name: a feature without a shape of its own, a table's top say, is felt as its thing."""
+    """Entity whose name contacts use: a feature without a shape of its own, such as a table's top, is felt as its thing."""
     known = phases["post"].timeline.entities
     name = EntityName.parse(entity)
     own = not name.part or name.thing not in known or any(g.part == name.part for g in known[name.thing].geoms)

@@ -28,21 +28,21 @@ POSE = re.compile(r"global \w+ = p?\[")
 SETTING = re.compile(r"(?:global )?(\w+) = ")
 LIMIT = re.compile(r"global force_limit = ([\d.]+)")
 EXPECTED = re.compile(r'"(object|none|contact)".*"([^"]+)"\)')
-"""Text of a call of the fingers or of a guarded motion: what it expects, and the step that it names."""
+"""Pattern of a call of the gripper or of a guarded motion in a program's text: the expectation, and the name of the step."""
 
 CALL = re.compile(r"(\w+)\(")
 IDLE = {"sleep", "sync", "textmsg"}
-"""Calls that only wait or speak."""
+"""Calls that only wait or print."""
 
 WATCHED = ("force", "slip", "time")
 """Fields of ``Monitor``: each a quantity that a monitor may watch."""
 
 LEFT_ON = ("force_mode", "freedrive_mode", "teach_mode")
-"""States of a controller in which the arm gives way; ``end_`` before the name is the call that ends one."""
+"""States of a controller in which the arm is compliant; the call that ends one has ``end_`` before the name."""
 
 
 Asked = Mapping[str, set[str]]
-"""Name of a step -> what its calls expect, or which calls they are."""
+"""Name of a step -> the expectations of its calls, or the functions that it calls."""
 
 
 class Safeguards(Value):

@@ -8,7 +8,7 @@ from cramlite.model import Value
 from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 
 ANYWHERE = ("forces", "payload")
-"""Rules about numbers that come from a task's parameters and from what its objects are, wherever it is carried out."""
+"""Safety rules whose numbers follow from a task's parameters and objects, and not from the place where the task is carried out."""
 
 
 class ProgramSafety(Value):

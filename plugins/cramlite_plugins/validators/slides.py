@@ -15,13 +15,13 @@ from ..shapes.mounts import mounts
 from .grips import Grip
 
 GAP = 0.2
-"""Contact that is lost for less goes on [s]: payloads that slide or rattle leap (as ``collision.GAP``)."""
+"""Longest gap in a contact that still continues [s]: sliding and rattling payloads lose contact for moments (as ``collision.GAP``)."""
 SKIMS = 0.003
-"""A payload that rises by less than this after a contact skims what it touched [m]: a stiff arm leads it 0.1 mm above."""
+"""Largest rise of a payload after a contact at which it still slides along the touched thing [m]: a stiff arm leads it 0.1 mm above."""
 
 
 class Slide(NamedTuple):
-    """Way of a payload along something that it touches all the while.
+    """Slide of a payload along a thing while the two stay in contact.
 
     Args:
         thing, along: the payload, and what it touches.
@@ -54,8 +54,8 @@ def stretches(near: list[int], rollout: Rollout) -> Iterator[list[int]]:
 
 
 def _touched(rollout: Rollout, thing: str, rows: list[int]) -> list[set[str]]:
-    """Names of the things that the payload touches at each of the samples ``rows``, except for the hand and
-    what the payload is mounted on."""
+    """Names of the things that the payload touches at each of the samples ``rows``, without the hand and the mounts of the payload's
+    joint."""
     things = {t.name: t for t in rollout.world.things}
     others = things.keys() - {thing, *mounts(things[thing], rollout.world)}
     pairs = ([{thing_of(t.a), thing_of(t.b)} for t in rollout.touches[k]] for k in rows)

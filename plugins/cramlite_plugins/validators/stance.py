@@ -21,14 +21,15 @@ ALONE = 0.9
 """Share of a thing's weight from which one support bears it alone: contact forces chatter by some per cent."""
 
 GAP = 0.002
-"""An opening stays uncovered by no more than this [m]: things and their models differ by some millimetres."""
+"""Largest part of an opening that a lid may leave uncovered [m]: things and their models differ by some millimetres."""
 SHIFT, SHARE = 0.002, 0.05
-"""A centre of mass is inside of its support by this [m], and by this share of the thing's extents: twins shift things by 2 mm, and
-centres of mass by 5 % of the extents (``ErrorModel``)."""
+"""Least distance of a centre of mass from its support's border [m], and the same as a share of the thing's extents: twins shift things
+by 2 mm, and centres of mass by 5 % of the extents (``ErrorModel``)."""
 SWINGS = 0.01
 """Swing of a hanging thing along its peg [m]: the amplitude of ``rest.SWING``."""
 CONTACT = 0.01
-"""Slices of two things so far below and above the height at which they meet are what touches [m]: one may lean by some degrees."""
+"""Thickness of the slices of two things, above and below the height at which they meet, that count as in contact [m]: a thing may lean
+by some degrees."""
 
 
 def wrongly_rests(candidate: Candidate, thing: Thing, support: Thing) -> str:

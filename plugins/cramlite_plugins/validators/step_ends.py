@@ -27,18 +27,16 @@ from .grips import held_at
 SHARE = 0.4
 """Least share of its way that an insertion or extraction covers: a thing may hang on the outer half of its peg."""
 OFF = 0.01
-"""Distance from its command from which a hand is elsewhere [m]: a moving hand lags by up to 5 mm, and an arm's own errors are below 1
-mm."""
+"""Largest deviation of a hand from its commanded position [m]: a moving hand lags by up to 5 mm, and an arm's own errors are below 1 mm."""
 GAVE_WAY = 0.5
-"""Share of its advance after which a search has found what it looks for: a sample may miss the last millimetre."""
+"""Least advance of a search that has found a hole, as a share of the planned advance: a sample may miss the last millimetre."""
 RIM = 1.8
 """Force at which a rim holds the tool, as a multiple of a search's pressing force: the search ends at twice that,
 and a sample may miss the peak."""
 
 
 def wrong_end(candidate: Candidate, steps: Sequence[AnyStep], samples: Sequence[int]) -> str:
-    """Describe what is wrong with the end of a step that feels contact; "" if nothing is, and for
-    all other steps.
+    """Describe the fault in the end of a step that feels contact; "" for a step without a fault, and for all other steps.
 
     Args:
         steps: the step as the last one, after those of the same designator.

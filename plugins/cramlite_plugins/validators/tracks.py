@@ -21,18 +21,18 @@ from .swings import declared
 from .task_times import inner_tasks, origins
 
 DROP = 0.03
-"""Largest fall of a released thing beyond the height of its place, and beyond what falling over takes [m]: poses are
-believed to 2 mm, a guarded motion ends within 20 mm, and one thing stands on others."""
+"""Largest fall of a released thing, in excess of the height of its place and of that of falling over [m]: poses are believed to 2 mm, a
+guarded motion ends within 20 mm, and one thing stands on others."""
 SETTLES = 3.0
 """Longest time in which a released thing comes to rest [s]: a block that topples off an edge takes 0.5 s, a can that rolls in a bowl 2
 s."""
 SLIDES = 0.015
-"""Largest way of a payload along a surface that it touches, in a task that does not slide it [m]: closing fingers centre a
+"""Largest displacement of a payload along a surface that it touches, in a task that does not slide it [m]: closing fingers centre a
 thing whose believed pose is off by some millimetres, and lifts begin aslant."""
 BACK = 0.01
-"""Largest way back of a thing that a task moves along, before the task ends [m]."""
+"""Largest distance by which a thing may move back before the end of the task that moved it [m]."""
 RANGE = 0.1
-"""Share of a joint's range by which leaving fingers may push a handle."""
+"""Share of a joint's range by which the fingers may push a handle when they leave it."""
 
 
 class Tracks(Value):

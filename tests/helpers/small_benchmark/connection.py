@@ -14,7 +14,7 @@ from cramlite_plugins.benchmarks.benchmark_process import BenchmarkProcess
 
 HERE = Path(__file__).parent
 PATIENCE = 20.0
-"""A benchmark that does not answer within this time hangs [s]; before its first answer it has six times as long."""
+"""Longest time in which the benchmark answers before it counts as hanging [s]; for its first answer it has six times as long."""
 LIBERO = module_of(HERE.parents[2] / "experiments" / "libero" / "connection.py")
 
 

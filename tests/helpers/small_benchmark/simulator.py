@@ -29,11 +29,11 @@ PANDA = HERE.parents[2] / "experiments" / "libero" / "panda.py"
 TASKS = {0: ["in", "block_1", "tray_1_contain_region"], 1: ["in", "block_1", "tray_1_contain_region"], 2: ["juggled", "block_1"]}
 THINGS = ("block_1_main", "tray_1_main", "can_1_main")
 STATES = {0: (0.45, -0.1), 1: (0.48, -0.15)}
-"""Where the block is [m]."""
+"""Horizontal position of the block for each initial state [m]."""
 
 
 class Simulator:
-    """One episode at a time."""
+    """Simulator of the small benchmark, with one episode at a time."""
 
     def __init__(self) -> None:
         self.knowledge = Knowledge(PluginChoice((PANDA,)).registry())
@@ -77,7 +77,7 @@ class Simulator:
         return {"success": self.there(), "first": self.first, "steps": self.steps}
 
     def there(self) -> bool:
-        """The block's origin is in the region's box; in task 1 the box is a metre away."""
+        """Check whether the block's origin is in the box of the goal's region; in task 1 that box is a metre away."""
         data, pose = self.robot.data, self.robot.compiled.pose
         block, tray = pose(data, "block_1_main").position, pose(data, "tray_1_main").position
         away = np.array([0.0, 0.0, 1.0 if self.task == 1 else 0.0])

@@ -18,18 +18,19 @@ from .messages import Action, Hello, State
 from .response import Response
 
 CYCLE = 0.008
-"""Control cycle for which the gain of force mode was chosen (simulation/controller/force_mode.py) [s]; a slower one takes less."""
+"""Control cycle for which the gain of force mode was chosen (simulation/controller/force_mode.py) [s]; for a slower cycle the gain is
+reduced."""
 ARRIVAL = 3.0
 """Longest time from the planned end of a motion until the arm is near enough [s]."""
 IN_THE_OPEN = 2.5
-"""Factor by which the tolerance is larger at the end of a motion in the open that another motion follows. Such ends are
-those of motions between joint positions, which a straight line follows: of 35 in LIBERO the tool was 10 mm off 7 actions
-before it had come to rest within 4 mm. And those of straight lines that a transfer follows: the thing that was lifted, or
-left, is behind the hand. A program's last motion is awaited."""
+"""Factor on the position tolerance at the end of a motion in free space that another motion follows. Such ends are those of motions
+between joint positions, which a straight line follows: of 35 in LIBERO the tool was 10 mm off 7 actions before it had come to rest
+within 4 mm. And those of straight lines that a transfer follows: the thing that was lifted, or left, is behind the hand. A program's
+last motion is awaited."""
 ASTRAY = 0.10
 """A tool that is further off its path than this has left it [m]; at 0.3 m/s, an arm with a lag of 0.16 s is 50 mm behind."""
 SLOWEST, HALVINGS = 0.1, 8
-"""Motions that want larger deltas than the process takes go on at a lower pace, at least this share, which is looked for by halves."""
+"""Least pace of a motion whose deltas are too large for the process, and number of bisections that find the pace."""
 BEYOND = 0.15
 """Largest excess of an encoder's value over its joint's range [rad]: the range is where motions are planned, not where the stop is. An arm
 that is led by its tool alone, as by robosuite's OSC_POSE, keeps its elbow where it likes: it was seen 35 mrad outside."""

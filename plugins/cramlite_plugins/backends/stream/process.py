@@ -20,7 +20,7 @@ from .messages import PROTOCOL, Action, AskEnd, AskHello, Hello, Said, State, en
 PATIENCE = 10.0
 """A process that does not answer within this time hangs [s]; before its first answer it has six times as long."""
 LONGEST = 1 << 22
-"""Bytes of a line; what is longer is no answer."""
+"""Largest length of a line [bytes]; a longer line is not accepted as an answer."""
 
 
 class LineProcess:

@@ -13,7 +13,8 @@ STIFFER = 1.5
 nominal force, as one that treats position and rotation apart does: with 2 / w of 3.3 periods an error then falls to a
 share of at most 0.83 a period, and without the factor to 0.89."""
 SAMPLES = 2.0
-"""Periods that 2 / w must have for that factor (0.78 a period, 0.82 without); at one period such a spring would swing ever more."""
+"""Least ratio of the time constant 2 / w to the control period at which ``STIFFER`` is used (errors fall to 0.78 a period, without the
+factor to 0.82); at a ratio of 1 the spring would oscillate with growing amplitude."""
 
 
 class Response:

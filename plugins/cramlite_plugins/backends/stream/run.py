@@ -57,17 +57,17 @@ class RobotConnection(Protocol):
 
 
 FEELING = MoveUntilContact | ForceMove | SpiralSearch | ForceInsert | ForceExtract | CompliantSlide
-"""Steps that end by what is felt."""
+"""Steps that end by a measured force, so that the robot must have a force reading."""
 PAGE = "docs/how-to/drive_a_robot.md"
 REST = 1.0
-"""Longest time that a braking arm, and all that is read around it, may take to come to rest [s]."""
+"""Longest time until a braking arm, and the things around it, are at rest [s]."""
 AT_ONCE = 1000.0
 """Deceleration of the command after a task was cancelled: it stands still from the next action on [rad/s2, m/s2]."""
 MOVED, TURNED = 0.02, 0.2
-"""Slower than this is at rest: positions [m/s]; joints [rad/s], and quaternions [1/s].
-LIBERO's Panda creeps where it stands still."""
+"""Largest speed at which things and joints count as at rest: positions [m/s]; joints [rad/s], and quaternions [1/s]. LIBERO's Panda
+creeps where it stands still."""
 LONGEST = 600.0
-"""A program that still runs then is stopped [s]."""
+"""Longest duration of a run [s]; a program that still runs then is stopped."""
 
 
 def drive(text: str, robot: Robot, command: Sequence[str], patience: float = PATIENCE) -> Rollout:

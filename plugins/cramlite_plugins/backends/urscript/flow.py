@@ -238,7 +238,7 @@ class FlowWriter(Struct):
 
 
 FAILED = "cramlite failed: "
-"""Begins the message of a failed attempt, after which the program goes on."""
+"""Beginning of the message about a failed attempt, after which the program continues."""
 
 
 def _monitor(step: Monitor, number_: int, gripper: Gripper) -> list[str]:

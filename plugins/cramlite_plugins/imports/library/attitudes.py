@@ -11,7 +11,7 @@ from cramlite.model import Vector3
 LIKELY = 0.03
 """Share of random drops below which a stable pose is left out: a book on its edge has 0.05."""
 SAME = 0.985
-"""Cosine (10 deg) above which two directions are one: the facets of a round foot."""
+"""Cosine of the angle (10 deg) below which two directions count as the same: the facets of a round foot."""
 MOST = 6
 NAMES = {
     "x": (1.0, 0.0, 0.0), "-x": (-1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0),

@@ -18,7 +18,7 @@ from . import look
 from .mjcf_kind import Draft
 
 GREY = (0.62, 0.58, 0.70)
-"""Colour of a mesh that has none, as of the model ``mesh``."""
+"""Colour of a mesh that states none, the same as that of the object model ``mesh``."""
 
 
 def from_mesh(path: Path, name: str, scale: float, density: float) -> Draft:

@@ -20,12 +20,12 @@ STIFF = {True: 40000.0, False: 100.0}
 """Stiffness of an added servo on a slide [N/m], as in our own grippers (robots/parallel_gripper.py), and on a hinge [Nm/rad], as
 Menagerie's 2F-85 has."""
 EFFORT = {True: 200.0, False: 5.0}
-"""Force of an added servo where none is stated yet [N, Nm]; the stated grip force replaces it."""
+"""Force limit of an added servo while no grip force is stated [N, Nm]; a stated grip force replaces it."""
 ARMATURE = {True: 0.5, False: 0.005}
-"""Reflected inertia of its motor [kg, kg m2], where the file has less, from the same sources."""
+"""Reflected inertia of an added servo's motor, where the file states less [kg, kg m2]; sources as for the stiffness."""
 
 COUPLED = (0.004, 1.0)
-"""Time constant of a coupling [s], from the same source."""
+"""Time constant and damping ratio of a coupling of finger joints, the time [s]; source as for the stiffness."""
 
 
 def complete_drives(where: Path, spec: Any) -> tuple[str, ...]:

@@ -80,7 +80,7 @@ def _state_inertia(spec: Any, model: Any) -> None:
 
 
 def _drop_loose(spec: Any) -> None:
-    """Remove what no hand has: keyframes, sensors, lights, cameras, skins, planes and free joints."""
+    """Remove elements that no hand needs: keyframes, sensors, lights, cameras, skins, planes and free joints."""
     for kind in ("keys", "sensors", "lights", "cameras", "skins"):
         for element in list(getattr(spec, kind)):
             spec.delete(element)

@@ -21,7 +21,7 @@ CHAIN = 4
 GAP = 0.01
 """Parts of one piece of furniture are no farther apart than this [m]; they touch or are drawn with a gap of some millimetres."""
 DRIVEN = 3
-"""Least number of joints in a row if motors drive one of them."""
+"""Least number of joints in a row that make an arm if a motor drives one of them."""
 
 
 class Group(Value):

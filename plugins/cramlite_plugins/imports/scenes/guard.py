@@ -17,18 +17,19 @@ from msgspec import Struct, field
 from cramlite.plugin import UserError, check_file, check_xml
 
 MOST_BYTES = 200_000_000
-"""Bytes of a mesh or a file of a scene: 200,000 faces, MuJoCo's limit, take 10 MB as STL and some 50 MB as OBJ."""
+"""Largest size of a mesh or another file of a scene [bytes]: 200,000 faces, MuJoCo's limit, take 10 MB as STL and some 50 MB as OBJ."""
 MOST_ELEMENTS, MOST_BODIES = 50_000, 2_000
-"""XML elements and bodies, repeated ones counted each time: the largest kitchens of RoboCasa have some 10,000 and 500."""
+"""Largest numbers of XML elements and of bodies, repeated ones counted each time: the largest kitchens of RoboCasa have some 10,000 and
+500."""
 MOST_CELLS = 2**24
-"""Cells of a height field or pixels of a texture, and sizes times elements: 128 MB."""
+"""Largest number of cells of a height field, of pixels of a texture, and of reserved sizes times elements: 128 MB."""
 REPEATED = ("composite", "flexcomp", "replicate")
 _MODELS = ("include", "model")
-"""Elements whose file is a part of a model; MuJoCo 4 unpacks archives that ``model`` names."""
+"""XML elements whose file is a part of the model; MuJoCo 4 unpacks archives that ``model`` names."""
 _FILES = re.compile(r"file\w*")
 _FOLDERS = ("assetdir", "meshdir", "texturedir")
 _UNALLOCATED = ("nconmax", "njmax", "nstack")
-"""Sizes that MuJoCo reserves and does not fill."""
+"""Sizes in an MJCF file for which MuJoCo reserves memory without filling it."""
 
 
 Weight = tuple[int, int]
@@ -45,7 +46,7 @@ class _Named(Struct):
 
 
 class _File(Struct):
-    """Counts of what a scene file holds, and the other files that it names, collected while it is read.
+    """Counts of the elements of a scene file, and the other files that it names, collected while the file is read.
 
     Args:
         times: how often what is read now is repeated, by each element around it.

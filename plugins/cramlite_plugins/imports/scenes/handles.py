@@ -19,7 +19,7 @@ SHARE = 0.5
 SLIM = 0.06
 """Largest thickness of a handle [m]: a thicker one does not fit between fingers."""
 MIDDLE = 0.5
-"""Part of a thing's width about its middle with a knob's hinge; a door's is at its edge."""
+"""Central share of a thing's width in which the hinge of a knob lies; the hinge of a door lies at the edge."""
 
 
 class Handle(Value):

@@ -19,13 +19,13 @@ from ...shapes.solid import geom_mesh
 from .things import Made
 
 SLENDER = 2.0
-"""A peg's free part is at least so many times as long as it is thick."""
+"""Least ratio of length to thickness of the free part of a peg."""
 LOOSE = 1.0
-"""A hole's play on a peg is at most this share of the peg's radius; what has more is put around it, not onto it."""
+"""Largest play of a hole on a peg, as a share of the peg's radius; a thing with a larger hole is put around the peg, not onto it."""
 SQUARE = 0.03
 """Relative difference of a post's sides below which it is square."""
 LOWEST = -math.sin(math.radians(20.0))
-"""Height of the unit vector to a peg's tip: from one that leads further down things slip off."""
+"""Least z component of the unit vector from foot to tip of a peg: from a peg that points further down, things slip off."""
 FLIPPED = Pose((0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0))
 BESIDE = 0.001
 """Distance from a post's side to the line along which its surroundings are looked for [m]."""

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 TAGS = {".xml": ("mujoco", "robot"), ".mjcf": ("mujoco",), ".urdf": ("robot",)}
 KEPT = {"timestep": 0.002, "impratio": 1.0, "noslip_iterations": 0}
-"""Options that settings of the simulation can hold, with MuJoCo's defaults: what differs is what the file states."""
+"""Physics options that a world of cramlite can hold, with MuJoCo's defaults; other values are those that a file states."""
 LONGEST_STEP = 0.005
 """The longest time step that settings of the simulation allow [s]."""
 

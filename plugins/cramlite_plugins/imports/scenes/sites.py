@@ -21,17 +21,17 @@ PLACES = re.compile(r"contain|inside|cavity|interior|_in$|region|side$|area|zone
 """Words in the names of sites that things are put into or onto."""
 BOX_SITE = 6
 UPRIGHT = math.cos(math.radians(5.0))
-"""A site that leans more is no level place."""
+"""Least cosine of the lean of a site that counts as level."""
 STEEP = math.cos(math.radians(75.0))
-"""One that leans more still is no place that things could be put on."""
+"""Least cosine of the lean of a site on which things can be placed; a site that leans more is ignored."""
 THIN = 0.5
 """Largest ratio to the next longer side of a box that counts as flat, and shows the way it faces."""
 OVER = 0.01
-"""A cavity reaches above its walls by no more [m]."""
+"""Largest height of a cavity above its walls [m]."""
 UPON = 0.05
-"""A site this near above a face is upon it [m]."""
+"""Largest distance between a site and a face that it marks [m]."""
 LARGE, NARROW = 0.0025, 0.015
-"""An area that is smaller [m2] or narrower [m] bears nothing worth naming."""
+"""Least area [m2] and least width [m] of a marked area that becomes a feature."""
 
 
 def places(model: Any, data: Any, bodies: Iterable[int], thing: Thing) -> tuple[Feature, ...]:

@@ -20,18 +20,18 @@ PACKAGE = re.compile(r"package://([^/\"']+)/([^\"']*)")
 FILENAME = re.compile(r"(filename\s*=\s*[\"'])([^\"']+)")
 READ = ("stl", "obj", "msh")
 LEVEL = 0.98
-"""Gravity must point down by this share (11 deg): what is meant to stand on a slope is not turned, what is meant y up is refused."""
+"""Least share of gravity along -z (11 deg): slopes keep their tilt, and scenes with y up are refused."""
 OPTIONS = {
     "timestep": (1e-5, 0.1), "iterations": (0, 10_000), "ls_iterations": (0, 10_000), "noslip_iterations": (0, 10_000),
     "ccd_iterations": (0, 10_000),
 }  # fmt: skip
-"""Options and their bounds: MuJoCo's defaults are 2 ms, 100, 50, 0 and 35."""
+"""Physics options of a scene file with their permitted ranges; MuJoCo's defaults are 2 ms, 100, 50, 0 and 35."""
 HEAVIEST = 100.0
-"""Acceleration of a scene, along any axis [m/s2]: ten times the earth's, four times Jupiter's."""
+"""Largest component of a scene's gravity along any axis [m/s2]: ten times the earth's, four times Jupiter's."""
 PLANE = 1e6
-"""Largest half length of a plane [m]; MuJoCo draws planes so far, and none has an end."""
+"""Largest half length of a plane [m]: MuJoCo draws planes up to that size, and treats all as endless."""
 LARGEST = 100.0
-"""A scene that reaches farther [m] is in another unit: the largest kitchens are 20 m long."""
+"""Largest extent of a scene [m]: a larger one must be in another unit, as the largest kitchens are 20 m long."""
 
 
 class Source(Value):

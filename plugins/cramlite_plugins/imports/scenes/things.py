@@ -29,7 +29,7 @@ CLASSES = {
 CONTAINER = "soma:DesignedContainer"
 """Class of a fixed thing with cavities at sites, if its names give none."""
 MOST = 6
-"""Surfaces of one thing that become features."""
+"""Largest number of surfaces of one thing that become features."""
 
 
 class Made(Value):

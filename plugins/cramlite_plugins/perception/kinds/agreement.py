@@ -19,17 +19,20 @@ GAIN = (0.3, 1.4)
 SHADE = (0.8, 1.25)
 """Factors by which folds and shadows change a point's brightness, at least and at most."""
 EVEN = 0.03
-"""Weight of an even light, as a share of the print's: what one side shows does not tell a lamp."""
+"""Weight of the assumption of even light, as a share of the print's weight: the colours of a single side do not determine the light's
+direction."""
 OFF = 0.16
-"""Mean difference of a channel, of full scale, at which nothing agrees: the grey of a print against its black."""
+"""Mean difference of a colour channel at which the agreement is 0, as a share of full scale: the grey of a print against its black."""
 TWICE, GRAIN = 2.0, 0.008
-"""A picture that one plain colour explains more than so much better does not show a print; noise of a smoothed channel, of full scale."""
+"""Factor by which a plain colour may explain the picture better than the print before the agreement is lowered, and noise of a smoothed
+channel, of full scale."""
 FEW = 25
 """Points below which a pose shows too little to be judged by colour."""
 
 
 CLOSED, RING = 3, 4
-"""Pixels between projected points of a surface; width of the ring around it that is compared with it."""
+"""Number of dilations that close the gaps between projected points of a surface, and width of the ring around it that is compared with
+it [pixel]."""
 PLAIN, STEP = 14.0, 0.015
 """Mean difference of the channels, of 255, and share of the depth, above which there is an edge: three times noise and grain."""
 
@@ -47,8 +50,8 @@ class Picture(Value, eq=False):
 
 
 def agreement(picture: Picture, mask: Mask, appearance: Appearance, poses: Sequence[Pose], least: float = -1.0) -> Floats:
-    """Return how well colours agree at each of P poses of the model in the world, 0 to 1; of one that is
-    certainly no more than ``least`` an upper bound.
+    """Return how well the picture's colours agree with the model at each of P poses in the world, 0 to 1; for a pose that certainly
+    reaches no more than ``least``, an upper bound.
 
     Only points count that face the camera, lie in the mask and are as deep as what is seen. The light is that which
     explains the picture best.

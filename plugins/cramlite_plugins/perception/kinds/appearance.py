@@ -19,7 +19,8 @@ from .samples import samples_of
 CHROMA, BRIGHTNESS = 8, 3
 """Bins of red and green shares each, and of brightness relative to the brightest."""
 LOW, HIGH = 0.05, 0.75
-"""Shares of the first and the last bin; pure colours in white light have 0.9, and go to the last."""
+"""Range of the shares of red and green that the bins divide: values outside of it, such as 0.9 of pure colours in white light, go to the
+first or the last bin."""
 BLUR = 0.8
 """Standard deviation of a colour in bins: shading, gamma and noise move it over a border."""
 DARK = 40.0

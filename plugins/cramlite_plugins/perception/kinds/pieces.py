@@ -17,9 +17,9 @@ LIMITS = {
     "step": 0.030, "bend": 0.008, "reach": 7, "smooth": 5, "border": 12, "grow": 30,
     "core": 40,  # a strip of a carton that another thing hides
 }  # fmt: skip
-"""Those of ``concave_segments``, whose parameters say where they come from, but for the smallest piece."""
+"""Parameters of the division into pieces: those of ``concave_segments``, where their origin is stated, except for the smallest piece."""
 OWN = 0.6
-"""A piece of which less is claimed, as a share of its pixels, belongs to another thing."""
+"""Least share of a piece's pixels that a thing must claim; with less the piece belongs to another thing."""
 
 
 def pieces(view: View, mask: Mask, least: float) -> list[Mask]:

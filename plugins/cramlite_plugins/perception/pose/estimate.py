@@ -20,8 +20,8 @@ from .starts import SceneCloud, scene_clouds, slid, starts_for
 COARSE = RegistrationStage(points=120, iterations=7, reach=(0.05, 0.015), beside=0.5, slack=0.003)
 MIDDLE = RegistrationStage(points=250, iterations=6, reach=(0.02, 0.008), beside=0.5, slack=0.003, outline=200, weight=0.5)
 FINE = RegistrationStage(points=800, iterations=8, reach=(0.010, 0.006), beside=0.5, slack=0.003, outline=600, weight=0.5)
-"""Coarse to fine. Half as many points and iterations again in each stage costs 25 % more time and changes no figure of
-tests/benchmarks/perception_pose.py on its development seeds; a quarter less loses 4 points of HARD."""
+"""Stages of registration, from coarse to fine. Half as many points and iterations again in each stage costs 25 % more time and changes
+no figure of tests/benchmarks/perception_pose.py on its development seeds; a quarter less loses 4 points of HARD."""
 LEAST = 30
 """Points of a mask below which no pose is tried: a face of 30 pixels leaves more than 5 degrees open."""
 KEPT = 5

@@ -22,7 +22,8 @@ from .outline import Outline
 Batch = Floats32
 _IDENTITY = np.eye(3, dtype=np.float32)
 _DAMPING = 0.004 * np.diag(np.array([0.05, 0.05, 0.05, 1, 1, 1], np.float32) ** 2)
-"""Damping, as a share of the strongest constraint; a product's half length, 5 cm, turns angles into shifts [m]."""
+"""Damping of the Gauss-Newton step, as a share of the strongest constraint; a product's half length, 5 cm, converts angles to shifts
+[m]."""
 
 
 class RegistrationStage(Value):

@@ -37,7 +37,7 @@ EXACT = 2.5
 """Cells from the surface within which the nearest point is searched for exactly; farther away the one in the nearest
 cell that has any will do, at a third of the time."""
 SAME = 0.0012
-"""Two surfaces nearer than this everywhere are one to the camera [m]: half its noise at 0.6 m."""
+"""Largest distance between two surfaces that a camera cannot tell apart [m]: half its noise at 0.6 m."""
 
 
 class NearestGrid(Value, eq=False):

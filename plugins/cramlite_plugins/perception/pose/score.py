@@ -15,7 +15,7 @@ from .model import Floats32, PoseModel
 from .outline import Outline, tolerance
 
 SCENE, SURFACE = 400, 700
-"""Points of the scene and of the model that are compared."""
+"""Number of points of the scene and of the model that are compared."""
 ENOUGH = 0.45
 """Share of the visible side that must be seen for full confidence."""
 

@@ -24,8 +24,8 @@ VOXEL = 0.008
 SMALL = 0.03
 """Share of a mask's points below which a cluster is noise."""
 DEEP = 0.6
-"""Points farther than this from the middle of a mask along the ray are not the object's [m]: what is that large is no
-product, and the grid of voxels stays small."""
+"""Largest distance of an object's points from the middle of its mask along the ray [m]: larger objects are no products, and the grid of
+voxels stays small."""
 STARTS = 24
 
 
@@ -97,7 +97,7 @@ def _about_alignment(camera: Pose, alignment: Alignment) -> Floats32:
 
 @lru_cache(maxsize=512)
 def _world_in_object(alignment: Alignment) -> Floats:
-    """Rotations (H, 3, 3) from the world to the object's frame, of ``_about_alignment``."""
+    """Rotations (H, 3, 3) from the world to the object's frame that align an axis of the object with a direction of the world."""
     pairs = list(itertools.product(alignment.axes, alignment.directions))
     steps = max(6, STARTS // len(pairs))
     about = np.array([Pose.from_rotvec((0, 0, 0), (0, 0, 2 * np.pi * k / steps)).rotation for k in range(steps)])

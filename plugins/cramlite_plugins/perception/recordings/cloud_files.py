@@ -17,7 +17,7 @@ from cramlite.model import Points, Value
 from cramlite.plugin import UserError
 
 MOST = 20_000_000
-"""Points: ten frames of the largest depth camera; more is a map, not a view."""
+"""Largest number of points of a cloud that is read as a view: ten frames of the largest depth camera; a larger cloud is a map."""
 TYPES = {("F", 4): "<f4", ("F", 8): "<f8", ("U", 1): "u1", ("U", 2): "<u2", ("U", 4): "<u4",
          ("I", 1): "i1", ("I", 2): "<i2", ("I", 4): "<i4"}  # fmt: skip
 

@@ -25,18 +25,19 @@ from .cloud_files import Cloud, read_cloud
 
 DEPTH, COLOUR, CAMERA = "depth.png", ("color.png", "rgb.png"), "intrinsics.json"
 MOST_BYTES = 2**29
-"""Bytes of a view's arrays, unpacked: the largest depth cameras give 50 MB."""
+"""Largest size of a view's unpacked arrays [bytes]: the largest depth cameras give 50 MB."""
 MOST_PIXELS = 2**26
-"""Pixels of an image: the largest depth cameras have 2 million."""
+"""Largest number of pixels of an image: the largest depth cameras have 2 million."""
 GREY = 128
-"""Colour of what has none."""
+"""Grey level of points and pixels of a recording that has no colours."""
 NEAR, FAR = 0.05, 30.0
-"""Median depths outside of this are of another unit [m]: no depth camera measures them."""
+"""Range of plausible median depths [m]: values outside of it are in another unit, as no depth camera measures them."""
 NARROW, WIDE = np.radians(5), np.radians(150)
-"""Fields of view outside of this are no depth camera's: the numbers are in another unit, or of another image."""
+"""Range of plausible fields of view [rad]: with a value outside of it, the intrinsics are in another unit, or of another image."""
 
 MISFIT = 0.5
-"""Median distance from where a pinhole camera sees the points of an organised cloud [pixel]: rounding of stored points."""
+"""Largest median distance between the pixels of an organised cloud's points and their projections by a pinhole camera [pixel]; stored
+points are rounded."""
 
 
 class _Pose(BaseModel):

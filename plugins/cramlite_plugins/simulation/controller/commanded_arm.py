@@ -29,7 +29,7 @@ from .trajectories import (
 )
 
 NO_WAY = 1e-6
-"""A pose that is nearer to another, along any axis and about any, is the same [m, rad]."""
+"""Largest difference, along any axis and about any, between two poses that count as the same [m, rad]."""
 
 
 class CommandedArm(ABC):
@@ -43,7 +43,7 @@ class CommandedArm(ABC):
 
     gripper: GripperOrder
     carries = False
-    """Whether it reckons itself with what it carries: to tell it takes no time."""
+    """Whether the robot compensates the payload by itself, so that to state the payload takes no time."""
 
     def __init__(self, robot: Robot, q: Floats, period: float) -> None:
         self.arm, self.kinematics = robot, NominalArm(robot)
@@ -56,7 +56,7 @@ class CommandedArm(ABC):
         self.force_mode: ForceMode | None = None
         self.force_gain = 1.0
         self.leads_on = False
-        """Whether the next step is a transfer: a straight line then ends in the open."""
+        """Whether the next step is a transfer, so that a straight line ends in free space and not at a contact."""
         self.nominal = self.kinematics.forward(self.q)
 
     # What it measures

@@ -17,7 +17,8 @@ from ..model.index import RobotIndex, flat
 from .trajectories import StoppingMotion, TrapezoidalProfile, stopping_motion
 
 TRACKING = 0.05, 0.05
-"""[m, rad] off its command: something holds it. In free motion it stays below 2 mm and 2 mrad (measured)."""
+"""Largest deviation of the platform from its command [m, rad]; beyond it an obstacle holds the platform. In free motion it stays below 2
+mm and 2 mrad (measured)."""
 
 
 class Leg(TrapezoidalProfile):

@@ -21,7 +21,8 @@ from .far_apart import Apart
 from .grains import GRAIN
 
 LINK = 0.0
-"""Coefficient of links and finger backs, whose surface nobody states: MuJoCo's larger one is then the other's own."""
+"""Friction coefficient of links and finger backs, whose surface nobody states: of two coefficients MuJoCo takes the larger one, which is
+then the other geom's."""
 
 
 NOTHING = Apart()

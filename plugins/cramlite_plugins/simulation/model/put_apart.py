@@ -24,8 +24,8 @@ WAYS: list[Floats] = [np.array(w) / np.linalg.norm(w) for w in itertools.product
 
 
 FARTHER = 2.0
-"""Factor between the distance at which a thing may be let go of, and that at which it may rest: a basket that is lifted off what its wall
-is in falls back around it."""
+"""Ratio of the largest distance at which a thing may be released to the largest one at which it may come to rest: a basket that is
+lifted until its wall is free falls back around the other thing."""
 SETTLE = 1.0
 """Time for which a thing that was let go of at its free place falls, tips and slides until it is at rest [s]."""
 

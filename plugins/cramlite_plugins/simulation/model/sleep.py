@@ -23,8 +23,8 @@ SHAKES = 1e-3
 """Largest speed of a resting thing at any moment [m/s]. A can that stands on a box shakes in place with up to 5e-4, by the rounding
 of contact normals, and stays within 5 um for as long as it stands (measured); a block or a bowl keeps 1e-6."""
 CREEPS = 2e-5
-"""Largest mean speed of a resting thing over one of ``WINDOWS`` [m/s]: what crept so for 100 s would be 2 mm away, less than half of how
-far a bystander may get by default."""
+"""Largest mean speed of a resting thing over one of ``WINDOWS`` [m/s]: a creeping thing would move by 2 mm in 100 s, less than half of a
+bystander's default tolerance."""
 WINDOWS = 0.05, 0.5
 """Windows of mean speeds [s]: the shorter one lets most things sleep early, over the longer one a thing that shakes gets nowhere."""
 PERIOD = 0.024  # of the samples that means are taken of [s]: three control cycles

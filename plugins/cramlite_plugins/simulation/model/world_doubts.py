@@ -19,10 +19,11 @@ DEEP = 0.002
 TOO_DEEP = 0.005
 """Depth of an overlap that no settling cures [m]: contacts would push the two things apart at once, away from their stated places."""
 FALL, WITHIN = 0.05, 0.15
-"""A thing that falls so far [m] in so short a time [s] stands on nothing: free fall takes 0.101 s for it."""
+"""Fall [m] within a short time [s] that shows that a thing has no support: free fall takes 0.101 s for it."""
 LOWER = 1 / 3
-"""Share of its height by which a thing may settle: hands go to where it is said to be, and fingers that push one are a third of its
-height over what carries it, so that they would pass over one that lies lower by two. In shipped scenarios it is a sixth at most."""
+"""Largest drop of a thing at the start, as a share of its height: hands go to the stated pose, and pushing fingers are a third of the
+thing's height above its support, so that they would pass over a thing that lies lower by two thirds. In shipped scenarios it is a sixth
+at most."""
 
 
 def world_doubts(world: World, robots: Mapping[str, Robot]) -> Iterator[tuple[str, str]]:
@@ -84,7 +85,7 @@ def _falling(compiled: Compiled, data: Data) -> Iterator[tuple[str, str]]:
 
 
 def _beneath(compiled: Compiled, data: Data, thing: str) -> str:
-    """Say what is under the middle of a thing."""
+    """Describe the first thing below the middle of a thing, and its distance."""
     hit, start = np.zeros(1, np.int32), np.array(compiled.pose(data, thing).position)
     body = compiled.things[thing].body
     gap = mujoco.mj_ray(compiled.model, data, start, np.array([0.0, 0.0, -1.0]), None, 1, body, hit)

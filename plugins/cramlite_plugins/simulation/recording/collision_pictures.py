@@ -26,17 +26,17 @@ STRONG = ((0.86, 0.28, 0.12, 1.0), (0.05, 0.38, 0.78, 1.0))
 THROUGH = 0.6
 """Opacity of an occluder in front of one of the two bodies."""
 AZIMUTHS, ELEVATIONS = range(0, 360, 45), (20.0, 50.0)
-"""Directions that a picture may be taken from [deg]; the one is taken that shows most of both bodies."""
+"""Directions from which a picture may be taken [deg]; the picture is taken from the direction that shows most of both bodies."""
 COARSE = (32, 24)
-"""Size in which directions are compared [pixel]."""
+"""Size of the pictures by which camera directions are compared [pixel]."""
 NEAREST, FARTHEST = 0.45, 0.9
-"""Least and largest distance of the camera from the place [m]."""
+"""Least and largest distance of the camera from the place of the collision [m]."""
 REACH = 1.0
 """Distance up to which the nearest points of the two bodies are looked for [m]."""
 LOCAL = 0.35
-"""Distance from the place at which a body has faded to 1/e of its colour [m]: a floor is not blue all over."""
+"""Distance from the place of the collision at which a body has faded to 1/e of its colour [m]: a floor is not blue all over."""
 RING = (0.075, 0.085)
-"""Radii of the ring, as shares of the picture's height."""
+"""Inner and outer radius of the ring that marks the collision, as shares of the picture's height."""
 
 
 class _Seen(Value):

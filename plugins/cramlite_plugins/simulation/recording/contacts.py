@@ -17,7 +17,7 @@ from ..model.sleep import awake_copy
 WEAKEST = 1e-3  # a contact below this normal force [N] is a gap within the contact margin, not a touch
 
 Named = tuple[tuple[str, str], bool]
-"""Names as a ``Touch`` has them, and whether MuJoCo's geoms are the other way round."""
+"""Names of two bodies in the order of a ``Touch``, and whether MuJoCo has its two geoms in the opposite order."""
 
 
 class _Kept(NamedTuple):

@@ -22,7 +22,7 @@ from .recorder import effector_of
 NEAREST = 0.9
 """Least distance of a camera that is fitted to things [m]: the hand is seen around a small one, too."""
 MARGIN = 0.15
-"""Room around places of things, for the things themselves [m]."""
+"""Margin around the positions of things in a picture, for the extents of the things [m]."""
 WHOLE = 0.5
 """Radius beyond which only the place of a thing is to be in the picture [m], not all of the thing: floors and tables are larger."""
 

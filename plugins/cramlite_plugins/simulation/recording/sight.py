@@ -16,8 +16,8 @@ from ..model.index import Data
 
 PERIOD = 0.1  # a camera that stands looks so often [s]; a D435 takes 30 images a second
 STILL = (0.05, 0.13)
-"""Slower than this a camera stands [m/s, rad/s], as where a robot takes its pictures: in an exposure of 10 ms half a pixel of
-a D435 (1/385 rad), and what looks as much at 0.4 m."""
+"""Largest speed of a camera that counts as standing [m/s, rad/s], as where a robot takes its pictures: in an exposure of 10 ms half a
+pixel of a D435 (1/385 rad), and the translation that shows as much at 0.4 m."""
 PIXELS = 60  # of a thing in the image: the least of which perception makes a segment (perception/segments.py, "pixels")
 RAYS = 400  # are cast at a thing: of PIXELS of a small one each has its own, of larger ones each stands for more
 

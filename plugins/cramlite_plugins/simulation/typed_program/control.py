@@ -11,7 +11,7 @@ from cramlite.model import AnyStep, Fallback, Monitor, Parallel, Repeat, uses_ar
 from .steps import Cycles, Running, StepFailed, brake, force
 
 FAILED = "cramlite failed: "
-"""Begins the message of a failed attempt, after which the program goes on."""
+"""Beginning of the message about a failed attempt, after which the program continues."""
 STOP = 2.0  # deceleration of what is stopped from outside [rad/s2 or m/s2]
 
 

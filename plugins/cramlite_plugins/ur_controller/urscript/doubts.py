@@ -44,7 +44,7 @@ WAITS = {
 }  # fmt: skip
 NO_BLEND = "a blend radius is not modelled here: the arm stops at each target, where a robot rounds the corner and is there sooner"
 UNBLENDED = {"movel": 4, "movec": 4}
-"""Functions whose blend radius is not taken, and which argument that is."""
+"""Motion functions whose blend radius is ignored, with the position of that argument."""
 CLOCKS = {"get_steptime", "get_time"}
 Body = tuple[Statement, ...]
 

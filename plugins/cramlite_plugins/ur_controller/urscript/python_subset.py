@@ -14,7 +14,7 @@ from types import CodeType
 from typing import Any
 
 METHODS = frozenset(("at", "critical", "join", "kept", "kill", "main", "run"))
-"""Methods of the machine that generated code calls."""
+"""Methods of the interpreter that generated Python code may call."""
 MACHINE, GLOBALS = "m", "g"
 _OWN = re.compile(r"[fvb]_[A-Za-z0-9_]*", re.ASCII)
 _PLAIN = frozenset((
@@ -96,4 +96,4 @@ _CHECKS: Mapping[type[ast.AST], Callable[[Any, frozenset[str]], bool]] = {
     ast.Name: _name, ast.Attribute: _attribute, ast.Subscript: _subscript, ast.FunctionDef: _function, ast.arguments: _arguments,
     ast.arg: _argument, ast.Call: _call, ast.keyword: _keyword, ast.Constant: _constant, ast.Assign: _assignment,
 }  # fmt: skip
-"""Nodes that are allowed under a condition."""
+"""Nodes of Python's syntax tree that generated code may have under a condition, with the functions that check it."""
