@@ -14,7 +14,8 @@ has `say`, the sentence, and either `goal`, the list of all that should hold in 
 their names. Left is +y and far is +x, as the robot at the origin sees it. What is read besides the goal counts as a miss.
 
 sentences_strangers.yaml, sentences_second.yaml, sentences_third.yaml, sentences_eight_a.yaml, sentences_eight_b.yaml, sentences_ten.yaml,
-sentences_latest.yaml, sentences_five.yaml and sentences_ordinary.yaml are by people who had not read the grammar; sentences_development.yaml is by one who had,
+sentences_latest.yaml, sentences_five.yaml and sentences_ordinary.yaml are by people who had not read the grammar;
+sentences_development.yaml is by one who had,
 and is for its development. The grammar has been learned from all of them, so that none measures any more what it does with a stranger's
 sentence. Before
 that, each was read once: the third at a5664a22, 48 of 80 exactly the goal, 0 misread, 18 of 20 asked back; eight_a (four persons: chatty,
