@@ -17,7 +17,8 @@ CELL, HEIGHTS = 0.02, (0.02, 0.05)
 """Distance between sampled points along a surface, and their heights above the surface [m]. Of a box of 40 x 25 x 100 mm some four points
 are inside."""
 BEHIND = 0.02
-"""Distance behind a measured point beyond which a place counts as hidden [m]: three times the noise of depth, and the edge of a pixel."""
+"""Distance behind a measured point beyond which a place counts as hidden [m]: it exceeds three
+times the noise of depth, and what a pixel at an edge is wide."""
 GAP = 0.02
 """Margin of the boxes around a thing's parts, within which points count as points of the thing [m]. It covers errors of poses and depth,
 half a cell, and what a grasp needs."""

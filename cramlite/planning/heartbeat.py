@@ -20,7 +20,7 @@ EVERY = 5.0
 ASKED_FOR = ("action", "compound", "object", "location", "motion")
 REFUSED = ("refused", "impossible")
 BEHIND = {"proof": "searching: what to do otherwise after the last program", "sequence": "searching: another sequence of tasks"}
-"""Progress line after a program was refused or a task sequence ended, shown until the search asks its next question."""
+"""Progress line after a program was refused or a task sequence ended, shown until the search resolves the next designator."""
 
 
 class NowDone(str):

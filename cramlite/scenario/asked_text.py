@@ -24,7 +24,7 @@ def asked_text(spec: ScenarioSpec) -> str:
 
 
 def tasks_text(entries: Sequence[TaskSpec | RuleSpec]) -> str:
-    """Format tasks in their order, such as "Grasping tin, then Placing tin box"; a control structure is named only."""
+    """Format tasks in their order, such as "Grasping tin, then Placing tin box"; of a control structure only the name."""
     return ", then ".join(map(_entry_text, entries))
 
 

@@ -32,7 +32,7 @@ from .thing_spec import HangSpec, LateSpec, ThingSpec, UnknownErrorSpec, VarySpe
 RENAMED: Mapping[str, str] = {"fov": "horizontal_fov", "look": "queries"}
 """Former names of keys in scenario files, with the present names."""
 STARTS = ("demonstration", "tasks", "designator", "goal")
-"""Keys of the start of a scenario, which has exactly one of them."""
+"""Keys that say what is asked for; a scenario has exactly one of them."""
 
 
 class RecordSpec(Spec):

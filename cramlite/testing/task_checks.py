@@ -164,7 +164,7 @@ def _check_effects(task: TaskType, beliefs: Iterable[Belief]) -> None:
         assert isinstance(after, Belief), f"{task.task}: effects must give a Belief, not {after!r}"
         return
     raise AssertionError(
-        f"{task.task}.effects raised {wrong[0]!r} after the sample action had been done; it must return what is believed then"
+        f"{task.task}.effects raised {wrong[0]!r} for the sample action; it must return the belief after the action"
     ) from wrong[0]
 
 

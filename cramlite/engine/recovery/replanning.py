@@ -161,7 +161,7 @@ def _back(done: Round, engine: Engine, seed: int, number: int, say: Say) -> Roun
 
 
 def back_program(program: Program, path: tuple[tuple[float, ...], ...], start: tuple[float, ...]) -> Program:
-    """Return a program that leads the arm of another program from joint positions along a path [rad]."""
+    """Return a program that moves the arm of a given program from start joint positions along a path [rad]."""
     step = MoveJoints(path, SLOW, 1.0, origin=BACK, comment="the way it came")
     return replace(program, steps=(step,), sections=(), snapshots=(), late=(), start=start)
 

@@ -38,7 +38,7 @@ class Blocking(Value):
 
     @property
     def tracks(self) -> tuple[Track, ...]:
-        """Task histories of all things that the blocking depends on, each once."""
+        """Histories of the tasks done to each thing on which this blocking depends, without duplicates."""
         return tuple(dict.fromkeys(t for any_of in self.sets for tracks in any_of for t in tracks))
 
     def bars(self, before: Sequence[Operator], step: Operator) -> bool:

@@ -142,7 +142,7 @@ def _answer(text: PddlText, problem: PlanningProblem, scope: Scope, progress: Ca
 
 
 def _better(given: _Given, problem: PlanningProblem, scope: Scope, found: FoundPlan, progress: Callable[[str], None]) -> FoundPlan:
-    """Return the planner's plan, or a shorter one that uses tasks of further plugins and has no more needless effects.
+    """Return the planner's plan, or a shorter one that uses tasks of further plugins and has no more needless effects than that plan.
 
     Further plugins are those that are neither shipped nor preferred.
 

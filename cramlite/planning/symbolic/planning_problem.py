@@ -303,7 +303,7 @@ class PlanningProblem(Value, eq=False):
         return new if new not in self.blocked else None
 
     def _shut(self, blocking: Blocking, facts: frozenset[Fact]) -> frozenset[str]:
-        """Return the closed drawers and doors that blocked a task about another thing on a joint."""
+        """Return the closed drawers and doors that blocked the opening or closing of another drawer or door."""
         own = {thing_of(e) for _, e in blocking.task[1]}
         joints = {n for n, t in self.grounder.things.items() if t.joint is not None}
         tasks = self.knowledge.tasks

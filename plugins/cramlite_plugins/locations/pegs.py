@@ -89,7 +89,7 @@ class Peg(Value):
 
 
 def extract(location: Location, belief: Belief, context: Context) -> Iterator[Grounding]:
-    """Generate the path of a hole off its peg."""
+    """Generate the path on which a thing with a hole is taken off its peg."""
     peg = find_peg(location, belief, context)
     if not 0 <= peg.along <= peg.length:
         where = f"the hole is {1000 * peg.along:.0f} mm along a peg of {1000 * peg.length:.0f} mm: not on it"

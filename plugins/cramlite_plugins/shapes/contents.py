@@ -18,7 +18,7 @@ LEVEL = 0.99
 """Least vertical component of the z axis of a face from which grains do not roll: the face leans by 8 deg at
 most."""
 LYING = 4.0
-"""Height up to which a grain lies on a surface, in its radii: two grains deep."""
+"""Largest height at which a grain counts as lying on a surface [radii of the grain]."""
 POURED = "contains"
 """Relation of a belief: (POURED, vessel, the thing whose contents are in it now)."""
 

@@ -87,8 +87,8 @@ def room_under(thing: Thing, pose: Pose, below: Thing, at: Pose) -> float:
 
 
 def _seen(thing: Thing, pose: Pose, below: Thing, at: Pose) -> tuple[Floats, Floats, Floats, Floats]:
-    """Heights on a grid of cells: the cells' centres (n,) and (m,), how deep a thing's lower side is (n, m),
-    and how high its support is."""
+    """Heights on a grid of cells: the cells' centres (n,) and (m,), and the heights of a thing's lower side
+    and of its support (n, m) [m]."""
     points = corners(thing, pose)
     (left, near, _), (right, far, _) = points.min(axis=0), points.max(axis=0)
     xs, ys = np.arange(left, right, STEP) + STEP / 2, np.arange(near, far, STEP) + STEP / 2

@@ -26,7 +26,7 @@ Offset = tuple[float, float]
 FIRST = 16
 """Number of positions in the first round; each further round has twice as many."""
 SMALL = 1e-6
-"""Size of a part of an area below which only its middle is tried [m2]."""
+"""Least size of a part of an area in which more than the middle is tried [m2]."""
 
 INSET = 0.12  # of what is nearest to a robot that drove, from the edge [m]
 ROUNDED = 0.0002  # twice what positions are rounded by [m]

@@ -15,7 +15,7 @@ from .appearance import Appearance
 
 POINTS = 350
 GAIN = (0.3, 1.4)
-"""Brightness of the picture relative to the print, at least and at most: shade, and a lamp."""
+"""Least and largest brightness of the picture relative to the print: in shade, and under a lamp."""
 SHADE = (0.8, 1.25)
 """Factors by which folds and shadows change a point's brightness, at least and at most."""
 EVEN = 0.03
