@@ -64,7 +64,7 @@ TO = _table("to")
 OF = _table("of")
 """Prepositions between a part and its whole: "of" of "the top drawer of the cabinet"."""
 WITH = _table("with")
-"""Words that introduce what is on or in a described thing, such as "containing"."""
+"""Words that introduce the content or the load of a described thing, such as "containing"."""
 THAT = _patterns("that")
 """Words that introduce a relation in a description and have no meaning of their own, such as "that is"."""
 POLITE, CLOSING = _patterns("polite"), _patterns("closing")
@@ -97,7 +97,7 @@ IS_NOT = _patterns("is not")
 SWAPPED, EXISTS = _patterns("swapped"), _patterns("exists")
 """Words after things that exchange their places, and words that introduce things that should exist ("there is")."""
 HOLDS, REASONS = _patterns("holds"), _patterns("reasons")
-"""Verbs between a place and what it should contain, and words that introduce a reason."""
+"""Verbs between a place and the things that it should contain, and words that introduce a reason."""
 CONDITIONS, PROVISOS = _patterns("conditions"), _patterns("provisos")
 """Words that introduce a condition of a request ("if"), and words that introduce an exception to it ("unless")."""
 LASTING = _set("lasting")

@@ -16,7 +16,7 @@ SEVERAL = 3
 def how_it_ended(entries: Sequence[Entry]) -> str:
     """Describe how a search ended: all alternatives were refused, or a budget was used up.
 
-    The setting that raises the budget is named, except where one cause would most likely refuse what is left, too.
+    The setting that raises the budget is named, except where one cause would most likely refuse the untried alternatives, too.
     """
     capped = _left_out(entries)
     late = any(e.kind == "budget" and "seconds" in e.numbers for e in capped)

@@ -134,7 +134,7 @@ def plans_for_goal(
     asked, number = _asked(goal), 0
     problems = _problems(asked, scene, knowledge, trace)
     for turn in diagonally(_Turn(choice, problem, plans_of(problem)) for choice, problem in problems):
-        trace.candidate = turn.number or trace.candidate  # what it learns from is how its own last plan failed
+        trace.candidate = turn.number or trace.candidate  # it learns from the failure of its own last plan
         plan = next(turn.plans, None)
         if plan is not None:
             turn.number = number = number + 1

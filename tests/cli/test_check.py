@@ -232,6 +232,7 @@ things:
         ("[50 mm, 50 mm, 100 mm]", "50 mm", 9, "parameter 'size' is '50 mm': 3 values are needed, in a list"),
         ("[50 mm, 50 mm, 100 mm]", "[50 mm, 100 mm]", 9, "parameter 'size' is ('50 mm', '100 mm'): 3 values are needed"),
         ("    at: {position: [0.5, 0.2, 51 mm]}\n", "", 5, "the first thing 'block': a thing needs exactly one of 'at' and 'hangs_on'"),
+        ("type: ur5e", "type: ur5E", 3, "no robot 'ur5E'; did you mean 'ur5e'?"),
         ("model: block", "model: blok", 5, "no object model 'blok'; did you mean 'block'"),
     ],
 )

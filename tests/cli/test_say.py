@@ -44,6 +44,11 @@ def test_a_sentence_is_planned_for_and_a_doubtful_one_asked_back_by_a_process(ce
     assert "block_1 at (0.50, 0.20) m or block_2 at (0.50, 0.00) m; say 'the left block'" in refused.stderr
 
 
+def test_an_empty_sentence_is_refused_by_its_option(cell: Path) -> None:
+    refused = cramlite("goal", cell, "--say", " ")
+    assert (refused.returncode, refused.stdout) == (2, "") and refused.stderr.startswith("cramlite: --say is empty; ")
+
+
 def test_a_program_is_proven_for_a_sentence(cell: Path, tmp_path: Path) -> None:
     done = cramlite("resolve", cell, "--say", "put the right block onto the shelf", "--out", tmp_path / "run", "--twins", 0, "--no-report")
     assert done.returncode == 0, done.stderr

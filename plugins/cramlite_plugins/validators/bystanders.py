@@ -93,13 +93,13 @@ def _objections(candidate: Candidate, name: str, stay: Stay, tasks: list[str], v
 
 def _let(candidate: Candidate, name: str, key: str, value: float, unit: str) -> Remedy | None:
     """Return the advice for a thing that moved though no task moves it: put it farther from the others, or
-    permit it to move that far; None for a payload of the plan, whose grasp is at fault then.
+    permit it to move that far; None for a payload of the plan, whose grasp failed, unless it must keep its place.
 
     Args:
         key, unit: of the limit in a scenario.
         value: that the limit must be to let it [unit].
     """
-    if any(h.thing == name for h in candidate.handovers or ()):
+    if key != "keep" and any(h.thing == name for h in candidate.handovers or ()):
         return None
     amount = f"{math.ceil(value)} {unit}"
     let = f"'limits: {{{key}: {f'{{{name}: {amount}}}' if key == 'keep' else amount}}}' in the scenario"

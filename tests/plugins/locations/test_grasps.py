@@ -67,6 +67,16 @@ def test_a_hanging_product_is_gripped_as_before_and_never_by_its_tab() -> None:
     assert all(g.width > 0.04 for g in found)
 
 
+@pytest.mark.parametrize("height", [0.06, 0.10, 0.14])
+def test_a_deep_grasp_leaves_room_between_palm_and_payload_beyond_what_reaches_over_the_palm(height: float) -> None:
+    """Knuckles reach 4 mm over the palm: with no more room they pinched a box whose place was off by 4 mm."""
+    down = Pose.from_axes((0.0, 0.0, 0.0), (0.0, 0.0, -1.0), (1.0, 0.0, 0.0))
+    shape = rays.body(block("b", Pose(), (0.07, 0.11, height)).geoms)
+    ((deepest, *_),) = antipodal.depths(shape, [down], GRIPPER)
+    palm = deepest[0].position[2] + GRIPPER.depth
+    assert palm - height / 2 >= 0.004 + 0.005 and (deepest[0].position[2] == 0.0 or palm - height / 2 < 0.011)
+
+
 @pytest.mark.parametrize(("height", "overlap"), [(0.018, 0.6 * 0.018), (0.06, 0.016)])
 def test_what_is_thin_is_taken_by_its_upper_part(height: float, overlap: float) -> None:
     down = Pose.from_axes((0, 0, 0), (0, 0, -1), (1, 0, 0))

@@ -118,6 +118,15 @@ def test_no_task_may_move_what_must_keep_its_place() -> None:
     assert any("must keep its place" in r for r in said(Bystanders(), replace(good(), limits=kept)))
 
 
+def test_no_limit_is_advised_for_a_payload_of_the_plan() -> None:
+    """Its grasp is at fault; the cup beside it may be let move, and what must keep its place may be let go."""
+    slid = shifted((0.05, 0, 0), "block", COUNT - 5)
+    (one, *_) = (f for f in Bystanders().check(slid) if not f.passed)
+    assert one.reason.startswith("'block', which no task moved then, was 50 mm from its place") and one.remedy is None
+    kept = replace(good(), limits=JudgingLimits(keep=(("block", 0.005),), of_scenario=("keep",)))
+    assert any("{keep: {block: " in str(f.remedy) for f in Bystanders().check(kept) if not f.passed)
+
+
 def test_the_limit_that_would_let_it_is_named_to_the_next_millimetre() -> None:
     (one,) = (f for f in Bystanders().check(shifted((0, 0, 1.6004), "cup", 40)) if not f.passed)
     assert one.remedy is not None and one.remedy.missing == pytest.approx(1600.4)
