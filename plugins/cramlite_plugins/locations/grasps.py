@@ -42,7 +42,7 @@ from . import antipodal, rim_pinches
 from .from_aside import slants
 from .grips import AGAIN, SLACK, Grip, ranked, too_wide, varied, why_none
 from .hand_room import HandRoom
-from .placing.access import goes_in_tilted
+from .placing.access import goes_in_tilted, lays_down
 from .placing.sideways import comes_in
 from .reached import Arm, Leg
 
@@ -188,7 +188,7 @@ def _in_order(
 
     Grasps without room for the hand come last, and grips by leaning hands or by the ends of the pads after
     the other kinds. For a payload that goes under an overhang the grasps that fit there come first; for one
-    that is let down tilted, those of leaning hands.
+    that is laid on its side, or let down tilted, those of hands that can do it.
     """
     pose, here, most = belief.pose(thing.name), tcp(belief, context), context.robot.gripper.opening[1]
     loads, found = _loads(grips, thing, belief, context), []
@@ -214,6 +214,7 @@ def _in_order(
         others |= room.meets(room.others, there, openings, CLEARANCE)
     kinds = (1, 0, 2) if goes_in_tilted(thing.name, belief, context) else (0, 1, 2)
     shut_out = ~comes_in(thing, belief, context, hands, openings, ~own & ~others)
+    shut_out |= ~lays_down(thing, belief, context, hands)
     alike: dict[tuple[bool, int, bool], list[tuple[float, Grip, Grasp]]] = {}
     for f, no, it, stays_out in zip(found, others.tolist(), own.tolist(), shut_out.tolist(), strict=True):
         if not it:

@@ -6,18 +6,21 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator
 
-from cramlite.model import Belief, EntityName, enclosing_names, thing_of
-from cramlite.plugin import Context
+from msgspec.structs import replace
+
+from cramlite.model import Action, Belief, EntityName, enclosing_names, thing_of
+from cramlite.plugin import Context, LaterTask
 
 CLOSING, OPENING = "soma:Closing", "soma:Opening"
 RELEASING, RETRACTING = "soma:Releasing", "soma:Retracting"
 
 
-def closes(name: str, put: str, context: Context) -> bool:
-    """Check whether a later task closes a thing, before another one takes the payload away."""
+def moves(name: str, kind: str, put: str, context: Context) -> bool:
+    """Check whether a later task of a kind, closing or opening, is about a thing, before another one takes
+    the payload away."""
     now = _whole(context.agenda[0].name) if context.agenda else ""
     for task in context.later:
-        if name in task.things and context.taxonomy.is_a(task.action.task, CLOSING):
+        if name in task.things and context.taxonomy.is_a(task.action.task, kind):
             return True
         if put in task.things and _whole(task.action.name) != now:
             return False
@@ -42,14 +45,16 @@ def retracts_from(put: str, context: Context) -> bool:
     return False
 
 
-def brings(thing: str, belief: Belief, context: Context) -> Iterator[tuple[EntityName, str]]:
+def brings(thing: str, belief: Belief, context: Context) -> Iterator[tuple[EntityName, str, Context]]:
     """Generate the supports and containers, at known places, to which later tasks bring a thing, each with
-    the name of its region or ""."""
-    for task in context.later:
-        named = {role: EntityName.parse(entity) for role, entity in task.entities.items()}
+    the name of its region or "", and the context as it will be when that task is grounded."""
+    for k, item in enumerate(context.agenda):
+        task = LaterTask(item, context.bindings) if isinstance(item, Action) else None
+        named = {role: EntityName.parse(entity) for role, entity in task.entities.items()} if task else {}
         what, onto = named.get("Locatum"), named.get("Relatum")
-        if what is not None and onto is not None and what.thing == thing and onto.thing in belief.poses:
-            yield onto, str(task.action.parameters.get("where", {}).get("region") or onto.part)
+        if task and what and onto and what.thing == thing and onto.thing in belief.poses:
+            region = str(task.action.parameters.get("where", {}).get("region") or onto.part)
+            yield onto, region, replace(context, agenda=context.agenda[k:])
 
 
 def puts_into(entity: str, belief: Belief, context: Context) -> tuple[str, ...]:

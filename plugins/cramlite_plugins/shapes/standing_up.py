@@ -33,10 +33,18 @@ def stood_up(thing: Thing, pose: Pose) -> Pose:
     face = next((k for k in faces if _carries(points, normals[k], centre)), None)
     if face is None or leaning[face] <= LEVEL:
         return pose
-    down = pose.rotate(normals[face])
-    axis = np.cross(down, _DOWN)
-    turn = Pose.from_rotvec((0, 0, 0), axis / np.linalg.norm(axis) * leaning[face])
-    return Pose.at(pose.position, turn * pose)
+    return turned_down(pose, normals[face])
+
+
+def turned_down(pose: Pose, normal: Floats) -> Pose:
+    """Return a pose turned the shortest way so that a direction (3,) of the thing points down, such as the
+    normal of a face; its position stays."""
+    down = np.asarray(pose.rotate(normal))
+    angle, axis = math.acos(max(-1.0, min(1.0, float(down @ _DOWN)))), np.cross(down, _DOWN)
+    length = float(np.linalg.norm(axis))
+    if length < FLAT:  # down already, or up: then about any level axis
+        axis, length = np.array([1.0, 0.0, 0.0]), 1.0
+    return Pose.at(pose.position, Pose.from_rotvec((0, 0, 0), axis / length * angle) * pose)
 
 
 def carrying_faces(thing: Thing) -> list[Floats]:

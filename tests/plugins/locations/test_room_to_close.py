@@ -27,7 +27,7 @@ from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.locations.handles import LEFT
 from cramlite_plugins.locations.kinds import ground
-from cramlite_plugins.locations.later import closes
+from cramlite_plugins.locations.later import CLOSING, moves
 from cramlite_plugins.locations.placing import sideways
 from cramlite_plugins.locations.placing.demands import TIGHT
 from cramlite_plugins.locations.room_to_close import first_met
@@ -52,7 +52,8 @@ def _about(task: str, name: str, **roles: str) -> Action:
 
 
 PLACING = _about("soma:Placing", "3.Placing", Locatum="it", Relatum="cabinet")
-CLOSING = _about("soma:Closing", "4.Closing", Patient="door")
+CLOSED = _about("soma:Closing", "4.Closing", Patient="door")
+OPENED = _about("soma:Opening", "4.Opening", Patient="door")
 
 
 def _asked(long: float, *agenda: Action, opened: float = 1.9) -> tuple[Belief, Context]:
@@ -81,17 +82,17 @@ def _sticks_out(place: Grounding, long: float) -> float:
 
 
 def test_what_a_door_would_meet_is_refused_where_it_is_closed_later_and_it_says_how_far_that_would_be_open() -> None:
-    found, refused = _answers(0.2, PLACING, CLOSING)
+    found, refused = _answers(0.2, PLACING, CLOSED)
     anywhere, _ = _answers(0.2, PLACING)
     assert found and max(_sticks_out(a, 0.2) for a in found) < LEFT < 0.02 < max(_sticks_out(a, 0.2) for a in anywhere)
-    said = [r for r in refused if r.reason.startswith("not free to be closed: with 'door', which a later task closes, open by ")]
+    said = [r for r in refused if r.reason.startswith("not out of the way: with 'door', which a later task closes, open by ")]
     assert said and {r.blocking for r in said} == {("door",)}
     assert all(re.search(r"open by \d+ deg still, .*'(it|door)' is [\d.]+ mm inside '(it|door)'$", r.reason) for r in said)
     assert all(r.collision is not None and {"it", "door"} <= set(r.collision.moved) for r in said)
 
 
 def test_places_with_little_room_come_last() -> None:
-    found, _ = _answers(0.2, PLACING, CLOSING)
+    found, _ = _answers(0.2, PLACING, CLOSED)
     tight = [a.cost >= TIGHT for a in found]
     assert tight == sorted(tight) and not tight[0]
     assert all(_sticks_out(a, 0.2) < -0.001 for a in found if a.cost < TIGHT)  # the plate is 2 mm before the front
@@ -101,23 +102,23 @@ def test_what_the_hand_can_push_farther_in_may_stand_in_the_way_at_first() -> No
     """As far as there is room: not what is longer than the cabinet is deep."""
     release = _about("soma:Releasing", "3.Placing/Releasing", Locatum="it", Relatum="cabinet")
     retract = _about("soma:Retracting", "3.Placing/Retracting", Relatum="it")
-    pushed, _ = _answers(0.2, PLACING, release, retract, CLOSING)
-    plain, _ = _answers(0.2, PLACING, CLOSING)
+    pushed, _ = _answers(0.2, PLACING, release, retract, CLOSED)
+    plain, _ = _answers(0.2, PLACING, CLOSED)
     assert max(_sticks_out(a, 0.2) for a in pushed) > LEFT > max(_sticks_out(a, 0.2) for a in plain)
     assert all(a.cost >= TIGHT for a in pushed if _sticks_out(a, 0.2) > 0)
-    with pytest.raises(Unresolvable, match="not free to be closed"):
-        list(ground(INSIDE, *_asked(0.31, PLACING, release, retract, CLOSING)))
+    with pytest.raises(Unresolvable, match="not out of the way"):
+        list(ground(INSIDE, *_asked(0.31, PLACING, release, retract, CLOSED)))
 
 
 def test_what_is_longer_than_its_cabinet_leaves_no_room_anywhere() -> None:
-    with pytest.raises(Unresolvable, match=r"not free to be closed: with 'door', which a later task closes, open by [0-9]+ deg still"):
-        list(ground(INSIDE, *_asked(0.31, PLACING, CLOSING)))
+    with pytest.raises(Unresolvable, match=r"not out of the way: with 'door', which a later task closes, open by [0-9]+ deg still"):
+        list(ground(INSIDE, *_asked(0.31, PLACING, CLOSED)))
     assert _answers(0.31, PLACING)[0]
 
 
 def test_where_the_arm_stands_says_nothing_of_what_a_door_meets() -> None:
     """What stays is moved about the door: beside the door's way that may lead through the arm's base."""
-    belief, context = _asked(0.1, PLACING, CLOSING)
+    belief, context = _asked(0.1, PLACING, CLOSED)
     leaf, at = belief.thing("door"), belief.poses["door"].pose
     handle = next(f.pose for f in leaf.features if f.type == "cram:Handle")
     assert leaf.joint is not None
@@ -127,17 +128,30 @@ def test_where_the_arm_stands_says_nothing_of_what_a_door_meets() -> None:
         assert (first_met("it", after, context, None) is not None) == meets
 
 
+@pytest.mark.parametrize(("within", "opens"), [(True, True), (True, False), (False, True)])
+def test_what_is_in_a_container_is_not_before_a_door_that_a_later_task_opens(within: bool, opens: bool) -> None:
+    """Beside a container it may be pushed along."""
+    belief, context = _asked(0.1, PLACING, *((OPENED,) if opens else ()), opened=0.0)
+    leaf = belief.thing("door")
+    assert leaf.joint is not None
+    before = leaf.joint.moved(belief.poses["door"].pose, 1.0) * next(f.pose for f in leaf.features if f.type == "cram:Handle")
+    after = belief.released(Estimate(before, 0.0, "let go there"), 0.05)
+    met = first_met("it", after.related(("in", "it", "tray")) if within else after, context, None)
+    assert (met is not None) == (within and opens)
+    assert met is None or (met.reason.startswith("with 'door', which a later task opens, open by ") and met.blocking == ("door",))
+
+
 def test_what_a_later_task_takes_away_again_stands_in_no_way() -> None:
     _, context = _asked(0.2)
     taken = _about("soma:Grasping", "4.Grasping", Patient="it")
     released = _about("soma:Releasing", "3.Placing/Releasing", Locatum="it", Relatum="cabinet")
 
     def closed(*agenda: Action) -> bool:
-        return closes("door", "it", Context(UR5E, MOUNT, context.bindings, context.taxonomy, agenda))
+        return moves("door", CLOSING, "it", Context(UR5E, MOUNT, context.bindings, context.taxonomy, agenda))
 
-    assert closed(PLACING, released, CLOSING) and not closed(PLACING, taken, CLOSING)
-    assert not closed(PLACING, _about("soma:Opening", "4.Opening", Patient="door")) and not closed()
-    assert not closes("other", "it", Context(UR5E, MOUNT, context.bindings, context.taxonomy, (PLACING, CLOSING)))
+    assert closed(PLACING, released, CLOSED) and not closed(PLACING, taken, CLOSED)
+    assert not closed(PLACING, OPENED) and not closed()
+    assert not moves("other", CLOSING, "it", Context(UR5E, MOUNT, context.bindings, context.taxonomy, (PLACING, CLOSED)))
 
 
 @pytest.mark.heavy

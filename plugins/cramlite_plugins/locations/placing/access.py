@@ -9,17 +9,22 @@ from itertools import product
 
 import numpy as np
 from msgspec.structs import replace
+from numpy.typing import NDArray
 
-from cramlite.model import Belief, Floats, Pose
+from cramlite.model import Belief, Estimate, Floats, Pose, Thing
 from cramlite.plugin import Context, Unresolvable
 
 from ...motion_planning.reach import shift
 from ...shapes import ray_casting as rays
-from ...shapes.bounds import corners
+from ...shapes.bounds import corners, height
+from ...shapes.roofs import has_own_roof
+from ..antipodal import Hands
 from ..from_aside import slants
 from ..later import brings
 from ..parameters import Where
 from ..reached import Arm
+from ..room_to_close import first_met
+from .attitudes import POINTS_DOWN, sides_down
 from .checks import let_in
 from .positions import free_area
 from .query import Placement, Query, covers, is_roofed, openings
@@ -152,7 +157,7 @@ def goes_in_tilted(thing: str, belief: Belief, context: Context) -> bool:
     narrow = [name for name in belief.poses if name != thing and _too_narrow(thing, name, belief, context)]
     if not narrow:
         return False  # later tasks are not looked at, so that what follows from this holds whatever they are
-    return any(onto.thing in narrow for onto, _ in brings(thing, belief, context))
+    return any(onto.thing in narrow for onto, *_ in brings(thing, belief, context))
 
 
 def _too_narrow(thing: str, into: str, belief: Belief, context: Context) -> bool:
@@ -166,4 +171,40 @@ def _too_narrow(thing: str, into: str, belief: Belief, context: Context) -> bool
         )
         if not core.is_empty and free_area(core, [o.area for o in covers(bare, COVERS)], half).is_empty:
             return True
+    return False
+
+
+def lays_down(thing: Thing, belief: Belief, context: Context, hands: Hands) -> NDArray[np.bool_]:
+    """Check with which grasps (n) a thing, as it stands now, can be laid on a side; all, if no later task
+    needs that: it would be in the way of a drawer or door there if it stood."""
+    every = np.ones(len(hands.positions), bool)
+    if not _stops(thing, belief, context):
+        return every
+    now, found = belief.pose(thing.name), ~every
+    for turned in sides_down(thing, now):
+        found |= hands.approach @ (turned.rotation @ now.rotation.T)[2] <= POINTS_DOWN
+    return found if found.any() else every
+
+
+def _stops(thing: Thing, belief: Belief, context: Context) -> bool:
+    """Whether a thing would stop what later tasks move if it stood in the opening to which a task before them
+    brings it."""
+    now = belief.pose(thing.name)
+    high = [
+        name
+        for name in belief.poses
+        if any(depth < height(thing, now) for _, depth in openings(belief.thing(name), belief.pose(name)))
+    ]
+    if not high or all(belief.thing(name).joint is None for name in belief.poses):
+        return False  # later tasks are not looked at, so that what follows from this holds whatever they are
+    for onto, region, then in brings(thing.name, belief, context):
+        whole, at = belief.thing(onto.thing), belief.pose(onto.thing)
+        inside = [] if has_own_roof(whole, at, region) else openings(whole, at, region)
+        for target, depth in inside if onto.thing in high else ():
+            query = Query(thing, onto.thing, target, Arm(belief, context), Where(), depth=depth)
+            there = belief.base() * over_floor(query, now, (0.0, 0.0), LOWS[0])
+            poses = {**belief.poses, thing.name: Estimate(there, 0.0, "predicted: put there")}
+            after = replace(belief, poses=poses).related(("in", thing.name, onto.thing))
+            if first_met(thing.name, after, then, None):
+                return True
     return False

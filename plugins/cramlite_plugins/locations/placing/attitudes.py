@@ -1,5 +1,5 @@
-"""Orientations of a payload in a hand that points into the target from the side: upright, and leaning with
-its far edge down."""
+"""Orientations of a payload in the hand: upright or leaning with its far edge down, in a hand that points
+into the target from the side; and lying below a hand that points down."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from itertools import product
 
 import numpy as np
 
-from cramlite.model import Floats, Pose, Vector3
+from cramlite.model import Floats, Pose, Thing, Vector3
 
-from ...shapes.standing_up import carrying_faces, stood_up
+from ...shapes.bounds import height
+from ...shapes.standing_up import carrying_faces, stood_up, turned_down
 from ...shapes.surfaces import LEVEL
 from .query import Query
-from .stable_poses import TURNLESS
+from .stable_poses import TURNLESS, put_down
 
 PITCHES = (0.0, 20.0)  # of a hand that points inwards, downwards [deg]
 LEVEL_FINGERS, UPRIGHT_FINGERS = ((0.0, 1.0, 0.0), (0.0, -1.0, 0.0)), ((0.0, 0.0, 1.0), (0.0, 0.0, -1.0))
@@ -24,6 +25,12 @@ STEEPER = (0.0, 10.0, 20.0, 30.0, 40.0, 50.0)
 """Pitches of a hand whose fingers are one above the other [deg]: a hand is broad in that direction, and
 over a floor it has room only from above."""
 FLAT_FALL = math.radians(32.0)  # lean of a flat thing from lying, from which it falls flat once released
+
+POINTS_DOWN = -math.sin(math.radians(30.0))
+"""Largest upward component of a hand's unit approach vector above a payload that lies in a container: a hand
+that is more level is in the walls."""
+SIDES = 3  # of a payload that it is laid on, at most
+HIGH = 0.01  # by which it must be lower there [m]
 
 
 def attitudes(query: Query, upright: Pose) -> Iterator[tuple[str, Pose]]:
@@ -43,6 +50,24 @@ def attitudes(query: Query, upright: Pose) -> Iterator[tuple[str, Pose]]:
     for pitch, across in product(PITCHES if turned else (), LEVEL_FINGERS):
         now = _pointing(query, pitch, across)
         yield stands if stood_up(query.thing, now).distance(now)[1] <= TURNLESS else "dropped", now
+
+
+def lying(query: Query) -> Iterator[Pose]:
+    """Generate orientations in which a payload lies on a side, lower than it stands, below a hand that points
+    down; the steepest hand first."""
+    now, found = put_down(query), list[tuple[float, int, Pose]]()
+    for k, turned in enumerate(sides_down(query.thing, now)):
+        up = float(query.hand(turned).rotate((0.0, 0.0, 1.0))[2])
+        if up <= POINTS_DOWN:
+            found.append((round(up, 2), k, turned))
+    yield from (turned for _, _, turned in sorted(found, key=lambda one: one[:2])[:SIDES])
+
+
+def sides_down(thing: Thing, now: Pose) -> list[Pose]:
+    """Return the orientations of a thing on those of its sides on which it is lower than at the pose ``now``,
+    each turned the shortest way."""
+    turned = (turned_down(now, face) for face in carrying_faces(thing))
+    return [pose for pose in turned if height(thing, pose) < height(thing, now) - HIGH]
 
 
 def far_edge_down(query: Query) -> Iterator[tuple[float, Pose]]:

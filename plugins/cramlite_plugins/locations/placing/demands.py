@@ -1,5 +1,5 @@
-"""Demands of later tasks on a placement: that a door or drawer can still be closed, that the hand can leave,
-and that a payload that topples at its release can be pushed farther in."""
+"""Demands of later tasks on a placement: that a door or drawer can still be closed or opened, that the hand
+can leave, and that a payload that topples at its release can be pushed farther in."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ TIGHT = 100.0
 
 def room_to_close(placement: Placement, query: Query) -> str | Refused:
     """Check that doors and drawers that later tasks close still have room to close after this placement, with
-    what is in them.
+    what is in them, and those that later tasks open have room past a container with the payload in it.
 
     What the hand pushes farther in, before it leaves, may stand in the way until then. Later tasks are looked
     at only where something would be met, so that what follows elsewhere holds whatever they are.
@@ -151,7 +151,7 @@ def pushed_in(placement: Placement, query: Query) -> str | Refused:
 
 
 DEMANDS: Mapping[str, Check] = {
-    "free to be closed": room_to_close,
+    "out of the way": room_to_close,
     "free to leave": room_to_leave,
     "pushed in": pushed_in,
 }

@@ -32,6 +32,7 @@ INSET = 0.12  # of what is nearest to a robot that drove, from the edge [m]
 ROUNDED = 0.0002  # twice what positions are rounded by [m]
 # Distance of positions from walls [m]: what leans a little is nearer to one farther up
 BESIDE_WALLS = OFF_WALLS + 0.001
+FAR = 0.01  # share of its way from the middle by which the centre of an overhang is away from the best place
 ALIKE = 0.002  # radii of discs that are as good as one another [m]
 TRIED = 32  # corners that are looked at, of a round opening evenly spaced ones
 AWAY = 0.1
@@ -82,6 +83,28 @@ def free_for(query: Query, now: Pose) -> Any:
             shapely.Point(*to.apply(query.belief.pose(where.near).position)[:2]).buffer(where.within)
         )
     return free
+
+
+def positions_along(query: Query, now: Pose) -> Iterator[Offset]:
+    """Generate positions of a payload whose sides are along those of an opening, best first: the rectangle
+    around it is in there, apart from the contents and from what is over them.
+
+    The first are farthest from what is over the opening, which is in the hand's way.
+
+    Args:
+        now: of the payload in the base frame, so turned.
+    """
+    area, seen = query.target.area, footprint(query.thing, query.target.pose.inverse() * now)
+    low, high = np.reshape(seen.bounds, (2, 2))
+    half, room = (high - low) / 2, np.subtract(*np.reshape(area.bounds, (2, 2))[::-1]) - (high - low)
+    core = area.buffer(-max(0.0, min(BESIDE_WALLS, float(room.min()) / 4)))
+    signs = itertools.product((-1.0, 1.0), repeat=2)
+    moved = [shapely.affinity.translate(core, *(half * sign)) for sign in signs]
+    ends = [np.reshape(o.area.bounds, (2, 2)) for o in (*lying_in(query), *query.covers)]
+    taken = shapely.union_all([shapely.box(*(a - half), *np.add(b, half)) for a, b in ends])
+    over = shapely.union_all([o.area for o in query.covers]).intersection(area).centroid
+    away = (0.0, 0.0) if over.is_empty else (-over.x / FAR, -over.y / FAR)
+    yield from positions(shapely.intersection_all(moved).difference(taken), away)
 
 
 def radius(query: Query, now: Pose, top: float = math.inf) -> float:

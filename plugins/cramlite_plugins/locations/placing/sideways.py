@@ -336,7 +336,7 @@ def comes_in(
 
 def _floors_later(thing: Thing, now: Pose, belief: Belief, context: Context) -> Iterator[Floor]:
     """Floors under a roof to which later tasks bring a thing."""
-    for onto, region in brings(thing.name, belief, context):
+    for onto, region, _ in brings(thing.name, belief, context):
         whole = belief.thing(onto.thing)
         above = roof_above(whole, belief)
         roof, at = belief.thing(above or whole.name), belief.pose(above or whole.name)

@@ -132,7 +132,7 @@ def _upright(queries: list[Query], now: Pose) -> Iterator[Rest]:
     streams = [zip(itertools.repeat(q), positions_on(q, now)) for q in queries]
     every = (found for row in itertools.zip_longest(*streams) for found in row if found is not None)
     for k, (query, offset) in enumerate(every):
-        yaws = _turns(query, now, offset, YAWS if k < len(queries) else FEW_YAWS)
+        yaws = turns(query, now, offset, YAWS if k < len(queries) else FEW_YAWS)
         for yaw in FACING if query.where.facing else (*yaws, *((GOLDEN * k % 360,) if k else ())):
             yield standing_at(query, now, offset, yaw, PER_PLACE * k)
 
@@ -152,9 +152,9 @@ def standing_at(query: Query, now: Pose, offset: Offset, yaw: float = 0.0, cost:
     return Rest(settled, thing, name, "in" if query.depth else "on", heights(query, now), cost + turn, asked)
 
 
-def _turns(query: Query, now: Pose, offset: Offset, few: tuple[float, ...]) -> tuple[float, ...]:
-    """Rotations of a payload about the vertical [deg] to try; among the first, those that align its
-    straight sides with the target's."""
+def turns(query: Query, now: Pose, offset: Offset, few: tuple[float, ...]) -> tuple[float, ...]:
+    """Return the rotations of a payload about the vertical [deg] to try: ``few`` and, among the first, those
+    that align its straight sides with the target's."""
     area = query.target.area
     if not (query.depth or query.where.region) or area.area < STRAIGHT * shapely.box(*area.bounds).area:
         return few  # nothing marks its sides, or its opening is round

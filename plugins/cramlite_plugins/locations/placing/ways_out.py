@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import islice
 
 from msgspec.structs import replace
 
@@ -21,9 +22,11 @@ from ..from_aside import slants
 from ..parameters import Where
 from .access import COVERS, covered, goes_in_upright
 from .at_rest import CLOSE
+from .attitudes import lying
 from .checks import SHAPES, at_rest, first_objection
+from .demands import room_to_close
 from .edge_first import edge_first
-from .positions import free_for, positions_on, radius
+from .positions import free_for, positions_along, positions_on, radius
 from .query import Found, Groups, Placement, Query, covers, is_roofed, lying_in, standing_on
 from .sideways import sideways
 from .stable_poses import (
@@ -32,11 +35,14 @@ from .stable_poses import (
     put_down,
     stable_poses,
     standing_at,
+    stood,
+    turns,
     with_middle,
 )
 from .tilting import tilted, toppling
 
 PER_HEIGHT = 0.02  # cost of each height above the lowest
+LAID_AT = 6  # positions of a payload on each of its sides, in each turn, that are tried
 
 
 class WayOut(Value):
@@ -65,11 +71,32 @@ def up(asked: list[Query]) -> Groups:
     check_turn(asked[0], now)
     _check_way_in(asked[0], now)
     none = True
-    for rest in stable_poses(asked, now):
+    for rest in list(_laid(asked[-1], now)) or stable_poses(asked, now):
         none = False
         yield rest if isinstance(rest, Refused) else _from_above(rest)
     if none:
         yield from _at_best(asked, now)
+
+
+def _laid(query: Query, now: Pose) -> Iterator[Rest]:
+    """Yield stable poses of a payload that lies on a side in a container, where it would stop what a later
+    task moves if it stood there in the orientation ``now``, but not if it lies."""
+    kept = query.thing.filling is not None or query.held.carries or query.held.swing or query.where.attitude
+    if not query.depth or kept or not _stops(query, now):
+        return
+    for k, turned in enumerate(side for side in lying(query) if not _stops(query, side)):
+        for yaw in turns(query, turned, (0.0, 0.0), ()):
+            amid = stood(query, turned, (0.0, 0.0), yaw)
+            for offset in islice(positions_along(query, amid), LAID_AT):
+                rest = standing_at(query, turned, offset, yaw)
+                yield replace(rest, name=f"laid on side {k + 1}, {rest.name}", reorients=True)
+
+
+def _stops(query: Query, now: Pose) -> bool:
+    """Whether a payload in the middle of its container, turned as at a pose, stops what a later task
+    moves."""
+    _, amid = next(_from_above(standing_at(query, now, (0.0, 0.0))))
+    return bool(room_to_close(amid, query))
 
 
 def _from_above(rest: Rest) -> Iterator[Found]:
