@@ -110,7 +110,7 @@ class Setting(Value):
         return {**seen, **{name: self._mapped(name, why) for name, why in self.look.unlocated.items()}}
 
     def _mapped(self, name: str, why: str) -> Estimate:
-        """Estimate of a fixture that the camera looked for and did not locate: at the map's pose, as uncertain as that is declared to be."""
+        """Estimate of a fixture that the camera looked for and did not locate: at the map's pose, as uncertain as declared."""
         errors = self.doubts.errors
         sigma = errors.scale * errors.of(name).sigma(0.0)
         return Estimate(self.world.thing(name).pose, sigma, f"known from the scenario, not located by the camera: {why}")
