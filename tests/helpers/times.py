@@ -1,4 +1,4 @@
-"""Processor time of the tests, by folder and of the longest: printed at the end of a run, and added to the file that CRAMLITE_TEST_TIMES names."""
+"""Processor time of the tests, by folder and of the longest: printed after a run, added to the file that CRAMLITE_TEST_TIMES names."""
 
 from __future__ import annotations
 
