@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from itertools import islice
+from itertools import chain, islice
 
 from msgspec.structs import replace
 
@@ -71,7 +71,7 @@ def up(asked: list[Query]) -> Groups:
     check_turn(asked[0], now)
     _check_way_in(asked[0], now)
     none = True
-    for rest in list(_laid(asked[-1], now)) or stable_poses(asked, now):
+    for rest in chain(_laid(asked[-1], now), stable_poses(asked, now)):
         none = False
         yield rest if isinstance(rest, Refused) else _from_above(rest)
     if none:
