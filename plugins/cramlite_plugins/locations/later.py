@@ -17,14 +17,19 @@ RELEASING, RETRACTING = "soma:Releasing", "soma:Retracting"
 
 def moves(name: str, kind: str, put: str, context: Context) -> bool:
     """Check whether a later task of a kind, closing or opening, is about a thing, before another one takes
-    the payload away."""
+    the payload away; to release it and to retract the hand from it does not."""
     now = _whole(context.agenda[0].name) if context.agenda else ""
     for task in context.later:
         if name in task.things and context.taxonomy.is_a(task.action.task, kind):
             return True
-        if put in task.things and _whole(task.action.name) != now:
+        if put in task.things and _whole(task.action.name) != now and not _lets_go(task, context):
             return False
     return False
+
+
+def _lets_go(task: LaterTask, context: Context) -> bool:
+    """Whether a task releases something, or retracts the hand from it."""
+    return any(context.taxonomy.is_a(task.action.task, one) for one in (RELEASING, RETRACTING))
 
 
 def goes_on(put: str, context: Context) -> bool:

@@ -39,6 +39,7 @@ def _about(task: str, name: str, **roles: str) -> Action:
 
 
 UNGRASPING = _about("artm:Ungrasping", "3.Ungrasping", Locatum="it", Relatum="drawer")
+RETRACTING = _about("soma:Retracting", "3b.Retracting", Relatum="it")
 OPENING = _about("soma:Opening", "4.Opening", Patient="upper_drawer")
 CLOSING = _about("soma:Closing", "4.Closing", Patient="drawer")
 
@@ -75,7 +76,7 @@ def _up(place: Grounding, belief: Belief) -> float:
 
 @pytest.mark.parametrize("later", [OPENING, CLOSING])
 def test_what_would_stop_a_drawer_later_is_laid_down(later: Action) -> None:
-    found, _ = _first(UNGRASPING, later)
+    found, _ = _first(UNGRASPING, RETRACTING, later)
     assert found is not None and found.key.startswith("laid on side 1") and found.value.reorients
     assert _up(found, _asked()[0]) == pytest.approx(0.0, abs=1e-6)
 
@@ -87,5 +88,5 @@ def test_where_nothing_is_moved_later_it_stands() -> None:
 
 @pytest.mark.parametrize("asked", [{"thick": 0.12}, {"ahead": DOWN}])
 def test_what_lies_too_high_or_under_a_level_hand_alone_has_no_place(asked: dict[str, float]) -> None:
-    found, refused = _first(UNGRASPING, OPENING, **asked)
+    found, refused = _first(UNGRASPING, RETRACTING, OPENING, **asked)
     assert found is None and refused and not any("laid on side" in r.value for r in refused)

@@ -150,6 +150,7 @@ def test_what_a_later_task_takes_away_again_stands_in_no_way() -> None:
         return moves("door", CLOSING, "it", Context(UR5E, MOUNT, context.bindings, context.taxonomy, agenda))
 
     assert closed(PLACING, released, CLOSED) and not closed(PLACING, taken, CLOSED)
+    assert closed(PLACING, _about("soma:Retracting", "4.Retracting", Relatum="it"), CLOSED)
     assert not closed(PLACING, OPENED) and not closed()
     assert not moves("other", CLOSING, "it", Context(UR5E, MOUNT, context.bindings, context.taxonomy, (PLACING, CLOSED)))
 
