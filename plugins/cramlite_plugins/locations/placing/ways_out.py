@@ -88,7 +88,9 @@ def _laid(query: Query, now: Pose) -> Iterator[Rest]:
         for yaw in turns(query, turned, (0.0, 0.0), ()):
             amid = stood(query, turned, (0.0, 0.0), yaw)
             for offset in islice(positions_along(query, amid), LAID_AT):
-                rest = standing_at(query, turned, offset, yaw)
+                again = turns(query, turned, offset, ())  # elsewhere it faces the robot elsewhere
+                alike = min(again, key=lambda one: abs(math.remainder(one - yaw, 360.0)))
+                rest = standing_at(query, turned, offset, alike)
                 yield replace(rest, name=f"laid on side {k + 1}, {rest.name}", reorients=True)
 
 
