@@ -22,8 +22,14 @@ def why_unreachable(problem: PlanningProblem) -> str:
     missing = [f for f in sorted(problem.wanted.needs - problem.facts) if not any(may_make(s, a, f) for s, a in made)]
     missing = [f for f in missing if f not in problem.wanted.constraints]
     if missing:
-        return f"no task's rule makes {pattern_text(missing[0])} true with the things of this world{_unfit(problem, made, missing[0])}"
-    return "no sequence of tasks leads from the initial state to the goal, with whatever things"
+        return f"no task's rule makes {pattern_text(missing[0])} true with the things of this world{_unfit(problem, made, missing[0]) or _keeping(problem)}"
+    return f"no sequence of tasks leads from the initial state to the goal, with whatever things{_keeping(problem)}"
+
+
+def _keeping(problem: PlanningProblem) -> str:
+    """Return a clause that names the things which must keep their place; "" if there are none."""
+    kept = ", ".join(f"'{name}'" for name in sorted(problem.grounder.scene.kept))
+    return f"; not to be moved (limits: keep): {kept}" if kept else ""
 
 
 def _unfit(problem: PlanningProblem, made: Iterable[tuple[ActionSchema, Fact]], fact: Fact) -> str:
