@@ -24,7 +24,8 @@ def why_unreachable(problem: PlanningProblem) -> str:
     if missing:
         why = _keeping(problem, map(thing_of, missing[0][1:])) or _unfit(problem, made, missing[0])
         return f"no task's rule makes {pattern_text(missing[0])} true with the things of this world{why}"
-    return f"no sequence of tasks leads from the initial state to the goal, with whatever things{_keeping(problem, problem.grounder.things)}"
+    why = _keeping(problem, problem.grounder.things)
+    return f"no sequence of tasks leads from the initial state to the goal, with whatever things{why}"
 
 
 def _keeping(problem: PlanningProblem, things: Iterable[str]) -> str:
