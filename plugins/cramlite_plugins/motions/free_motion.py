@@ -84,13 +84,13 @@ def _transfer(motion: Motion, belief: Belief, context: Context) -> Groundings:
 
 
 def _stuck(motion: Motion, scene: Any, belief: Belief, context: Context) -> Unresolvable | None:
-    """Return why an arm that has not moved yet cannot begin to, wherever it is led and however far its fingers are open; None if it can."""
+    """Return why an arm that has not moved yet cannot begin to, wherever it is led and however far its fingers open; None if it can."""
     from ..motion_planning.planner import start_blocked
 
     if belief.joints != context.mount.joints or (no := start_blocked(scene, belief.joints)) is None:
         return None
     low, high = context.robot.gripper.opening
-    if any(start_blocked(scene.opened(width), belief.joints) is None for width in (low, (low + high) / 2, high)):
+    if any(start_blocked(scene.opened(width), belief.joints) is None for width in ((low + high) / 2, high)):
         return None
     said = f"no path to {motion.to}: {no.reason}"
     return Unresolvable.because_of_earlier_tasks(said, blocking=no.blocking, collision=no.collision)
