@@ -19,8 +19,8 @@ from cramlite_plugins.robots.ur5e import UR5E
 MOTION = Motion("1.Reaching/move", "transfer", Location("there", "on"))
 
 
-BESIDE = box("beside", (0.01, 0.01, 0.02), (0.55, 0.05, 0.2))
-"""Box that an open finger is inside, and a closed one is not, with the tool at (0.55, 0, 0.2)."""
+BESIDE = box("beside", (0.01, 0.004, 0.004), (0.55, 0.055, 0.19))
+"""Box that a finger is inside if it is wide open, and not if half open, with the tool at (0.55, 0, 0.2)."""
 
 
 def transfer(pose: Pose, *things: Thing, start: tuple[float, ...] = UR5E.home) -> list[Any]:
