@@ -293,6 +293,6 @@ def add_commands(add: Add) -> None:
     resolve.add_argument("--verbose", action="store_true", help="where nothing is proven, print every cause and not the first alone")
     resolve.add_argument(
         "--relax", action="store_true",
-        help="also look for the smallest change that solves an unsolved scenario: base or things in steps of 20 mm, gripper of 10 %%",
+        help="also look for the smallest change that solves an unsolved scenario: base or things in steps of 20 mm, or a wider gripper",
     )
     resolve.add_argument("--json", action="store_true", help="print the result as JSON")
