@@ -9,7 +9,7 @@ from helpers.short_programs import CLOSED, down, go, text
 from helpers.standard import ROBOTS
 from msgspec.structs import replace
 
-from cramlite.model import Pose, RobotMount, Rollout, Thing, World
+from cramlite.model import Filling, Pose, RobotMount, Rollout, Thing, World
 from cramlite_plugins.episodes.detection.touches import touching_pairs
 from cramlite_plugins.objects.products_and_fixtures import block, table
 from cramlite_plugins.objects.vessels import bottle, bowl, jug, mug
@@ -89,6 +89,23 @@ def test_what_creeps_stays_awake_however_slow_it_is() -> None:
         watch.look(data)
         assert not slept(compiled, data, "box")
     assert compiled.pose(data, "box").position[0] - 2 > 0.0002
+
+
+@pytest.mark.parametrize(("speed", "sleeps"), [(0.3 * sleep.ROLLS, True), (0.8 * sleep.ROLLS, False)])
+def test_a_grain_that_hardly_rolls_sleeps_and_a_faster_one_does_not(speed: float, sleeps: bool) -> None:
+    tray = replace(table("tray", Pose((2, 0, TOP + 0.02)), size=(0.2, 0.2, 0.04)), filling=Filling(1, 0.006, 0.001))
+    compiled = compile_world(kitchen(0, tray), ROBOTS)
+    ((body, at),) = compiled.things["tray"].grains
+    data, watch, dof = compiled.data(), Sleep(compiled.model, CYCLE), int(compiled.model.body_dofadr[body])
+    for k in range(round(1.0 / CYCLE)):
+        if k > 50:
+            data.qvel[dof], data.qvel[dof + 4] = speed, speed / 0.006
+        mujoco.mj_step(compiled.model, data, 4)
+        watch.look(data)
+        if k == 50:
+            start = float(data.qpos[at])
+    assert bool(data.tree_asleep[compiled.model.body_treeid[body]] >= 0) is sleeps
+    assert (data.qpos[at] - start > 0.3 * 0.6 * speed) is not sleeps
 
 
 def test_what_swings_or_falls_never_sleeps() -> None:
