@@ -52,7 +52,7 @@ class Sleep:
         self._lever = model.dof_length[model.tree_dofadr[self._trees] + model.tree_dofnum[self._trees] - 1]
         self._every, self._cycles = max(1, round(PERIOD / cycle)), 0
         self._back = [round(window / (self._every * cycle)) for window in WINDOWS]
-        self._seen: deque[tuple[Floats, Floats]] = deque(maxlen=max(self._back) + 1)
+        self._seen: deque[Floats] = deque(maxlen=max(self._back) + 1)
         if len(self._trees):
             model.opt.enableflags |= SLEEP
             model.opt.sleep_tolerance = SHAKES
@@ -67,7 +67,7 @@ class Sleep:
         if asleep.all():
             self._seen.clear()
             return
-        self._seen.append((data.xpos[self._bodies], data.xquat[self._bodies]))
+        self._seen.append(np.concatenate([data.xpos[self._bodies], data.xquat[self._bodies]], axis=1))
         self._model.tree_sleep_policy[self._trees] = np.where(asleep | self._still(), ALLOWED, NEVER)
 
     def _still(self) -> Floats:
@@ -76,9 +76,9 @@ class Sleep:
         still = np.zeros(len(self._trees), dtype=bool)
         for window, back in zip(WINDOWS, self._back, strict=True):
             if len(self._seen) > back:
-                (place, turn), (was, turned) = self._seen[-1], self._seen[-1 - back]
-                way = np.linalg.norm(place - was, axis=1) + 2.0 * self._lever * np.linalg.norm(turn - turned, axis=1)
-                still |= way < self._creeps * window
+                squares = np.square(self._seen[-1] - self._seen[-1 - back])
+                moved, turned = np.sqrt(np.add.reduceat(squares, (0, 3), axis=1)).T  # a third of the time of numpy's norms
+                still |= moved + 2.0 * self._lever * turned < self._creeps * window
         return still
 
 
