@@ -7,7 +7,7 @@ say in one collision check which pairs are near; only for those the exact distan
 margin in place of the bigger shapes misses boxes and overestimates the distances of cylinders.)
 
 A line between two joint positions is not sampled on a grid: coarse intervals are looked at first, at their
-middle. Two geoms at distance d there are apart to both sides as far as no point of one moves by d as seen from
+middle. Two geoms at distance d there are apart to both sides as far as no point of one moves by d, seen from
 the other (``approach`` bounds its speed); the rest of the interval is looked at again (after the adaptive
 bisection of Schwarzer, Saha and Latombe, IEEE T-RO 21(3), 2005). A share of the clearance is left everywhere
 in between. Parabolas between lines are checked in the same way.
