@@ -11,6 +11,7 @@ exports whole worlds.
 from __future__ import annotations
 
 import argparse
+import os
 import random
 import subprocess
 import sys
@@ -49,14 +50,19 @@ def _blocks(count: int) -> Iterator[Thing]:
                 made += 1
 
 
+def spent() -> float:
+    """CPU time of this process and of its child processes that have ended [s]."""
+    return sum(os.times()[:4])
+
+
 def ours(engine: Engine, world: World, goal: Goal, whole: bool) -> tuple[float, int, PlanningProblem]:
-    """Seconds to the first plan, its tasks, and the problem."""
-    began = time.monotonic()
+    """CPU seconds to the first plan, its tasks, and the problem."""
+    began = spent()
     problem = planning_problem(goal, symbolic_world(world, engine.knowledge.taxonomy), engine.knowledge)
     if whole:
         problem = problem_of_everything(problem)
     plan = next(task_plans(problem))
-    return time.monotonic() - began, len(plan.steps), problem
+    return spent() - began, len(plan.steps), problem
 
 
 class WholeWorld(PlanningProblem):
@@ -71,7 +77,7 @@ def problem_of_everything(problem: PlanningProblem) -> PlanningProblem:
 
 
 def reference(problem: PlanningProblem) -> tuple[float, int]:
-    """Seconds of lama-first on the exported files, and the length of its plan."""
+    """CPU seconds of lama-first on the exported files, and the length of its plan."""
     text = problem.pddl(next(iter(problem.scopes())))
     found = find_spec("up_fast_downward")
     assert found is not None and found.submodule_search_locations
@@ -80,10 +86,10 @@ def reference(problem: PlanningProblem) -> tuple[float, int]:
         files = [Path(folder) / "domain.pddl", Path(folder) / "problem.pddl"]
         files[0].write_text(text.domain)
         files[1].write_text(text.problem)
-        began = time.monotonic()
+        began = spent()
         command = [sys.executable, str(driver), "--plan-file", "plan", "--alias", "lama-first", *map(str, files)]
         subprocess.run(command, cwd=folder, capture_output=True, check=True)
-        seconds = time.monotonic() - began
+        seconds = spent() - began
         return seconds, sum(line.startswith("(") for line in (Path(folder) / "plan").read_text().splitlines())
 
 
@@ -106,7 +112,7 @@ def main() -> int:
             goal = Goal(tuple(f"{n} on tray" for n in names))
             mine, tasks, problem = ours(engine, world, goal, chosen.all)
             theirs, length = reference(problem)
-            limit = 1.5 * theirs + 1.0
+            limit = 1.2 * theirs + 1.0
             late += mine > limit
             pair = (("ours", mine), ("lama-first", theirs))
             numbers += [value(f"{things} things, {who}", t, "s", f"{goals} goals", x=goals) for who, t in pair]
