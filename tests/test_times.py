@@ -67,10 +67,14 @@ def test_the_longest_comes_first() -> None:
     times = Times(Path("unused"), "")
     times.seconds.update({"tests/a": 1.0, "tests/b": 2.5})
     times.count.update({"tests/a": 7, "tests/b": 1})
+    times.tests.update({"tests/a/test_a.py::test_one": 0.4, "tests/b/test_b.py::test_two": 2.5})
     assert times.table().splitlines() == [
         "processor time by folder (all tests): 4 s, 8 tests",
         "     2.5 s      1 tests  tests/b",
         "     1.0 s      7 tests  tests/a",
+        "the 2 longest tests",
+        "     2.5 s  tests/b/test_b.py::test_two",
+        "     0.4 s  tests/a/test_a.py::test_one",
     ]
 
 

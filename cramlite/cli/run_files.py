@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from msgspec import json
+from msgspec import json, to_builtins
 
 from ..base.json_text import as_json
 from ..base.run_directory import RunDirectory, content_key
@@ -20,6 +20,7 @@ from .texts import rollout_json
 if TYPE_CHECKING:
     from ..engine.engine import Engine
     from ..engine.execution import Execution
+    from ..engine.picture_checks import PictureChecks
     from ..engine.setting import Setting
     from ..engine.solution import Solution
     from ..model.run.twin_verdict import TwinVerdict
@@ -85,6 +86,8 @@ def write_execution(run: RunDirectory, execution: Execution, engine: Engine) -> 
     run.write(f"{place}/execution.json", as_json(rollout_json(candidate.ran)))
     run.write(f"{place}/world.json", json.format(json.encode(candidate.ran.world), indent=1))
     run.write(f"{place}/verdict.json", as_json(execution.verdict))
+    if execution.checks is not None:
+        run.write(f"{place}/checks.json", as_json(checks_json(execution.checks)))
     run.write(f"{place}/program{candidate.written.suffix}", candidate.written.text)
     save_rollout(candidate.ran, run.path / place / "rollout.npz")
     if not (run.path / place / "episode").exists():
@@ -109,7 +112,17 @@ def _execution(execution: Execution | None) -> dict[str, Any] | None:
     if execution is None:
         return None
     verdict = execution.verdict
-    return {"succeeded": verdict.passed, "reason": verdict.reason, "findings": verdict.findings}
+    said = {"succeeded": verdict.passed, "reason": verdict.reason, "findings": verdict.findings}
+    return said | ({} if execution.checks is None else {"checks": checks_json(execution.checks)})
+
+
+def checks_json(checks: PictureChecks) -> dict[str, Any]:
+    """Return what the pictures of an execution tell, for ``--json`` and checks.json."""
+    pictures = [
+        {"task": p.task, "time": p.time, "things": [{**to_builtins(s), "seen": s.seen, "reason": s.reason} for s in p.things]}
+        for p in checks.pictures
+    ]
+    return {"looks": checks.looks, "reason": checks.reason, "notices": to_builtins(checks.notices), "pictures": pictures}
 
 
 def twins_json(found: TwinVerdict | None) -> dict[str, Any] | None:

@@ -15,6 +15,7 @@ from msgspec.structs import asdict, replace
 from ..ontology.foundation import ACTION
 
 if TYPE_CHECKING:
+    from ..engine.picture_checks import PictureChecks
     from ..engine.solution import Solution
     from ..interpretation.interpretation import Interpretation, Interpreted
     from ..interpretation.matching import Match
@@ -52,7 +53,14 @@ def solution_text(solution: Solution, folder: str) -> str:
     lines.append("  Judged after running the text:")
     lines += _finding_lines(solution.verdict)
     lines += ["  Judged after its first execution, in the world as it really is:", *_finding_lines(execution.verdict)] if execution else []
+    lines += [f"  Seen by the camera, {line}" for line in seen_lines(execution.checks)] if execution and execution.checks else []
     return "\n".join([*lines, f"  Files: {folder}"])
+
+
+def seen_lines(checks: PictureChecks) -> list[str]:
+    """Return what the pictures of an execution tell, as lines: each thing that was noticed, and whether the goal looks reached."""
+    noticed = [f"{'after ' + n.step if n.step else 'at rest'}: {n.reason}" for n in checks.notices]
+    return [*noticed, f"at rest: {checks}"]
 
 
 def _finding_lines(verdict: Verdict) -> list[str]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from ..base.errors import UserError
 from ..base.value import Value
 from ..model.run.verdict import Verdict
+from .picture_checks import PictureChecks, picture_checks
 from .proof.proof import judge_run, run_and_judge, text_that_runs
 
 if TYPE_CHECKING:
@@ -26,10 +27,12 @@ class Execution(Value):
     Args:
         candidate: the program, with rollout and episode of this run; ``candidate.world`` is what was believed.
         verdict: of the validators of runs; one of them also compares what things were taken for with what they are.
+        checks: what the camera saw of it (``camera: {checks: ...}``); None where no camera checks anything.
     """
 
     candidate: Candidate
     verdict: Verdict
+    checks: PictureChecks | None = None
 
 
 def execute(candidate: Candidate, setting: Setting, knowledge: Knowledge, executor: Executor | None = None) -> Execution:
@@ -51,4 +54,5 @@ def execute(candidate: Candidate, setting: Setting, knowledge: Knowledge, execut
         ran, findings = run_and_judge(candidate, text, world, knowledge, setting.seed)
     else:
         ran, findings = judge_run(candidate, text, executor.run(text.text, world, setting.seed)[0], knowledge)
-    return Execution(ran, Verdict(tuple(findings), knowledge.left_out))
+    checks = picture_checks(candidate, text, ran.ran, world, knowledge, setting.seed)
+    return Execution(ran, Verdict(tuple(findings), knowledge.left_out), checks)

@@ -24,6 +24,8 @@ def doubts(scenario: Scenario, setting: Setting, knowledge: Knowledge) -> list[s
     found = list(number_doubts(scenario, setting.real or setting.world, setting.robot))
     shut = setting.look.shut if setting.look else {}
     found += [f"{scenario.where('camera')}: nobody looked into '{name}': {why}" for name, why in shut.items()]
+    missing = setting.look.unlocated if setting.look else {}
+    found += [f"{scenario.where_thing(name)}: '{name}' is taken to be where the map has it, since {why}" for name, why in missing.items()]
     world = setting.real if setting.look and setting.real else setting.world  # as it was written, not as it was seen
     found += _camera(scenario, setting, knowledge)
     doubting = knowledge.simulator

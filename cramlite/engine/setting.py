@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from ..base.value import Value
 from ..interpretation.fluents import SymbolicWorld, symbolic_world
-from ..model.belief import Held, initial_belief
+from ..model.belief import Estimate, Held, initial_belief
 from ..model.geometry import Pose
 from ..model.handover import Handover
 from ..model.run.judging_limits import JudgingLimits
@@ -21,7 +21,7 @@ from ..planning.search.state import State
 from ..scenario.twin_places import Sight
 
 if TYPE_CHECKING:
-    from ..model.belief import Belief, Estimate, Relation
+    from ..model.belief import Belief, Relation
     from ..model.plan import Plan
     from ..model.robot import Robot
     from ..model.world.world import InHand, World
@@ -103,10 +103,17 @@ class Setting(Value):
         if self.look is None or sight is None:
             return self.look.estimates if self.look else {}
         of, scale, eye = errors.hand_eye, errors.scale, sight.camera.position
-        return {
+        seen = {
             name: replace(e, sigma=math.hypot(e.sigma, scale * of.sigma(math.dist(eye, e.pose.position))))
             for name, e in self.look.estimates.items()
         }
+        return {**seen, **{name: self._mapped(name, why) for name, why in self.look.unlocated.items()}}
+
+    def _mapped(self, name: str, why: str) -> Estimate:
+        """Estimate of a fixture that the camera looked for and did not locate: at the map's pose, as uncertain as declared."""
+        errors = self.doubts.errors
+        sigma = errors.scale * errors.of(name).sigma(0.0)
+        return Estimate(self.world.thing(name).pose, sigma, f"known from the scenario, not located by the camera: {why}")
 
     def symbolic(self, taxonomy: Taxonomy) -> SymbolicWorld:
         """Return the symbolic state at the start for task planning: things, relations, and the thing in the hand."""

@@ -25,7 +25,7 @@ from ..plugin.expert import RELATIONS, Judged
 from ..scenario.scenario import Scenario
 from ..scenario.worlds import camera_of
 from .query import Condition, ObjectQuery
-from .recognition import SIGMA, estimate, facts, least_pose_confidence, renamed, thing_from_percept
+from .recognition import SIGMA, estimate, facts, least_pose_confidence, renamed, thing_from_percept, unlocated
 from .result import Perceived
 from .runner import perceive
 from .view_queries import HANGING, INSIDE, bears
@@ -98,6 +98,11 @@ class Look(Value):
     def world(self) -> World:
         """Believed world: furniture, recognised things and obstacles."""
         return replace(self.known, things=(*self.known.things, *self.obstacles))
+
+    @property
+    def unlocated(self) -> Mapping[str, str]:
+        """Fixtures that were looked for and not located, each with the reason."""
+        return unlocated((p.perceived for p in self.pictures if p.perceived), self.estimates)
 
     @property
     def camera(self) -> Camera | None:
@@ -212,9 +217,8 @@ def _wary(seen: Look, taken: Picture, there: tuple[Thing, ...], container: str, 
     things = tuple(replace(t, geoms=(*t.geoms, *parts)) if t.name == container else t for t in seen.known.things)
     estimates = {**seen.estimates, **{t.name: Estimate(t.pose, SIGMA, UNEXPLAINED) for t in fixed}}
     later = (*seen.later, *(t.name for t in fixed))
-    return replace(
-        seen, known=replace(seen.known, things=things), obstacles=(*seen.obstacles, *fixed), estimates=estimates, later=later
-    )
+    known, obstacles = replace(seen.known, things=things), (*seen.obstacles, *fixed)
+    return replace(seen, known=known, obstacles=obstacles, estimates=estimates, later=later)
 
 
 def _is_in(pose: Pose, container: Thing, knowledge: Knowledge) -> bool:
@@ -281,12 +285,9 @@ def _fixtures(taken: Picture, perceived: Perceived, before: Look) -> tuple[tuple
     """Return the furniture; its moved parts are at the poses at which a picture first showed them."""
     said = perceived.scene.get("refined")
     seen: Mapping[str, Judged] = said.value if said is not None else {}
-    moved = {n: judged for n, judged in seen.items() if n not in before.estimates}
-    expert = said.expert if said is not None else ""
-    estimates = {
-        n: Estimate(j.value, SIGMA, f"camera: {j.reason}, by expert {expert}, confidence {j.confidence:.2f}")
-        for n, j in moved.items()
-    }
+    moved = {n: judged for n, judged in seen.items() if judged.value is not None and n not in before.estimates}
+    by = f"by expert {said.expert if said is not None else ''}"
+    estimates = {n: Estimate(j.value, SIGMA, f"camera: {j.reason}, {by}, confidence {j.confidence:.2f}") for n, j in moved.items()}
     return tuple(replace(t, pose=moved[t.name].value) if t.name in moved else t for t in taken.fixtures), estimates
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Container, Iterable
 from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
@@ -49,6 +50,17 @@ def estimate(percept: Percept) -> Estimate:
     sure = said.judged.confidence
     source = f"camera: {percept.value('model')} by expert {said.expert}, confidence {sure:.2f}"
     return Estimate(said.value, SIGMA / max(sure, 0.1), source)
+
+
+def unlocated(scenes: Iterable[Perceived], located: Container[str]) -> dict[str, str]:
+    """Return the fixtures that perception looked for in pictures and located in none of them, each with the reason.
+
+    Args:
+        scenes: what was perceived in each picture.
+        located: names of the things that were located.
+    """
+    said = (scene.scene["refined"].value for scene in scenes if "refined" in scene.scene)
+    return {name: judged.reason for fixtures in said for name, judged in fixtures.items() if name not in located}
 
 
 def facts(name: str, percept: Percept, fixtures: tuple[Thing, ...]) -> tuple[Relation, ...]:

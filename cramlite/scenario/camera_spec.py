@@ -43,6 +43,7 @@ class CameraSpec(Spec):
     horizontal_fov: Angle | None = None
     intrinsics: IntrinsicsSpec | None = None
     noise: bool | Annotated[float, Field(ge=0, le=10)] = True
+    checks: Literal["none", "end", "tasks"] = "none"
     calibration: str | None = None
 
     @model_validator(mode="after")

@@ -204,7 +204,7 @@ def camera_of(scenario: Scenario) -> Camera | None:
     mount, pose = scenario.spec.robot.name if spec.mount == "flange" else None, spec.at.pose()
     if spec.calibration is not None and mount is None:  # it is of the robot's base
         pose = scenario.spec.robot.at.pose() * pose
-    return Camera(pose, mount, intrinsics=spec.pinhole(), noise=float(spec.noise))
+    return Camera(pose, mount, intrinsics=spec.pinhole(), noise=float(spec.noise), checks=spec.checks)
 
 
 def real_world(scenario: Scenario, world: World, relations: Iterable[Relation], seed: int) -> World:

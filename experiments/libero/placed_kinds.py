@@ -29,6 +29,9 @@ def scene_of(found: Sequence[tuple[str, Pose]], files: dict[str, Path], table: f
     """Place things, given by kind and pose, on a table of some height [m]; movable ones whose pose is below
     the table top are left out.
 
+    A movable thing within ``RESTS`` of the table stands on it. Fixed things keep the height at which they are seen: a stove may be let
+    into the table, a rack may stand on feet that its collision shapes lack.
+
     Returns:
         The scene as MJCF, and its state. Things are named after their kinds and numbered, "plate_1_main".
     """
@@ -36,21 +39,20 @@ def scene_of(found: Sequence[tuple[str, Pose]], files: dict[str, Path], table: f
 
     scene = mujoco.MjSpec()
     numbers: dict[str, int] = {}
-    lowest: list[float] = []
     placed = []
     for kind, pose in found:
         spec, frame = _kind(files[kind])
         at = pose * frame.inverse()
         low = _lowest(spec, at) - table
-        if low > -RESTS or not any(j.type == mujoco.mjtJoint.mjJNT_FREE for j in spec.joints):
-            lowest.append(low)
-            placed.append((kind, spec, at))
-    stand = [v for v in lowest if abs(v) < RESTS]
+        loose = any(j.type == mujoco.mjtJoint.mjJNT_FREE for j in spec.joints)
+        if low > -RESTS or not loose:
+            placed.append((kind, spec, at, low if loose else np.inf))
+    stand = [low for *_, low in placed if abs(low) < RESTS]
     top = table + float(np.median(stand)) if stand else table
     half = [s / 2 for s in TABLE]
     body = scene.worldbody.add_body(name="table", pos=[half[0] - BEHIND, 0.0, top - half[2]])
     body.add_geom(name="table_top", type=mujoco.mjtGeom.mjGEOM_BOX, size=half, friction=[1.0, 0.005, 0.0001])
-    for (kind, spec, at), low in zip(placed, lowest, strict=True):
+    for kind, spec, at, low in placed:
         numbers[kind] = numbers.get(kind, 0) + 1
         down = table + low - top if abs(low) < RESTS else 0.0
         x, y, z = at.position

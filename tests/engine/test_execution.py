@@ -11,6 +11,10 @@ import pytest
 from conftest import ROOT, Run
 
 from cramlite import Engine, Setting, Solution, read_scenario
+from cramlite.engine.picture_checks import Looks, PictureChecks
+from cramlite.model import replace
+from cramlite.model.fault import Fault, FaultKind, Trigger
+from cramlite.model.run.readings import Deviation
 from cramlite.plugin import UserError
 
 SCENARIO = """
@@ -24,6 +28,7 @@ things:
   - {{name: block, model: block, at: {{position: [0.5, 0.2, 51 mm]}}, with: {{size: [50 mm, 50 mm, 100 mm]}}}}
 unknown_error: {{thing: block, position: {error}}}
 """
+CAMERA = "camera: {mount: world, at: {position: [0.5, 0.9, 0.9], roll: -139 deg, yaw: 180 deg}, checks: tasks}\n"
 
 WITNESS = '''
 from pathlib import Path
@@ -63,9 +68,9 @@ def validators():
 Plugin = Callable[[str, str], Path]
 
 
-def lift(folder: Path, error: str) -> Path:
+def lift(folder: Path, error: str, camera: str = "") -> Path:
     path = folder / "lift.yaml"
-    path.write_text(SCENARIO.format(error=error))
+    path.write_text(SCENARIO.format(error=error) + camera)
     return path
 
 
@@ -83,7 +88,7 @@ def test_a_failed_execution_ends_it_with_the_reason(tmp_path: Path, plugin: Plug
     """Nothing else is tried in the real world, though the search has more to offer."""
     witness = plugin("witness", WITNESS.replace("REFUSED", "0"))
     out = tmp_path / "run"
-    done = run("resolve", lift(tmp_path, "1 m"), "--plugin", witness, "--out", out, "--no-report", "--json")
+    done = run("resolve", lift(tmp_path, "1 m", CAMERA), "--plugin", witness, "--out", out, "--no-report", "--json")
     assert done.code == 1
     assert "proven in the believed world, but its first execution failed: " in done.err
     assert witness.with_suffix(".log").read_text().split() == ["believed", "real"]
@@ -91,6 +96,8 @@ def test_a_failed_execution_ends_it_with_the_reason(tmp_path: Path, plugin: Plug
     assert (summary["solved"], summary["proven"], summary["execution"]["succeeded"]) == (False, True, False)
     assert summary["reason"].startswith("first execution: ")
     assert "after 1.Grasping 'grasps(Gripper, Patient)' does not hold" in (out / "execution" / "verdict.json").read_text()
+    checks = summary["execution"]["checks"]
+    assert checks["looks"] == "could not be seen" and not checks["notices"], "the hand is where the block should be"
     again = run("resolve", tmp_path / "lift.yaml", "--plugin", witness, "--out", out, "--no-report")
     assert again.code == 1, "a run that failed is not complete"
 
@@ -98,9 +105,11 @@ def test_a_failed_execution_ends_it_with_the_reason(tmp_path: Path, plugin: Plug
 @pytest.mark.heavy
 def test_what_succeeded_at_the_first_execution_says_so(tmp_path: Path, run: Run) -> None:
     out = tmp_path / "run"
-    done = run("resolve", lift(tmp_path, "2 mm"), "--out", out)
+    done = run("resolve", lift(tmp_path, "2 mm", CAMERA), "--out", out)
     assert done.code == 0 and "Solved at the first execution: Grasping -> PickingUp" in done.out
+    assert "Seen by the camera, at rest: the goal looks reached: of " in done.out
     page = (out / "report.html").read_text()
+    assert "took 2 pictures of this run" in page and "the goal looks reached" in page
     assert "Program proven, first execution succeeded" in page and "The first execution" in page
     worlds = [json.loads((out / at / "world.json").read_text())["things"][1]["pose"] for at in ("", "execution")]
     assert worlds[0] != worlds[1]
@@ -146,7 +155,7 @@ PLACED = SCENARIO.replace("  - {{task: PickingUp, Locatum: block, Relatum: floor
 @pytest.fixture
 def placed(tmp_path: Path) -> tuple[Engine, Solution, Setting]:
     path = tmp_path / "placed.yaml"
-    path.write_text(PLACED.format(error="2 mm"))
+    path.write_text(PLACED.format(error="2 mm") + CAMERA)
     engine = Engine()
     solution = next(engine.resolve(read_scenario(path)))
     return engine, solution, solution.setting
@@ -161,3 +170,23 @@ def test_where_it_goes_on_is_known_after_the_execution_only(placed: tuple[Engine
     assert before.real is not None and after.real is not None
     assert after.world.thing("block").pose != before.world.thing("block").pose
     assert after.real.thing("block").pose not in (before.real.thing("block").pose, after.world.thing("block").pose)
+
+
+def checked(engine: Engine, solution: Solution) -> PictureChecks:
+    """What the camera tells of the execution of a solution."""
+    execution = engine.execute(solution).execution
+    assert execution is not None and execution.checks is not None
+    return execution.checks
+
+
+@pytest.mark.heavy
+def test_pictures_tell_whether_a_thing_is_where_it_was_put(placed: tuple[Engine, Solution, Setting]) -> None:
+    engine, solution, setting = placed
+    checks = checked(engine, solution)
+    assert checks.looks is Looks.REACHED and not checks.notices, str(checks)
+    assert [p.task for p in checks.pictures] == ["1.Grasping", "2.PickingUp", ""]
+    fallen = Fault(FaultKind.MOVED, "block", by=(0.0, 0.1, 0.0), trigger=Trigger(line="Retracting"))
+    real = replace(setting.real, faults=(fallen,))
+    checks = checked(engine, replace(solution, setting=replace(setting, real=real)))
+    assert checks.looks is Looks.MISSED, str(checks)
+    assert [(n.kind, n.thing, n.step) for n in checks.notices] == [(Deviation.MOVED, "block", "")]

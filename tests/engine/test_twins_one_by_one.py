@@ -36,11 +36,14 @@ from cramlite.model import (
 )
 from cramlite.model.remedy import Remedy
 from cramlite.model.twins.error_model import NO_ERRORS
-from cramlite.perception.active_perception import Look, Picture
+from cramlite.perception.active_perception import Look, Picture, _with, ask
+from cramlite.perception.query import ObjectQuery
 from cramlite.plugin import Candidate
 from cramlite.plugin.selection import INSTALLED
 from cramlite.scenario.twin import draw_twin
 from cramlite_plugins.kinematics.kinematics import forward
+from cramlite_plugins.locations.viewpoints import looking_at
+from cramlite_plugins.objects.products_and_fixtures import hanger
 from cramlite_plugins.robots.ur5e import UR5E
 
 NOMINAL = Verdict((Finding("nominal", True, "it was accepted"),))
@@ -261,6 +264,21 @@ def test_what_a_camera_saw_is_as_uncertain_as_where_the_camera_is() -> None:
     assert sigma(0.5, PoseError(0.003)) == pytest.approx(math.hypot(0.002, 2 * 0.003 / math.sqrt(5)))
     assert sigma(1.0, PoseError(0.0, 0.01)) == pytest.approx(math.hypot(0.002, 2 * 0.01 / math.sqrt(5)))
     assert sigma(1.0, PoseError(0.003, 0.01)) > sigma(0.5, PoseError(0.003, 0.01)) > sigma(0.5, PoseError(0.003))
+
+
+@pytest.mark.parametrize(("off", "sigma"), [(0.002, 0.002), (0.1, 2 * 0.002 / math.sqrt(5))])
+def test_a_fixture_that_no_picture_locates_is_as_uncertain_as_the_map(off: float, sigma: float) -> None:
+    real = hanger("hook", Pose((0.87, 0.0, 0.45), (0, 0, 0, 1)))
+    hook = replace(real, pose=Pose((0.87, off, 0.45), (0, 0, 0, 1)))
+    eye = Camera(looking_at((0.4, -0.25, 0.62), (0.8, 0, 0.42)))
+    view = engine().knowledge.simulator.look(World((real,)), {}, eye, seed=0)
+    said = ask(ObjectQuery(wanted=("refined",)), view, (hook,), engine().knowledge)
+    before = replace(looked(eye), pictures=(), estimates={})
+    seen = _with(before, Picture(view, eye, (hook,), perceived=said), engine().knowledge)
+    doubts = ProofDoubts(errors=replace(NO_ERRORS, pose=PoseError(0.002), scale=2.0))
+    found = replace(BELIEVED, world=World((hook,), BELIEVED.world.robots), look=seen, doubts=doubts).belief().poses["hook"]
+    assert found.sigma == pytest.approx(sigma), found.source
+    assert ("not located by the camera: 0 points on its peg" in found.source) == (off > 0.01) == ("hook" in seen.unlocated)
 
 
 def test_where_the_camera_was() -> None:

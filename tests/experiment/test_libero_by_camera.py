@@ -105,6 +105,7 @@ def test_kinds_stand_where_they_were_seen_joints_and_all(kinds: dict[str, Path])
     assert np.allclose(data.body("chest_1_main").xpos[:2], chest.position[:2])
     top = data.geom("table_top").xpos[2] + model.geom("table_top").size[2]
     assert data.body("cup_1_main").xpos[2] - 0.04 == pytest.approx(top, abs=1e-6), "what rests on the table rests on it"
+    assert data.body("chest_1_main").xpos[2] == pytest.approx(chest.position[2], abs=1e-6), "what is fixed is where it was seen"
     assert model.joint("chest_1_slide").range.tolist() == [0, 0.2]
     assert all(model.geom_contype), "what only looks is left out"
 

@@ -1,4 +1,4 @@
-"""Processor time of the tests by folder: printed at the end of a run, and added to the file that CRAMLITE_TEST_TIMES names."""
+"""Processor time of the tests, by folder and of the longest: printed after a run, added to the file that CRAMLITE_TEST_TIMES names."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ import pytest
 
 ASKED = "CRAMLITE_TEST_TIMES"
 """Environment variable that names the file to which the processor times are added."""
+LONGEST = 20
+"""How many tests are listed one by one."""
 PARTS = {"plugins": 3}
 """Folders of tests whose subfolders are counted separately -> number of path parts of the subfolders."""
 
@@ -24,7 +26,7 @@ class Times:
 
     def __init__(self, path: Path, marks: str) -> None:
         self.path, self.marks = path, marks
-        self.seconds, self.count, self._last = Counter[str](), Counter[str](), spent()
+        self.seconds, self.count, self.tests, self._last = Counter[str](), Counter[str](), Counter[str](), spent()
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(self) -> Generator[None, Any, Any]:
@@ -36,8 +38,9 @@ class Times:
 
     def pytest_runtest_logreport(self, report: Any) -> None:
         """Add the processor time of a report of this process or of a worker to the sums."""
-        folder = folder_of(report.nodeid)
-        self.seconds[folder] += getattr(report, "processor", 0.0)
+        folder, seconds = folder_of(report.nodeid), getattr(report, "processor", 0.0)
+        self.seconds[folder] += seconds
+        self.tests[report.nodeid] += seconds
         self.count[folder] += report.when == "call"
 
     def pytest_terminal_summary(self, terminalreporter: Any) -> None:
@@ -48,10 +51,11 @@ class Times:
             file.write(self.table() + "\n\n")
 
     def table(self) -> str:
-        """Return one line for each folder, the longest first."""
+        """Return one line for each folder, the longest first, then one for each of the longest tests."""
         head = f"processor time by folder ({self.marks or 'all tests'}): {self.seconds.total():.0f} s, {self.count.total()} tests"
         rows = [f"{seconds:8.1f} s {self.count[name]:6} tests  {name}" for name, seconds in self.seconds.most_common()]
-        return "\n".join((head, *rows))
+        longest = [f"{seconds:8.1f} s  {name}" for name, seconds in self.tests.most_common(LONGEST)]
+        return "\n".join((head, *rows, f"the {len(longest)} longest tests", *longest))
 
 
 def spent() -> float:

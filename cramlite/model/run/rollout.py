@@ -178,17 +178,23 @@ def world_after_run(rollout: Rollout, world: World) -> World:
 
     Loose fillings are as at the start.
     """
+    return world_in_run(rollout, world, -1)
+
+
+def world_in_run(rollout: Rollout, world: World, sample: int) -> World:
+    """Return a world as it is at one sample of a run: its things and robot at their poses then; -1 for the end."""
     mount = world.robots[0]
-    joints, opening = tuple(map(float, rollout.joints[-1])), float(rollout.opening[-1])
-    mount = replace(mount, base=_end(rollout, str(EntityName(mount.name, "base")), mount.base), joints=joints, opening=opening)
-    ends = {t.name: _end(rollout, t.name, t.pose) for t in world.things if t.movable}
-    return replace(world.put(ends), robots=(mount, *world.robots[1:]))
+    joints, opening = tuple(map(float, rollout.joints[sample])), float(rollout.opening[sample])
+    base = _pose(rollout, str(EntityName(mount.name, "base")), mount.base, sample)
+    mount = replace(mount, base=base, joints=joints, opening=opening)
+    poses = {t.name: _pose(rollout, t.name, t.pose, sample) for t in world.things if t.movable}
+    return replace(world.put(poses), robots=(mount, *world.robots[1:]))
 
 
-def _end(rollout: Rollout, name: str, before: Pose) -> Pose:
+def _pose(rollout: Rollout, name: str, before: Pose, sample: int) -> Pose:
     if name not in rollout.poses:
         return before
-    return Pose.from_row(rollout.poses[name][-1])
+    return Pose.from_row(rollout.poses[name][sample])
 
 
 _ARRAYS = ("times", "joints", "wrench", "opening", "lines")

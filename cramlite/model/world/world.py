@@ -315,6 +315,8 @@ class Camera(Value):
         joints: of that robot when it looks [rad].
         intrinsics: of its image.
         noise: errors of its depth and colour, times those of a D435; 0 for none.
+        checks: when pictures of an executed program are compared with its proof: never ("none"), at rest ("end"), or after each
+            task and at rest ("tasks").
     """
 
     pose: Pose
@@ -322,6 +324,7 @@ class Camera(Value):
     joints: tuple[float, ...] = ()
     intrinsics: Intrinsics = D435
     noise: float = 1.0
+    checks: Literal["none", "end", "tasks"] = "none"
 
     @property
     def name(self) -> str:

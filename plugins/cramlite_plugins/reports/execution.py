@@ -27,4 +27,4 @@ def render(done: Finished) -> str:
     there = replace(done.solution, candidate=execution.candidate)
     frames = filmstrip(replace(done, shown=there), spans(there))
     findings = sorted(execution.verdict.findings, key=lambda f: f.passed)
-    return fill("execution", verdict=execution.verdict, findings=findings, frames=frames)
+    return fill("execution", verdict=execution.verdict, findings=findings, frames=frames, checks=execution.checks)

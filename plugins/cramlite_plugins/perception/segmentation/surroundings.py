@@ -19,21 +19,13 @@ def refined(inputs: Inputs) -> Mapping[str, Any]:
     """Refine the positions of fixtures with a peg by point-to-surface registration of the translation.
 
     Source: Besl and McKay, PAMI 14, 1992. Thin parts and flat ones count the same, so that the panel, with a hundred times
-    the points, says how far away it is, and the peg says the rest.
+    the points, says how far away it is, and the peg says the rest. A fixture that is not located has the value None, with the reason.
     """
-    found = {}
-    whys = []
-    for thing in inputs["fixtures"]:
-        if thing.feature("vrps:Peg") is None:
-            continue
-        moved = _refined(thing, inputs)
-        if isinstance(moved, Judged):
-            found[thing.name] = moved
-        else:
-            whys.append(f"'{thing.name}': {moved}")
-    if not found:
-        raise Unresolvable("; ".join(whys) or "no fixture has a peg")
-    return {"refined": found}
+    pegs = [t for t in inputs["fixtures"] if t.feature("vrps:Peg") is not None]
+    if not pegs:
+        raise Unresolvable("no fixture has a peg")
+    found = {t.name: _refined(t, inputs) for t in pegs}
+    return {"refined": {n: j if isinstance(j, Judged) else Judged(None, 0.0, j) for n, j in found.items()}}
 
 
 def _refined(thing: Thing, inputs: Inputs) -> Judged | str:
