@@ -81,6 +81,7 @@ class SymbolicWorld(Value):
         types: thing, or "thing/feature" -> class.
         held: things that are in the hand at some time of the task in question.
         in_hand: what is held at the start; "" for nothing.
+        kept: things that no task may move.
     """
 
     world: World
@@ -89,6 +90,7 @@ class SymbolicWorld(Value):
     types: Mapping[str, str]
     held: frozenset[str] = frozenset()
     in_hand: str = ""
+    kept: frozenset[str] = frozenset()
 
     @property
     def entities(self) -> tuple[str, ...]:

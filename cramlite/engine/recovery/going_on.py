@@ -24,6 +24,7 @@ from ...model.run.readings import Deviation, Notice
 from ...model.run.rollout import world_after_run
 from ...planning.failure import brief_failure_text, failure_text
 from ...planning.search.budget import Budget, budget_of
+from ...planning.search.search import Effort, WholeWork
 from ...planning.symbolic.planning_problem import planning_problem
 from ...planning.task_goals import Goal
 from ...planning.trace import Trace
@@ -31,7 +32,7 @@ from ...scenario.faults import foreseen
 from ..candidates import attempts
 from ..search_in_setting import search_in
 from .expectation import EXACT, SIGMAS, Noise, RunWatch, expectation
-from .next_program import Stopped, at_once, attempt_of, next_program
+from .next_program import Stopped, at_last, at_once, attempt_of, next_program
 from .read_belief import STILL, real_after, setting_as_read, world_as_read
 from .replanning import BACK, Attempt, Round, Say
 from .rest_of_plan import rests_of_plan
@@ -283,7 +284,7 @@ class GoingOn:
             return None, REACHED
         stopped = Stopped(done, notice, watch, self.setting, real_after(done.rollout, done.attempt.world, holds))
         whole, knowledge = budget_of(self.scenario), self.engine.knowledge
-        budgets = at_once(whole), whole
+        budgets = at_once(whole), at_last(whole)
         found, why = next_program(stopped, lambda budget: self._candidates(done, budget), budgets, knowledge, self.seed, self.trace)
         return found, why if found else f"{why} {self._failure(self.trace, self.engine.registry.faults)}"
 
@@ -309,8 +310,9 @@ class GoingOn:
             except UserError as error:
                 self.trace.add(0, "goal", " and ".join(self.goal), "impossible", "engine", str(error), kind="goal")
             return
+        whole = WholeWork(budget.work)
         for plan in rests_of_plan(done.attempt.plan, self.at, self.step, setting, engine.knowledge):
-            search = search_in(setting, engine.knowledge, budget, self.trace)
+            search = search_in(setting, engine.knowledge, budget, self.trace, effort=Effort(whole=whole))
             yield from (c for c, verdict in attempts(search, plan, setting, engine.knowledge, engine.executors) if verdict.passed)
 
 
