@@ -5,7 +5,8 @@
 Each scenario runs in a process of its own. "start" is all until the engine is there, "world" the setting with what a camera sees; the
 others are the stages of the search (``Trace.seconds``). Runs in twins are in other processes: their time is the sum of all.
 
-``--before`` names the Python of an environment with an earlier version: its ``cramlite resolve`` is measured beside, with all that it starts and writes.
+``--before`` names the Python of an environment with an earlier version: its ``cramlite resolve`` is measured beside, with all that it
+starts and writes.
 """
 
 from __future__ import annotations
