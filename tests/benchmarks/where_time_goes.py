@@ -5,7 +5,8 @@
 Each scenario runs in a process of its own. "start" is all until the engine is there, "world" the setting with what a camera sees; the
 others are the stages of the search (``Trace.seconds``). Runs in twins are in other processes: their time is the sum of all.
 
-``--before`` names the Python of an environment with an earlier version: its ``cramlite resolve`` is measured beside, as a whole.
+``--before`` names the Python of an environment with an earlier version: its ``cramlite resolve`` is measured beside, with all that it
+starts and writes.
 """
 
 from __future__ import annotations
@@ -59,7 +60,7 @@ def earlier(name: str, seed: int, python: str) -> dict[str, Stages]:
     """Resolve a scenario by the command line of another environment; return CPU seconds of all its processes."""
     with tempfile.TemporaryDirectory() as folder:
         began = sum(os.times()[2:4])
-        command = [python, "-m", "cramlite", "resolve", name, "--seed", str(seed), "--no-report", "--out", folder]
+        command = [os.path.abspath(python), "-m", "cramlite", "resolve", name, "--seed", str(seed), "--no-report", "--out", folder]
         subprocess.run(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=True)
         return {"before": {"resolve": sum(os.times()[2:4]) - began}}
 
