@@ -147,8 +147,9 @@ def _report_nothing(job: _Job, tried: Solution | None) -> None:
 def _changes(scenario: Scenario, setting: Setting, engine: Engine, *, json_output: bool) -> str:
     """Changes that would make a scenario solvable, as lines to be printed after the refusal."""
     found = relaxations(scenario, setting, engine, lambda _: None if json_output else print(f"tried: {_}", flush=True))
-    lines = [f"\n  The scenario could be solved if you brought {r}." for r in found]
-    return "".join(lines) or "\n  No declared change makes it solvable: neither base nor things, by up to 0.64 m."
+    lines = [f"\n  The scenario could be solved if you {r}." for r in found]
+    none = "neither base nor things, by up to 0.64 m, nor a gripper up to twice as wide"
+    return "".join(lines) or f"\n  No declared change makes it solvable: {none}."
 
 
 def _no_solution(job: _Job, *, json_output: bool, verbose: bool, relax: bool) -> NoSolution | PluginError | Interrupted:
@@ -292,6 +293,6 @@ def add_commands(add: Add) -> None:
     resolve.add_argument("--verbose", action="store_true", help="where nothing is proven, print every cause and not the first alone")
     resolve.add_argument(
         "--relax", action="store_true",
-        help="where nothing is proven, also look for the smallest change that makes it solvable: base or things, in steps of 20 mm",
+        help="also look for the smallest change that solves an unsolved scenario: base or things in steps of 20 mm, or a wider gripper",
     )
     resolve.add_argument("--json", action="store_true", help="print the result as JSON")

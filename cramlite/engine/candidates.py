@@ -16,7 +16,7 @@ from ..planning.heartbeat import Heartbeat
 from ..planning.refutation import refutation
 from ..planning.search.answers import Answers
 from ..planning.search.budget import Budget
-from ..planning.search.search import Effort, Search
+from ..planning.search.search import WORK_SPENT, Effort, Search, WholeWork
 from .late_poses import parametric
 from .proof.executor_group import group_of
 from .proof.program_time import about
@@ -98,8 +98,9 @@ class CandidateSequence(Value, eq=False):
     def wider(self) -> CandidateSequence | None:
         """Return this task sequence, to be searched again with more alternatives of each designator; None if
         no alternative was left out, or the budget is spent."""
-        left = self.effort.proofs < self.budget.proofs and self.effort.expanded < self.budget.expansions
-        return replace(self, effort=self.effort.widened()) if self.effort.capped and left else None
+        spent, most = self.effort, self.budget
+        left = spent.proofs < most.proofs and spent.expanded < most.expansions and not spent.whole.spent
+        return replace(self, effort=spent.widened()) if spent.capped and left else None
 
     @property
     def doubted(self) -> list[tuple[int, Match]]:
@@ -175,7 +176,7 @@ def _attempts(
 ) -> Iterator[tuple[Candidate, Verdict]]:
     budget, trace, progress = search.budget, search.trace, search.progress
     states, conflict, unproven, proven = search.solve(setting.start(plan)), None, set[object](), False
-    while search.effort.proofs < budget.proofs:
+    while search.effort.proofs < budget.proofs and not search.effort.whole.spent:
         try:
             with trace.watch("planning"):
                 state = states.send(conflict)
@@ -184,7 +185,7 @@ def _attempts(
                 trace.refuted(str(plan), refutation(search.refuted))
             return
         candidate = _candidate(plan, state, setting, knowledge)
-        search.effort.proofs += 1
+        search.effort.prove()
         candidate, verdict = _judged(candidate, search, setting, knowledge, group)
         trace.add(
             0, "proof", str(plan), "proven" if verdict.passed else "failed", setting.backend.name, verdict.reason,
@@ -199,6 +200,9 @@ def _attempts(
         proven |= verdict.passed
     if not proven:
         trace.refuted(str(plan), refutation(unproven))
+    if search.effort.whole.spent:
+        trace.spent("work", budget.work, WORK_SPENT)
+        return
     reason = f"proofs = {budget.proofs}: so many programs were made, the budget of one task sequence"
     trace.spent("proofs", budget.proofs, reason)
 
@@ -257,12 +261,14 @@ def _candidate(plan: Plan, state: State, setting: Setting, knowledge: Knowledge)
 
 
 def to_try(
-    plans: Iterable[tuple[Plan, TaskSequence | None]], most: int, trace: Trace
+    plans: Iterable[tuple[Plan, TaskSequence | None]], most: int, trace: Trace, whole: WholeWork
 ) -> Iterator[tuple[int, Plan, TaskSequence | None]]:
-    """Yield plans, numbered from 1, until the budget of task sequences is spent, which the trace then records."""
-    for number, (plan, sequence) in enumerate(plans, 1):
+    """Yield plans, numbered from 1, until the budget of task sequences, which the trace then records, or that of work is spent."""
+    given, number = iter(plans), 0
+    while not whole.spent and (found := next(given, None)) is not None:
+        number += 1
         if number > most:
             trace.spent("sequences", most, f"{most} task sequences were tried, the rest left out")
             return
         trace.candidate = number
-        yield number, plan, sequence
+        yield number, *found

@@ -293,18 +293,19 @@ class Engine:
         stop: Stop,
     ) -> Iterator[CandidateSequence]:  # fmt: skip
         from ..planning.search.answers import Answers
+        from ..planning.search.search import Effort, WholeWork
         from .candidates import CandidateSequence, doubted_last, to_try
 
         engine = self._for(reading.goal)
         with working("building the world, with what the camera sees"):
             setting = engine._setting(reading, setting, seed)
         plans = engine.plans(reading, setting, trace, progress)
-        answers, tried = Answers(), list[CandidateSequence]()
+        answers, tried, whole = Answers(), list[CandidateSequence](), WholeWork(budget.work)
         planned = trace.watch.over("planning", plans)
-        for number, plan, sequence in to_try(doubted_last(planned, tried, trace), budget.sequences, trace):
+        for number, plan, sequence in to_try(doubted_last(planned, tried, trace), budget.sequences, trace, whole):
             tried.append(CandidateSequence(
                 number, plan, sequence, reading, setting, engine.knowledge, budget, trace, progress, stop, answers,
-                group=engine.executors,
+                Effort(whole=whole), engine.executors,
             ))  # fmt: skip
             yield tried[-1]
         while tried:

@@ -116,9 +116,10 @@ class Setting(Value):
         return Estimate(self.world.thing(name).pose, sigma, f"known from the scenario, not located by the camera: {why}")
 
     def symbolic(self, taxonomy: Taxonomy) -> SymbolicWorld:
-        """Return the symbolic state at the start for task planning: things, relations, and the thing in the hand."""
+        """Return the symbolic state at the start for task planning: things, relations, the thing in the hand, and things
+        that no task may move."""
         holds = next((robot.holds.thing for robot in self.world.robots if robot.holds), "")
-        return replace(symbolic_world(self.now, taxonomy, self.relations), in_hand=holds)
+        return replace(symbolic_world(self.now, taxonomy, self.relations), in_hand=holds, kept=frozenset(dict(self.limits.keep)))
 
     @property
     def now(self) -> World:
@@ -157,7 +158,7 @@ def with_load(setting: Setting, knowledge: Knowledge) -> Setting:
     if not held:
         return replace(setting, carried=())
     grounder = Grounder(setting.symbolic(knowledge.taxonomy), knowledge.predicates)
-    pairs = [grounder.fluents.carries(f) for f in sorted(grounder.initial()) if grounder.fluents[f[0]].carrier is not None]
+    pairs = [grounder.fluents.carries(f) for f in sorted(grounder.initial) if grounder.fluents[f[0]].carrier is not None]
     found, new = [held], [held]
     while new:
         new = [above for below, above in dict.fromkeys(pairs) if below in new and above not in found]

@@ -60,7 +60,9 @@ if TYPE_CHECKING:
         Vector3 as Vector3,
         vector3 as vector3,
         quaternion_product as quaternion_product,
+        rotations as rotations,
         rotvec_quaternion as rotvec_quaternion,
+        seen_from as seen_from,
     )
     from .handover import Handover as Handover
     from .imported_robot import ImportedRobot as ImportedRobot

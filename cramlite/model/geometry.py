@@ -155,6 +155,22 @@ def vector3(values: ArrayLike) -> Vector3:
     return (x, y, z)
 
 
+def rotations(quaternions: Floats) -> Floats:
+    """Return the rotation matrices (N, 3, 3) of quaternions (N, 4) as (w, x, y, z), of any length but 0."""
+    w, x, y, z = (quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)).T
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), -1, 0)
+
+
+def seen_from(frames: Floats, points: Floats) -> Floats:
+    """Transform points (N, 3) of the world into one frame each, of poses (N, 7) as position and quaternion (w, x, y, z) [m]."""
+    return np.asarray(np.einsum("ni,nij->nj", points - frames[:, :3], rotations(frames[:, 3:])))
+
+
 def quaternion_product(a: Quaternion, b: Quaternion) -> Quaternion:
     """Multiply two quaternions (w, x, y, z): the rotation b, followed by a."""
     (p, q, r, s), (w, x, y, z) = a, b

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from copy import copy
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -73,6 +74,12 @@ class Knowledge:
     def robots(self) -> Mapping[str, Robot]:
         """Type of a robot -> robot model."""
         return self.registry.named("robots", "type")
+
+    def with_robot(self, robot: Robot) -> Knowledge:
+        """Return this knowledge with another model for a robot's type."""
+        changed = copy(self)
+        changed.__dict__["robots"] = {**self.robots, robot.type: robot}
+        return changed
 
     def robots_of(self, world: World) -> Mapping[str, Robot]:
         """Return robot type -> robot model: those of plugins, and those of a world's robots that are read

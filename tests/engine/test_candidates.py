@@ -9,6 +9,7 @@ from cramlite import Budget, Engine, Interpretation, Setting, Trace, find_scenar
 from cramlite.engine.recording import record_episode
 from cramlite.model import Episode
 from cramlite.planning.refutation import InTask
+from cramlite.planning.search.budget import PROOF
 from cramlite.planning.task_sequences import plans_from_interpretation
 
 ENGINE = Engine()
@@ -75,6 +76,15 @@ def touched(tmp_path_factory: pytest.TempPathFactory) -> Episode:
 @pytest.fixture(scope="module")
 def setting() -> Setting:
     return ENGINE.setting(read_scenario(find_scenario("fetch_from_hanger")), seed=1007, twins=0)
+
+
+@pytest.mark.parametrize(("work", "proofs"), [(PROOF // 2, 0), (3 * PROOF // 2, 1)])
+def test_a_budget_of_work_is_one_for_all_task_sequences(setting: Setting, work: int, proofs: int) -> None:
+    """A proof counts as many expansions; what is used up ends the sequence under way, and no other is begun."""
+    scenario, trace = read_scenario(find_scenario("fetch_from_hanger")), Trace()
+    found = ENGINE.candidates(scenario, setting=setting, budget=Budget(work=work), trace=trace)
+    assert [sum(1 for _ in candidate.attempts()) for candidate in found] == [proofs]
+    assert [e.numbers for e in trace.entries if "work" in e.numbers] == [{"work": work}]
 
 
 def test_a_reading_that_the_validators_of_every_program_objected_to_is_put_off(touched: Episode, setting: Setting) -> None:

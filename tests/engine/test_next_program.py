@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +12,7 @@ from engine.test_going_on_decisions import COUNT, ended, made, watch
 from helpers.short_runs import good
 from msgspec.structs import replace
 
-from cramlite.engine.recovery.next_program import AT_ONCE, Stopped, at_once, next_program
+from cramlite.engine.recovery.next_program import AT_LAST, AT_ONCE, Stopped, at_last, at_once, next_program
 from cramlite.engine.recovery.replanning import BACK, Attempt
 from cramlite.model import Deviation, Notice
 from cramlite.planning.search.budget import Budget, budget_of
@@ -64,7 +64,10 @@ def test_no_search_is_made_twice(step: str, budgets: tuple[Budget, Budget], tmp_
     assert followed(tmp_path, step, moves=step == BACK, proven=False, budgets=budgets)[2] == [WHOLE]
 
 
-def test_the_small_budget_is_no_larger_than_the_whole(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("smaller", "limits"), [(at_once, AT_ONCE), (at_last, AT_LAST)])
+def test_a_budget_after_a_stop_is_no_larger_than_the_whole(
+    smaller: Callable[[Budget], Budget], limits: Mapping[str, int], tmp_path: Path
+) -> None:
     whole = budget_of(made(tmp_path, GOAL).scenario)
-    assert all(getattr(at_once(whole), name) == most < getattr(whole, name) for name, most in AT_ONCE.items())
-    assert at_once(replace(whole, expansions=9)).expansions == 9
+    assert whole.work == 0 and {name: getattr(smaller(whole), name) for name in limits} == limits
+    assert smaller(replace(whole, work=9)).work == 9 and at_once(replace(whole, expansions=9)).expansions == 9

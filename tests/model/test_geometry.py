@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cramlite.model import Pose
+from cramlite.model import Pose, seen_from
 
 number = st.floats(-10, 10, allow_nan=False, width=32)
 vector = st.tuples(number, number, number)
@@ -62,6 +62,13 @@ def test_distance_is_the_angle(position: tuple[float, float, float], angle: floa
     metres, radians = Pose(position).distance(Pose.from_rotvec(position, (0, 0, angle)))
     assert metres == 0
     assert radians == pytest.approx(abs(angle), abs=1e-6)
+
+
+@given(pose, pose)
+def test_points_are_seen_from_frames(a: Pose, b: Pose) -> None:
+    frames = np.array([(*p.position, *p.quaternion) for p in (a, b)])
+    points = np.array([b.position, a.position])
+    assert seen_from(frames, points) == pytest.approx(np.array([(a.inverse() * b).position, (b.inverse() * a).position]), abs=1e-9)
 
 
 def test_axes() -> None:

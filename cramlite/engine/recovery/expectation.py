@@ -13,7 +13,7 @@ from msgspec.structs import replace
 
 from ...base.value import Value
 from ...model.entity_name import thing_of
-from ...model.geometry import Floats, Pose
+from ...model.geometry import Floats, Pose, seen_from
 from ...model.run.readings import Deviation, Notice, Readings
 
 if TYPE_CHECKING:
@@ -151,9 +151,7 @@ def expectation(proof: Rollout, steps: Mapping[int, str]) -> Expectation:
 
 def _in(tool: Floats, track: Floats) -> Floats:
     """Return the positions of a pose track (N, 7) in the frames of another pose track (N, 7): (N, 3) [m]."""
-    from scipy.spatial.transform import Rotation
-
-    return np.asarray(Rotation.from_quat(tool[:, 3:], scalar_first=True).inv().apply(track[:, :3] - tool[:, :3]))
+    return seen_from(tool, track[:, :3])
 
 
 def _held(proof: Rollout, sample: int) -> str:

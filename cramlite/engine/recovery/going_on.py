@@ -24,6 +24,7 @@ from ...model.run.readings import Deviation, Notice
 from ...model.run.rollout import world_after_run
 from ...planning.failure import brief_failure_text, failure_text
 from ...planning.search.budget import Budget, budget_of
+from ...planning.search.search import Effort, WholeWork
 from ...planning.symbolic.planning_problem import planning_problem
 from ...planning.task_goals import Goal
 from ...planning.trace import Trace
@@ -31,7 +32,8 @@ from ...scenario.faults import foreseen
 from ..candidates import attempts
 from ..search_in_setting import search_in
 from .expectation import EXACT, SIGMAS, Noise, RunWatch, expectation
-from .next_program import Stopped, at_once, attempt_of, next_program
+from .next_program import Stopped, at_last, at_once, attempt_of, next_program
+from .open_stages import stage_program
 from .read_belief import STILL, real_after, setting_as_read, world_as_read
 from .replanning import BACK, Attempt, Round, Say
 from .rest_of_plan import rests_of_plan
@@ -50,7 +52,6 @@ STOPS = {"halted": Deviation.REFUSED, "protective stop": Deviation.STOPPED, "kil
 
 ACKNOWLEDGED = "a protective stop is acknowledged by a person, who has looked why; execute again with --replan then"
 REACHED = "the goal holds as things are"
-CLOSED = "what comes then cannot be done as things are"
 SAME = 2
 """Largest number of times that a new program is sought after the same deviation in the same step."""
 TO_DO: Mapping[Deviation, str] = {
@@ -200,22 +201,10 @@ class GoingOn:
         Programs are proven in the world of the last readings. None, with the reasons, if none is found.
         """
         self._believe(done, watch)
-        number, self.opened, self.goal, why = self.opened, self.opened + 1, None, list[str]()
+        number, self.opened, self.goal = self.opened, self.opened + 1, None
         world = real_after(done.rollout, done.attempt.world, self.setting.world.robots[0].holds)
-        for key in ("do", "else"):
-            stage = self.scenario.stage(number, key)
-            if stage is None:
-                continue
-            trace = Trace()
-            try:
-                found = next(self.engine.resolve(stage, setting=self.setting, seed=self.seed, trace=trace), None)
-            except UserError as error:  # what it names is not there
-                why.append(str(error))
-                continue
-            if found is not None and found.candidate.code is not None:
-                return attempt_of(found.candidate, world), f"resolves what comes then ({key}): {found.plan}"
-            why.append(self._failure(trace, self.engine.registry.faults))
-        return None, f"{CLOSED}. {' '.join(why)}"
+        found, why = stage_program(self.scenario, number, self.engine, self.seed, lambda _: self.setting, self._failure)
+        return (attempt_of(found.candidate, world) if found else None), why
 
     def _run(self, attempt: Attempt) -> tuple[RunWatch, Round]:
         knowledge, code = self.engine.knowledge, attempt.code
@@ -283,7 +272,7 @@ class GoingOn:
             return None, REACHED
         stopped = Stopped(done, notice, watch, self.setting, real_after(done.rollout, done.attempt.world, holds))
         whole, knowledge = budget_of(self.scenario), self.engine.knowledge
-        budgets = at_once(whole), whole
+        budgets = at_once(whole), at_last(whole)
         found, why = next_program(stopped, lambda budget: self._candidates(done, budget), budgets, knowledge, self.seed, self.trace)
         return found, why if found else f"{why} {self._failure(self.trace, self.engine.registry.faults)}"
 
@@ -309,8 +298,9 @@ class GoingOn:
             except UserError as error:
                 self.trace.add(0, "goal", " and ".join(self.goal), "impossible", "engine", str(error), kind="goal")
             return
+        whole = WholeWork(budget.work)
         for plan in rests_of_plan(done.attempt.plan, self.at, self.step, setting, engine.knowledge):
-            search = search_in(setting, engine.knowledge, budget, self.trace)
+            search = search_in(setting, engine.knowledge, budget, self.trace, effort=Effort(whole=whole))
             yield from (c for c, verdict in attempts(search, plan, setting, engine.knowledge, engine.executors) if verdict.passed)
 
 

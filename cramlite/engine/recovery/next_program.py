@@ -6,7 +6,7 @@ Each is proven in the believed world before anything moves.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
@@ -30,8 +30,11 @@ if TYPE_CHECKING:
     from ..setting import Setting
     from .expectation import RunWatch
 
-AT_ONCE = {"expansions": 50, "proofs": 2, "sequences": 3}
-"""Budget of the first search after a stop: searches that found a program from there took at most 32 expansions of a task sequence."""
+AT_ONCE = {"expansions": 50, "proofs": 2, "sequences": 3, "work": 200}
+"""Budget of the first search after a stop: searches that found a program from there took at most 32 expansions of a task sequence, and one
+proof."""
+AT_LAST = {"work": 1000}
+"""Budget of the last search after a stop, beside the scenario's: it fails within some 20 s of CPU."""
 Search = Callable[["Budget"], "Iterator[Candidate]"]
 """Search for proven programs that reach the rest of the goal, best first, within a budget."""
 
@@ -120,7 +123,17 @@ def _back(stopped: Stopped, knowledge: Knowledge, seed: int) -> Attempt | None:
 def at_once(whole: Budget) -> Budget:
     """Return the small budget of the first search after a stop: the arm should rather go back the way it came
     than wait for a longer search."""
-    return replace(whole, **{name: min(most, getattr(whole, name)) for name, most in AT_ONCE.items()})
+    return _at_most(whole, AT_ONCE)
+
+
+def at_last(whole: Budget) -> Budget:
+    """Return the budget of the search that is the last thing to try after a stop."""
+    return _at_most(whole, AT_LAST)
+
+
+def _at_most(whole: Budget, limits: Mapping[str, int]) -> Budget:
+    """Return a budget lowered to some limits; 0 is no limit."""
+    return replace(whole, **{name: min(most, getattr(whole, name) or most) for name, most in limits.items()})
 
 
 def _moved(rollout: Rollout, name: str) -> float:

@@ -26,6 +26,12 @@ of four, seed 0, without twins), and a million seconds are 12 days. More is a sl
 WHY_NOT_MORE = "a million expansions take hours, a million proofs or seconds days"
 
 
+PROOF = 40
+"""Work of a proof, in expansions: the ratio of their costs (``MOST``)."""
+OPEN = ("seconds", "work")
+"""Budgets that are unlimited where they are 0."""
+
+
 class Budget(Value):
     """Limits on the work of a search, counted rather than timed: the same seed gives the same program on any machine.
 
@@ -35,6 +41,7 @@ class Budget(Value):
         proofs: fully grounded candidates that may be executed, over one task sequence.
         samples: of a sampling planner, per query.
         sequences: candidate task sequences that are tried.
+        work: of the whole search, over all task sequences: expansions, a proof counted as ``PROOF`` of them; 0 for no limit.
         seconds: of the whole search, which ends it wherever it then is; 0 for no limit. A slower machine may find less.
 
     Raises:
@@ -45,12 +52,13 @@ class Budget(Value):
     proofs: int = 8
     samples: int = 4000
     sequences: int = 12
+    work: int = 0
     seconds: int = 0
 
     def __post_init__(self) -> None:
         for name in self.__struct_fields__:
             value = getattr(self, name)
-            if name == "seconds" and value == 0 and not isinstance(value, bool):
+            if name in OPEN and value == 0 and not isinstance(value, bool):
                 continue
             if not isinstance(value, int) or isinstance(value, bool) or not 1 <= value <= MOST:
                 raise UserError(
@@ -81,7 +89,7 @@ def budget_from(asked: Mapping[str, int], where: Callable[[str], str]) -> Budget
         if key not in valid:
             right = f"it is called '{RENAMED[key]}' now" if key in RENAMED else nearest(key, valid)
             raise UserError(f"{where(key)}: no budget '{key}'; {right}.")
-        if value < 1 and (key, value) != ("seconds", 0):  # no limit, as in Python
+        if value < 1 and not (key in OPEN and value == 0):  # no limit, as in Python
             raise UserError(f"{where(key)}: a budget is at least 1, not {value}.")
         if value > MOST:
             raise UserError(f"{where(key)}: a budget is at most {MOST}, not {value!s:.40}: {WHY_NOT_MORE}.")

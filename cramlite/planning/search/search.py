@@ -23,13 +23,31 @@ from ..refutation import WHOLE, Capped, InTask, Later, Part, as_they_are
 from ..trace import Trace
 from .alternatives import Alternatives
 from .answers import Answers
-from .budget import Budget, BudgetSpent
+from .budget import PROOF, Budget, BudgetSpent
 from .choice_point import ChoicePoint, Conflict, Nogoods, key_of
 from .control_steps import state_after_mark
 from .state import Effect, State, ground_roles, renewed, state_after_action, state_after_choice
 
+WORK_SPENT = "the budget of work over all task sequences is used up"
+"""Reason why a search ended before its task sequences did."""
 Below = Generator[State, Conflict | None, Conflict]
 """Generator of grounded states below a choice: it receives the conflict set of each state, and returns their union."""
+
+
+class WholeWork(Struct):
+    """Work of a whole search so far, over all task sequences, in expansions.
+
+    Args:
+        most: its budget; 0 for no limit.
+    """
+
+    most: int = 0
+    done: int = 0
+
+    @property
+    def spent(self) -> bool:
+        """Whether the budget is used up."""
+        return 0 < self.most <= self.done
 
 
 class Effort(Struct):
@@ -41,6 +59,7 @@ class Effort(Struct):
         nogoods: choices that do not go together.
         capped: whether the last round left out alternatives, so that a wider one may find more.
         objected: tasks of the plan, from 1, that the validators of every program objected to; None before one ran.
+        whole: work that was spent on all task sequences.
     """
 
     breadth: int = 1
@@ -49,6 +68,17 @@ class Effort(Struct):
     nogoods: Nogoods = field(default_factory=Nogoods)
     capped: bool = False
     objected: frozenset[int] | None = None
+    whole: WholeWork = field(default_factory=WholeWork)
+
+    def expand(self) -> None:
+        """Count one more node that is expanded."""
+        self.expanded += 1
+        self.whole.done += 1
+
+    def prove(self) -> None:
+        """Count one more program that is run."""
+        self.proofs += 1
+        self.whole.done += PROOF
 
     def judged(self, conflict: Conflict) -> None:
         """Record the tasks of the plan to which the validators of a further program objected.
@@ -60,7 +90,7 @@ class Effort(Struct):
 
     def widened(self) -> Effort:
         """Return the record of work with which a wider search begins: it tries twice as many alternatives of each designator."""
-        return Effort(2 * self.breadth, self.expanded, self.proofs, self.nogoods.lasting())
+        return Effort(2 * self.breadth, self.expanded, self.proofs, self.nogoods.lasting(), whole=self.whole)
 
 
 class Search(Struct, dict=True):
@@ -260,8 +290,10 @@ class Search(Struct, dict=True):
             BudgetSpent: there are too many.
             Stopped: the caller no longer wants it.
         """
-        self.effort.expanded += 1
+        self.effort.expand()
         checkpoint()
+        if self.effort.whole.spent:
+            raise BudgetSpent("work", WORK_SPENT)
         if self.effort.expanded > self.budget.expansions:
             reason = f"{self.budget.expansions} nodes were expanded, the budget of one task sequence"
             raise BudgetSpent("expansions", reason)

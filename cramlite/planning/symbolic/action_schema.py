@@ -15,9 +15,10 @@ from ...base.value import Value
 from ...interpretation.conditions import OPERATORS, Atom, Compare, Condition, Not
 from ...interpretation.fluents import EFFECTOR, SymbolicWorld
 from ...interpretation.rules import Rule
-from ...model.entity_name import BETWEEN
+from ...model.entity_name import BETWEEN, thing_of
 from ...plugin.task_type import TaskType
 from ..operators import Change, Grounder, conditions_of, decided, doing, held_in, is_static, universal, variables
+from .handling import moved_by
 
 WHOLE = "_whole"
 """Suffix for the name of the thing to which the part in a parameter belongs: "?Relatum_whole/?Relatum"."""
@@ -134,7 +135,11 @@ def _schema(grounder: Grounder, rule: Rule, task: TaskType, fillers: Mapping[str
     fillers = {v: [e for e in found if v not in in_hand or grounder.can_be_held(e)] for v, found in fillers.items()}
     asked = [(p, given, then) for p, given, then in universal(clauses) if is_static(then)]
     change = grounder.change(rule, task, terms, any(p == "post" for p, _, _ in asked))
-    if change is None or not all(fillers.values()):
+    if change is None:
+        return None
+    moved, kept = moved_by(change, grounder.fluents), grounder.scene.kept
+    fillers = {v: [e for e in found if terms[v] not in moved or thing_of(e) not in kept] for v, found in fillers.items()}
+    if not all(fillers.values()):
         return None
     ask = _Tabulation(grounder.scene, fillers, terms, in_hand)
     tables = [ask.table(c) for _, c in clauses if is_static(c)]
@@ -142,8 +147,8 @@ def _schema(grounder: Grounder, rule: Rule, task: TaskType, fillers: Mapping[str
     if any(not t.terms and bool(t.rows) == t.denied for t in tables):
         return None
     every = {phase: tuple(ask.every(g, t) for p, g, t in asked if p == phase) for phase in ("pre", "post")}
-    kept = tuple({t.name: t for t in tables if t.terms}.values())
-    return ActionSchema(rule.task, terms, kept, change, every["pre"], every["post"], rule, LENGTH)
+    unlike = tuple({t.name: t for t in tables if t.terms}.values())
+    return ActionSchema(rule.task, terms, unlike, change, every["pre"], every["post"], rule, LENGTH)
 
 
 def _term(variable: str, kind: str) -> str:

@@ -13,7 +13,7 @@ from typing import Literal
 
 from ...base.value import Value
 from ...interpretation.fluents import EFFECTOR, Fact, Fluents, Pattern
-from ..operators import Operator
+from ..operators import Change, Operator
 
 Done = tuple[str, tuple[tuple[str, str], ...]]
 """A task that was done: its class, and the entity of each role."""
@@ -62,6 +62,12 @@ def handled(
     moved = alone | {str(e) for p in new for e in p[1:] if e in holds}
     settled -= holds
     return {e: Handling(e in takes, e in lets_go, e in moved, e in holds, e in settled) for e in sorted(holds | alone)}
+
+
+def moved_by(change: Change, fluents: Fluents) -> frozenset[str]:
+    """Return the things, or terms of an action schema, that a task holds or displaces."""
+    told = handled(change.needs, change.adds, change.removes, fluents, change.moves)
+    return frozenset(t for t, how in told.items() if how.holds or how.displaces)
 
 
 def done(step: Operator) -> Done:

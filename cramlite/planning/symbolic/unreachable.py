@@ -22,8 +22,16 @@ def why_unreachable(problem: PlanningProblem) -> str:
     missing = [f for f in sorted(problem.wanted.needs - problem.facts) if not any(may_make(s, a, f) for s, a in made)]
     missing = [f for f in missing if f not in problem.wanted.constraints]
     if missing:
-        return f"no task's rule makes {pattern_text(missing[0])} true with the things of this world{_unfit(problem, made, missing[0])}"
-    return "no sequence of tasks leads from the initial state to the goal, with whatever things"
+        why = _keeping(problem, map(thing_of, missing[0][1:])) or _unfit(problem, made, missing[0])
+        return f"no task's rule makes {pattern_text(missing[0])} true with the things of this world{why}"
+    why = _keeping(problem, problem.grounder.things)
+    return f"no sequence of tasks leads from the initial state to the goal, with whatever things{why}"
+
+
+def _keeping(problem: PlanningProblem, things: Iterable[str]) -> str:
+    """Return a clause that says which of some things must keep their place; "" if none must."""
+    kept = ", ".join(f"'{name}'" for name in sorted(problem.grounder.scene.kept.intersection(things)))
+    return f"; not to be moved (limits: keep): {kept}" if kept else ""
 
 
 def _unfit(problem: PlanningProblem, made: Iterable[tuple[ActionSchema, Fact]], fact: Fact) -> str:

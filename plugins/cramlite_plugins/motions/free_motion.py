@@ -48,6 +48,8 @@ def _transfer(motion: Motion, belief: Belief, context: Context) -> Groundings:
         yield Grounding((), "the arm is there already", key="there")
         return
     scene = make_scene(belief, context)
+    if (stuck := _stuck(motion, scene, belief, context)) is not None:
+        raise stuck
     goals, attempt, (speed, acceleration) = _goals(motion, place, belief, context, scene), 0, _pace(motion, context)
     if not place.reorients and (upright := load(belief, context)) is not None:
         try:
@@ -79,6 +81,19 @@ def _transfer(motion: Motion, belief: Belief, context: Context) -> Groundings:
         yield Grounding((step,), reason, cost, belief.moved(end), key=key, anew=True)
         left, attempt = [g for g in goals if math.dist(g, end) > 0.1], attempt + 1
         goals, again = [g for g in left if not _turned(g, end)], again + [g for g in left if _turned(g, end)]
+
+
+def _stuck(motion: Motion, scene: Any, belief: Belief, context: Context) -> Unresolvable | None:
+    """Return why an arm that has not moved yet cannot begin to, wherever it is led and however far its fingers open; None if it can."""
+    from ..motion_planning.planner import start_blocked
+
+    if belief.joints != context.mount.joints or (no := start_blocked(scene, belief.joints)) is None:
+        return None
+    low, high = context.robot.gripper.opening
+    if any(start_blocked(scene.opened(width), belief.joints) is None for width in ((low + high) / 2, high)):
+        return None
+    said = f"no path to {motion.to}: {no.reason}"
+    return Unresolvable.because_of_earlier_tasks(said, blocking=no.blocking, collision=no.collision)
 
 
 def _turned(one: Sequence[float], other: Sequence[float]) -> bool:

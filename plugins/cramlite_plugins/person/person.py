@@ -21,7 +21,7 @@ from msgspec import Struct, field
 from cramlite.model import Floats, Pose, Rollout
 from cramlite.plugin import UserError, checkpoint
 
-from ..simulation.model.compile import Compiled, unstable
+from ..simulation.model.compile import Compiled, divergence, unstable
 from ..simulation.model.hand_model import HandIndex
 from ..simulation.model.index import Data
 from ..simulation.recording.recorder import Recorder
@@ -221,7 +221,7 @@ class Person:
         for _ in range(max(round(1 / (CONTROL * self.compiled.model.opt.timestep)), 1)):
             mujoco.mj_step(self.compiled.model, self.data)
             self.recorder.observe(self.data)
-        if reason := unstable(self.data):
+        if reason := unstable(divergence(self.data)):
             raise UserError(f"the demonstration cannot be recorded: {reason}")
 
 

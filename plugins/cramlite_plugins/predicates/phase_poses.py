@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cramlite.model import Floats, Pose, Vector3, vector3
+from cramlite.model import Floats, Pose, Vector3, seen_from, vector3
 from cramlite.plugin import Phase, Timeline
 
 from ..shapes.bounds import box_around
@@ -110,7 +110,7 @@ def _gaps_at_boundaries(phase: Phase, name: str, other: str) -> dict[float, floa
     mine, its = _at_boundaries(phase, name), _at_boundaries(phase, other)
     if mine is None or its is None:
         return {}
-    seen = np.einsum("ni,nij->nj", its[:, :3] - mine[:, :3], rotations(mine[:, 3:]))
+    seen = seen_from(mine, its[:, :3])
     low, high = box_of(phase, name) or ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     outside = np.maximum(np.maximum(low - seen, seen - high), 0.0)
     return dict(zip(phase.timeline.cuts, np.linalg.norm(outside, axis=1).tolist(), strict=True))
@@ -127,17 +127,6 @@ def _at_boundaries(phase: Phase, name: str) -> Floats | None:
     entity = phase.timeline.entities.get(name)
     pose = pose_of(phase, name, phase.start) if entity is not None and entity.part_of is None else None
     return None if pose is None else np.tile((*pose.position, *pose.quaternion), (len(cuts), 1))
-
-
-def rotations(quaternions: Floats) -> Floats:
-    """Return the rotation matrices (N, 3, 3) of quaternions (N, 4) as (w, x, y, z), of any length but 0."""
-    w, x, y, z = (quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)).T
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.moveaxis(np.array(rows), -1, 0)
 
 
 def _distance(phase: Phase, name: str, other: str, time: float) -> float | None:

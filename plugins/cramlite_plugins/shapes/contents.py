@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from cramlite.model import Belief, Feature, Filling, Floats, Rollout, Thing
+from cramlite.model import Belief, Feature, Filling, Floats, Rollout, Thing, seen_from
 
 SHARE, SPILLED = 0.9, 0.1
 """Shares of the poured contents: the least one that has to arrive, and the largest one that may be lost
@@ -112,10 +112,5 @@ def on_its_surface(rollout: Rollout, thing: str) -> Floats:
 def _local(poses: Floats, feature: Feature, centres: Floats) -> Floats:
     """Transform points (N, count, 3) from the world to the frame of a feature of a thing with poses (N, 7)
     [m]."""
-    from scipy.spatial.transform import Rotation
-
-    rows = np.repeat(poses, centres.shape[1], axis=0)
-    inside = (
-        Rotation.from_quat(rows[:, 3:], scalar_first=True).inv().apply(centres.reshape(-1, 3) - rows[:, :3])
-    )
+    inside = seen_from(np.repeat(poses, centres.shape[1], axis=0), centres.reshape(-1, 3))
     return np.asarray(feature.pose.inverse().apply(inside)).reshape(centres.shape)

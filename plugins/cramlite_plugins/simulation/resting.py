@@ -20,7 +20,7 @@ from cramlite.plugin import checkpoint
 
 from ..shapes.bounds import corners
 from ..shapes.itself import Itself
-from .model.compile import Compiled, compile_world, unstable
+from .model.compile import Compiled, compile_world, divergence, unstable
 from .model.index import Data
 
 FRICTION = 0.2
@@ -123,7 +123,7 @@ def _dropped(
         checkpoint()
         mujoco.mj_step(compiled.model, data, round(LOOK / compiled.model.opt.timestep))
         pose = compiled.pose(data, thing.it.name)
-        if unstable(data) or float(corners(thing.it, pose)[:, 2].min()) < bottom - ASIDE:
+        if unstable(divergence(data)) or float(corners(thing.it, pose)[:, 2].min()) < bottom - ASIDE:
             return None
         quiet = quiet + 1 if _rests(compiled, data) else 0
         if quiet == LOOKS:

@@ -100,7 +100,7 @@ def _come_to_rest(run: _Run) -> None:
     for _ in range(round(BEFORE / run.controller.period)):
         run.controller.hold()
     options.noslip_iterations = firm
-    if reason := unstable(run.data):
+    if reason := unstable(run.controller.diverged):
         raise UserError(f"the world does not come to rest before the program starts: {reason}")
 
 

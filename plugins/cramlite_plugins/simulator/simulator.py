@@ -47,10 +47,12 @@ class MujocoSimulator:
         self, text: str, world: World, robots: Mapping[str, Robot], *, mount: str, seed: int, watch: Watch | None = None
     ) -> Rollout:
         """Run a program's text in a world."""
-        from ..ur_controller.client_program import execute_client, is_client_program
+        from ..ur_controller.client_text import is_client_program
         from .execute import execute
 
         if is_client_program(text):
+            from ..ur_controller.client_program import execute_client
+
             return execute_client(text, world, robots, mount=mount, seed=seed)
         return execute(text, world, robots, mount=mount, seed=seed, watch=watch)
 

@@ -47,18 +47,24 @@ class Grasping(TaskType):
             Motion(action.inside("close"), "gripper", grasp, close, reason=f"hold {action.roles['Patient'].entity}"),
             Motion(action.inside("payload"), "payload", reason="the arm now carries the object"),
         )
+        away = Location(action.inside("away"), "retreat")
+        back = Motion(action.inside("back"), "linear", away, {"stage": Stage.POSE}, (patient,), "clear of the thing")
         known = belief.poses.get(action.roles["Patient"].entity or "")
         # fingers may still be around what was let go; what was only seen is as unsure, but no finger is there
         if known and known.source.startswith("predicted") and 0 < known.sigma <= IN_PLACE:
-            away = Location(action.inside("away"), "retreat")
-            back = Motion(
-                action.inside("back"), "linear", away, {"stage": Stage.POSE}, (patient,), "clear of what was let go"
-            )
             yield Decomposition((away, back, *steps), "straight back, then pre-grasp, straight approach, close")
         yield Decomposition(steps, "pre-grasp, straight approach, close on the object", 1.0)
+        if _stopped_here(belief):
+            yield Decomposition((away, back, *steps), "straight back from where the arm was stopped, then as above", 2.0)
 
     def begins_at(self, action: Action) -> Location:
         return grasp_of(action.roles["Patient"])
+
+
+def _stopped_here(belief: Belief) -> bool:
+    """Check whether the arm stands where an earlier run left it, as the known opening of its fingers shows: maybe among things."""
+    mount = next(m for m in belief.world.robots if m.name == belief.robot)
+    return mount.opening is not None and belief.joints == mount.joints
 
 
 @hookimpl

@@ -11,7 +11,6 @@ import importlib.util
 import itertools
 import os
 import queue
-import re
 import subprocess
 import sys
 import tempfile
@@ -25,6 +24,7 @@ from cramlite.model import Robot, Rollout, World
 from cramlite.plugin import UserError
 
 from ..simulation.recording.recorder import Peaks, Recorder
+from .client_text import CLIENTS
 from .network import serve
 from .registers import Registers
 from .virtual_robot import VirtualRobot
@@ -35,15 +35,6 @@ HOST = "CRAMLITE_ROBOT_HOST"
 ABORT = "cramlite abort: "
 AFTER = 1.0  # how long to go on recording after the program's end [s]
 STOPPED = 5.0  # a program whose robot has stopped ends by itself within this time [s]
-
-
-CLIENTS = re.compile(r"^\s*(?:from|import)\s+(rtde_control|rtde_receive|rtde_io|dashboard_client|rtde|socket)\b", re.MULTILINE)
-"""Imports by which a Python program is known that speaks to a controller; URScript has no imports."""
-
-
-def is_client_program(text: str) -> bool:
-    """Check whether a text is a Python program that speaks to a controller."""
-    return CLIENTS.search(text) is not None
 
 
 def can_run(text: str = "import rtde_control") -> str:

@@ -93,7 +93,8 @@ class Functions:
 
         @wraps(function)
         def call(*arguments: Any, **named: Any) -> Generator[None, None, Any]:
-            yield from self.finish()
+            if self.blending or self.process:
+                yield from self.finish()
             result = function(*arguments, **named)
             return (yield from result) if takes_time else result
 

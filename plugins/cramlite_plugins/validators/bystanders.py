@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cramlite.model import Floats, Remedy, Rollout, Thing, Value
+from cramlite.model import Floats, Remedy, Rollout, Thing, Value, rotations, seen_from
 from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 
 from ..shapes.bounds import box_around
@@ -144,16 +144,14 @@ def _carriers(rollout: Rollout, thing: Thing, sample: int, moved: Moved) -> list
 
 
 def _measured(rollout: Rollout, thing: str, points: Floats, first: int, last: int, frame: str) -> Stay:
-    from scipy.spatial.transform import Rotation
-
     track = rollout.poses[thing][first:last]
-    turns, places, vertical = Rotation.from_quat(track[:, 3:], scalar_first=True), track[:, :3], np.array([0.0, 0.0, 1.0])
+    turns, places, vertical = rotations(track[:, 3:]), track[:, :3], np.array([0.0, 0.0, 1.0])
     if frame:
         about = rollout.poses[frame][first:last]
-        back = Rotation.from_quat(about[:, 3:], scalar_first=True).inv()
-        turns, places, vertical = back * turns, back.apply(places - about[:, :3]), back[0].apply(vertical)
-    ways = np.max([np.linalg.norm((p := turns.apply(c) + places) - p[0], axis=1) for c in points], axis=0)
-    up = turns.inv().apply(vertical)
+        back = rotations(about[:, 3:]).transpose(0, 2, 1)
+        turns, places, vertical = back @ turns, seen_from(about, places), back[0] @ vertical
+    ways = np.max([np.linalg.norm((p := turns @ c + places) - p[0], axis=1) for c in points], axis=0)
+    up = vertical @ turns
     tilts = np.arccos(np.clip(up @ up[0], -1.0, 1.0))
     k, j = int(np.argmax(ways)), int(np.argmax(tilts))
     return Stay(float(ways[k]), first + k, float(tilts[j]), first + j, frame)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cramlite.model import Floats, Rollout, Touch, thing_of
+from cramlite.model import Floats, Rollout, Touch, seen_from, thing_of
 from cramlite.plugin import checkpoint
 
 from ..shapes.itself import Itself
@@ -97,11 +97,9 @@ def slip(rollout: Rollout, grip: Grip, turns: Sequence[Turn] = ()) -> Floats:
 
     The first and last tenth of a second are left out: fingers that close or open push a thing.
     """
-    from scipy.spatial.transform import Rotation
-
     step = float(np.median(np.diff(rollout.times)))
     margin = min(int(0.1 / step), (grip.last - grip.first) // 3)
     rows = slice(grip.first + margin, grip.last - margin + 1)
     hand, thing = rollout.poses["effector"][rows], rollout.poses[grip.thing][rows]
-    local = Rotation.from_quat(hand[:, 3:], scalar_first=True).inv().apply(thing[:, :3] - hand[:, :3])
+    local = seen_from(hand, thing[:, :3])
     return off(local, grip.first + margin, turns)

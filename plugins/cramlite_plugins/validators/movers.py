@@ -8,7 +8,7 @@ from itertools import groupby
 
 import numpy as np
 
-from cramlite.model import Floats, Rollout
+from cramlite.model import Floats, Rollout, rotations
 from cramlite.plugin import PADDING, Candidate
 
 from ..shapes.itself import remembered
@@ -88,8 +88,5 @@ def rests(rollout: Rollout, name: str, sample: int) -> int:
 def _way(track: Floats) -> Floats:
     """(N, 9) positions of three points of a thing [m], its origin and two beside it: a thing that only
     turns is not at rest."""
-    from scipy.spatial.transform import Rotation
-
-    turns = Rotation.from_quat(track[:, 3:], scalar_first=True)
-    arms = [turns.apply(LEVER * axis) for axis in np.eye(3)[:2]]
-    return np.hstack([track[:, :3], *(track[:, :3] + arm for arm in arms)])
+    arms = LEVER * rotations(track[:, 3:])
+    return np.hstack([track[:, :3], track[:, :3] + arms[:, :, 0], track[:, :3] + arms[:, :, 1]])

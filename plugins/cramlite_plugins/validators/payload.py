@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cramlite.model import Floats, Rollout, Thing, Touch, Value, thing_of
+from cramlite.model import Floats, Rollout, Thing, Touch, Value, seen_from, thing_of
 from cramlite.plugin import HAND, Candidate, Cost, Finding, Validator, hookimpl
 
 from ..motions.grip_force import load
@@ -124,11 +124,9 @@ def _along(rollout: Rollout, grip: Grip) -> Iterator[str]:
 
 def _shift(rollout: Rollout, grip: Grip, name: str) -> float:
     """Motion of a thing in the frame of the payload, from its grip to its release [m]."""
-    from scipy.spatial.transform import Rotation
-
     rows = [grip.first, grip.last]
     held, other = rollout.poses[grip.thing][rows], rollout.poses[name][rows]
-    local = Rotation.from_quat(held[:, 3:], scalar_first=True).inv().apply(other[:, :3] - held[:, :3])
+    local = seen_from(held, other[:, :3])
     return float(np.linalg.norm(local[1] - local[0]))
 
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import GRAVITY, Pose, Rollout, Thing, Vector3, thing_of
+from cramlite.model import GRAVITY, Floats, Pose, Rollout, Thing, Vector3, rotations, thing_of
 
 CARRIES = 0.5  # what bears this share of a thing's weight carries it along: a drawer its contents, a tray its cups
 REST = 0.01  # a thing at rest moves slower than this over the last half second [m/s]
@@ -77,11 +77,17 @@ def _speed(rollout: Rollout, thing: str, point: Vector3) -> float:
 def _turn(rollout: Rollout, thing: str) -> float:
     """Turning speed of a thing in the last half second [rad/s]: the largest of its summed rotations since
     then, about any axis, divided by the time."""
-    from scipy.spatial.transform import Rotation
-
     recent = rollout.times >= rollout.times[-1] - 0.5
-    rotations = Rotation.from_quat(rollout.poses[thing][recent, 3:], scalar_first=True)
-    if len(rotations) < 2:
+    turns = rotations(rollout.poses[thing][recent, 3:])
+    if len(turns) < 2:
         return 0.0
-    turned = np.cumsum((rotations[1:] * rotations[:-1].inv()).as_rotvec(), axis=0)
+    turned = np.cumsum(_rotvecs(turns[1:] @ turns[:-1].transpose(0, 2, 1)), axis=0)
     return float(np.linalg.norm(turned, axis=1).max() / np.ptp(rollout.times[recent]))
+
+
+def _rotvecs(turns: Floats) -> Floats:
+    """Rotation vectors (N, 3) of rotation matrices (N, 3, 3) by less than half a turn [rad]."""
+    axes = np.array([turns[:, 2, 1] - turns[:, 1, 2], turns[:, 0, 2] - turns[:, 2, 0], turns[:, 1, 0] - turns[:, 0, 1]]).T / 2
+    sines = np.linalg.norm(axes, axis=1)
+    angles = np.arctan2(sines, (np.trace(turns, axis1=1, axis2=2) - 1) / 2)
+    return np.asarray(axes * (angles / np.maximum(sines, 1e-300))[:, None])

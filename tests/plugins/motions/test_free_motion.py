@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 import pytest
-from helpers.scenes import TABLE, WALL, down, world
+from helpers.scenes import TABLE, WALL, box, down, world
 from msgspec.structs import replace
 
 from cramlite import Engine
@@ -17,6 +17,10 @@ from cramlite_plugins.motions.free_motion import resolve_motion
 from cramlite_plugins.robots.ur5e import UR5E
 
 MOTION = Motion("1.Reaching/move", "transfer", Location("there", "on"))
+
+
+BESIDE = box("beside", (0.01, 0.004, 0.004), (0.55, 0.055, 0.19))
+"""Box that a finger is inside if it is wide open, and not if half open, with the tool at (0.55, 0, 0.2)."""
 
 
 def transfer(pose: Pose, *things: Thing, start: tuple[float, ...] = UR5E.home) -> list[Any]:
@@ -64,6 +68,18 @@ def test_a_start_in_collision_is_explained_with_its_depth() -> None:
     reason = refusal(down(0.5, 0.4, 0.2), WALL, start=inside)
     assert "start is blocked" in reason
     assert "inside 'wall'" in reason
+
+
+@pytest.mark.parametrize(("thing", "moved", "elsewhere"), [(WALL, False, True), (WALL, True, False), (BESIDE, False, False)])
+def test_a_start_that_is_blocked_however_it_is_left_is_blamed_on_no_place(thing: Thing, moved: bool, elsewhere: bool) -> None:
+    """So no other place is tried; but one is where the arm came there by an earlier choice, or narrower fingers would be free."""
+    inside = inverse(UR5E, down(0.55, 0.0, 0.2))[0]
+    room, pose = world(thing), down(0.5, 0.4, 0.2)
+    mount = replace(room.robots[0], joints=UR5E.home if moved else inside)
+    context = Context(UR5E, mount, {"there": Place(pose * Pose((0, 0, 0.05)), pose)}, None)  # type: ignore[arg-type]
+    with pytest.raises(Unresolvable, match="start is blocked") as caught:
+        list(resolve_motion(MOTION, initial_belief(room, "arm1", inside, 0.085), context) or ())
+    assert caught.value.earlier_tasks is elsewhere
 
 
 def test_what_hangs_from_the_fingers_is_led_where_no_way_keeps_it_as_it_hangs() -> None:

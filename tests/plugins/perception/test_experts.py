@@ -287,6 +287,17 @@ def test_a_peg_is_found_in_more_noise_and_another_peg_is_refused_in_it(times: fl
     assert moved(other) is None
 
 
+def test_a_link_beside_a_nearer_link_is_the_robot_and_a_thing_before_both_is_not() -> None:
+    """The camera is off by a pixel, so the edge between two links is not where it is expected."""
+    expected, measured = (np.full((60, 80), np.nan, np.float32) for _ in range(2))
+    expected[:, 20:40], expected[:, 40:60] = 0.9, 1.3
+    measured[:, 21:39], measured[:, 39:60] = 0.9, 1.3
+    measured[10:20, 30:50] = 0.7
+    view = View(np.zeros((60, 80, 3), np.uint8), measured, Intrinsics(80, 80, 39.5, 29.5, 80, 60))
+    mask = see("", Sample(view, (), World(()), None, {}), wanted=("cloud",), robot=expected).scene["cloud"].value.mask
+    assert mask[10:20, 30:50].all() and mask.sum() == 200
+
+
 def test_experts_declare_what_they_say() -> None:
     for expert in engine().knowledge.experts:
         assert expert.summary and expert.cost_ms > 0 and expert.outputs, expert.name

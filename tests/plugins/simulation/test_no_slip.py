@@ -14,7 +14,9 @@ from cramlite_plugins.objects.products_and_fixtures import table
 from cramlite_plugins.objects.vessels import jug
 from cramlite_plugins.simulation.model import friction
 from cramlite_plugins.simulation.model.compile import compile_world
+from cramlite_plugins.simulation.model.index import site_pose
 from cramlite_plugins.simulation.model.no_slip import NoSlip
+from cramlite_plugins.simulation.model.sleep import Sleep
 from cramlite_plugins.simulator.execute import execute
 
 JUG = jug("jug", Pose((0.55, 0.1, 0.06), (0.0, 0.0, 0.0, 1.0)), grains=8)  # its handle is towards the arm
@@ -55,6 +57,23 @@ def test_grains_that_no_robot_carries_change_nothing() -> None:
         mujoco.mj_step(compiled.model, data, 4)
         watch.look(data)
     assert data.ncon and compiled.model.opt.noslip_iterations == 5
+
+
+def test_the_iterations_stay_off_with_an_emptied_jug_once_its_grains_sleep_elsewhere() -> None:
+    compiled = compile_world(WORLD, ROBOTS)
+    data, watch = compiled.data(), NoSlip(compiled, "arm")
+    options, sleep = compiled.model.opt, Sleep(compiled.model, 0.008)
+    for k, (_, at) in enumerate(compiled.things["jug"].grains):
+        data.qpos[at : at + 3] = (0.3 + 0.03 * k, -0.3, 0.017)
+    told = dict[bool, int]()
+    for _ in range(100):
+        compiled.place(data, "jug", site_pose(data, compiled.robots["arm"].tcp) * Pose((0.0, 0.035, 0.0)))  # between the fingers
+        for _ in range(4):
+            mujoco.mj_step(compiled.model, data)
+        sleep.look(data)
+        watch.look(data)
+        told[bool(data.tree_asleep[watch._grains[0]] >= 0)] = options.noslip_iterations
+    assert told == {False: 5, True: 0}
 
 
 def test_only_pads_on_what_has_contents_are_firm() -> None:

@@ -9,7 +9,7 @@ from helpers.short_programs import CLOSED, down, go, text
 from helpers.standard import ROBOTS
 from msgspec.structs import replace
 
-from cramlite.model import Pose, RobotMount, Rollout, Thing, World
+from cramlite.model import Filling, Pose, RobotMount, Rollout, Thing, World
 from cramlite_plugins.episodes.detection.touches import touching_pairs
 from cramlite_plugins.objects.products_and_fixtures import block, table
 from cramlite_plugins.objects.vessels import bottle, bowl, jug, mug
@@ -89,6 +89,21 @@ def test_what_creeps_stays_awake_however_slow_it_is() -> None:
         watch.look(data)
         assert not slept(compiled, data, "box")
     assert compiled.pose(data, "box").position[0] - 2 > 0.0002
+
+
+@pytest.mark.parametrize(("share", "sleeps"), [(0.8, True), (1.2, False)])
+def test_a_grain_that_hardly_moves_sleeps_and_a_faster_one_does_not(share: float, sleeps: bool) -> None:
+    tray = replace(table("tray", Pose((2, 0, TOP + 0.02)), size=(0.2, 0.2, 0.04)), filling=Filling(1, 0.006, 0.001))
+    compiled = compile_world(kitchen(0, tray), ROBOTS)
+    ((body, at),) = compiled.things["tray"].grains
+    data, watch, tree = compiled.data(), Sleep(compiled.model, CYCLE), compiled.model.body_treeid[body]
+    compiled.model.opt.gravity[:] = 0.0
+    data.qpos[at + 2] += 0.1  # it floats on at that speed
+    data.qvel[compiled.model.body_dofadr[body]] = share * sleep.ROLLS
+    for _ in range(100):
+        mujoco.mj_step(compiled.model, data, 4)
+        watch.look(data)
+    assert bool(data.tree_asleep[tree] >= 0) is sleeps
 
 
 def test_what_swings_or_falls_never_sleeps() -> None:

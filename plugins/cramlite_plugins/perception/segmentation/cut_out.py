@@ -56,14 +56,16 @@ def cloud(inputs: Inputs) -> Mapping[str, Any]:
 
 
 def _near(own: Any, depth: Any, least: float) -> Any:
-    """Return a mask of the pixels whose depth is near the robot's expected depth, the smallest one within two pixels.
+    """Return a mask of the pixels whose depth is near the robot's expected depths: between the smallest and the largest one within two
+    pixels, or at most ``least`` [m] beyond.
 
-    ``own`` is NaN where the robot is not expected.
+    ``own`` is NaN where the robot is not expected. Where one link hides a part of another, both are within two pixels of the edge.
     """
     from scipy import ndimage
 
-    expected = ndimage.minimum_filter(np.where(np.isfinite(own), own, np.inf), 5)
-    return np.abs(depth - expected) < least
+    nearest = ndimage.minimum_filter(np.where(np.isfinite(own), own, np.inf), 5)
+    farthest = ndimage.maximum_filter(np.where(np.isfinite(own), own, -np.inf), 5)
+    return (depth > nearest - least) & (depth < farthest + least)
 
 
 @hookimpl

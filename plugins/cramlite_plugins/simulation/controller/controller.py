@@ -18,7 +18,7 @@ from cramlite.model import GRAVITY, Disturbance, Floats, Pose
 from cramlite.plugin import checkpoint
 
 from ...kinematics.kinematics import nearest_solution
-from ..model.compile import unstable
+from ..model.compile import divergence, unstable
 from ..model.index import RobotIndex
 from ..model.sleep import Sleep
 from .arm_errors import ArmErrors
@@ -40,26 +40,29 @@ class Applied(NamedTuple):
     weight, with the payload's, and not tared.
 
     Args:
-        turn: orientation of the sensor (3, 3) in the world.
+        base: orientation of the arm's base (3, 3) in the world.
+        flange: of the sensor (3, 3) in the base.
         weight, center: the gripper's own (3,) [N], and where it acts (3,) [m], sensor axes.
         reading: of the sensor (6,), the wrench of the wrist on the tool [N, Nm].
     """
 
-    turn: Floats
+    base: Floats
+    flange: Floats
     weight: Floats
     center: Floats
     reading: Floats
 
     @property
-    def force(self) -> Floats:
-        """Force (3,) of gripper and payload on their environment, world axes [N]; most cycles need no torque."""
-        return np.asarray(self.turn.dot(self.reading[:3] + self.weight))
+    def strength(self) -> float:
+        """Magnitude of the force of gripper and payload on their environment [N]; most cycles need nothing else."""
+        return math.hypot(*(self.reading[:3] + self.weight).tolist())
 
     @property
     def wrench(self) -> Floats:
         """Wrench (6,) of gripper and payload on their environment, world axes, at the sensor [N, Nm]."""
-        torque = self.turn.dot(self.reading[3:] + cross(self.center, self.weight))
-        return np.concatenate([self.force, torque])
+        turn = self.base.dot(self.flange)
+        torque = self.reading[3:] + cross(self.center, self.weight)
+        return np.concatenate([turn.dot(self.reading[:3] + self.weight), turn.dot(torque)])
 
 
 class Controller(CommandedArm):
@@ -99,9 +102,9 @@ class Controller(CommandedArm):
         self.gripper_center = _gripper_center(model, data, index)
         self.servos, self.dofs = adjacent(index.actuators), adjacent(index.dofs)
         self.wrist = adjacent([first + k for first in (index.ft_force, index.ft_torque) for k in range(3)])
-        self.counted = np.arange(1.0, steps + 1)[:, None]
+        self.shares = np.arange(1.0, steps + 1)[:, None] / steps
         self.ctrl, self.qpos, self.readings = data.ctrl, data.qpos, data.sensordata  # MuJoCo's own memory, looked up once
-        self.efforts = data.actuator_force
+        self.efforts, self.diverged = data.actuator_force, divergence(data)
         self.lag = -model.actuator_biasprm[self.servos, 2] / model.actuator_gainprm[self.servos, 0]
         self.stiffness = model.actuator_gainprm[self.servos, 0].copy()
         torques = model.actuator_forcerange[self.servos, 1].copy()
@@ -202,8 +205,9 @@ class Controller(CommandedArm):
     def applied(self) -> Applied:
         """Return the wrench of gripper and payload on their environment."""
         self._measure()
-        turn = self.base.rotation.dot(self._flange[:3, :3])
-        return Applied(turn, -self.arm.gripper.mass * GRAVITY * turn[2], self.gripper_center, self.sensor.raw)
+        flange = self._flange[:3, :3]
+        weight = self.up.dot(flange) * -(self.arm.gripper.mass * GRAVITY)
+        return Applied(self.base.rotation, flange, weight, self.gripper_center, self.sensor.raw)
 
     def zero_sensor(self) -> None:
         """Tare the wrist sensor."""
@@ -277,9 +281,8 @@ class Controller(CommandedArm):
         goal = self.q
         if self.errors is not None:
             before, goal = self.errors.behind + self.errors.zeros, self.errors.moved(goal)
-        step = (goal - before) / self.steps
         reading = np.zeros(6)
-        for k, command in enumerate(before + self.counted * step + forward_fed, 1):
+        for k, command in enumerate(before + self.shares * (goal - before) + forward_fed, 1):
             ctrl[servos] = command
             if platform is not None:
                 platform.apply(k / self.steps)
@@ -300,7 +303,7 @@ class Controller(CommandedArm):
         return np.asarray(self.kinematics.lift(self.q, self.sensor.center, self.up * mass * GRAVITY) / self.stiffness)
 
     def _watch(self) -> None:
-        if reason := unstable(self.data):
+        if reason := unstable(self.diverged):
             raise ProtectiveStop(reason)
         error = self.q - (self.qpos[self.joints] if self.errors is None else self.errors.now)
         late = self.platform.late() if self.platform is not None else ""

@@ -45,7 +45,7 @@ class Slides:
     def measured(self, data: Any) -> float:
         """Return the measured opening [m]."""
         qpos = data.qpos
-        return self.widest - sum([scale * float(qpos[a]) for a, scale in self.fingers])  # a generator would take twice as long
+        return float(self.widest - sum([scale * qpos.item(a) for a, scale in self.fingers]))  # a generator would take twice as long
 
     def order(self, data: Any, opening: float) -> None:
         """Command the fingers to an opening [m]."""
@@ -68,7 +68,7 @@ class Linked:
         """Return the opening [m] that follows from the encoders of the drives, as if the linkage did not
         bend."""
         qpos = data.qpos
-        return _between(sum([w * float(qpos[a]) for a, w in self.encoders]), self.linkage.readings, self.linkage.openings)
+        return _between(sum([w * qpos.item(a) for a, w in self.encoders]), self.linkage.readings, self.linkage.openings)
 
     def order(self, data: Any, opening: float) -> None:
         """Command the fingers to an opening [m]."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -34,9 +35,15 @@ APART = 0.3
 BAD = tuple(int(getattr(mujoco.mjtWarning, f"mjWARN_BAD{kind}")) for kind in ("QPOS", "QVEL", "QACC"))
 
 
-def unstable(data: Data) -> str:
-    """Explain in words why the simulation has diverged; "" while it has not."""
-    if any(data.warning.number[BAD[0] : BAD[-1] + 1].tolist()):
+def divergence(data: Data) -> Any:
+    """Return MuJoCo's own counts of huge positions, speeds and accelerations, which it goes on counting; all are
+    0 while the simulation has not diverged."""
+    return data.warning.number[BAD[0] : BAD[-1] + 1]
+
+
+def unstable(counts: Any) -> str:
+    """Explain in words why the simulation has diverged, from its counts (``divergence``); "" while it has not."""
+    if any(counts.tolist()):
         return "the simulation is unstable: a position, speed or acceleration became huge; check masses, sizes and the timestep"
     return ""
 

@@ -18,7 +18,7 @@ from cramlite.model import Value, pair_friction
 
 from .build import ROBOT, is_pad
 from .far_apart import Apart
-from .grains import GRAIN
+from .grains import is_grain
 
 LINK = 0.0
 """Friction coefficient of links and finger backs, whose surface nobody states: of two coefficients MuJoCo takes the larger one, which is
@@ -101,7 +101,7 @@ def _surface(geom: Any, stated: Container[str]) -> Surface | None:
 
     The friction of a link is set to ``LINK``.
     """
-    if f"/{GRAIN}/" in geom.name:
+    if is_grain(geom.name):
         return None
     pad, (sliding, torsional, rolling) = is_pad(geom.name), map(float, geom.friction)
     if not pad and geom.contype == ROBOT[0]:

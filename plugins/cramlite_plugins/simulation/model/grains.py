@@ -38,6 +38,11 @@ def add_grains(spec: Any, thing: Thing) -> None:
         )  # fmt: skip
 
 
+def is_grain(name: str) -> bool:
+    """Check whether the body or geom of that name is a grain."""
+    return f"/{GRAIN}/" in name
+
+
 def layout(thing: Thing) -> list[tuple[float, float, float]]:
     """Compute the centres of a thing's grains in the world [m]: a grid in its cavity, from the bottom up, or on
     its surface if it has no cavity.

@@ -1,7 +1,8 @@
-"""No-slip iterations of MuJoCo, left out while loose contents are carried.
+"""No-slip iterations of MuJoCo, left out while a vessel with loose contents is carried, and after these were poured out.
 
 Their work grows with the square of the contacts, and twelve balls in a jug make thirty: with the iterations a run that pours takes half as
-long again. Pads press without them on what holds contents, so these contacts are stiffer (``FIRM``).
+long again. Pads press without them on what holds contents, so these contacts are stiffer (``FIRM``). Where grains still roll in a vessel
+that no robot holds, the iterations bring them to rest.
 """
 
 from __future__ import annotations
@@ -13,8 +14,8 @@ from .index import Data
 
 
 class NoSlip:
-    """Switch of MuJoCo's no-slip iterations: off while a robot touches grains, directly or through things
-    between them.
+    """Switch of MuJoCo's no-slip iterations: off while a robot touches grains or their vessel, directly or through things
+    between them, unless grains move elsewhere alone.
 
     Args:
         compiled: the model whose option it sets.
@@ -25,7 +26,9 @@ class NoSlip:
         model = compiled.model
         self._options, self._iterations = model.opt, int(model.opt.noslip_iterations)
         self._robot = int(model.body_treeid[compiled.robots[mount].bodies[0]])
-        self._grains = model.body_treeid[[b for t in compiled.things.values() for b, _ in t.grains]].tolist()
+        filled = [t for t in compiled.things.values() if t.grains]
+        self._grains = model.body_treeid[[b for t in filled for b, _ in t.grains]].tolist()
+        self._vessels = [tree for tree in model.body_treeid[[t.body for t in filled]].tolist() if tree >= 0]
 
     def look(self, data: Data) -> None:
         """Set the number of no-slip iterations for the physics steps of the next control cycle."""
@@ -36,4 +39,9 @@ class NoSlip:
         if not data.nisland:
             return False
         islands = data.tree_island
-        return bool(islands[self._robot] >= 0 and np.any(islands[self._grains] == islands[self._robot]))
+        own = islands[self._robot]
+        if own < 0:
+            return False
+        if np.any(islands[self._grains] == own):
+            return True
+        return bool(np.any(islands[self._vessels] == own) and np.all(data.tree_asleep[self._grains] >= 0))

@@ -56,18 +56,26 @@ class Contacts:
         self._awake: list[_Points] = []
         self._asleep: list[tuple[Touch, ...]] = []
         self._sleepers, self._theirs = b"", tuple[Touch, ...]()
+        self._before: tuple[_Kept | None, bytes] = None, b""
 
     def see(self, data: Data) -> None:
         """Record the contacts of a simulation state as one sample."""
-        kept = self._kept(data)
+        kept, trees = self._kept(data), data.tree_asleep >= 0
         self._awake.append(_measured(self._model, data, kept.rows, kept.named))
-        asleep = np.append(data.tree_asleep >= 0, False)
+        before, self._before = self._before, (kept, trees.tobytes())
+        if self._before[0] is not before[0] or self._before[1] != before[1]:
+            self._look_at_sleepers(data, kept, trees)
+        self._asleep.append(self._theirs)
+
+    def _look_at_sleepers(self, data: Data, kept: _Kept, trees: Any) -> None:
+        """Update the contacts of things that sleep, if other things do than before; ``trees`` are flags of MuJoCo's trees of
+        bodies."""
+        asleep = np.append(trees, False)
         asleep[kept.trees] = False  # in the step in which a thing falls asleep its contacts are still listed
         sleepers = asleep[self._things].tobytes()
         if sleepers != self._sleepers:
             self._sleepers = sleepers
             self._theirs = self._between(data, asleep) if any(sleepers) else ()
-        self._asleep.append(self._theirs)
 
     def touches(self) -> tuple[tuple[Touch, ...], ...]:
         """List the contacts of each sample, summed over the contact points of each pair.

@@ -3,7 +3,6 @@ hands and for robots."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -226,8 +225,7 @@ class Peaks:
     def see(self, time: float, arm: Controller) -> None:
         """Record a control cycle: the tool's wrench (``Rollout.wrench``) and the felt force (``Rollout.force``)."""
         applied = arm.applied()
-        x, y, z = applied.force.tolist()
-        strong = math.hypot(x, y, z)
+        strong = applied.strength
         force = arm.force() if arm.sensor.tared else strong
         if self._peak is None or strong > self._strongest:
             self._peak, self._strongest = applied, strong
