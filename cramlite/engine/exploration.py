@@ -94,7 +94,7 @@ def closed(setting: Setting, knowledge: Knowledge) -> Iterator[Thing]:
     assert setting.look is not None
     task, role = next(((n, t.lays_open) for n, t in knowledge.tasks.items() if t.lays_open), ("", ""))
     grounder = Grounder(setting.symbolic(knowledge.taxonomy), knowledge.predicates)
-    facts, rules = grounder.initial(), [r for r in knowledge.rules if r.task == task]
+    facts, rules = grounder.initial, [r for r in knowledge.rules if r.task == task]
     names = {o.roles[role] for o in grounder.ground(rules, knowledge.tasks) if o.applies(facts)}
     for thing in setting.world.things:
         hollow = bears(thing, knowledge.taxonomy, INSIDE)

@@ -158,7 +158,7 @@ def with_load(setting: Setting, knowledge: Knowledge) -> Setting:
     if not held:
         return replace(setting, carried=())
     grounder = Grounder(setting.symbolic(knowledge.taxonomy), knowledge.predicates)
-    pairs = [grounder.fluents.carries(f) for f in sorted(grounder.initial()) if grounder.fluents[f[0]].carrier is not None]
+    pairs = [grounder.fluents.carries(f) for f in sorted(grounder.initial) if grounder.fluents[f[0]].carrier is not None]
     found, new = [held], [held]
     while new:
         new = [above for below, above in dict.fromkeys(pairs) if below in new and above not in found]

@@ -34,7 +34,7 @@ def without_quantifiers(says: Sequence[str], grounder: Grounder) -> Iterator[Say
     Raises:
         UserError: a class that there is not, or too few things of it.
     """
-    facts = grounder.initial()
+    facts = grounder.initial
 
     def missing(goals: Says) -> int:
         return sum(not _holds(goal, grounder, facts) for goal in goals)

@@ -9,6 +9,7 @@ parts choose the fillers of roles, relations become facts that are needed, forbi
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
+from functools import cached_property
 from itertools import product
 
 from msgspec.structs import replace
@@ -151,8 +152,9 @@ class Grounder:
         self.things = {t.name: t for t in scene.world.things}
         self.contents = [contents(t.name) for t in scene.filled()]
 
+    @cached_property
     def initial(self) -> frozenset[Fact]:
-        """Return the facts that hold at the start, as predicates declare them."""
+        """Facts that hold at the start, as predicates declare them."""
         return self.fluents.initial(self.scene)
 
     def among(self, names: Collection[str]) -> Grounder:

@@ -4,6 +4,10 @@
 
 Each scenario has an engine of its own, as the episodes of an experiment have. Scenarios are given as files: those of drawn problems are in
 the run directory of their experiment, ``episodes/*/scenario.yaml``.
+
+    python tests/benchmarks/memory.py SCENARIO... --resolves 1000
+
+One engine resolves the scenarios in turn, each time with another seed, and without twins.
 """
 
 from __future__ import annotations
@@ -13,7 +17,7 @@ import gc
 import multiprocessing
 import os
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
@@ -30,6 +34,8 @@ from cramlite_plugins.simulation.model import compile as _bounds  # noqa: F401  
 
 CAPACITY = 524_288_000
 """Of MuJoCo's cache of meshes and textures by default [bytes]."""
+ON_THE_WAY = (1, 10, 30, 100, 300)
+"""Resolutions of one engine after which its memory is printed."""
 PAGE = os.sysconf("SC_PAGE_SIZE")
 
 
@@ -70,14 +76,29 @@ def measured(files: Sequence[Path], plugin: Path | None, expansions: int, kept: 
     return after
 
 
+def of_one_engine(files: Sequence[Path], count: int) -> Iterator[Number]:
+    """Resolve scenarios in turn in one engine, ``count`` times in all; yield this process's resident memory on the way [MB]."""
+    engine, scenarios = Engine(), [read_scenario(file) for file in files]
+    for k in range(1, count + 1):
+        scenario, seed = scenarios[k % len(scenarios)], k // len(scenarios)
+        next(engine.resolve(scenario, setting=engine.setting(scenario, seed=seed, twins=0), seed=seed), None)
+        if k in ON_THE_WAY or k == count:
+            print(f"{k:4}: {resident():.0f} MB, {time.process_time():.0f} s", flush=True)
+            yield value("one engine", resident(), "MB", f"after {k}")
+
+
 def main() -> None:
-    """Resolve all scenarios in two processes, one after the other, and print the memory after each."""
+    """Resolve all scenarios in two processes, one after the other, or in one engine; print the memory on the way."""
     options = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     options.add_argument("scenarios", type=Path, nargs="+")
     options.add_argument("--plugin", type=Path)
     options.add_argument("--expansions", type=int, default=40)
+    options.add_argument("--resolves", type=int, metavar="N", help="resolve them in one engine, N times in all")
     add_figure(options)
     asked, numbers = options.parse_args(), list[Number]()
+    if asked.resolves:
+        write(asked, list(of_one_engine(asked.scenarios, asked.resolves)), f"seeds 0 to {asked.resolves // len(asked.scenarios)}")
+        return
     for kept in (True, False):
         what = "memory is kept" if kept else "memory is given back"
         print(what)

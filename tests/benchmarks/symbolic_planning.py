@@ -3,18 +3,19 @@
     python tests/benchmarks/symbolic_planning.py [--goals 5 10 20 40] [--things 10 40 100] [--all]
 
 A world has a floor, a shelf, a tray and blocks, some of them in stacks of three; goals put blocks on the tray, in a fixed order
-that a seed chooses. "ours" is wall time from the goal to the first plan with its reasons, export included; "lama-first" is Fast
-Downward's driver on the exported files. The limit is 1.5 times that and 1 s. ``--all`` exports whole worlds.
+that a seed chooses. "ours" is CPU time from the goal to the first plan with its reasons, export included; "lama-first" is that of Fast
+Downward's driver on the exported files. Child processes count on both sides. The limit is 1.2 times lama-first and 1 s. ``--all``
+exports whole worlds.
 """
 
 from __future__ import annotations
 
 import argparse
+import os
 import random
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
@@ -49,14 +50,19 @@ def _blocks(count: int) -> Iterator[Thing]:
                 made += 1
 
 
+def spent() -> float:
+    """CPU time of this process and of its child processes that have ended [s]."""
+    return sum(os.times()[:4])
+
+
 def ours(engine: Engine, world: World, goal: Goal, whole: bool) -> tuple[float, int, PlanningProblem]:
-    """Seconds to the first plan, its tasks, and the problem."""
-    began = time.monotonic()
+    """CPU seconds to the first plan, its tasks, and the problem."""
+    began = spent()
     problem = planning_problem(goal, symbolic_world(world, engine.knowledge.taxonomy), engine.knowledge)
     if whole:
         problem = problem_of_everything(problem)
     plan = next(task_plans(problem))
-    return time.monotonic() - began, len(plan.steps), problem
+    return spent() - began, len(plan.steps), problem
 
 
 class WholeWorld(PlanningProblem):
@@ -71,7 +77,7 @@ def problem_of_everything(problem: PlanningProblem) -> PlanningProblem:
 
 
 def reference(problem: PlanningProblem) -> tuple[float, int]:
-    """Seconds of lama-first on the exported files, and the length of its plan."""
+    """CPU seconds of lama-first on the exported files, and the length of its plan."""
     text = problem.pddl(next(iter(problem.scopes())))
     found = find_spec("up_fast_downward")
     assert found is not None and found.submodule_search_locations
@@ -80,10 +86,10 @@ def reference(problem: PlanningProblem) -> tuple[float, int]:
         files = [Path(folder) / "domain.pddl", Path(folder) / "problem.pddl"]
         files[0].write_text(text.domain)
         files[1].write_text(text.problem)
-        began = time.monotonic()
+        began = spent()
         command = [sys.executable, str(driver), "--plan-file", "plan", "--alias", "lama-first", *map(str, files)]
         subprocess.run(command, cwd=folder, capture_output=True, check=True)
-        seconds = time.monotonic() - began
+        seconds = spent() - began
         return seconds, sum(line.startswith("(") for line in (Path(folder) / "plan").read_text().splitlines())
 
 
@@ -106,7 +112,7 @@ def main() -> int:
             goal = Goal(tuple(f"{n} on tray" for n in names))
             mine, tasks, problem = ours(engine, world, goal, chosen.all)
             theirs, length = reference(problem)
-            limit = 1.5 * theirs + 1.0
+            limit = 1.2 * theirs + 1.0
             late += mine > limit
             pair = (("ours", mine), ("lama-first", theirs))
             numbers += [value(f"{things} things, {who}", t, "s", f"{goals} goals", x=goals) for who, t in pair]

@@ -1,17 +1,22 @@
 """Where the time of a resolution goes: CPU time by stage, first and again in the same engine.
 
-    python tests/benchmarks/where_time_goes.py [SCENARIO ...] [--seed 0]
+    python tests/benchmarks/where_time_goes.py [SCENARIO ...] [--seed 0] [--before PYTHON]
 
 Each scenario runs in a process of its own. "start" is all until the engine is there, "world" the setting with what a camera sees; the
 others are the stages of the search (``Trace.seconds``). Runs in twins are in other processes: their time is the sum of all.
+
+``--before`` names the Python of an environment with an earlier version: its ``cramlite resolve`` is measured beside, with all that it
+starts and writes.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import os
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Iterator, Mapping
 
@@ -51,6 +56,15 @@ def measured(name: str, seed: int) -> dict[str, Stages]:
     return found
 
 
+def earlier(name: str, seed: int, python: str) -> dict[str, Stages]:
+    """Resolve a scenario by the command line of another environment; return CPU seconds of all its processes."""
+    with tempfile.TemporaryDirectory() as folder:
+        began = sum(os.times()[2:4])
+        command = [os.path.abspath(python), "-m", "cramlite", "resolve", name, "--seed", str(seed), "--no-report", "--out", folder]
+        subprocess.run(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=True)
+        return {"before": {"resolve": sum(os.times()[2:4]) - began}}
+
+
 def rows(name: str, found: Mapping[str, Stages]) -> Iterator[Number]:
     """Print the stages of a scenario; yield them as numbers."""
     for which, stages in found.items():
@@ -65,13 +79,17 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenarios", nargs="*", default=SCENARIOS)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--before", metavar="PYTHON", help="measure the version of this environment, too")
     parser.add_argument("--here", help=argparse.SUPPRESS)
     add_figure(parser)
     options = parser.parse_args()
     if options.here:
         print(json.dumps(in_this_process(options.here, options.seed)))
         return
-    numbers = [n for name in options.scenarios for n in rows(name, measured(name, options.seed))]
+    numbers = list[Number]()
+    for name in options.scenarios:
+        before = earlier(name, options.seed, options.before) if options.before else {}
+        numbers += rows(name, before | measured(name, options.seed))
     write(options, numbers, f"seed {options.seed}")
 
 

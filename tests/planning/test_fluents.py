@@ -9,7 +9,7 @@ import pytest
 from helpers.goal_plans import plans_in
 
 from cramlite import Engine, Goal, PluginError, Trace, find_scenario, read_scenario
-from cramlite.interpretation.fluents import Fluents, fluents_of
+from cramlite.interpretation.fluents import Fluents, Pattern, fluents_of
 from cramlite.plugin import Fact, Fluent, GoalCondition, GoalPhrase, UserError
 
 SHIPPED = fluents_of({p.name: p.fluent for p in Engine().knowledge.predicates})
@@ -35,6 +35,15 @@ def test_contact_with_a_thing_lasts_as_long_as_with_some_part_of_it() -> None:
     left = SHIPPED.after(both, frozenset(), [("touches", "tea", "hook/peg")])
     assert left == both - {("touches", "tea", "hook/peg"), ("touches", "hook/peg", "tea")}
     assert SHIPPED.after(left, frozenset(), [("touches", "tea", "hook/tip")]) == frozenset()
+
+
+@pytest.mark.parametrize("lost", [("supports", None, "tea"), ("touches", "tea", "hook/peg")])
+def test_facts_about_a_predicate_change_as_among_all_facts(lost: Pattern) -> None:
+    every = HANGS | {("faces", "tea", "hook"), ("stands_upright", "tea")}
+    some = SHIPPED.about(every, {"supports"})
+    assert {f[0] for f in some} == {"supports", "touches"}, "what a predicate implies belongs to it"
+    assert SHIPPED.about(SHIPPED.after(every, frozenset(), [lost]), {"supports"}) == SHIPPED.after(some, frozenset(), [lost]) != some
+    assert SHIPPED.about(every, {None}) == every
 
 
 def test_nothing_follows_where_nothing_is_declared() -> None:

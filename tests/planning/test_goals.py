@@ -61,7 +61,7 @@ def test_every_task_is_applicable_where_it_stands() -> None:
     scene = symbolic_world(setting.world, ENGINE.knowledge.taxonomy, setting.relations)
     grounder = Grounder(scene, ENGINE.knowledge.predicates)
     operators = {str(o): o for o in grounder.ground(ENGINE.knowledge.rules, ENGINE.knowledge.tasks)}
-    facts = start = grounder.initial()
+    facts = start = grounder.initial
     for name in ("Grasping(Patient=coffee)", "PickingUp(Locatum=coffee, Relatum=counter)"):
         assert operators[name].applies(facts)
         facts = operators[name].apply(facts)

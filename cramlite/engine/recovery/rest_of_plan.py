@@ -77,7 +77,7 @@ def _is_done(action: Action, grounder: Grounder, knowledge: Knowledge) -> bool:
     others = {n: c for n, c in grounder.candidates(rule, task).items() if n not in known}
     if any(len(c) != 1 for c in others.values()):
         return False
-    found, facts = grounder.operator(rule, task, known | {n: c[0] for n, c in others.items()}), grounder.initial()
+    found, facts = grounder.operator(rule, task, known | {n: c[0] for n, c in others.items()}), grounder.initial
     return found is not None and bool(found.adds) and found.adds <= facts and not found.applies(facts)
 
 

@@ -4,7 +4,7 @@ checked."""
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import product
+from itertools import chain, product
 from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
@@ -217,7 +217,13 @@ class PlanningProblem(Value, eq=False):
 
     def failing(self, steps: Sequence[Operator]) -> str:
         """Explain why a sequence of grounded planning actions is no plan; "" if it is one."""
-        return self._failing(steps, self.facts)
+        return self._failing(steps, self._concerned(steps))
+
+    def _concerned(self, steps: Iterable[Operator]) -> frozenset[Fact]:
+        """Return the initial facts that steps or the goal can ask for, bring about or end: the others stay as they are."""
+        patterns = [p for s in steps for p in (*s.needs, *s.without, *s.adds, *s.removes, *chain.from_iterable(s.never))]
+        names = {p[0] for p in (*patterns, *self.wanted.needs, *self.wanted.without)}
+        return self.grounder.fluents.about(self.facts, names)
 
     def _failing(self, steps: Sequence[Operator], facts: frozenset[Fact], before: Sequence[Operator] = ()) -> str:
         for number, step in enumerate(steps, 1):
@@ -236,7 +242,7 @@ class PlanningProblem(Value, eq=False):
 
         This is greedy action elimination (Nakhost and Mueller 2010): what is left has the same order.
         """
-        kept, left, facts = list[Operator](), list(steps), self.facts
+        kept, left, facts = list[Operator](), list(steps), self._concerned(steps)
         while left:
             cut = (left[n:] for n in (1, 2, 3) if n <= len(left) and not self._missed(left[:n], left[n:], facts))
             shorter = next((rest for rest in cut if not self._failing(rest, facts, kept)), None)
@@ -253,7 +259,9 @@ class PlanningProblem(Value, eq=False):
         What is open takes room: before a cabinet the handle of an open drawer keeps the hand from closing the one below.
         """
         for k, step in enumerate(steps):
-            opened = {f[0] for f in step.adds} if self.knowledge.tasks[step.task].lays_open else set[str]()
+            if not self.knowledge.tasks[step.task].lays_open:
+                continue
+            opened = {f[0] for f in step.adds}
             shuts = [j for j in range(k + 1, len(steps)) if opened & {f[0] for f in steps[j].needs - steps[j].apply(steps[j].needs)}]
             swapped = ((*steps[:k], *steps[k + 1 : j + 1], step, *steps[j + 1 :]) for j in reversed(shuts))
             better = next((s for s in swapped if not self.failing(s)), None)
@@ -272,7 +280,7 @@ class PlanningProblem(Value, eq=False):
 
     def plan(self, steps: Sequence[Operator]) -> TaskPlan:
         """Return grounded planning actions (``Operator``) as a plan, with the reason for each."""
-        found = tuple(reasons(self.wanted, self.facts, tuple(steps)))
+        found = tuple(reasons(self.wanted, self._concerned(steps), tuple(steps)))
         return TaskPlan(tuple(steps), tuple(self._out_of_the_way(steps, k) or reason for k, reason in enumerate(found)))
 
     def surplus(self, steps: Sequence[Operator]) -> frozenset[tuple[bool, Fact]]:
@@ -353,4 +361,4 @@ def planning_problem(goal: Goal, scene: SymbolicWorld, knowledge: Knowledge) -> 
 def problem_of(goal: Goal, grounder: Grounder, knowledge: Knowledge, where: str = "") -> PlanningProblem:
     """Return the planning problem of a goal among the things of a world; error messages begin with ``where``."""
     wanted = parse_goals(goal.says, grounder, where)
-    return PlanningProblem(goal.says, grounder.initial() | wanted.given, wanted, grounder, knowledge)
+    return PlanningProblem(goal.says, grounder.initial | wanted.given, wanted, grounder, knowledge)

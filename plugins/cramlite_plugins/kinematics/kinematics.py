@@ -14,7 +14,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from functools import cache, lru_cache
+from functools import lru_cache
 from operator import sub
 from typing import Any
 
@@ -76,7 +76,7 @@ def frames(robot: Robot, q: Sequence[float] | Floats) -> list[Floats]:
     return result
 
 
-@cache
+@lru_cache(maxsize=512)
 def _links(rows: Table) -> Floats:
     """Return the transform of each link in the frame of the link before it, with all joints at 0: (n, 4, 4).
 

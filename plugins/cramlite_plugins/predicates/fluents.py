@@ -18,6 +18,7 @@ from cramlite.plugin import (
 )
 
 from ..shapes.bounds import centre_of_mass, corners, lowest
+from ..shapes.itself import remembered
 from ..shapes.nesting import room_under
 from ..shapes.standing_up import stood_up
 from ..shapes.surfaces import SUNK, resting_height
@@ -110,8 +111,10 @@ def _supporting(scene: SymbolicWorld) -> Iterator[tuple[str, str]]:
     yield from ((thing_of(below), thing.name) for thing, below in _carried(scene))
 
 
-def _carried(scene: SymbolicWorld) -> Iterator[tuple[Thing, str]]:
+@remembered
+def _carried(scene: SymbolicWorld) -> tuple[tuple[Thing, str], ...]:
     """Carried things, each with its carrier: a hanger, a container on a joint, such as a drawer, or a support."""
+    found = list[tuple[Thing, str]]()
     inside, boxes = {t.name: c.name for t, c in _contained(scene) if c.joint is not None}, _tops(scene)
     for thing in scene.world.things:
         below = _hanger(thing, scene) or inside.get(thing.name)
@@ -120,7 +123,8 @@ def _carried(scene: SymbolicWorld) -> Iterator[tuple[Thing, str]]:
         elif below is None and not thing.furniture:
             below = _stacked(thing, scene, boxes) or _below(thing, scene)
         if below is not None:
-            yield thing, below
+            found.append((thing, below))
+    return tuple(found)
 
 
 def _contained(scene: SymbolicWorld) -> Iterator[tuple[Thing, Thing]]:
@@ -134,20 +138,22 @@ def _contained(scene: SymbolicWorld) -> Iterator[tuple[Thing, Thing]]:
                     yield thing, container
 
 
-def _tops(scene: SymbolicWorld) -> list[tuple[str, Floats, Floats]]:
-    """Things that can be moved, with the lowest and the highest corner of the box around each [m]."""
+def _tops(scene: SymbolicWorld) -> tuple[list[str], Floats, Floats]:
+    """Things that can be moved, and the lowest and the highest corners (n, 3) of the boxes around them [m]."""
     movable = [t for t in scene.world.things if not t.furniture and t.geoms]
     points = [corners(t, t.pose) for t in movable]
-    return [(t.name, p.min(axis=0), p.max(axis=0)) for t, p in zip(movable, points, strict=True)]
+    lows, highs = ([getattr(p, bound)(axis=0) for p in points] for bound in ("min", "max"))
+    return [t.name for t in movable], np.reshape(lows, (-1, 3)), np.reshape(highs, (-1, 3))
 
 
-def _stacked(thing: Thing, scene: SymbolicWorld, boxes: list[tuple[str, Floats, Floats]]) -> str | None:
+def _stacked(thing: Thing, scene: SymbolicWorld, boxes: tuple[list[str], Floats, Floats]) -> str | None:
     """Movable thing that another thing stands on or leans on; None without one."""
-    (low, high) = next(((low, high) for name, low, high in boxes if name == thing.name), (None, None))
-    if low is None or high is None:
+    names, lows, highs = boxes
+    if thing.name not in names:
         return None
-    around = (n for n, a, b in boxes if n != thing.name and all(a[:2] <= high[:2]) and all(low[:2] <= b[:2]) and a[2] <= low[2])
-    below = [scene.world.thing(n) for n in around]
+    low, high = (bounds[names.index(thing.name)] for bounds in (lows, highs))
+    around = (lows[:, :2] <= high[:2]).all(axis=1) & (low[:2] <= highs[:, :2]).all(axis=1) & (lows[:, 2] <= low[2])
+    below = [scene.world.thing(n) for n, near in zip(names, around, strict=True) if near and n != thing.name]
     height, owner = resting_height(thing, thing.pose, [(b, b.pose) for b in below])
     if abs(low[2] - height) < STANDS_WITHIN:
         return owner
