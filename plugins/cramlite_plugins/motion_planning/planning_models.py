@@ -9,11 +9,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import lru_cache
 
+import numpy as np
+
 from cramlite.model import Robot, World
 
 from ..shapes.itself import Itself
 from ..simulation.model.build import Carried
 from ..simulation.model.compile import Compiled, compile_world
+from .approach import Chains, chains
 from .inflated import Inflated, inflated
 from .pairs import Movers, movers
 
@@ -59,6 +62,18 @@ def arm_movers(compiled: Compiled, mount: str) -> Movers:
 @lru_cache(maxsize=MODELS)
 def _movers(compiled: Itself[Compiled], mount: str) -> Movers:
     return movers(compiled.it, compiled.it.robots[mount])
+
+
+def arm_chains(compiled: Compiled, mount: str) -> Chains:
+    """Return the chains of joints of the robot on a mount between the geoms of a planning model."""
+    return _chains(Itself(compiled), mount)
+
+
+@lru_cache(maxsize=MODELS)
+def _chains(compiled: Itself[Compiled], mount: str) -> Chains:
+    model, joints = compiled.it.model, compiled.it.robots[mount].joints
+    first = int(np.flatnonzero(model.jnt_qposadr == joints[0])[0])
+    return chains(model, arm_movers(compiled.it, mount), first)
 
 
 def inflated_model(compiled: Compiled, mount: str, distance: float) -> Inflated:

@@ -7,11 +7,10 @@ say in one collision check which pairs are near; only for those the exact distan
 margin in place of the bigger shapes misses boxes and overestimates the distances of cylinders.)
 
 A line between two joint positions is not sampled on a grid: coarse intervals are looked at first, at their
-middle. Joint i turning by dq_i moves no point of a geom by more than r_i |dq_i|, where r_i is the largest
-distance of that geom from the joint's axis, so the line is free to both sides as far as every pair at
-distance d has sum_i r_i |dq_i| < d, i over the joints between the two geoms; the rest of the interval is
-looked at again (after the adaptive bisection of Schwarzer, Saha and Latombe, IEEE T-RO 21(3), 2005). A share
-of the clearance is left everywhere in between. Parabolas between lines are checked in the same way.
+middle. Two geoms at distance d there are apart to both sides as far as no point of one moves by d, seen from
+the other (``approach`` bounds its speed); the rest of the interval is looked at again (after the adaptive
+bisection of Schwarzer, Saha and Latombe, IEEE T-RO 21(3), 2005). A share of the clearance is left everywhere
+in between. Parabolas between lines are checked in the same way.
 """
 
 from __future__ import annotations
@@ -32,12 +31,15 @@ from cramlite.plugin import Refused
 
 from ..simulation.model.compile import Compiled
 from ..simulation.model.index import RobotIndex
+from .approach import Chains, Postures, Rates, rates
 from .inflated import Inflated, inflated
-from .joint_line import JointBlend, JointLine, Part, rates
+from .joint_line import JointBlend, JointLine
 from .pairs import Movers
 from .space import refusal
 
 Joints = tuple[float, ...]
+Part = tuple[float, float, Rates]
+"""Part of a line: where it begins and ends, as fractions of the line, and how fast geoms approach there."""
 Position = Sequence[float] | Floats
 
 HORIZON = 0.05  # distances above this are not told apart [m]
@@ -67,7 +69,7 @@ class PlanningScene(Value):
         joints: of the robot, in that state (n,) [rad].
         need: distance (geoms, geoms) that each pair must keep; -inf where contact is allowed [m].
         movers: which joints move which geoms.
-        first: id of the robot's first joint; its joints follow one another.
+        chains: of joints between geoms.
         levels: what finds near pairs, from the clearance up.
         kept: distance that is left between two checks [m].
         checks: counts state checks; a list of one, shared by all scenes made from this one.
@@ -85,7 +87,7 @@ class PlanningScene(Value):
     joints: Floats
     need: Floats
     movers: Movers
-    first: int
+    chains: Chains
     levels: tuple[Inflated, ...]
     kept: float
     checks: list[int]
@@ -184,7 +186,7 @@ class PlanningScene(Value):
 
     def _clear(self, line: JointLine) -> bool:
         """Whether the arm is free along a whole line, whose parts are checked longest first."""
-        rest = deque(line.parts())
+        rest = deque(self._parts(line))
         while rest:
             opened = self._judge(line, rest.popleft())
             if opened is None:
@@ -203,7 +205,7 @@ class PlanningScene(Value):
         if not self.free(a):
             return 0.0
         line = JointLine(a, b)
-        found = next((at for part in line.parts() if (at := self._first(line, part)) is not None), None)
+        found = next((at for part in self._parts(line) if (at := self._first(line, part)) is not None), None)
         return found if found is not None or self.free(b) else 1.0
 
     def collisions(self, q: Position) -> tuple[tuple[str, str, float], ...]:
@@ -373,6 +375,17 @@ class PlanningScene(Value):
         }
         return tuple(float(v) for v in q), near
 
+    def _parts(self, line: JointLine) -> list[Part]:
+        """Divide a joint-space line into parts with bounds on how fast geoms approach one another there."""
+        spans = line.parts()
+        middles = [(low + high) / 2 for low, high in spans]
+        at = Postures(len(spans), self.compiled.model)
+        for k, middle in enumerate(middles):
+            self._place(line.at(middle))
+            at.put(k, self.data)
+        known = rates(line, middles, 0.5 / len(spans), self.chains, at)
+        return [(low, high, one) for (low, high), one in zip(spans, known, strict=True)]
+
     def _judge(self, line: JointLine, part: Part) -> list[Part] | None:
         """Check the middle of a part of a joint-space line: return the smaller parts that must still be
         checked, None if the middle is blocked.
@@ -383,8 +396,6 @@ class PlanningScene(Value):
         middle, half = (low + high) / 2, (high - low) / 2
         q = line.at(middle)
         self._place(q)
-        if known is None:
-            known = rates(line, half, self.movers, self.data, self.compiled.model.geom_rbound, self.first)
         far, between = self.kept + half * known.most, known.between
         level = next((v for v in self.levels if v.distance >= far), self.levels[-1])
         reach = (level.distance - self.kept) / known.most if level.distance < far else half
@@ -395,7 +406,7 @@ class PlanningScene(Value):
                 need = self._needed(q, g, h)
                 if d < need:
                     return None
-            nearer, kept = between.item(g, h), KEPT * need if need > 0.0 else need
+            nearer, kept = between[self.chains.which.item(g, h)], KEPT * need if need > 0.0 else need
             clear_here = (d - kept) / (nearer if nearer > TINY else TINY)
             clear = clear_here if clear_here < clear else clear
         if clear >= half or (high - low) * line.size < SMALLEST:
@@ -412,12 +423,12 @@ class PlanningScene(Value):
         """Return where the arm is first blocked on a part of a joint-space line, as a share 0 to 1 of the
         line; None if nowhere."""
         halves = self._judge(line, part)
-        low, high, rates = part
+        low, high, known = part
         if halves is None:
             middle = (low + high) / 2
             if (high - low) * line.size < SMALLEST:
                 return middle
-            before = self._first(line, (low, middle, rates))
+            before = self._first(line, (low, middle, known))
             return middle if before is None else before
         return next((at for p in halves if (at := self._first(line, p)) is not None), None)
 

@@ -6,14 +6,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
-import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import Pose, Robot, World
 
 from ..simulation.model.build import Carried
 from .pairs import Pairs, required_distances
-from .planning_models import arm_movers, inflated_model, planning_model
+from .planning_models import arm_chains, arm_movers, inflated_model, planning_model
 from .planning_scene import CLEARANCE, HORIZON, KEPT, LEVELS, PlanningScene, joint_view
 
 
@@ -67,14 +66,13 @@ def scene(
     width = index.reach[1] if opening is None else opening
     index.set_opening(data, width)
     movers = arm_movers(kept, mount)
-    first = int(np.flatnonzero(compiled.model.jnt_qposadr == index.joints[0])[0])
     need = required_distances(compiled, movers, allowed, clearance, wider)
     distances = (most, *(v for v in LEVELS if v > most))
     levels = tuple(inflated_model(kept, mount, v) for v in distances)
     displaced = _displaced(world, poses or {}, held)
     return PlanningScene(
-        compiled, index, data, joint_view(data, index), need, movers, first, levels, KEPT * most, [0], width,
-        held, displaced,
+        compiled, index, data, joint_view(data, index), need, movers, arm_chains(kept, mount), levels,
+        KEPT * most, [0], width, held, displaced,
     )  # fmt: skip
 
 

@@ -1,0 +1,191 @@
+"""Bounds on how fast any two geoms of a planning model approach one another while an arm moves along a
+joint-space line.
+
+Seen from the frame of one geom, a point x of the other moves with x' = sum_j q'_j u_j x (x - a_j), j over
+the revolute joints between the two, with axis u_j through a_j. Over half of a part, h, the speed differs from
+that in the middle by at most h |x''|, where (Hessian of a serial chain) |x''| <= sum_j lever_j (w_j (w_j + 2
+sum_i<j w_i) + |q''_j|), with w_j the highest |q'_j| and lever_j the largest distance of x from the axis of
+joint j.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from cramlite.model import Floats, Value
+
+from .joint_line import JointLine
+from .pairs import Movers
+
+Indices = NDArray[np.int64]
+BOX, CYLINDER = int(mujoco.mjtGeom.mjGEOM_BOX), int(mujoco.mjtGeom.mjGEOM_CYLINDER)
+
+
+class Rates(Value):
+    """Bounds on how much nearer two geoms can come while the arm moves along a whole line, valid on a part of
+    it.
+
+    Args:
+        between: for each combination of ``Chains`` [m].
+        most: the largest of them [m].
+    """
+
+    between: list[float]
+    most: float
+
+
+class Chains(Value):
+    """Combinations of a geom that an arm moves and the joints between it and other geoms; every two geoms
+    between which the same joints lie share one.
+
+    A geom lies within ``thin`` of a line segment that reaches ``long`` to both sides of its origin.
+
+    Args:
+        which: (geoms, geoms) the combination of each pair of geoms; the last one, of no motion, where no
+            joint lies between them.
+        geoms: ids of the geoms that the arm moves (m,).
+        turned: 1 where a joint moves such a geom (m, joints).
+        kinds: 1 where a joint does not move other geoms (kinds, joints).
+        row, column: of each combination in ``turned`` and in ``kinds`` (c,).
+        between: 1 where a joint lies between (joints, c).
+        long: half of the segment in the frame of the geom (m, 3) [m].
+        thin: radius about the segment (m,) [m].
+        bound: radius of a sphere about the geom's origin that contains the geom (m,) [m].
+        first: id of the arm's first joint.
+    """
+
+    which: Indices
+    geoms: Indices
+    turned: Floats
+    kinds: Floats
+    row: Indices
+    column: Indices
+    between: Floats
+    long: Floats
+    thin: Floats
+    bound: Floats
+    first: int
+
+
+def chains(model: Any, movers: Movers, first: int) -> Chains:
+    """Return the combinations of moved geoms and joints between geoms of a planning model.
+
+    Args:
+        first: id of the arm's first joint.
+    """
+    geoms = np.flatnonzero(movers.moved.any(axis=1))
+    turned = movers.turned[geoms]
+    kinds, kind = np.unique(movers.still, axis=0, return_inverse=True)
+    joints = turned[:, None] * kinds[None]
+    row, column = np.nonzero(joints.any(axis=-1))
+    index = np.full((model.ngeom, len(kinds)), len(row))
+    index[geoms[row], column] = np.arange(len(row))
+    one = index[:, kind.reshape(-1)]
+    long, thin = _segments(model, geoms)
+    bound = np.array(model.geom_rbound[geoms])
+    between = np.ascontiguousarray(joints[row, column].T)
+    return Chains(
+        np.minimum(one, one.T), geoms, turned, kinds, row, column, between, long, thin, bound, first
+    )
+
+
+def _segments(model: Any, geoms: Indices) -> tuple[Floats, Floats]:
+    """Return half of the longest line inside each geom, in its frame (m, 3) [m], and the radius about this
+    line that the geom fills (m,) [m]; only boxes and cylinders have one."""
+    long, thin = np.zeros((len(geoms), 3)), np.array(model.geom_rbound[geoms])
+    for k, g in enumerate(geoms.tolist()):
+        size = model.geom_size[g]
+        if model.geom_type[g] == BOX:
+            side = int(np.argmax(size))
+            long[k, side], thin[k] = size[side], np.linalg.norm(np.delete(size, side))
+        elif model.geom_type[g] == CYLINDER:
+            long[k, 2], thin[k] = size[1], size[0]
+    return long, thin
+
+
+class Postures:
+    """Where all geoms and the axes of all joints of a model are at several joint positions (p).
+
+    Args:
+        count: of joint positions.
+        model: of the geoms and joints.
+    """
+
+    def __init__(self, count: int, model: Any) -> None:
+        self.origins = np.empty((count, model.ngeom, 3))
+        self.turns = np.empty((count, model.ngeom, 9))
+        self.axes, self.anchors = np.empty((2, count, model.njnt, 3))
+
+    def put(self, number: int, data: Any) -> None:
+        """Note where everything is now in a simulation state."""
+        self.origins[number], self.turns[number] = data.geom_xpos, data.geom_xmat
+        self.axes[number], self.anchors[number] = data.xaxis, data.xanchor
+
+
+def rates(line: JointLine, middles: Sequence[float], half: float, arm: Chains, at: Postures) -> list[Rates]:
+    """Compute upper bounds on how fast each two geoms approach one another on parts of a line.
+
+    Args:
+        middles: fractions of the line, the middles of the parts.
+        half: of a part, as a fraction of the line.
+        at: the arm in these middles.
+    """
+    way, joints = np.abs(line.way), slice(arm.first, arm.first + len(line.way))
+    speeds = np.array([line.speed(m) for m in middles])
+    x, u, a = (
+        np.ascontiguousarray(np.moveaxis(v, -1, 0))
+        for v in (at.origins[:, arm.geoms], at.axes[:, joints], at.anchors[:, joints])
+    )
+    turns = at.turns[:, arm.geoms].reshape(*x.shape[1:], 3, 3)
+    ends = np.moveaxis((turns @ arm.long[:, :, None])[..., 0], -1, 0)
+    fastest = _fastest(speeds, arm, (x + ends, x - ends), u, a)
+    # The lever grows by no more than the way G of the geom itself: G = sum_j (lever_j + G) w_j h.
+    lever = _levers(x, u, a, arm) * arm.turned
+    lever += ((lever @ (half * way)) / (1.0 - half * way.sum()))[:, :, None] * arm.turned
+    bend = half * (way * (way + 2.0 * (np.cumsum(way) - way)) + line.bend)
+    straight, curved = (lever @ (w * arm.kinds).T for w in (way, bend))
+    curved, straight = curved[:, arm.row, arm.column], straight[:, arm.row, arm.column]
+    found = np.minimum(straight, fastest + curved)
+    return [Rates([*between, 0.0], max(between, default=0.0)) for between in found.tolist()]
+
+
+def _levers(x: Floats, u: Floats, a: Floats, arm: Chains) -> Floats:
+    """Return bounds on the distances of the points of the moved geoms from the joints' axes (p, m, joints)
+    [m].
+
+    Args:
+        x: origins of the geoms (3, p, m) [m].
+        u, a: directions of the axes, and points on them (3, p, joints) [m].
+    """
+    dx, dy, dz = x[:, :, :, None] - a[:, :, None]
+    ux, uy, uz = u[:, :, None]
+    along = dx * ux + dy * uy + dz * uz
+    square = dx * dx + dy * dy + dz * dz - along * along
+    found: Floats = np.sqrt(np.maximum(square, 0.0)) + arm.bound[:, None]
+    return found
+
+
+def _fastest(speeds: Floats, arm: Chains, ends: Sequence[Floats], u: Floats, a: Floats) -> Floats:
+    """Return the highest speed of any point of each combination's geom, as seen from the geoms beyond the
+    joints between (p, c) [m for a whole line].
+
+    Args:
+        speeds: of the joints (p, joints) [rad for a whole line].
+        ends: of the segments in the geoms, both (3, p, m) [m].
+        u, a: directions of the joints' axes, and points on them (3, p, joints) [m].
+    """
+    (ux, uy, uz), (ax, ay, az) = u * speeds, a
+    moments = np.stack((ux, uy, uz, ay * uz - az * uy, az * ux - ax * uz, ax * uy - ay * ux))
+    wx, wy, wz, vx, vy, vz = moments @ arm.between
+    most = np.zeros_like(wx)
+    for end in ends:
+        x, y, z = end[:, :, arm.row]
+        px, py, pz = vx + wy * z - wz * y, vy + wz * x - wx * z, vz + wx * y - wy * x
+        np.maximum(most, px * px + py * py + pz * pz, out=most)
+    found: Floats = np.sqrt(most) + np.sqrt(wx * wx + wy * wy + wz * wz) * arm.thin[arm.row]
+    return found
