@@ -10,6 +10,7 @@ import pytest
 from cramlite import Engine, NoSolution, Trace, UserError, read_scenario
 from cramlite.cli.resolve import _say_notes
 from cramlite.engine.recovery.going_on import GoingOn, Stretch
+from cramlite.engine.recovery.replanning import Attempt, rounds
 
 SCENE = """scenario: open_program
 tasks:
@@ -64,6 +65,41 @@ def test_without_others_it_ends_there_and_says_why(tmp_path: Path) -> None:
     said = r"came to its end\. The arm stands still: what comes then cannot be done as things are\.(.|\n)*soma:Cup"
     with pytest.raises(NoSolution, match=said):
         ran(tmp_path, "", "")
+
+
+SEEN = """scenario: open_and_seen
+tasks: [CloseGripperTask]
+then:
+  - do: [{task: Grasping, Patient: product}]
+  - do: [{task: Grasping, Patient: cup}]
+objects:
+  product: {types: ["cram:TeaBox"]}
+  cup: {types: ["soma:Cup"]}
+robot: {type: ur5e}
+camera: {mount: world, at: {position: [0.6, 1.0, 0.55], roll: -125 deg, yaw: 180 deg}}
+poses: camera
+things:
+  - {name: table, model: table, at: {position: [0.4, 0, -1 mm]}, with: {size: [1.6 m, 1.6 m, 20 mm]}}
+  - {name: tea, model: tea_box, at: {position: [0.5, 0.2, 65 mm]}}
+"""
+
+
+@pytest.mark.heavy
+def test_a_camera_looks_before_each_stage(tmp_path: Path) -> None:
+    """The box is found at the place where it is seen then; a cup is not, so that nothing follows."""
+    (tmp_path / "seen.yaml").write_text(SEEN)
+    scenario, said = read_scenario(tmp_path / "seen.yaml"), list[str]()
+    solution = next(engine().resolve(scenario, setting=engine().setting(scenario, twins=0)))
+    real = solution.setting.real
+    assert real is not None and "teabox_1" not in {t.name for t in solution.setting.world.things}
+    first = Attempt(solution.plan, solution.candidate.program, solution.candidate.written, real)
+    done = rounds(first, scenario, engine(), seed=0, most=3, say=said.append)
+    assert next(done).rollout.outcome == "finished"
+    grasped = next(done)
+    assert grasped.rollout.outcome == "finished" and grasped.attempt.candidate is not None
+    assert "round 2: resolves what comes then (do): Grasping" in said
+    with pytest.raises(NoSolution, match=r"Round 3: what comes then cannot be done as things are\.(.|\n)*soma:Cup"):
+        next(done)
 
 
 @pytest.mark.parametrize(("then", "said"), [(True, ["the proven program does not contain 1 stage of the scenario's 'then'"]), (False, [])])

@@ -33,6 +33,7 @@ from ..candidates import attempts
 from ..search_in_setting import search_in
 from .expectation import EXACT, SIGMAS, Noise, RunWatch, expectation
 from .next_program import Stopped, at_last, at_once, attempt_of, next_program
+from .open_stages import stage_program
 from .read_belief import STILL, real_after, setting_as_read, world_as_read
 from .replanning import BACK, Attempt, Round, Say
 from .rest_of_plan import rests_of_plan
@@ -51,7 +52,6 @@ STOPS = {"halted": Deviation.REFUSED, "protective stop": Deviation.STOPPED, "kil
 
 ACKNOWLEDGED = "a protective stop is acknowledged by a person, who has looked why; execute again with --replan then"
 REACHED = "the goal holds as things are"
-CLOSED = "what comes then cannot be done as things are"
 SAME = 2
 """Largest number of times that a new program is sought after the same deviation in the same step."""
 TO_DO: Mapping[Deviation, str] = {
@@ -201,22 +201,10 @@ class GoingOn:
         Programs are proven in the world of the last readings. None, with the reasons, if none is found.
         """
         self._believe(done, watch)
-        number, self.opened, self.goal, why = self.opened, self.opened + 1, None, list[str]()
+        number, self.opened, self.goal = self.opened, self.opened + 1, None
         world = real_after(done.rollout, done.attempt.world, self.setting.world.robots[0].holds)
-        for key in ("do", "else"):
-            stage = self.scenario.stage(number, key)
-            if stage is None:
-                continue
-            trace = Trace()
-            try:
-                found = next(self.engine.resolve(stage, setting=self.setting, seed=self.seed, trace=trace), None)
-            except UserError as error:  # what it names is not there
-                why.append(str(error))
-                continue
-            if found is not None and found.candidate.code is not None:
-                return attempt_of(found.candidate, world), f"resolves what comes then ({key}): {found.plan}"
-            why.append(self._failure(trace, self.engine.registry.faults))
-        return None, f"{CLOSED}. {' '.join(why)}"
+        found, why = stage_program(self.scenario, number, self.engine, self.seed, lambda _: self.setting, self._failure)
+        return (attempt_of(found.candidate, world) if found else None), why
 
     def _run(self, attempt: Attempt) -> tuple[RunWatch, Round]:
         knowledge, code = self.engine.knowledge, attempt.code

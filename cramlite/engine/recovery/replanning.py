@@ -7,7 +7,7 @@ The simulator's poses go from one run to the next, since the world goes on; nobo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from itertools import islice
 from typing import TYPE_CHECKING
 
@@ -81,9 +81,10 @@ class Round(Value):
         return f"{self.rollout.outcome}{where}: {self.rollout.reason}"
 
 
-def rounds(first: Attempt, scenario: Scenario, engine: Engine, *, seed: int, most: int, say: Say, verbose: bool = False) -> Iterable[Round]:
+def rounds(first: Attempt, scenario: Scenario, engine: Engine, *, seed: int, most: int, say: Say, verbose: bool = False) -> Iterator[Round]:
     """Run a program; when it stops with a reason, let the camera look, resolve the rest of the plan and run
-    that: at most ``most`` programs.
+    that; when it comes to its end, let the camera look, resolve the next stage of the scenario's ``then`` and
+    run that: at most ``most`` programs.
 
     Args:
         verbose: whether a refusal has every cause, or three lines.
@@ -94,14 +95,17 @@ def rounds(first: Attempt, scenario: Scenario, engine: Engine, *, seed: int, mos
     Raises:
         NoSolution: it cannot go on, and why.
     """
-    attempt = first
+    attempt, stage = first, 0
     for number in range(1, most + 1):
         done = _run(attempt, engine, seed)
         say(f"round {number}: {done.said}")
         yield done
-        if done.rollout.outcome == "finished":
+        if done.rollout.outcome == "finished" and stage < len(scenario.spec.then) and number < most:
+            attempt, stage = _stage(done, scenario, engine, seed, (stage, number + 1), say, verbose), stage + 1
+            continue
+        if done.rollout.outcome == "finished" and stage == len(scenario.spec.then):
             return
-        if done.rollout.outcome != "halted":
+        if done.rollout.outcome not in ("halted", "finished"):
             raise NoSolution(
                 f"Round {number} ended by {done.said}. Only a program that stopped by itself is planned anew."
             )
@@ -137,6 +141,28 @@ def _next(done: Round, scenario: Scenario, engine: Engine, seed: int, number: in
         why = (failure_text if verbose else brief_failure_text)(trace, engine.registry.faults)
         raise NoSolution(f"Round {number}: the remaining tasks cannot be done.\n{why}")
     return Attempt(plan, candidate.program, candidate.code, setting.real)
+
+
+def _stage(
+    done: Round, scenario: Scenario, engine: Engine, seed: int, which: tuple[int, int], say: Say, verbose: bool
+) -> Attempt:  # fmt: skip
+    """Let the camera look after a program has come to its end, resolve a stage of the scenario's ``then``, and return its program.
+
+    Args:
+        which: number of the stage, from 0, and of the round that it is run in.
+
+    Raises:
+        NoSolution: neither the stage nor its ``else`` can be done with what is seen.
+    """
+    from .open_stages import stage_program
+
+    (stage, number), now = which, _after(done)
+    failure = failure_text if verbose else brief_failure_text
+    found, why = stage_program(scenario, stage, engine, seed, lambda s: engine.setting(s, seed=seed, now=now), failure)
+    if found is None or found.setting.real is None or found.candidate.code is None:
+        raise NoSolution(f"Round {number}: {why}")
+    say(f"round {number}: {why}")
+    return Attempt(found.plan, found.candidate.program, found.candidate.code, found.setting.real, found.candidate)
 
 
 def _back(done: Round, engine: Engine, seed: int, number: int, say: Say) -> Round:

@@ -20,9 +20,9 @@ from ..backends.stream.messages import Hello
 SEARCH = {"proofs": 4, "expansions": 300}
 """Limits of an episode's search for each task sequence, below the defaults (8 and 3000), so that a refusal takes some ten seconds. The
 limits count work, so that an episode has the same program on any machine."""
-MIDWAY = {"work": 400}
-"""Further limit of a search while the arm stands in the middle of an episode: of those that found a program, most took 70, and a failure
-takes some 5 s."""
+MIDWAY = 200
+"""Work of a search while the arm stands in the middle of an episode, for each part of a goal (``Budget.work``): searches that found a
+program took at most 94, and the arm goes back the way it came where there is none."""
 NOISE = 0.06
 """Noise of poses that are read while a benchmark moves things [m]: smaller differences from the proof are not noticed. A benchmark may move
 a thing into another, where it stays: a basket's wall was 15 mm inside a box, at rest; a box that leaned on a bowl fell by 40 mm once they
@@ -87,7 +87,7 @@ def scene_setting(
     setting = setting_as_read(start, read, engine.knowledge, NOISE if model.noisy else 0.0)
     parts = goal(setting)
     world = model.spec["world"] | ({"leave_out": sorted(absent)} if absent else {}) | ({"noise": f"{NOISE} m"} if model.noisy else {})
-    asked = {"budget": {"sequences": SEQUENCES * len(parts), **SEARCH, **(MIDWAY if poses else {})}, "goal": parts}
+    asked = {"budget": {"sequences": SEQUENCES * len(parts), **SEARCH, **({"work": MIDWAY * len(parts)} if poses else {})}, "goal": parts}
     scenario = folder / "scenario.yaml"
     said = yaml.safe_dump({**model.spec, "world": world} | asked, sort_keys=False)
     scenario.write_text(f"{LATER if poses else ''}{said}", encoding="utf-8", newline="\n")
