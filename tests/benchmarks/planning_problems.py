@@ -86,7 +86,7 @@ def mjcf(scene: PlanningScene) -> str:
         parent, joint = int(model.body_parentid[b]), ""
         here = _pose(data.xpos[parent], data.xquat[parent]).inverse() * _pose(data.xpos[b], data.xquat[b])
         if b in arm:
-            here, j = _pose(model.body_pos[b], model.body_quat[b]), scene.first + arm[b]
+            here, j = _pose(model.body_pos[b], model.body_quat[b]), scene.chains.first + arm[b]
             low, high = scene.limits[arm[b]]
             joint = (
                 f'<joint name="joint{arm[b]}" axis="{_text(model.jnt_axis[j])}" pos="{_text(model.jnt_pos[j])}" '
