@@ -80,7 +80,7 @@ def mjcf(scene: PlanningScene) -> str:
     """The planning model with the arm's joints only, ``joint0`` to ``jointN``, and the site ``tcp``."""
     model, data = scene.compiled.model, scene.data
     scene.tip([0.0] * len(scene.robot.joints))
-    arm = {int(model.jnt_bodyid[scene.first + i]): i for i in range(len(scene.robot.joints))}
+    arm = {int(model.jnt_bodyid[scene.chains.first + i]): i for i in range(len(scene.robot.joints))}
 
     def body(b: int) -> str:
         parent, joint = int(model.body_parentid[b]), ""
