@@ -44,4 +44,4 @@ def test_what_the_usual_run_leaves_out_is_run_by_continuous_integration() -> Non
     options = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["pytest"]["ini_options"]
     assert options["addopts"].endswith(f" -m '{USUAL}'") and options["addopts"].count(" -m ") == 1
     runs = (ROOT / ".ci" / "run").read_text().splitlines()
-    assert ".venv/bin/python -m pytest -m 'heavy or fuzz'" in runs
+    assert ".venv/bin/python -m pytest -n 3 -m 'heavy or fuzz'" in runs

@@ -80,13 +80,13 @@ def mjcf(scene: PlanningScene) -> str:
     """The planning model with the arm's joints only, ``joint0`` to ``jointN``, and the site ``tcp``."""
     model, data = scene.compiled.model, scene.data
     scene.tip([0.0] * len(scene.robot.joints))
-    arm = {int(model.jnt_bodyid[scene.first + i]): i for i in range(len(scene.robot.joints))}
+    arm = {int(model.jnt_bodyid[scene.chains.first + i]): i for i in range(len(scene.robot.joints))}
 
     def body(b: int) -> str:
         parent, joint = int(model.body_parentid[b]), ""
         here = _pose(data.xpos[parent], data.xquat[parent]).inverse() * _pose(data.xpos[b], data.xquat[b])
         if b in arm:
-            here, j = _pose(model.body_pos[b], model.body_quat[b]), scene.first + arm[b]
+            here, j = _pose(model.body_pos[b], model.body_quat[b]), scene.chains.first + arm[b]
             low, high = scene.limits[arm[b]]
             joint = (
                 f'<joint name="joint{arm[b]}" axis="{_text(model.jnt_axis[j])}" pos="{_text(model.jnt_pos[j])}" '

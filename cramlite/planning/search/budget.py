@@ -41,8 +41,8 @@ class Budget(Value):
         proofs: fully grounded candidates that may be executed, over one task sequence.
         samples: of a sampling planner, per query.
         sequences: candidate task sequences that are tried.
-        work: of the whole search, over all task sequences: expansions, a proof counted as ``PROOF`` of them; 0 for no limit.
         seconds: of the whole search, which ends it wherever it then is; 0 for no limit. A slower machine may find less.
+        work: of the whole search, over all task sequences: expansions, a proof counted as ``PROOF`` of them; 0 for no limit.
 
     Raises:
         UserError: one is no whole number from 1 to ``MOST``.
@@ -52,8 +52,8 @@ class Budget(Value):
     proofs: int = 8
     samples: int = 4000
     sequences: int = 12
-    work: int = 0
     seconds: int = 0
+    work: int = 0
 
     def __post_init__(self) -> None:
         for name in self.__struct_fields__:
