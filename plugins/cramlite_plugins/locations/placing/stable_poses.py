@@ -47,7 +47,6 @@ the stand-off above that [m]; the second pair is for places with little room abo
 NESTED = ((0.02, 0.06), (0.035, 0.045))
 """Heights as in ``ONTO`` for a payload that is let down between steep walls [m]: 20 mm higher, a bowl is 4 mm
 from the sides of the bowl around it, and paths keep more clearance."""
-OVER_RIM = 0.01  # lowest point of what is let down deep into a thing, over that thing's top, at last [m]
 # Lowest point above a container's floor when let go, and steps up from there [m]
 OFF_FLOOR, RISE = 0.01, 0.03
 ABOVE = 0.06  # stand-off above a rim [m]
@@ -150,8 +149,7 @@ def standing_at(query: Query, now: Pose, offset: Offset, yaw: float = 0.0, cost:
     turn, asked = PER_TURN * abs(math.radians(math.remainder(yaw, 360.0))), query.where.attitude is not None
     there = f"({1000 * offset[0]:+.0f} {1000 * offset[1]:+.0f}) mm from its middle, " if any(offset) else ""
     name, thing = f"{there}turned {math.remainder(yaw, 360.0):+.0f} deg", stood(settled, now, offset, yaw)
-    kind, over = "in" if query.depth else "on", heights(settled, now)
-    return Rest(settled, thing, name, kind, over, cost + turn, asked)
+    return Rest(settled, thing, name, "in" if query.depth else "on", heights(query, now), cost + turn, asked)
 
 
 def turns(query: Query, now: Pose, offset: Offset, few: tuple[float, ...]) -> tuple[float, ...]:
@@ -218,12 +216,8 @@ def heights(query: Query, now: Pose) -> list[tuple[float, float]]:
 
     Over a container from its floor up to where the whole hand is over the rim, however it holds the payload.
     """
-    if query.under and not query.depth:
-        rim = float(corners(query.under, query.belief.pose(query.under.name))[:, 2].max()) + OVER_RIM
-        over = rim - query.target.pose.position[2]
-        return [*NESTED, *([(over, NESTED[-1][1])] if over > NESTED[-1][0] else [])]
     if not query.depth:
-        return list(ONTO)
+        return list(NESTED if query.under else ONTO)
     gripper, hand = query.context.robot.gripper, query.hand(now)
     ball = math.hypot(*gripper.tcp.position) + gripper.pad[1]  # about the TCP, that holds the hand
     low, high = (
