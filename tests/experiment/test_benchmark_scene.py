@@ -9,9 +9,11 @@ import mujoco
 import numpy as np
 import pytest
 from msgspec import json
+from msgspec.structs import replace
 
 from cramlite import Engine, Setting
 from cramlite.model import World
+from cramlite.plugin import UserError
 from cramlite_plugins.backends.stream.messages import Hello
 from cramlite_plugins.benchmarks.benchmark_scene import SceneModel, scene_model, scene_setting
 
@@ -68,3 +70,29 @@ def test_poses_that_are_read_give_the_world_that_the_file_would(opened: float, s
     assert not (tmp_path / "later" / "scene.xml").exists()
     assert json.decode((tmp_path / "later" / "world.json").read_bytes(), type=World) == read
     assert abs(read.thing("box").pose.position[0] - first.thing("box").pose.position[0]) > 0.09
+
+
+TABLE = """<mujoco><worldbody>
+  <body name="table" pos="0.6 0 0.2"><geom type="box" size="0.3 0.3 0.2"/></body>
+  <body name="bottle" pos="0.6 0 {z}" euler="0 90 0"><freejoint/><geom type="cylinder" size="0.03 0.08" mass="0.3"/></body>
+</worldbody></mujoco>"""
+
+
+def lying(inside: float, folder: Path) -> Setting:
+    """Setting of a scene at rest in which a bottle lies some way inside a table, as soft contacts of a benchmark may let it."""
+    xml = TABLE.format(z=0.43 - inside)
+    scene = {"xml": xml, "qpos": mujoco.MjModel.from_xml_string(xml).qpos0.tolist()}
+    model = scene_model(Engine(), folder, scene, replace(HELLO, poses=None), 0, robot={"type": "ur5e"})
+    return setting(model, scene, folder)
+
+
+@pytest.mark.parametrize(("inside", "moved"), [(0.004, 0.0), (0.017, 0.017)])
+def test_a_thing_that_rests_inside_another_is_believed_on_it(inside: float, moved: float, tmp_path: Path) -> None:
+    world = lying(inside, tmp_path).world
+    assert world.thing("bottle").pose.position[2] - (0.43 - inside) == pytest.approx(moved, abs=0.004)
+    assert any("perceived 17.0 mm inside 'table'" in note for note in world.notes) is (moved > 0)
+
+
+def test_a_thing_too_far_inside_another_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="overlap by"):
+        lying(0.1, tmp_path)

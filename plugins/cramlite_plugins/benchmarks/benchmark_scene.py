@@ -27,6 +27,8 @@ NOISE = 0.06
 """Noise of poses that are read while a benchmark moves things [m]: smaller differences from the proof are not noticed. A benchmark may move
 a thing into another, where it stays: a basket's wall was 15 mm inside a box, at rest; a box that leaned on a bowl fell by 40 mm once they
 were apart."""
+RESTING = 0.03
+"""Noise of poses of a benchmark's things at rest [m]: soft contacts let a lying bottle rest 17 mm deep in a table."""
 LATER = "# Resolved in the world of world.json; the scene's file has the poses that things had at first.\n"
 """First line of a scenario whose things are no longer at the poses in the scene's file."""
 SEQUENCES = 3
@@ -40,12 +42,12 @@ class SceneModel(Value, eq=False):
     Args:
         setting: world with all things of the file, those included that are absent at first; robot and backend.
         spec: the scenario but for its goal, and for what is absent.
-        noisy: whether poses are read while the benchmark moves things.
+        noise: how far poses may be off [m]; things deeper inside others than the simulator permits are moved by less than that.
     """
 
     setting: Setting
     spec: Mapping[str, Any]
-    noisy: bool
+    noise: float
 
 
 def scene_model(engine: Engine, folder: Path, scene: Mapping[str, Any], hello: Hello, twins: int, **spec: Any) -> SceneModel:
@@ -61,9 +63,11 @@ def scene_model(engine: Engine, folder: Path, scene: Mapping[str, Any], hello: H
     state = " ".join(f"{v:.17g}" for v in scene["qpos"])
     key = f'<keyframe><key name="state" qpos="{state}"/></keyframe></mujoco>'
     (folder / "scene.xml").write_text(scene["xml"].replace("</mujoco>", key), encoding="utf-8", newline="\n")
-    world = {"file": str(folder.resolve() / "scene.xml"), "keyframe": "state", "packages": _assets(scene["xml"])}
+    noise = RESTING if hello.poses is None else NOISE
+    file = str(folder.resolve() / "scene.xml")
+    world = {"file": file, "keyframe": "state", "packages": _assets(scene["xml"]), "noise": f"{noise} m"}
     whole = {"scenario": "episode", "world": world, **spec}
-    return SceneModel(engine.setting(read_scenario(whole | {"tasks": []}), twins=twins), whole, hello.poses is not None)
+    return SceneModel(engine.setting(read_scenario(whole | {"tasks": []}), twins=twins), whole, noise)
 
 
 def scene_setting(
@@ -84,9 +88,9 @@ def scene_setting(
     things = start.world.put({t.name: Pose.from_row(poses[t.name]) for t in start.world.things if t.name in poses}).things
     present = tuple(t for t in things if t.name not in absent)
     read = replace(start.world, things=present, robots=now.robots if now else start.world.robots)
-    setting = setting_as_read(start, read, engine.knowledge, NOISE if model.noisy else 0.0)
+    setting = setting_as_read(start, read, engine.knowledge, model.noise)
     parts = goal(setting)
-    world = model.spec["world"] | ({"leave_out": sorted(absent)} if absent else {}) | ({"noise": f"{NOISE} m"} if model.noisy else {})
+    world = model.spec["world"] | ({"leave_out": sorted(absent)} if absent else {})
     asked = {"budget": {"sequences": SEQUENCES * len(parts), **SEARCH, **({"work": MIDWAY * len(parts)} if poses else {})}, "goal": parts}
     scenario = folder / "scenario.yaml"
     said = yaml.safe_dump({**model.spec, "world": world} | asked, sort_keys=False)
