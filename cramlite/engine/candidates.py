@@ -263,7 +263,7 @@ def _candidate(plan: Plan, state: State, setting: Setting, knowledge: Knowledge)
 def to_try(
     plans: Iterable[tuple[Plan, TaskSequence | None]], most: int, trace: Trace, whole: WholeWork
 ) -> Iterator[tuple[int, Plan, TaskSequence | None]]:
-    """Yield plans, numbered from 1, until the budget of task sequences, which the trace then records, or that of work is spent."""
+    """Yield plans, numbered from 1, until the budget of task sequences or of work is spent; the trace records the former."""
     given, number = iter(plans), 0
     while not whole.spent and (found := next(given, None)) is not None:
         number += 1

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from ..plugin.protocols import Candidate
 
 MOVED = 0.02
-"""Distance that the proof moves a thing from which on pictures are to show it at its new place [m]."""
+"""Least distance by which the proof must move a thing so that pictures check its place [m]."""
 NOISE = 15485863
 """Added to the seed for each picture's noise, so that no picture repeats the noise of another one."""
 

@@ -22,7 +22,8 @@ TELLS = 0.008
 """Least difference of depth that a thing makes at a pixel which is to tell of it [m]: half of it exceeds the errors of depth and of a
 calibrated camera, 2 to 3 mm."""
 BEFORE = 0.015
-"""Distance in front of a predicted surface from which on something else hides it [m]: errors of poses, of the camera and of depth."""
+"""Least distance in front of a predicted surface at which a measured point counts as something that hides it [m]: errors of poses, of
+the camera and of depth are smaller."""
 LEAST = 30
 """Least number of compared pixels from which a thing is judged."""
 ENOUGH = 0.5

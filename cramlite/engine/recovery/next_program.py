@@ -127,7 +127,7 @@ def at_once(whole: Budget) -> Budget:
 
 
 def at_last(whole: Budget) -> Budget:
-    """Return the budget of the search that is the last thing to try after a stop."""
+    """Return the budget of the last search after a stop."""
     return _at_most(whole, AT_LAST)
 
 

@@ -29,7 +29,7 @@ from .control_steps import state_after_mark
 from .state import Effect, State, ground_roles, renewed, state_after_action, state_after_choice
 
 WORK_SPENT = "the budget of work over all task sequences is used up"
-"""Reason why a search ended before its task sequences did."""
+"""Reason for the end of a search that has task sequences left."""
 Below = Generator[State, Conflict | None, Conflict]
 """Generator of grounded states below a choice: it receives the conflict set of each state, and returns their union."""
 

@@ -29,7 +29,7 @@ def why_unreachable(problem: PlanningProblem) -> str:
 
 
 def _keeping(problem: PlanningProblem, things: Iterable[str]) -> str:
-    """Return a clause that says which of some things must keep their place; "" if none must."""
+    """Return a clause that names those of some things that must keep their place; "" if none must."""
     kept = ", ".join(f"'{name}'" for name in sorted(problem.grounder.scene.kept.intersection(things)))
     return f"; not to be moved (limits: keep): {kept}" if kept else ""
 

@@ -41,7 +41,7 @@ SAME = 0.0012
 WITHIN = 0.998
 """Share of a surface's points that a symmetry maps onto the surface: all but flaws of a mesh."""
 FIRST = 8
-"""Step by which points are taken that are looked at before all of them."""
+"""Only every so many points are compared at first; most transforms are refused by these."""
 
 
 class NearestGrid(Value, eq=False):
