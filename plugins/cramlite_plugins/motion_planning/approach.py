@@ -136,37 +136,51 @@ def rates(line: JointLine, middles: Sequence[float], half: float, arm: Chains, a
         at: the arm in these middles.
     """
     way, joints = np.abs(line.way), slice(arm.first, arm.first + len(line.way))
-    speeds = np.array([line.speed(m) for m in middles])
+    x, u, a = at.origins[:, arm.geoms], at.axes[:, joints], at.anchors[:, joints]
+    # The lever grows by no more than the way G of the geom itself: G = sum_j (lever_j + G) w_j h.
+    lever = _levers(x, u, a, arm) * arm.turned
+    lever += ((lever @ (half * way)) / (1.0 - half * way.sum()))[:, :, None] * arm.turned
+    found = (lever @ (way * arm.kinds).T)[:, arm.row, arm.column]
+    if len(middles) > 1:  # of a short line a tighter bound takes longer than the postures that it saves
+        found = np.minimum(found, _in_the_middle(line, middles, half, arm, at, lever))
+    return [Rates([*between, 0.0], max(between, default=0.0)) for between in found.tolist()]
+
+
+def _in_the_middle(
+    line: JointLine, middles: Sequence[float], half: float, arm: Chains, at: Postures, lever: Floats
+) -> Floats:
+    """Return the bounds (p, c) that add the joints' motions as vectors in the middle of each part [m for a
+    whole line].
+
+    Args:
+        lever: bounds on the distances of the geoms' points from the joints' axes (p, m, joints) [m].
+    """
+    joints = slice(arm.first, arm.first + len(line.way))
     x, u, a = (
         np.ascontiguousarray(np.moveaxis(v, -1, 0))
         for v in (at.origins[:, arm.geoms], at.axes[:, joints], at.anchors[:, joints])
     )
+    way, speeds = np.abs(line.way), np.array([line.speed(m) for m in middles])
     turns = at.turns[:, arm.geoms].reshape(*x.shape[1:], 3, 3)
     ends = np.moveaxis((turns @ arm.long[:, :, None])[..., 0], -1, 0)
-    fastest = _fastest(speeds, arm, (x + ends, x - ends), u, a)
-    # The lever grows by no more than the way G of the geom itself: G = sum_j (lever_j + G) w_j h.
-    lever = _levers(x, u, a, arm) * arm.turned
-    lever += ((lever @ (half * way)) / (1.0 - half * way.sum()))[:, :, None] * arm.turned
     bend = half * (way * (way + 2.0 * (np.cumsum(way) - way)) + line.bend)
-    straight, curved = (lever @ (w * arm.kinds).T for w in (way, bend))
-    curved, straight = curved[:, arm.row, arm.column], straight[:, arm.row, arm.column]
-    found = np.minimum(straight, fastest + curved)
-    return [Rates([*between, 0.0], max(between, default=0.0)) for between in found.tolist()]
+    curved = (lever @ (bend * arm.kinds).T)[:, arm.row, arm.column]
+    return np.asarray(_fastest(speeds, arm, (x + ends, x - ends), u, a) + curved)
 
 
 def _levers(x: Floats, u: Floats, a: Floats, arm: Chains) -> Floats:
     """Return bounds on the distances of the points of the moved geoms from the joints' axes (p, m, joints)
     [m].
 
+    A geom's centre x is sqrt(|x - a|^2 - ((x - a) u)^2) from an axis.
+
     Args:
-        x: origins of the geoms (3, p, m) [m].
-        u, a: directions of the axes, and points on them (3, p, joints) [m].
+        x: origins of the geoms (p, m, 3) [m].
+        u, a: directions of the axes, and points on them (p, joints, 3) [m].
     """
-    dx, dy, dz = x[:, :, :, None] - a[:, :, None]
-    ux, uy, uz = u[:, :, None]
-    along = dx * ux + dy * uy + dz * uz
-    square = dx * dx + dy * dy + dz * dz - along * along
-    found: Floats = np.sqrt(np.maximum(square, 0.0)) + arm.bound[:, None]
+    along = x @ u.transpose(0, 2, 1) - np.vecdot(a, u)[:, None]
+    apart = np.vecdot(x, x)[:, :, None] - 2.0 * (x @ a.transpose(0, 2, 1)) + np.vecdot(a, a)[:, None]
+    found: Floats = np.sqrt(np.maximum(apart - along * along, 0.0)) + arm.bound[:, None]
     return found
 
 
