@@ -137,6 +137,9 @@ def _by(way: WayOut, cost: float, asked: list[Query]) -> Answers:
             f"{count} placements were looked at, as many as the {asked[0].context.samples} samples of a "
             "query allow"
         )
+        if not found:
+            nearest = _nearest(refused)
+            said = f"{said}; none fits: {nearest.value}: {nearest.reason}"
         raise Unresolvable(said, blocking=tuple(there))
     if not found and not way.endless:
         raise _blocked(way, refused, asked[0])
@@ -219,10 +222,15 @@ def _no_room(refused: list[Refused], query: Query, there: Iterable[str]) -> Unre
 def _blocked(way: WayOut, refused: list[Refused], query: Query) -> Unresolvable:
     """Refusal if no candidate for one way of the payload to its target passes all checks: the nearest
     miss. It names the grasp as a cause unless the payload's own shape is to blame."""
-    nearest = max(reversed(refused), key=lambda no: no.passed)
+    nearest = _nearest(refused)
     own = any(nearest.check in shapes for shapes in SHAPES.values()) or not nearest.check
     grasps = taken_at(query.belief, query.context) if way.by_hand or not own else ()
     blocking = dict.fromkeys(name for no in refused for name in no.blocking or ())
     return Unresolvable(
         f"{way.name}: {nearest.reason}", grasps, blocking=tuple(blocking), remedy=nearest.remedy
     )
+
+
+def _nearest(refused: Sequence[Refused]) -> Refused:
+    """Return the refusal that passed most checks; of several, the last."""
+    return max(reversed(refused), key=lambda no: no.passed)
