@@ -11,9 +11,6 @@ from typing import Any
 import pytest
 from helpers.audited import audited, beyond
 from helpers.hostile_programs import BOMBS, ESCAPES, hostile_program
-from helpers.properties import examples
-from hypothesis import given
-from hypothesis import strategies as st
 
 from cramlite.plugin import UserError
 from cramlite_plugins.simulation.controller.halted import Halted
@@ -91,10 +88,9 @@ def test_no_program_of_a_sample_gets_out() -> None:
 
 
 @pytest.mark.heavy
-@examples(100)
-@given(st.integers(0, 2**32 - 1))
-def test_no_program_of_twenty_thousand_gets_out(seed: int) -> None:
-    assert sum(survives(200, seed).values()) == 200
+@pytest.mark.parametrize("seed", range(10))
+def test_no_program_of_a_hundred_thousand_gets_out(seed: int) -> None:
+    assert sum(survives(10_000, seed=100 + seed).values()) == 10_000
 
 
 @pytest.mark.parametrize("body", BOMBS.values(), ids=BOMBS)
