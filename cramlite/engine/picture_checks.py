@@ -1,7 +1,7 @@
 """Check of an executed program by its camera: a picture after each task, and one at rest, against what the proof predicts.
 
 Pictures tell only of the things that the proof moved until then, and of those that the goal is about. Nothing is stopped:
-what was noticed is reported with the execution.
+deviations are reported with the execution.
 """
 
 from __future__ import annotations

@@ -56,7 +56,7 @@ def unlocated(scenes: Iterable[Perceived], located: Container[str]) -> dict[str,
     """Return the fixtures that perception looked for in pictures and located in none of them, each with the reason.
 
     Args:
-        scenes: what was perceived in each picture.
+        scenes: result of perception for each picture.
         located: names of the things that were located.
     """
     said = (scene.scene["refined"].value for scene in scenes if "refined" in scene.scene)

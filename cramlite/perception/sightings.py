@@ -43,9 +43,9 @@ class Sighting(Value):
 
     Args:
         thing: its name.
-        pixels: number of pixels compared: the thing changes what is predicted there, and depth was measured.
+        pixels: number of pixels compared: the thing changes the predicted depth there, and depth was measured.
         there: share of them that show the thing.
-        gone: share of them that show what is behind it.
+        gone: share of them that show the background behind it.
     """
 
     thing: str

@@ -43,7 +43,7 @@ def stage_program(
             found = next(engine.resolve(stage, setting=setting_of(stage), seed=seed, trace=trace), None)
         except PluginError:
             raise
-        except CramliteError as error:  # what it names is not there, or nobody can see it
+        except CramliteError as error:  # a named thing is not there, or nobody can see it
             why.append(str(error))
             continue
         if found is not None and found.candidate.code is not None:

@@ -152,7 +152,7 @@ def _stage(
         which: number of the stage, from 0, and of the round that it is run in.
 
     Raises:
-        NoSolution: neither the stage nor its ``else`` can be done with what is seen.
+        NoSolution: neither the stage nor its ``else`` can be done with the things that are seen.
     """
     from .open_stages import stage_program
 
