@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import cache
 
 import numpy as np
 import pytest
@@ -52,6 +53,8 @@ def _about(task: str, name: str, **roles: str) -> Action:
 
 
 PLACING = _about("soma:Placing", "3.Placing", Locatum="it", Relatum="cabinet")
+RELEASED = _about("soma:Releasing", "3.Placing/Releasing", Locatum="it", Relatum="cabinet")
+RETRACTED = _about("soma:Retracting", "3.Placing/Retracting", Relatum="it")
 CLOSED = _about("soma:Closing", "4.Closing", Patient="door")
 OPENED = _about("soma:Opening", "4.Opening", Patient="door")
 
@@ -67,8 +70,12 @@ def _asked(long: float, *agenda: Action, opened: float = 1.9) -> tuple[Belief, C
     return belief, Context(UR5E, MOUNT, bindings, Engine().knowledge.taxonomy, agenda)
 
 
-def _answers(long: float, *agenda: Action) -> tuple[list[Grounding], list[Refused]]:
-    found = [a for a in ground(INSIDE, *_asked(long, *agenda)) if "through its side" in str(a)]
+AGENDAS = {"placed": (PLACING,), "closed": (PLACING, CLOSED), "let go, closed": (PLACING, RELEASED, RETRACTED, CLOSED)}
+
+
+@cache
+def _answers(long: float, agenda: str) -> tuple[list[Grounding], list[Refused]]:
+    found = [a for a in ground(INSIDE, *_asked(long, *AGENDAS[agenda])) if "through its side" in str(a)]
     return [a for a in found if isinstance(a, Grounding)], [a for a in found if isinstance(a, Refused)]
 
 
@@ -82,8 +89,8 @@ def _sticks_out(place: Grounding, long: float) -> float:
 
 
 def test_what_a_door_would_meet_is_refused_where_it_is_closed_later_and_it_says_how_far_that_would_be_open() -> None:
-    found, refused = _answers(0.2, PLACING, CLOSED)
-    anywhere, _ = _answers(0.2, PLACING)
+    found, refused = _answers(0.2, "closed")
+    anywhere, _ = _answers(0.2, "placed")
     assert found and max(_sticks_out(a, 0.2) for a in found) < LEFT < 0.02 < max(_sticks_out(a, 0.2) for a in anywhere)
     said = [r for r in refused if r.reason.startswith("not out of the way: with 'door', which a later task closes, open by ")]
     assert said and {r.blocking for r in said} == {("door",)}
@@ -92,7 +99,7 @@ def test_what_a_door_would_meet_is_refused_where_it_is_closed_later_and_it_says_
 
 
 def test_places_with_little_room_come_last() -> None:
-    found, _ = _answers(0.2, PLACING, CLOSED)
+    found, _ = _answers(0.2, "closed")
     tight = [a.cost >= TIGHT for a in found]
     assert tight == sorted(tight) and not tight[0]
     assert all(_sticks_out(a, 0.2) < -0.001 for a in found if a.cost < TIGHT)  # the plate is 2 mm before the front
@@ -100,20 +107,18 @@ def test_places_with_little_room_come_last() -> None:
 
 def test_what_the_hand_can_push_farther_in_may_stand_in_the_way_at_first() -> None:
     """As far as there is room: not what is longer than the cabinet is deep."""
-    release = _about("soma:Releasing", "3.Placing/Releasing", Locatum="it", Relatum="cabinet")
-    retract = _about("soma:Retracting", "3.Placing/Retracting", Relatum="it")
-    pushed, _ = _answers(0.2, PLACING, release, retract, CLOSED)
-    plain, _ = _answers(0.2, PLACING, CLOSED)
+    pushed, _ = _answers(0.2, "let go, closed")
+    plain, _ = _answers(0.2, "closed")
     assert max(_sticks_out(a, 0.2) for a in pushed) > LEFT > max(_sticks_out(a, 0.2) for a in plain)
     assert all(a.cost >= TIGHT for a in pushed if _sticks_out(a, 0.2) > 0)
     with pytest.raises(Unresolvable, match="not out of the way"):
-        list(ground(INSIDE, *_asked(0.31, PLACING, release, retract, CLOSED)))
+        list(ground(INSIDE, *_asked(0.31, *AGENDAS["let go, closed"])))
 
 
 def test_what_is_longer_than_its_cabinet_leaves_no_room_anywhere() -> None:
     with pytest.raises(Unresolvable, match=r"not out of the way: with 'door', which a later task closes, open by [0-9]+ deg still"):
         list(ground(INSIDE, *_asked(0.31, PLACING, CLOSED)))
-    assert _answers(0.31, PLACING)[0]
+    assert _answers(0.31, "placed")[0]
 
 
 def test_where_the_arm_stands_says_nothing_of_what_a_door_meets() -> None:
@@ -144,12 +149,11 @@ def test_what_is_in_a_container_is_not_before_a_door_that_a_later_task_opens(wit
 def test_what_a_later_task_takes_away_again_stands_in_no_way() -> None:
     _, context = _asked(0.2)
     taken = _about("soma:Grasping", "4.Grasping", Patient="it")
-    released = _about("soma:Releasing", "3.Placing/Releasing", Locatum="it", Relatum="cabinet")
 
     def closed(*agenda: Action) -> bool:
         return moves("door", CLOSING, "it", Context(UR5E, MOUNT, context.bindings, context.taxonomy, agenda))
 
-    assert closed(PLACING, released, CLOSED) and not closed(PLACING, taken, CLOSED)
+    assert closed(PLACING, RELEASED, CLOSED) and not closed(PLACING, taken, CLOSED)
     assert closed(PLACING, _about("soma:Retracting", "4.Retracting", Relatum="it"), CLOSED)
     assert not closed(PLACING, OPENED) and not closed()
     assert not moves("other", CLOSING, "it", Context(UR5E, MOUNT, context.bindings, context.taxonomy, (PLACING, CLOSED)))
