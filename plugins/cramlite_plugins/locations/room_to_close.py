@@ -1,13 +1,14 @@
 """Room for a door or a drawer that a later task closes: a payload may neither stop it nor stick out of it.
 
-In a container a payload may not stop one that a later task opens, either, such as the drawer above.
+In a container a payload may not stop one that a later task opens, either, such as the drawer above. Beside
+one it may be pushed along, but then a hand hardly takes hold of it again.
 """
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from msgspec.structs import replace
 
@@ -20,6 +21,7 @@ from ..shapes.joint_values import joint_value
 from .handles import ajar
 from .later import CLOSING, OPENING, moves
 
+HAND = 0.05  # around what has opened, for fingers that take hold of a thing beside or below it [m]
 SHUT = 0.05  # share of its range up to which a thing counts as closed
 OPENED = 0.8  # share of its range to which a task of opening opens a thing at least
 # Between the values of a joint that are looked at [m, rad]: a door's edge goes on by less than it is thick
@@ -34,7 +36,21 @@ def first_met(put: str, after: Belief, context: Context, clearance: float | None
     clearance [m], only up to the last part, which is a guarded motion.
     """
     kinds = (CLOSING, OPENING) if after.relates("in", put) else (CLOSING,)
-    for thing, kind in itertools.product(after.world.things, kinds):
+    return _first(put, after, context, dict.fromkeys(kinds, clearance))
+
+
+def opens_beside(put: str, after: Belief, context: Context) -> Refused | None:
+    """Return the refusal with the first thing that a later task opens so near to what was put beside it that
+    no hand has room there; None if there is none."""
+    return None if after.relates("in", put) else _first(put, after, context, {OPENING: HAND})
+
+
+def _first(
+    put: str, after: Belief, context: Context, clearances: Mapping[str, float | None]
+) -> Refused | None:
+    """Refusal of the first motion of a door or drawer that meets the placed thing; ``clearances`` to it by
+    kind of later task [m]."""
+    for thing, (kind, clearance) in itertools.product(after.world.things, clearances.items()):
         if thing.joint is not None and thing.name in after.poses:
             met = _met(thing, kind, put, after, context, clearance)
             if met is not None and moves(thing.name, kind, put, context):

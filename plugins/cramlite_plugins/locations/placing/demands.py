@@ -22,7 +22,7 @@ from ..places import ways_back
 from ..pushing.back_in import ways_in
 from ..pushing.farther_in import clearing_way, level_ahead
 from ..reached import Arm, Leg
-from ..room_to_close import first_met
+from ..room_to_close import first_met, opens_beside
 from .checks import Check, lowered
 from .query import Placement, Query
 
@@ -37,7 +37,7 @@ def room_to_close(placement: Placement, query: Query) -> str | Refused:
     What the hand pushes farther in, before it leaves, may stand in the way until then. Later tasks are looked
     at only where something would be met, so that what follows elsewhere holds whatever they are.
     """
-    no = _stopped(placement, query, None) if is_tight(placement, query) else None
+    no = first_met(query.thing.name, let_go(placement, query), query.context, None)
     return "" if no is None or _goes_farther_in(placement, query) else no
 
 
@@ -59,24 +59,28 @@ def _goes_farther_in(placement: Placement, query: Query) -> bool:
 
 def is_tight(placement: Placement, query: Query) -> bool:
     """Check whether the payload would stop a drawer or door that later tasks close, at its place or after
-    a small shift at its release."""
+    a small shift at its release, or be too near to one that they open."""
     return _tight(Itself(placement), Itself(query))
 
 
 @lru_cache(maxsize=1)
 def _tight(placement: Itself[Placement], query: Itself[Query]) -> bool:
-    return _stopped(placement.it, query.it, LET_GO) is not None
-
-
-def _stopped(placement: Placement, query: Query, clearance: float | None) -> Refused | None:
-    return first_met(query.thing.name, let_go(placement, query), query.context, clearance)
+    put, context = query.it.thing.name, query.it.context
+    after = let_go(placement.it, query.it)
+    return (first_met(put, after, context, LET_GO) or opens_beside(put, after, context)) is not None
 
 
 def let_go(placement: Placement, query: Query) -> Belief:
     """Return the belief after the payload's release at the placement."""
-    pose = fallen(query.belief, query.belief.base() * placement.rests)
-    there = ("in" if query.depth else "on", query.thing.name, thing_of(query.entity))
-    return query.belief.released(Estimate(pose, 0.0, "predicted: let go there"), query.held.opening).related(
+    return _let_go(Itself(placement), Itself(query))
+
+
+@lru_cache(maxsize=1)
+def _let_go(placement: Itself[Placement], query: Itself[Query]) -> Belief:
+    belief, to = query.it.belief, query.it.entity
+    pose = fallen(belief, belief.base() * placement.it.rests)
+    there = ("in" if query.it.depth else "on", query.it.thing.name, thing_of(to))
+    return belief.released(Estimate(pose, 0.0, "predicted: let go there"), query.it.held.opening).related(
         there
     )
 
@@ -150,9 +154,7 @@ def pushed_in(placement: Placement, query: Query) -> str | Refused:
     return "" if len(stuck) < len(ways) else stuck[0]
 
 
-DEMANDS: Mapping[str, Check] = {
-    "out of the way": room_to_close,
-    "free to leave": room_to_leave,
-    "pushed in": pushed_in,
-}
-"""Checks of a placement against the demands of later tasks, made after all other checks."""
+OUT_OF_THE_WAY: Mapping[str, Check] = {"out of the way": room_to_close}
+"""Check of a payload at its place alone, whatever holds it: it is made before those with hand and arm."""
+DEMANDS: Mapping[str, Check] = {"free to leave": room_to_leave, "pushed in": pushed_in}
+"""Checks of a placement against the demands of later tasks on the hand, made after all other checks."""

@@ -17,7 +17,7 @@ from ...motion_planning.reach import bound, led_by, taken_at
 from ..laying_down import hung, laid_down
 from .access import check_open
 from .checks import REACHED, SHAPES, SIDES, first_objection, lowered, opened
-from .demands import DEMANDS, TIGHT, is_tight
+from .demands import DEMANDS, OUT_OF_THE_WAY, TIGHT, is_tight
 from .query import AS_LET_GO, Found, Placement, Query, is_roofed, queries
 from .ways_out import HUNG, LAID, WAYS, WayOut
 
@@ -26,7 +26,9 @@ IN_ORDER = 0.1  # cost of each placement that comes before, on a way that has an
 OUTLINE, ARM = 5, 20
 """Samples of a query's budget that one check of shapes costs, and one check of the arm: a sampling planner
 checks as many states in the same time."""
-CHECKS = {kind: {**shapes, **REACHED, **DEMANDS} for kind, shapes in SHAPES.items()}
+ALONE = {kind: {**shapes, **OUT_OF_THE_WAY} for kind, shapes in SHAPES.items()}
+"""Checks of the payload alone, whatever holds it, by kind of stable pose."""
+CHECKS = {kind: {**alone, **REACHED, **DEMANDS} for kind, alone in ALONE.items()}
 
 Answer = Grounding | Refused
 Answers = Iterator[Answer]
@@ -111,7 +113,8 @@ def _by(way: WayOut, cost: float, asked: list[Query]) -> Answers:
     passed, found, there = False, 0, dict[str, None]()
     for query, answer, by_shapes in itertools.chain.from_iterable(map(_of_group, way.groups(asked))):
         there |= dict.fromkeys(query.standing_there()) if query else {}
-        work -= OUTLINE if by_shapes else ARM
+        alone = by_shapes and not (isinstance(answer, Refused) and answer.check in OUT_OF_THE_WAY)
+        work -= OUTLINE if alone else ARM
         if isinstance(answer, Refused):
             refused.append(answer)
         if by_shapes and not passed:
@@ -169,7 +172,7 @@ def _of_group(group: Iterator[Found] | Refused) -> Iterator[tuple[Query | None, 
             return
         if one.aside:
             continue
-        by_shapes = no.passed < len(SHAPES[one.kind])
+        by_shapes = no.check in ALONE[one.kind]
         yield query, no, by_shapes and one.kind != "at rest"
         if by_shapes:
             return  # no height changes what is seen from above
@@ -223,8 +226,9 @@ def _blocked(way: WayOut, refused: list[Refused], query: Query) -> Unresolvable:
     """Refusal if no candidate for one way of the payload to its target passes all checks: the nearest
     miss. It names the grasp as a cause unless the payload's own shape is to blame."""
     nearest = _nearest(refused)
-    own = any(nearest.check in shapes for shapes in SHAPES.values()) or not nearest.check
-    grasps = taken_at(query.belief, query.context) if way.by_hand or not own else ()
+    own = any(nearest.check in alone for alone in ALONE.values()) or not nearest.check
+    by_hand = way.by_hand and nearest.check not in OUT_OF_THE_WAY
+    grasps = taken_at(query.belief, query.context) if by_hand or not own else ()
     blocking = dict.fromkeys(name for no in refused for name in no.blocking or ())
     return Unresolvable(
         f"{way.name}: {nearest.reason}", grasps, blocking=tuple(blocking), remedy=nearest.remedy

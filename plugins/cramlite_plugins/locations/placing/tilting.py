@@ -20,7 +20,8 @@ from ...shapes.roofs import open_sides
 from ...shapes.standing_up import stood_up
 from .access import COVERS, LOWS, RISE, over_floor
 from .at_rest import along_walls, extent
-from .checks import OFF_WALLS, room
+from .checks import OFF_WALLS, first_objection, room
+from .demands import OUT_OF_THE_WAY
 from .query import Groups, Placement, Query, covers
 from .stable_poses import (
     about_vertical,
@@ -65,6 +66,9 @@ def tilted(asked: list[Query]) -> Groups:
     """
     query, none = replace(asked[0], covers=covers(asked[0], COVERS)), True
     _check_empty(query, "leans")
+    if (no := _in_the_way(query)) is not None:
+        yield no
+        return
     for placement in _leaning_in(query):
         none = False
         yield iter([(query, placement)])
@@ -82,6 +86,21 @@ def _check_empty(query: Query, does: str) -> None:
         )
 
 
+def _in_the_way(query: Query) -> Refused | None:
+    """Refusal if the payload, wherever it stands once straightened, stops what later tasks move; None if it
+    does not somewhere."""
+    first, upright = None, stood_up(query.thing, query.now)
+    for towards in _under(query):
+        for offset in _offsets(query, towards):
+            there = over_floor(query, upright, offset, LOWS[0])
+            at = query.hand(there)
+            no = first_objection(Placement("straightened", there, at, at, LOWS[0]), query, OUT_OF_THE_WAY)
+            if no is None:
+                return None
+            first = first or no
+    return first
+
+
 def _leaning_in(query: Query) -> Iterator[Placement]:
     """Yield ways into an opening on which hand and payload are free of collision, whatever the arm's posture.
 
@@ -92,6 +111,7 @@ def _leaning_in(query: Query) -> Iterator[Placement]:
         for offset, turned in product(_offsets(query, towards), turns):
             lows = ((low, over_floor(query, _lean(towards, LEFT) * turned, offset, low)) for low in LOWS)
             low, left = next(((low, pose) for low, pose in lows if not _met(query, pose)), (0.0, None))
+            lies = left and stood_up(query.thing, left)
             for back, over in product(FARTHER, OVER) if left else ():
                 at = over_floor(
                     query, _lean(towards, tilt) * turned, _moved(query, offset, -back * towards), low + over
@@ -99,17 +119,18 @@ def _leaning_in(query: Query) -> Iterator[Placement]:
                 x, y = (1000 * v for v in offset)
                 said = f"({x:+.0f} {y:+.0f}) mm from its middle, let down leaning by {tilt:.0f} deg"
                 name = f"{said}, {1000 * back:.0f} mm farther out, {1000 * over:.0f} mm higher"
-                found = (_straightened(query, left or at, at, out, name) for out in _up_and_away(towards))
+                ends = left or at, lies or at
+                found = (_straightened(query, ends, at, out, name) for out in _up_and_away(towards))
                 free = next((one for one in found if not room(one, query)), None)
                 if free is not None:
                     yield free
                     break
 
 
-def _straightened(query: Query, left: Pose, at: Pose, out: Floats, name: str) -> Placement:
-    """Placement in which the payload passes an opening while it leans, and is straightened for the
-    release."""
-    leaning, lies = query.hand(at), stood_up(query.thing, left)
+def _straightened(query: Query, ends: tuple[Pose, Pose], at: Pose, out: Floats, name: str) -> Placement:
+    """Placement in which the payload passes an opening while it leans, and is straightened for the release;
+    ``ends`` are the payload's poses at the release and at rest."""
+    leaning, (left, lies) = query.hand(at), ends
     return Placement(
         name, left, query.hand(left), shift(leaning, out), LOWS[0] - query.depth, "in", (leaning,), True,
         lies, reorients=True, opens=True,
