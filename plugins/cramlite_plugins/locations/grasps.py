@@ -41,9 +41,8 @@ from ..shapes.bounds import centre_of_mass
 from . import antipodal, rim_pinches
 from .from_aside import slants
 from .grips import AGAIN, SLACK, Grip, ranked, too_wide, varied, why_none
-from .hand_room import HandRoom
-from .placing.access import goes_in_tilted, lays_down
-from .placing.sideways import comes_in
+from .hand_room import HandRoom, Taken
+from .placing.for_later import suits_later
 from .reached import Arm, Leg
 
 STANDOFF = 0.10  # pre-grasp distance [m]: the longest finger pad and the tab of a product fit in between
@@ -187,8 +186,7 @@ def _in_order(
     """Grasps with their cost [m], in the order of trial; grasps with the hand inside the thing are left out.
 
     Grasps without room for the hand come last, and grips by leaning hands or by the ends of the pads after
-    the other kinds. For a payload that goes under an overhang the grasps that fit there come first; for one
-    that is laid on its side, or let down tilted, those of hands that can do it.
+    the other kinds. Those that suit the place to which a later task brings the thing come first.
     """
     pose, here, most = belief.pose(thing.name), tcp(belief, context), context.robot.gripper.opening[1]
     loads, found = _loads(grips, thing, belief, context), []
@@ -212,14 +210,13 @@ def _in_order(
     others = room.in_a_hole(hands, most)  # when it opens around what is threaded
     for there in (hands, hands.moved(-STANDOFF), up):
         others |= room.meets(room.others, there, openings, CLEARANCE)
-    kinds = (1, 0, 2) if goes_in_tilted(thing.name, belief, context) else (0, 1, 2)
-    shut_out = ~comes_in(thing, belief, context, hands, openings, ~own & ~others)
-    shut_out |= ~lays_down(thing, belief, context, hands)
+    leaning = np.array([f[1].late == 1 for f in found], bool)
+    unfit = ~suits_later(thing, belief, context, Taken(hands, openings, ~own & ~others, leaning))
     alike: dict[tuple[bool, int, bool], list[tuple[float, Grip, Grasp]]] = {}
-    for f, no, it, stays_out in zip(found, others.tolist(), own.tolist(), shut_out.tolist(), strict=True):
+    for f, no, it, bad in zip(found, others.tolist(), own.tolist(), unfit.tolist(), strict=True):
         if not it:
-            alike.setdefault((stays_out, f[1].late, no), []).append(f)
-    order = itertools.product((False, True), kinds, (False, True))
+            alike.setdefault((bad, f[1].late, no), []).append(f)
+    order = itertools.product((False, True), (0, 1, 2), (False, True))
     return [
         (cost, replace(grasp, tight=key[-1])) for key in order for cost, grasp in varied(alike.get(key, ()))
     ]

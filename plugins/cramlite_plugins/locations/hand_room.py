@@ -41,6 +41,22 @@ Part = list[_Box]
 """Part of a hand as a list of boxes, each of which contains the whole part."""
 
 
+class Taken(Value):
+    """Grasps of a thing, n of them.
+
+    Args:
+        hands: the TCP poses.
+        openings: of the fingers (n,) [m].
+        free: whether the hand has room there (n,).
+        leaning: whether the hand leans (n,).
+    """
+
+    hands: Hands
+    openings: Floats
+    free: NDArray[np.bool_]
+    leaning: NDArray[np.bool_]
+
+
 class HandRoom(Value, dict=True):
     """Shapes that a hand must keep away from when it grasps or places a thing, and the checks of TCP poses
     against them.

@@ -28,9 +28,10 @@ from cramlite.model import (
 from cramlite.plugin import Context, Grounding, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.locations.antipodal import Hands
+from cramlite_plugins.locations.hand_room import Taken
 from cramlite_plugins.locations.kinds import ground
+from cramlite_plugins.locations.placing.for_later import suits_later
 from cramlite_plugins.locations.placing.query import queries
-from cramlite_plugins.locations.placing.sideways import comes_in
 from cramlite_plugins.locations.placing.ways_out import WAYS
 from cramlite_plugins.objects.furniture import cabinet, door
 from cramlite_plugins.objects.products_and_fixtures import block, table
@@ -144,7 +145,8 @@ def _comes_in(belief: Belief, context: Context) -> list[bool]:
     it, at = belief.world.thing("it"), belief.world.thing("it").pose
     level, down = (Pose.from_axes(at.apply(tip), way, (0, 1, 0)) for tip, way in (((-0.03, 0, 0), LEVEL), ((0, 0, 0.04), DOWN)))
     there = replace(belief, held=None, poses={**belief.poses, "it": Estimate(at, 0.0, "seen")})
-    found: list[bool] = comes_in(it, there, context, Hands.at([level, down]), np.full(2, 0.05), np.ones(2, bool)).tolist()
+    all_of = np.ones(2, bool)
+    found: list[bool] = suits_later(it, there, context, Taken(Hands.at([level, down]), np.full(2, 0.05), all_of, ~all_of)).tolist()
     return found
 
 

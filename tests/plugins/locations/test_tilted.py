@@ -26,9 +26,11 @@ from cramlite.model import (
 )
 from cramlite.plugin import Context, Grounding, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.locations.antipodal import Hands
 from cramlite_plugins.locations.grips import Grip, ranked
+from cramlite_plugins.locations.hand_room import Taken
 from cramlite_plugins.locations.kinds import ground
-from cramlite_plugins.locations.placing.access import goes_in_tilted
+from cramlite_plugins.locations.placing.for_later import leans
 from cramlite_plugins.locations.placing.query import queries
 from cramlite_plugins.locations.placing.tilting import LEFT, TILTS
 from cramlite_plugins.locations.placing.ways_out import WAYS
@@ -133,6 +135,9 @@ def test_under_nothing_things_go_in_from_above() -> None:
 def test_hands_that_lean_come_first_for_what_goes_in_tilted(radius: float, leaning: bool) -> None:
     belief, context = _asked(radius, leans=False)
     there = initial_belief(belief.world, "arm", FR3.home, 0.04)
-    drop = Action("1", "artm:Ungrasping", {"Locatum": Object("it", "it"), "Relatum": Object("drawer", "drawer")})
-    assert goes_in_tilted("it", there, replace(context, agenda=(drop,))) == leaning
-    assert not goes_in_tilted("it", there, context)  # nothing brings it there
+    drop = Action("1", "artm:Ungrasping", {"Locatum": Object("it", entity="it"), "Relatum": Object("drawer", entity="drawer")})
+    it, two = belief.thing("it"), np.array([True, False])
+    taken = Taken(Hands.at([Pose(), Pose()]), np.full(2, 0.05), np.ones(2, bool), two)
+    found = leans(it, there, replace(context, agenda=(drop,)), taken)
+    assert (found is not None and found.tolist() == two.tolist()) == leaning
+    assert leans(it, there, context, taken) is None  # nothing brings it there

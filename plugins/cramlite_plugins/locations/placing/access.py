@@ -9,28 +9,18 @@ from itertools import product
 
 import numpy as np
 from msgspec.structs import replace
-from numpy.typing import NDArray
 
-from cramlite.model import Belief, Estimate, Floats, Pose, Thing
-from cramlite.plugin import Context, Unresolvable
+from cramlite.model import Floats, Pose
+from cramlite.plugin import Unresolvable
 
 from ...motion_planning.reach import shift
 from ...shapes import ray_casting as rays
-from ...shapes.bounds import corners, height
-from ...shapes.roofs import has_own_roof
-from ..antipodal import Hands
+from ...shapes.bounds import corners
 from ..from_aside import slants
-from ..later import brings
-from ..parameters import Where
-from ..reached import Arm
-from ..room_to_close import first_met
-from .attitudes import POINTS_DOWN, sides_down
 from .checks import let_in
-from .positions import free_area
-from .query import Placement, Query, covers, is_roofed, openings
-from .stable_poses import (
-    heights,
-)
+from .demands import LOWS, over_floor
+from .query import Placement, Query, covers, is_roofed
+from .stable_poses import heights
 
 OUT = 1.0  # from the middle of a surface to the outside of what it is in, at most [m]
 HAND = 0.25
@@ -42,9 +32,6 @@ angle around a direction within which all others must be free: a gap of less tha
 around the front of a drawer, is no way out for a hand."""
 RISE = 0.12
 """Rise of the ways into an opening that are checked [m]: twice the depth of desk drawers."""
-# Heights of its lowest point over the floor of a cavity at the end of one, which may be a little higher than
-# stated [m]
-LOWS = (0.01, 0.02, 0.03)
 PITCH = 0.02  # between positions in an opening at which one is looked for [m]
 COVERS = 0.3  # over an opening what covers it is looked for [m]: as high as a thing is carried
 
@@ -118,17 +105,6 @@ def _directions() -> Floats:
     return np.column_stack([level * np.cos(turn), level * np.sin(turn), z])
 
 
-def over_floor(query: Query, turned: Pose, offset: tuple[float, float], over: float) -> Pose:
-    """Return the pose in the base frame of a thing with a given orientation, its outline's middle over a
-    position of an opening, its lowest point at a height over the floor [m]."""
-    points = corners(query.thing, Pose((0.0, 0.0, 0.0), turned.quaternion))
-    low, high = points.min(axis=0), points.max(axis=0)
-    x, y, z = query.target.pose.apply((*offset, over - query.depth))
-    return Pose(
-        (float(x - (low + high)[0] / 2), float(y - (low + high)[1] / 2), float(z - low[2])), turned.quaternion
-    )
-
-
 def goes_in_upright(query: Query, now: Pose) -> bool:
     """Check whether the payload, in its orientation at a pose in the base frame, gets into an opening
     straight down or at a slant, whatever its grasp."""
@@ -149,62 +125,3 @@ def goes_in_upright(query: Query, now: Pose) -> bool:
 def covered(query: Query) -> Query:
     """Return a placing problem that lists the overhangs above its opening, up to the height of a release."""
     return replace(query, covers=covers(query, heights(query, query.now)[-1][0]))
-
-
-def goes_in_tilted(thing: str, belief: Belief, context: Context) -> bool:
-    """Check whether a later task brings a thing into an opening that is too covered for a way straight from
-    above."""
-    narrow = [name for name in belief.poses if name != thing and _too_narrow(thing, name, belief, context)]
-    if not narrow:
-        return False  # later tasks are not looked at, so that what follows from this holds whatever they are
-    return any(onto.thing in narrow for onto, *_ in brings(thing, belief, context))
-
-
-def _too_narrow(thing: str, into: str, belief: Belief, context: Context) -> bool:
-    """Whether only overhangs keep a thing, in its present orientation, out of an opening."""
-    held, now = belief.thing(thing), belief.pose(thing)
-    half = float(np.min(np.ptp(corners(held, now), axis=0)[:2])) / 2
-    for target, depth in openings(belief.thing(into), belief.pose(into)):
-        core, bare = (
-            target.area.buffer(-half),
-            Query(held, into, target, Arm(belief, context), Where(), depth=depth),
-        )
-        if not core.is_empty and free_area(core, [o.area for o in covers(bare, COVERS)], half).is_empty:
-            return True
-    return False
-
-
-def lays_down(thing: Thing, belief: Belief, context: Context, hands: Hands) -> NDArray[np.bool_]:
-    """Check with which grasps (n) a thing, as it stands now, can be laid on a side; all, if no later task
-    needs that: it would be in the way of a drawer or door there if it stood."""
-    every = np.ones(len(hands.positions), bool)
-    if not _stops(thing, belief, context):
-        return every
-    now, found = belief.pose(thing.name), ~every
-    for turned in sides_down(thing, now):
-        found |= hands.approach @ (turned.rotation @ now.rotation.T)[2] <= POINTS_DOWN
-    return found if found.any() else every
-
-
-def _stops(thing: Thing, belief: Belief, context: Context) -> bool:
-    """Whether a thing would stop what later tasks move if it stood in the opening to which a task before them
-    brings it."""
-    now = belief.pose(thing.name)
-    high = [
-        name
-        for name in belief.poses
-        if any(depth < height(thing, now) for _, depth in openings(belief.thing(name), belief.pose(name)))
-    ]
-    if not high or all(belief.thing(name).joint is None for name in belief.poses):
-        return False  # later tasks are not looked at, so that what follows from this holds whatever they are
-    for onto, region, then in brings(thing.name, belief, context):
-        whole, at = belief.thing(onto.thing), belief.pose(onto.thing)
-        inside = [] if has_own_roof(whole, at, region) else openings(whole, at, region)
-        for target, depth in inside if onto.thing in high else ():
-            query = Query(thing, onto.thing, target, Arm(belief, context), Where(), depth=depth)
-            there = belief.base() * over_floor(query, now, (0.0, 0.0), LOWS[0])
-            poses = {**belief.poses, thing.name: Estimate(there, 0.0, "predicted: put there")}
-            after = replace(belief, poses=poses).related(("in", thing.name, onto.thing))
-            if first_met(thing.name, after, then, None):
-                return True
-    return False

@@ -29,8 +29,7 @@ FLAT_FALL = math.radians(32.0)  # lean of a flat thing from lying, from which it
 POINTS_DOWN = -math.sin(math.radians(30.0))
 """Largest upward component of a hand's unit approach vector above a payload that lies in a container: a hand
 that is more level is in the walls."""
-SIDES = 3  # of a payload that it is laid on, at most
-HIGH = 0.01  # by which it must be lower there [m]
+LOWER = 0.01  # by which a payload must be lower on a side than it stands, to be laid on that [m]
 
 
 def attitudes(query: Query, upright: Pose) -> Iterator[tuple[str, Pose]]:
@@ -60,14 +59,14 @@ def lying(query: Query) -> Iterator[Pose]:
         up = float(query.hand(turned).rotate((0.0, 0.0, 1.0))[2])
         if up <= POINTS_DOWN:
             found.append((round(up, 2), k, turned))
-    yield from (turned for _, _, turned in sorted(found, key=lambda one: one[:2])[:SIDES])
+    yield from (turned for _, _, turned in sorted(found, key=lambda one: one[:2]))
 
 
 def sides_down(thing: Thing, now: Pose) -> list[Pose]:
     """Return the orientations of a thing on those of its sides on which it is lower than at the pose ``now``,
     each turned the shortest way."""
     turned = (turned_down(now, face) for face in carrying_faces(thing))
-    return [pose for pose in turned if height(thing, pose) < height(thing, now) - HIGH]
+    return [pose for pose in turned if height(thing, pose) < height(thing, now) - LOWER]
 
 
 def far_edge_down(query: Query) -> Iterator[tuple[float, Pose]]:

@@ -9,12 +9,13 @@ from functools import lru_cache
 
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Estimate, Remedy, thing_of
+from cramlite.model import Belief, Estimate, Pose, Remedy, thing_of
 from cramlite.plugin import Refused
 
 from ...kinematics.kinematics import inverse
 from ...motion_planning.reach import shift
 from ...motions.gripping import LET_GO, fallen
+from ...shapes.bounds import corners
 from ...shapes.itself import Itself
 from ...shapes.roofs import roofed
 from ..later import retracts_from
@@ -23,11 +24,13 @@ from ..pushing.back_in import ways_in
 from ..pushing.farther_in import clearing_way, level_ahead
 from ..reached import Arm, Leg
 from ..room_to_close import first_met, opens_beside
-from .checks import Check, lowered
+from .checks import Check, first_objection, lowered
 from .query import Placement, Query
 
 # Cost of a place that comes after all others, since it leaves little room for what is to be closed
 TIGHT = 100.0
+# Heights of a payload's lowest point over the floor of a cavity, which may be a little higher than stated [m]
+LOWS = (0.01, 0.02, 0.03)
 
 
 def room_to_close(placement: Placement, query: Query) -> str | Refused:
@@ -39,6 +42,25 @@ def room_to_close(placement: Placement, query: Query) -> str | Refused:
     """
     no = first_met(query.thing.name, let_go(placement, query), query.context, None)
     return "" if no is None or _goes_farther_in(placement, query) else no
+
+
+def stops(query: Query, turned: Pose, offset: tuple[float, float] = (0.0, 0.0)) -> Refused | None:
+    """Return the refusal if a payload over a position of an opening, the middle by default, stops what later
+    tasks move; it is turned as at a pose."""
+    there = over_floor(query, turned, offset, LOWS[0])
+    at = query.hand(there)
+    return first_objection(Placement("amid", there, at, at, LOWS[0]), query, OUT_OF_THE_WAY)
+
+
+def over_floor(query: Query, turned: Pose, offset: tuple[float, float], over: float) -> Pose:
+    """Return the pose in the base frame of a thing with a given orientation, its outline's middle over a
+    position of an opening, its lowest point at a height over the floor [m]."""
+    points = corners(query.thing, Pose((0.0, 0.0, 0.0), turned.quaternion))
+    low, high = points.min(axis=0), points.max(axis=0)
+    x, y, z = query.target.pose.apply((*offset, over - query.depth))
+    return Pose(
+        (float(x - (low + high)[0] / 2), float(y - (low + high)[1] / 2), float(z - low[2])), turned.quaternion
+    )
 
 
 def _goes_farther_in(placement: Placement, query: Query) -> bool:

@@ -22,7 +22,7 @@ from ...shapes.roofs import has_a_roof, open_sides
 from ...shapes.standing_up import stood_up
 from ...shapes.surfaces import Surface, footprint, surfaces
 from ..antipodal import Hands
-from ..hand_room import HandRoom
+from ..hand_room import HandRoom, Taken
 from ..later import brings
 from ..pushing.contacts import STEEP
 from ..reached import Arm
@@ -309,29 +309,25 @@ def _boxes(thing: Thing, now: Pose) -> list[tuple[Floats, Floats, Floats]]:
     return [whole, *((np.asarray(p.position), p.rotation, half) for p, half in parts)]
 
 
-def comes_in(
-    thing: Thing, belief: Belief, context: Context, hands: Hands, openings: Floats, free: NDArray[np.bool_]
-) -> NDArray[np.bool_]:
+def comes_in(thing: Thing, belief: Belief, context: Context, taken: Taken) -> NDArray[np.bool_] | None:
     """Check with which grasps (n) a thing, as it stands now, fits under the overhang of the place where a
-    later task puts it.
-
-    All grasps, if no later task puts it under one; else only grasps that ``free`` marks are tried.
+    later task puts it; None if no later task puts it under one.
 
     Later tasks are looked at only where there is a roof, so that what follows elsewhere holds whatever they
     are. A table's board near the floor is not meant by the table, off which a thing is picked up.
     """
-    every, now = np.ones(len(openings), bool), belief.pose(thing.name)
+    now, hands, openings = belief.pose(thing.name), taken.hands, taken.openings
     others = (name for name in belief.poses if name != thing.name)
     if not any(has_a_roof(belief.thing(other), belief.pose(other)) for other in others):
-        return every
+        return None
     floors, scene = list(_floors_later(thing, now, belief, context)), Arm(belief, context).scene()
-    found = ~every if floors else every
+    found = np.zeros(len(openings), bool)
     for floor in floors:
         around = HandRoom.amid(floor.whole.name, thing.name, belief, scene)
-        level = np.flatnonzero(free & ((hands.approach[:, 2] > -STEEP) | (floor.room > HAND)))
+        level = np.flatnonzero(taken.free & ((hands.approach[:, 2] > -STEEP) | (floor.room > HAND)))
         wide, turns = np.ceil(openings[level] / COARSE) * COARSE, np.radians(TURNS[:3])
         found[level] |= _free(floor, around, thing, now, hands.of(level), wide, turns, FEW).any(axis=(1, 2))
-    return found if found.any() else every
+    return found if floors else None
 
 
 def _floors_later(thing: Thing, now: Pose, belief: Belief, context: Context) -> Iterator[Floor]:

@@ -18,10 +18,10 @@ from ...motion_planning.reach import shift, taken_at
 from ...shapes.bounds import corners, support
 from ...shapes.roofs import open_sides
 from ...shapes.standing_up import stood_up
-from .access import COVERS, LOWS, RISE, over_floor
+from .access import COVERS, RISE
 from .at_rest import along_walls, extent
-from .checks import OFF_WALLS, first_objection, room
-from .demands import OUT_OF_THE_WAY
+from .checks import OFF_WALLS, room
+from .demands import LOWS, over_floor, stops
 from .query import Groups, Placement, Query, covers
 from .stable_poses import (
     about_vertical,
@@ -89,16 +89,10 @@ def _check_empty(query: Query, does: str) -> None:
 def _in_the_way(query: Query) -> Refused | None:
     """Refusal if the payload, wherever it stands once straightened, stops what later tasks move; None if it
     does not somewhere."""
-    first, upright = None, stood_up(query.thing, query.now)
-    for towards in _under(query):
-        for offset in _offsets(query, towards):
-            there = over_floor(query, upright, offset, LOWS[0])
-            at = query.hand(there)
-            no = first_objection(Placement("straightened", there, at, at, LOWS[0]), query, OUT_OF_THE_WAY)
-            if no is None:
-                return None
-            first = first or no
-    return first
+    upright = stood_up(query.thing, query.now)
+    spots = (spot for towards in _under(query) for spot in _offsets(query, towards))
+    no = stops(query, upright)
+    return no if no is not None and all(stops(query, upright, spot) for spot in spots) else None
 
 
 def _leaning_in(query: Query) -> Iterator[Placement]:

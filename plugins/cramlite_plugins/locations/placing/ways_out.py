@@ -24,7 +24,7 @@ from .access import COVERS, covered, goes_in_upright
 from .at_rest import CLOSE
 from .attitudes import lying
 from .checks import SHAPES, at_rest, first_objection
-from .demands import room_to_close
+from .demands import stops
 from .edge_first import edge_first
 from .positions import free_for, positions_along, positions_on, radius
 from .query import Found, Groups, Placement, Query, covers, is_roofed, lying_in, standing_on
@@ -82,9 +82,9 @@ def _laid(query: Query, now: Pose) -> Iterator[Rest]:
     """Yield stable poses of a payload that lies on a side in a container, where it would stop what a later
     task moves if it stood there in the orientation ``now``, but not if it lies."""
     kept = query.thing.filling is not None or query.held.carries or query.held.swing or query.where.attitude
-    if not query.depth or kept or not _stops(query, now):
+    if not query.depth or kept or not stops(query, now):
         return
-    for k, turned in enumerate(side for side in lying(query) if not _stops(query, side)):
+    for k, turned in enumerate(side for side in lying(query) if not stops(query, side)):
         for yaw in turns(query, turned, (0.0, 0.0), ()):
             amid = stood(query, turned, (0.0, 0.0), yaw)
             for offset in islice(positions_along(query, amid), LAID_AT):
@@ -92,13 +92,6 @@ def _laid(query: Query, now: Pose) -> Iterator[Rest]:
                 alike = min(again, key=lambda one: abs(math.remainder(one - yaw, 360.0)))
                 rest = standing_at(query, turned, offset, alike)
                 yield replace(rest, name=f"laid on side {k + 1}, {rest.name}", reorients=True)
-
-
-def _stops(query: Query, now: Pose) -> bool:
-    """Whether a payload in the middle of its container, turned as at a pose, stops what a later task
-    moves."""
-    _, amid = next(_from_above(standing_at(query, now, (0.0, 0.0))))
-    return bool(room_to_close(amid, query))
 
 
 def _from_above(rest: Rest) -> Iterator[Found]:
