@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import mujoco
 import numpy as np
 import pytest
 from helpers.scenes import BLOCK, WALL, down, make, world
@@ -11,7 +12,7 @@ from msgspec.structs import replace
 from cramlite.model import Geom, Pose, RobotMount, Thing, World
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.camera.ray_tracer import Camera, cast, render
+from cramlite_plugins.simulation.camera.ray_tracer import Camera, backdrop, cast, part_still, render, render_before
 from cramlite_plugins.simulation.model.compile import compile_world
 from cramlite_plugins.simulation.recording.collision_pictures import collision_picture
 from cramlite_plugins.simulation.recording.pictures import camera_of
@@ -32,6 +33,20 @@ def test_a_picture_shows_robot_product_and_basket() -> None:
     mj_forward(compiled.model, data)
     gone = render(compiled.model, data, width=160, height=120)
     assert (gone[..., 0] > 1.6 * gone[..., 1]).sum() == 0
+
+
+def test_pictures_before_one_backdrop_are_those_without() -> None:
+    """The arm in two postures; in the last one the camera is inside the box around a part of it."""
+    compiled, size = compile_world(standard_world(), ROBOTS), (80, 60)
+    model, data, arm = compiled.model, compiled.data(), list(compiled.robots["arm"].joints)
+    part_still(model)
+    for camera in (Camera(), Camera((0.3, 0.2, 0.4), (0.0, 0.0, 0.3))):
+        behind = backdrop(model, compiled.data(), camera, size)
+        for turned in (0.0, 0.9):
+            data.qpos[arm[0]] += turned
+            mujoco.mj_kinematics(model, data)
+            one, other = render(model, data, camera, *size), render_before(behind, model, data)
+            assert np.array_equal(one, other)
 
 
 def test_rays_measure_distances_and_normals() -> None:

@@ -17,6 +17,12 @@ Image = NDArray[np.uint8]
 SKY_TOP, SKY_LOW = np.array([0.93, 0.95, 0.98]), np.array([0.99, 0.99, 0.99])
 LIGHT = np.array([-0.45, -0.55, 0.85]) / np.linalg.norm([-0.45, -0.55, 0.85])
 AMBIENT, FILL = 0.42, 0.16
+STILL, MOVING = 0, 1
+"""Groups of the geoms that never move, and of those that can."""
+NEAR = 0.01
+"""Depth before the camera from which on the outline of a geom is computed [m]."""
+CORNERS = np.array([(x, y, z) for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+"""Of a box of half sizes 1."""
 
 
 class Camera(Value):
@@ -57,6 +63,70 @@ def render(
         points = eye + directions[hit] * distance[hit, None] + normal[hit] * 1e-4
         lit[hit] = np.where(_shaded(model, data, points), 0.25, 1.0)
     return (shade(model, geom, normal, directions, lit) * 255).astype(np.uint8).reshape(height, width, 3)
+
+
+class Backdrop(Value):
+    """What a camera sees of the geoms that never move, by pixel: distances (N,) [m], infinite for none, and colours (N, 3), 0 to 1."""
+
+    camera: Camera
+    size: tuple[int, int]
+    directions: Floats
+    distance: Floats
+    colour: Floats
+
+
+def part_still(model: Model) -> None:
+    """Sort a model's geoms into two groups, by which rays tell them apart: ``MOVING`` those that can move, ``STILL`` the others."""
+    moves = (model.body_weldid != 0) | (model.body_mocapid >= 0)
+    model.geom_group[:] = np.where(moves[model.geom_bodyid], MOVING, STILL)
+
+
+def backdrop(model: Model, data: Data, camera: Camera, size: tuple[int, int]) -> Backdrop:
+    """Render the geoms that never move, for all pictures of one camera (``render_before``).
+
+    Args:
+        model: with groups (``part_still``).
+        size: (width, height) [pixel].
+    """
+    directions = rays_of(camera, *size)
+    geom, distance, normal = cast(model, data, np.asarray(camera.eye), directions, only(STILL))
+    colour = shade(model, geom, normal, directions)
+    return Backdrop(camera, size, directions, np.where(geom >= 0, distance, np.inf), colour)
+
+
+def render_before(behind: Backdrop, model: Model, data: Data) -> Image:
+    """Render a MuJoCo state as ``render`` does, with rays for the pixels alone on which geoms that can move may be seen."""
+    width, height = behind.size
+    pixels = np.flatnonzero(_where_moving(model, data, behind.camera, behind.size))
+    directions, colour = behind.directions[pixels], behind.colour.copy()
+    geom, distance, normal = cast(model, data, np.asarray(behind.camera.eye), directions, only(MOVING))
+    front = (geom >= 0) & (distance < behind.distance[pixels])
+    colour[pixels[front]] = shade(model, geom[front], normal[front], directions[front])
+    return (colour * 255).astype(np.uint8).reshape(height, width, 3)
+
+
+def only(group: int) -> NDArray[np.uint8]:
+    """Return the ``groups`` of ``cast`` for rays that hit one group of geoms alone."""
+    return np.asarray(np.arange(mujoco.mjNGROUP) == group, dtype=np.uint8)
+
+
+def _where_moving(model: Model, data: Data, camera: Camera, size: tuple[int, int]) -> NDArray[np.bool_]:
+    """Flags (height, width) of the pixels in the outlines, as rectangles, of the boxes around the geoms that can move.
+
+    All pixels where such a box reaches behind the camera.
+    """
+    shown, geoms = np.zeros(size[::-1], dtype=bool), np.flatnonzero(model.geom_group == MOVING)
+    boxes = model.geom_aabb[geoms].reshape(-1, 2, 3)
+    corners = (boxes[:, :1] + CORNERS * boxes[:, 1:]) @ data.geom_xmat[geoms].reshape(-1, 3, 3).transpose(0, 2, 1)
+    seen = (corners + data.geom_xpos[geoms, None] - camera.eye) @ camera.pose.rotation
+    if np.any(seen[..., 2] <= NEAR):
+        return ~shown
+    focal = size[1] / 2 / math.tan(camera.vertical_fov / 2)
+    places = (focal * seen[..., :2] / seen[..., 2:] + np.array(size) / 2).clip(0, size)
+    first, last = np.floor(places.min(axis=1)).astype(int), np.ceil(places.max(axis=1)).astype(int)
+    for (left, top), (right, bottom) in zip(first.tolist(), last.tolist(), strict=True):
+        shown[top:bottom, left:right] = True
+    return shown
 
 
 def rays_of(camera: Camera, width: int, height: int) -> Floats:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from cramlite.model import Collision, Floats, Robot, Value, World
 
-from ..camera.ray_tracer import Camera, Image, cast, rays_of, shade
+from ..camera.ray_tracer import Camera, Image, cast, only, rays_of, shade
 from ..model.build import Carried
 from ..model.compile import Compiled, compile_world
 from ..model.index import Data, Model
@@ -127,13 +127,19 @@ def _seen(model: Model, data: Data, camera: Camera, size: tuple[int, int]) -> li
     directions = rays_of(camera, *size)
     found = []
     for group in range(3):
-        shown = np.zeros(mujoco.mjNGROUP, np.uint8)
-        shown[group] = 1
-        geom, distance, normal = cast(model, data, np.asarray(camera.eye), directions, shown)
+        geom, distance, normal = cast(model, data, np.asarray(camera.eye), directions, only(group))
         away = np.linalg.norm(np.asarray(camera.eye) + directions * distance[:, None] - camera.target, axis=1)
         colour = _faded(shade(model, geom, normal, directions), np.where(geom >= 0, away, 0.0))
         found.append(_Seen(np.where(geom >= 0, distance, np.inf), colour))
     return found
+
+
+def _depths(model: Model, data: Data, camera: Camera, size: tuple[int, int]) -> Iterator[Floats]:
+    """Yield the distances of three groups of geoms as ``_seen`` has them, without their colours [m]."""
+    directions = rays_of(camera, *size)
+    for group in range(3):
+        geom, distance, _ = cast(model, data, np.asarray(camera.eye), directions, only(group))
+        yield np.where(geom >= 0, distance, np.inf)
 
 
 def _faded(colour: Floats, away: Floats) -> Floats:
@@ -145,8 +151,8 @@ def _faded(colour: Floats, away: Floats) -> Floats:
 
 def _shown(model: Model, data: Data, camera: Camera) -> float:
     """Return the quality of a camera's view of two colliding bodies: pixels of the less visible one; a hidden pixel counts a quarter."""
-    rest, *bodies = _seen(model, data, camera, COARSE)
-    return min(float(np.where(b.distance < rest.distance, 1.0, 0.25)[b.hit].sum()) for b in bodies)
+    rest, *bodies = _depths(model, data, camera, COARSE)
+    return min(float(np.where(b < rest, 1.0, 0.25)[np.isfinite(b)].sum()) for b in bodies)
 
 
 def _blended(model: Model, data: Data, camera: Camera, size: tuple[int, int]) -> Floats:

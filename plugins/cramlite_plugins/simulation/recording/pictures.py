@@ -13,7 +13,7 @@ import numpy as np
 from cramlite.model import EntityName, Floats, Pose, Robot, Rollout, Scene, Thing, World, vector3
 
 from ...shapes.bounds import corners, radius
-from ..camera.ray_tracer import Camera, cast, render
+from ..camera.ray_tracer import Backdrop, Camera, backdrop, cast, part_still, render_before
 from ..model.compile import Compiled, compile_world
 from ..model.index import Data, Model, RobotIndex
 from ..model.triangles import body_name, solids
@@ -37,11 +37,13 @@ def picture(
         about: names of things; all of them are in the picture wherever they were in the run, and it shows little else. None for the
             view that is usual.
     """
-    compiled = _compiled(_ById(rollout, robots))
-    data = compiled.data()
+    key = _ById(rollout, robots)
+    compiled = _compiled(key)
+    data = compiled.places()
     _put(compiled, data, rollout, sample)
-    mujoco.mj_forward(compiled.model, data)
-    return render(compiled.model, data, fitted(camera_of(rollout.world, compiled.model, data), rollout, about, size), *size)
+    mujoco.mj_kinematics(compiled.model, data)
+    camera = fitted(camera_of(rollout.world, compiled.model, data), rollout, about, size)
+    return render_before(_backdrop(key, camera, size), compiled.model, data)
 
 
 def fitted(usual: Camera, rollout: Rollout, about: Collection[str], size: tuple[int, int]) -> Camera:
@@ -138,4 +140,12 @@ class _ById:
 
 @lru_cache(maxsize=1)
 def _compiled(key: _ById) -> Compiled:
-    return compile_world(key.rollout.world, key.robots, hand=not key.rollout.world.robots)
+    compiled = compile_world(key.rollout.world, key.robots, hand=not key.rollout.world.robots)
+    part_still(compiled.model)
+    return compiled
+
+
+@lru_cache(maxsize=2)
+def _backdrop(key: _ById, camera: Camera, size: tuple[int, int]) -> Backdrop:
+    compiled = _compiled(key)
+    return backdrop(compiled.model, compiled.data(), camera, size)
