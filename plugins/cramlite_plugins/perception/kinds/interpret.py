@@ -23,7 +23,7 @@ from .appearance import Appearance, histogram, likeness
 from .pieces import given_back, middles, pieces
 from .reading import Part, Reading, Scene, bad
 from .region import Region
-from .registered import Ranked, coarse_poses, coarse_reading, full_readings, pose_batch, posed, standing, started
+from .registered import Ranked, Started, coarse_poses, coarse_reading, full_readings, pose_batch, posed, standing, started
 
 ANY = Prior()
 
@@ -118,9 +118,9 @@ def _partial(region: Region, number: int) -> Iterator[Reading]:
         return
     for mask in middles(scene.points, region.mask, number, scene.limits["pixels"]):
         part = Region(scene, mask)
-        for a in _candidates(part, partly=True)[: int(scene.limits["partly"])]:
-            if (begun := started(part, a, standing(a))) is not None and (starts := coarse_poses(part, begun)) is not None:
-                yield _touching(scene, region.mask, whole, a, starts)
+        for begun in _begun(part, _candidates(part, partly=True)[: int(scene.limits["partly"])]):
+            if (starts := coarse_poses(part, begun)) is not None:
+                yield _touching(scene, region.mask, whole, begun.appearance, starts)
 
 
 def _touching(scene: Scene, mask: Mask, whole: tuple[Floats32, Outline], appearance: Appearance, starts: PoseBatch) -> Reading:
@@ -182,10 +182,15 @@ def _beside(scene: Scene, reading: Reading) -> bool:
 def ranked(region: Region) -> list[Ranked]:
     """Return the best coarse registration of each model whose colours and size fit a region of the picture,
     best first."""
-    begun = [s for a in _candidates(region) if (s := started(region, a, standing(a))) is not None]
-    least = region.scene.limits["started"] * max((s.score for s in begun), default=0.0)
-    quick = [q for s in begun if s.score >= least and (q := coarse_reading(region, s)) is not None]
+    quick = [q for s in _begun(region, _candidates(region)) if (q := coarse_reading(region, s)) is not None]
     return sorted(quick, key=lambda q: -q.reading.score)
+
+
+def _begun(region: Region, appearances: Sequence[Appearance]) -> list[Started]:
+    """Return the first stage of registration of models with a region, without those whose shapes fit far worse than the best."""
+    begun = [s for a in appearances if (s := started(region, a, standing(a))) is not None]
+    least = region.scene.limits["started"] * max((s.score for s in begun), default=0.0)
+    return [s for s in begun if s.score >= least]
 
 
 def _candidates(region: Region, *, partly: bool = False) -> list[Appearance]:
