@@ -134,7 +134,7 @@ def folders() -> Examined:
     import os
     from pathlib import Path
 
-    from ..ontology.taxonomy import cache_folder
+    from ..base.cache import cache_folder
 
     cache = cache_folder()
     nearest = next((p for p in (cache, *cache.parents) if p.exists()), Path("/"))

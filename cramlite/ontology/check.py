@@ -14,8 +14,9 @@ from typing import Any
 
 from msgspec import to_builtins
 
+from ..base.cache import cache_folder, keep_file
 from ..base.value import Value
-from .taxonomy import Taxonomy, cache_folder, content_of, load_taxonomy, ontology_files, write_cache
+from .taxonomy import Taxonomy, content_of, load_taxonomy, ontology_files
 
 _ERROR = "http://www.daml.org/2002/03/agents/agent-ont#error"
 """Property with which owlrl links its reports of contradictions."""
@@ -129,7 +130,7 @@ def _cached(kind: str, files: list[Path], cache: Path, make: Callable[[list[tupl
         return json.loads(stored.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         data = make(list(zip(files, contents, strict=True)))
-        write_cache(stored, data)
+        keep_file(stored, json.dumps(data).encode())
         return data
 
 

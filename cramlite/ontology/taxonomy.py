@@ -11,9 +11,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import re
-import tempfile
 from collections.abc import Iterable
 from functools import cached_property
 from pathlib import Path
@@ -21,6 +19,7 @@ from typing import Any
 
 from msgspec import field
 
+from ..base.cache import cache_folder, keep_file
 from ..base.errors import UserError, nearest
 from ..base.value import Value
 from .foundation import AGENT, OBJECT
@@ -247,7 +246,7 @@ def load_taxonomy(paths: Iterable[Path | str], cache: Path | None = None) -> Tax
         from .owl_files import extract
 
         data = extract(list(zip(files, contents, strict=True)))
-        write_cache(stored, data)
+        keep_file(stored, json.dumps(data).encode())
     return Taxonomy(
         parents={c: tuple(p) for c, p in data["parents"].items()},
         restrictions={c: tuple(Restriction(*r) for r in rs) for c, rs in data["restrictions"].items()},
@@ -259,15 +258,6 @@ def load_taxonomy(paths: Iterable[Path | str], cache: Path | None = None) -> Tax
     )
 
 
-def cache_folder() -> Path:
-    """Return the folder of cached files: $CRAMLITE_CACHE, else the platform's cache folder. It can be deleted
-    at any time."""
-    if "CRAMLITE_CACHE" in os.environ:
-        return Path(os.environ["CRAMLITE_CACHE"])
-    base = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA")
-    return (Path(base) if base else Path.home() / ".cache") / "cramlite"
-
-
 def _read_cache(path: Path) -> dict[str, Any] | None:
     """Return the cached data of a taxonomy; None if there is none or it is damaged."""
     try:
@@ -276,17 +266,6 @@ def _read_cache(path: Path) -> dict[str, Any] | None:
     except (OSError, ValueError, TypeError):
         return None
     return data if complete else None
-
-
-def write_cache(path: Path, data: dict[str, Any]) -> None:
-    """Write a cache file atomically; if the folder is not writable, nothing is cached."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile("w", dir=path.parent, delete=False, encoding="utf-8") as file:
-            json.dump(data, file)
-        os.replace(file.name, path)
-    except OSError:
-        return
 
 
 def ontology_files(paths: Iterable[Path | str]) -> list[Path]:

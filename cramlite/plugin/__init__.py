@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from ..base.lazy_names import LazyNames
 
 if TYPE_CHECKING:
+    from ..base.cache import cache_folder as cache_folder, keep_file as keep_file
     from ..base.errors import (
         CramliteError as CramliteError,
         InTheWay as InTheWay,

@@ -23,7 +23,7 @@ def types(priors: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 class Known(Value, eq=False):
-    """Appearance of a known model: the colour of its largest geom, its sizes, and whether it has a printed texture.
+    """Appearance of a known model: the colour of its largest geom, and its sizes.
 
     ``chroma`` are the colour's red and green shares, ``lengths`` the sorted extents of the bounding box [m].
     """
@@ -31,19 +31,18 @@ class Known(Value, eq=False):
     model: Thing
     chroma: Floats
     lengths: list[float]
-    printed: bool = False
 
 
 def printed(looks: Iterable[Known]) -> bool:
     """Check whether some known model has a printed texture."""
-    return any(k.printed for k in looks)
+    from ..shapes.skins import skin_of
+
+    return any(skin_of(k.model.mesh) is not None for k in looks)
 
 
 def known_looks(inputs: Inputs) -> Mapping[str, Any]:
     """Return the appearance of each known model."""
-    from ..shapes.skins import skin_of
-
-    return {"looks": tuple(Known(m, _model_chroma(m), _lengths(m), skin_of(m.mesh) is not None) for m in inputs["models"])}
+    return {"looks": tuple(Known(m, _model_chroma(m), _lengths(m)) for m in inputs["models"])}
 
 
 def category(inputs: Inputs) -> Mapping[str, Any]:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
-import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -16,7 +14,7 @@ from msgspec import DecodeError, json
 from msgspec.structs import replace
 
 from cramlite.model import Feature, Floats, Geom, Pose, Value, vector3
-from cramlite.plugin import UserError
+from cramlite.plugin import UserError, cache_folder, keep_file
 
 VERSION = 5  # of what is kept: raise it when parts or features of the same file change
 FINE = 20_000  # meshes with more faces are simplified by SIMPLER before they are cut
@@ -46,8 +44,7 @@ class Shape(Value):
 def shape_of(path: Path, scale: float = 1.0) -> Shape:
     """Return the shape of a mesh file; the same for the same content, wherever the file is.
 
-    It is kept in ``$XDG_CACHE_HOME/cramlite/shapes`` (``~/.cache`` without it), or computed anew where that
-    cannot be written.
+    It is kept in the user's cache, or computed anew where that cannot be written.
 
     Raises:
         UserError: the file cannot be used (``files.read``, ``files.closed``).
@@ -73,12 +70,12 @@ class _Content:
 
 @lru_cache(maxsize=64)
 def _shape(content: _Content) -> Shape:
-    kept = _folder() / f"{content.key}.json"
+    kept = cache_folder() / "shapes" / f"{content.key}.json"
     try:
         return json.decode(kept.read_bytes(), type=Shape)
     except (OSError, DecodeError):
         shape = content.make()
-        _keep(kept, json.encode(shape))
+        keep_file(kept, json.encode(shape))
         return shape
 
 
@@ -179,18 +176,3 @@ def _geom(corners: Floats, part: str) -> Geom:
         part,
         corners=tuple(map(vector3, local)),
     )
-
-
-def _folder() -> Path:
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "cramlite" / "shapes"
-
-
-def _keep(path: Path, data: bytes) -> None:
-    """Keep data in a file, written whole or not at all, so that another process never reads half of it."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:
-            file.write(data)
-        os.replace(file.name, path)
-    except OSError:
-        return

@@ -18,7 +18,8 @@ from cramlite.perception.result import Perceived
 from cramlite.plugin import UNKNOWN
 from cramlite_plugins.objects.products_and_fixtures import make
 from cramlite_plugins.perception.kinds.agreement import Picture, agreement, best_by_print, edged
-from cramlite_plugins.perception.kinds.appearance import appearance_of
+from cramlite_plugins.perception.kinds.appearance import _made, appearance_of
+from cramlite_plugins.perception.kinds.kept import file_of
 from cramlite_plugins.simulation.camera.depth_camera import look
 
 SIZE = (0.07, 0.045, 0.11)
@@ -178,3 +179,30 @@ def test_the_robot_itself_is_no_thing(engine: Engine) -> None:
     there[:] = view.depth + 0.055  # so far behind that no pixel is cut out as the robot's own, and within the carton
     assert answered(ask(query, view, (), knowledge, robot=somewhere)).keys() == {"carton_3"}
     assert not answered(ask(query, view, (), knowledge, robot=there))
+
+
+@pytest.mark.parametrize("damaged", [False, True])
+def test_a_known_kind_is_the_same_from_what_was_kept_and_made_anew(
+    engine: Engine, damaged: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("CRAMLITE_CACHE", str(tmp_path))
+    model = standing(engine, "carton_3", 0.4, 0.0, 0.0)
+    found = []
+    for _ in range(2):
+        _made.cache_clear()
+        found.append(appearance_of(model))
+        file = file_of(model.mesh)
+        assert file is not None and file.is_file() and file.is_relative_to(tmp_path)
+        if damaged:
+            file.write_bytes(file.read_bytes()[:1000])
+    made, again = found
+    assert made.surface.symmetries == again.surface.symmetries and made.up == again.up
+    tables = [(a.surface.points, a.surface.grid.index, a.surface.opposite_points, a.colours, a.sides) for a in found]
+    assert all(np.array_equal(one, other) for one, other in zip(*tables, strict=True))
+
+
+def test_a_known_kind_without_a_writable_cache_is_made_anew(engine: Engine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("CRAMLITE_CACHE", str(tmp_path / "file"))
+    _made.cache_clear()
+    assert appearance_of(standing(engine, "carton_4", 0.4, 0.0, 0.0)).printed

@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 from scipy import ndimage
 
-from cramlite.model import Floats, Thing, Value, Vector3
+from cramlite.model import Floats, Pose, Thing, Value, Vector3
 
 from ...imports.library.attitudes import upward
-from ...shapes.skins import skin_of
-from ..pose.model import ModelKey, PoseModel, pose_model, with_symmetries
-from .samples import samples_of
+from ...shapes.skins import Skin, skin_of
+from ..pose.model import Lookups, ModelKey, NearestGrid, PoseModel, pose_model, with_symmetries
+from .kept import Arrays, file_of, keep, kept
+from .samples import sampled
 
 CHROMA, BRIGHTNESS = 8, 3
 """Bins of red and green shares each, and of brightness relative to the brightest."""
@@ -55,19 +56,48 @@ def appearance_of(model: Thing) -> Appearance:
 @lru_cache(maxsize=512)
 def _made(key: ModelKey) -> Appearance:
     model = key.thing
-    skin = skin_of(model.mesh)
-    if skin is None:
-        surface = pose_model(model)
-        largest = max(model.geoms, key=lambda g: float(np.prod(sorted(g.half_extents)[-2:])))
-        colours = np.tile(np.array(largest.rgba[:3]) * 255.0, (len(surface.points), 1))
-        return Appearance(model, surface, colours, _sides(surface, colours), ((0.0, 0.0, 1.0),), False)
-    found = samples_of(skin)
-    surface = with_symmetries(
-        PoseModel(model.name, model.type, found.points.astype(np.float32), found.normals.astype(np.float32), features=model.features)
-    )
+    file = file_of(model.mesh)
+    known = kept(file)
+    if known is None:
+        skin = skin_of(model.mesh)
+        if skin is None:
+            return _plain(model)
+        known = _arrays(model, skin)
+        keep(file, known)
+    return _printed(model, known)
+
+
+def _plain(model: Thing) -> Appearance:
+    """Appearance of a model without a texture: it has the colour of its largest shape."""
+    surface = pose_model(model)
+    largest = max(model.geoms, key=lambda g: float(np.prod(sorted(g.half_extents)[-2:])))
+    colours = np.tile(np.array(largest.rgba[:3]) * 255.0, (len(surface.points), 1))
+    return Appearance(model, surface, colours, _sides(surface, colours), ((0.0, 0.0, 1.0),), False)
+
+
+def _arrays(model: Thing, skin: Skin) -> Arrays:
+    """Return what is known of a model with a texture as arrays, in single precision."""
+    found = sampled(skin)
+    points, normals, colours = (a.astype(np.float32) for a in (found.points, found.normals, found.colours))
+    surface = with_symmetries(PoseModel(model.name, model.type, points, normals))
     up = model.mesh.up if model.mesh is not None else None
     standing = (up,) if up is not None else tuple(u for u, _ in upward(_hull(found.points)))
-    return Appearance(model, surface, found.colours, _sides(surface, found.colours), standing, True)
+    grid = surface.grid
+    return {
+        "points": points, "normals": normals, "colours": colours, "up": np.array(standing, float),
+        "symmetries": np.array([(*s.position, *s.quaternion) for s in surface.symmetries]), "axis": np.array(surface.axis or (), float),
+        "low": grid.low, "step": np.array(grid.step), "index": grid.index, "opposite": surface.opposite_points,
+    }  # fmt: skip
+
+
+def _printed(model: Thing, known: Arrays) -> Appearance:
+    """Return the appearance of a model with a texture from its arrays."""
+    symmetries = tuple(Pose(tuple(row[:3]), tuple(row[3:])) for row in known["symmetries"].tolist())
+    lookups = Lookups(NearestGrid(known["low"], float(known["step"]), known["index"]), known["opposite"])
+    axis = tuple(known["axis"].tolist()) or None
+    surface = PoseModel(model.name, model.type, known["points"], known["normals"], symmetries, axis, model.features, lookups)
+    colours = known["colours"].astype(float)
+    return Appearance(model, surface, colours, _sides(surface, colours), tuple(map(tuple, known["up"].tolist())), True)
 
 
 def _hull(points: Floats) -> Any:

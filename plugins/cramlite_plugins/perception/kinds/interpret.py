@@ -23,7 +23,17 @@ from .appearance import Appearance, histogram, likeness
 from .pieces import given_back, middles, pieces
 from .reading import Part, Reading, Scene, bad
 from .region import Region
-from .registered import Ranked, Started, coarse_poses, coarse_reading, full_readings, pose_batch, posed, standing, started
+from .registered import (
+    Ranked,
+    Started,
+    coarse_poses,
+    coarse_reading,
+    full_readings,
+    pose_batch,
+    posed,
+    standing,
+    started,
+)
 
 ANY = Prior()
 

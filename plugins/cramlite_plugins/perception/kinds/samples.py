@@ -2,30 +2,21 @@
 
 from __future__ import annotations
 
-import hashlib
 import itertools
-import os
-import tempfile
-from pathlib import Path
 from typing import Any
 
 import mujoco
 import numpy as np
 
 from cramlite.model import Floats, Value
-from cramlite.plugin import UserError, read_arrays
 
 from ...shapes.skins import Skin
 from ...simulation.camera.ray_tracer import cast
 from ...simulation.camera.skins import visual_model
 
-VERSION = 1
-"""Version of the way samples are made; another version makes the samples of every kind anew."""
 SPACING = 0.003
 """Edge of the voxels of which each has one point [m]; two where both sides of a wall are in it."""
 MOST = 9000
-MOST_BYTES = 2_000_000
-"""Largest size of a file of samples [bytes]: nine numbers a point take 0.3 MB."""
 RAYS = 110
 """Rays along each side of a view, at most."""
 AWAY = 3.0
@@ -40,18 +31,6 @@ class Samples(Value, eq=False):
     points: Floats
     normals: Floats
     colours: Floats
-
-
-def samples_of(skin: Skin) -> Samples:
-    """Return the samples of a textured surface, from a file if those of an equal surface were kept."""
-    kept = _folder() / f"{_digest(skin)}.npz"
-    try:
-        found = read_arrays(kept, MOST_BYTES)
-        return Samples(*(np.asarray(found[k], float) for k in ("points", "normals", "colours")))
-    except (UserError, KeyError):
-        made = sampled(skin)
-        _keep(kept, made)
-        return made
 
 
 def sampled(skin: Skin) -> Samples:
@@ -114,26 +93,3 @@ def _smeared(points: Floats, normals: Floats, colours: Floats) -> Floats:
     known = near < len(points)
     found = np.where(known[..., None], colours[np.minimum(near, len(points) - 1)], 0.0)
     return np.asarray(found.sum(1) / known.sum(1, keepdims=True))
-
-
-def _digest(skin: Skin) -> str:
-    whole = hashlib.sha256(f"{VERSION}|{SPACING}|{MOST}".encode())
-    for array in (skin.corners.astype(np.float32), skin.places.astype(np.float32), skin.image):
-        whole.update(np.ascontiguousarray(array).tobytes())
-    return whole.hexdigest()
-
-
-def _folder() -> Path:
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "cramlite" / "samples"
-
-
-def _keep(path: Path, made: Samples) -> None:
-    """Save the sampled surface points of a model in a file, completely or not at all; save nothing without a writable folder."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".npz", delete=False) as file:
-            np.savez(file, points=made.points.astype(np.float32), normals=made.normals.astype(np.float32),
-                     colours=made.colours.astype(np.float32))  # fmt: skip
-        os.replace(file.name, path)
-    except OSError:
-        return

@@ -101,9 +101,10 @@ def match(model: PoseModel, moved: Batch, rays: Batch) -> tuple[Batch, Batch, Ma
         Points and normals (H, 3, N), and whether the normal faces the camera (H, N).
     """
     index = model.grid.look_up(moved.transpose(0, 2, 1))
-    away = (np.take(model.normals, index, axis=0) @ rays[:, :, None])[..., 0] > 0
-    index[away] = model.opposite_points[index[away]]
-    nearest = np.ascontiguousarray(np.take(model.surface, index, axis=0).transpose(0, 2, 1))
+    nearest = np.take(model.surface, index, axis=0)
+    away = (nearest[..., 3:] @ rays[:, :, None])[..., 0] > 0
+    nearest[away] = model.surface[model.opposite_points[index[away]]]
+    nearest = np.ascontiguousarray(nearest.transpose(0, 2, 1))
     normals = nearest[:, 3:]
     return nearest[:, :3], normals, (rays[:, None] @ normals)[:, 0] < 0.05
 

@@ -72,6 +72,13 @@ class NearestGrid(Value, eq=False):
         return np.asarray(np.minimum(np.maximum(cell, 0), self.index.shape[axis] - 1))
 
 
+class Lookups(Value, eq=False):
+    """Tables of a surface model that take some 0.15 s to make: see ``PoseModel.grid`` and ``PoseModel.opposite_points``."""
+
+    grid: NearestGrid
+    opposite: Indices
+
+
 class PoseModel(Value, eq=False, dict=True):
     """Surface model of a thing for pose estimation, in the thing's frame.
 
@@ -81,6 +88,7 @@ class PoseModel(Value, eq=False, dict=True):
         symmetries: transforms that leave the surface as it is, the identity first; a round thing has one a 5 degrees.
         axis: of a continuous symmetry, None if there is none.
         features: the thing's: holes, pegs, faces.
+        lookups: made before; None to make them when they are needed.
     """
 
     name: str
@@ -90,6 +98,7 @@ class PoseModel(Value, eq=False, dict=True):
     symmetries: tuple[Pose, ...] = (Pose(),)
     axis: tuple[float, float, float] | None = None
     features: tuple[Feature, ...] = ()
+    lookups: Lookups | None = None
 
     @cached_property
     def surface(self) -> Floats32:
@@ -119,31 +128,13 @@ class PoseModel(Value, eq=False, dict=True):
     @cached_property
     def grid(self) -> NearestGrid:
         """Return the nearest-neighbour grid around the surface; made once, in some 0.1 s."""
-        low, size = self.points.min(0) - MARGIN, np.ptp(self.points, axis=0) + 2 * MARGIN
-        step = max(0.002, float(size.max()) / CELLS)
-        shape = np.ceil(size / step).astype(int)
-        cell_of = np.minimum(((self.points - low) / step).astype(int), shape - 1)
-        index = np.full(shape, -1, np.int32)
-        index[tuple(cell_of.T)] = np.arange(len(self.points))
-        away, nearest = ndimage.distance_transform_edt(index < 0, return_indices=True)
-        index = index[tuple(nearest)]
-        close = np.argwhere(away <= EXACT)
-        index[tuple(close.T)] = self.tree.query(low + step * (close + 0.5))[1]
-        return NearestGrid(low.astype(np.float32), step, index)
+        return self.lookups.grid if self.lookups else _grid(self.points, self.tree)
 
     @cached_property
     def opposite_points(self) -> Indices:
         """Return for each point on a plate up to 6 mm thick the index of the nearest point on its other
-        side; else the point's own index.
-
-        A plate is at most 6 mm thick.
-        """
-        near, which = self.tree.query(self.points, k=48, distance_upper_bound=0.006)
-        which = np.where(np.isfinite(near), which, np.arange(len(self.points))[:, None])
-        away = np.einsum("ij,ikj->ik", self.normals, self.normals[which]) < -0.7
-        first = np.argmax(away, axis=1)
-        rows = np.arange(len(self.points))
-        return np.asarray(np.where(away.any(1), which[rows, first], rows), dtype=np.int32)
+        side; else the point's own index."""
+        return self.lookups.opposite if self.lookups else _opposite(self.points, self.normals, self.tree)
 
     def difference(self, pose: Pose, truth: Pose) -> tuple[float, float]:
         """Return the pose error (m, rad) up to the model's symmetries; metres at the model's centre."""
@@ -156,6 +147,29 @@ class PoseModel(Value, eq=False, dict=True):
             cosine = float(pose.rotate(self.axis) @ truth.rotate(self.axis))
             return metres, float(np.arccos(np.clip(cosine, -1, 1)))
         return metres, pose.distance(truth)[1]
+
+
+def _grid(points: Floats32, tree: Any) -> NearestGrid:
+    low, size = points.min(0) - MARGIN, np.ptp(points, axis=0) + 2 * MARGIN
+    step = max(0.002, float(size.max()) / CELLS)
+    shape = np.ceil(size / step).astype(int)
+    cell_of = np.minimum(((points - low) / step).astype(int), shape - 1)
+    index = np.full(shape, -1, np.int32)
+    index[tuple(cell_of.T)] = np.arange(len(points))
+    away, nearest = ndimage.distance_transform_edt(index < 0, return_indices=True)
+    index = index[tuple(nearest)]
+    close = np.argwhere(away <= EXACT)
+    index[tuple(close.T)] = tree.query(low + step * (close + 0.5))[1]
+    return NearestGrid(low.astype(np.float32), step, index)
+
+
+def _opposite(points: Floats32, normals: Floats32, tree: Any) -> Indices:
+    near, which = tree.query(points, k=48, distance_upper_bound=0.006)
+    which = np.where(np.isfinite(near), which, np.arange(len(points))[:, None])
+    away = np.einsum("ij,ikj->ik", normals, normals[which]) < -0.7
+    first = np.argmax(away, axis=1)
+    rows = np.arange(len(points))
+    return np.asarray(np.where(away.any(1), which[rows, first], rows), dtype=np.int32)
 
 
 class ModelKey(Value, eq=False):
