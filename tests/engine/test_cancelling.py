@@ -95,7 +95,7 @@ class Halves:
     def line_free(self, a: Sequence[float], b: Sequence[float]) -> bool:
         return self.free(a) and self.free(b) and a[0] * b[0] > 0
 
-    def line_probed(self, a: Sequence[float], b: Sequence[float]) -> bool:
+    def line_probed(self, a: Sequence[float], b: Sequence[float], apart: float = 0.05) -> bool:
         return self.line_free(a, b)
 
     def blocked(self, a: Sequence[float], b: Sequence[float]) -> float | None:

@@ -108,64 +108,83 @@ def _segments(model: Any, geoms: Indices) -> tuple[Floats, Floats]:
     return long, thin
 
 
-class Postures:
-    """Where all geoms and the axes of all joints of a model are at several joint positions (p).
+class Posture(Value):
+    """Where all geoms and the axes of all joints of a model are at a joint position.
 
     Args:
-        count: of joint positions.
-        model: of the geoms and joints.
+        origins, turns: of the geoms (geoms, 3) [m], (geoms, 9).
+        axes, anchors: directions of the joints' axes, and points on them (joints, 3) [m].
     """
 
-    def __init__(self, count: int, model: Any) -> None:
-        self.origins = np.empty((count, model.ngeom, 3))
-        self.turns = np.empty((count, model.ngeom, 9))
-        self.axes, self.anchors = np.empty((2, count, model.njnt, 3))
-
-    def put(self, number: int, data: Any) -> None:
-        """Note where everything is now in a simulation state."""
-        self.origins[number], self.turns[number] = data.geom_xpos, data.geom_xmat
-        self.axes[number], self.anchors[number] = data.xaxis, data.xanchor
+    origins: Floats
+    turns: Floats
+    axes: Floats
+    anchors: Floats
 
 
-def rates(line: JointLine, middles: Sequence[float], half: float, arm: Chains, at: Postures) -> list[Rates]:
-    """Compute upper bounds on how fast each two geoms approach one another on parts of a line.
+def posture(data: Any) -> Posture:
+    """Return where everything is now in a simulation state."""
+    return Posture(*(v.copy() for v in (data.geom_xpos, data.geom_xmat, data.xaxis, data.xanchor)))
+
+
+class Span(Value):
+    """A part of a joint-space line.
 
     Args:
-        middles: fractions of the line, the middles of the parts.
-        half: of a part, as a fraction of the line.
-        at: the arm in these middles.
+        low, high: where it begins and ends, as fractions of the line.
+        middle: the arm in the middle of the part.
     """
-    way, joints = np.abs(line.way), slice(arm.first, arm.first + len(line.way))
-    x, u, a = at.origins[:, arm.geoms], at.axes[:, joints], at.anchors[:, joints]
+
+    line: JointLine
+    low: float
+    high: float
+    middle: Posture
+
+
+def rates(spans: Sequence[Span], arm: Chains) -> list[Rates]:
+    """Compute upper bounds on how fast each two geoms approach one another on parts of lines."""
+    way = np.abs([s.line.way for s in spans])
+    half = np.array([[(s.high - s.low) / 2] for s in spans])
+    joints = slice(arm.first, arm.first + way.shape[1])
+    x = np.array([s.middle.origins for s in spans])[:, arm.geoms]
+    u = np.array([s.middle.axes for s in spans])[:, joints]
+    a = np.array([s.middle.anchors for s in spans])[:, joints]
     # The lever grows by no more than the way G of the geom itself: G = sum_j (lever_j + G) w_j h.
     lever = _levers(x, u, a, arm) * arm.turned
-    lever += ((lever @ (half * way)) / (1.0 - half * way.sum()))[:, :, None] * arm.turned
-    found = (lever @ (way * arm.kinds).T)[:, arm.row, arm.column]
-    if len(middles) > 1:  # of a short line a tighter bound takes longer than the postures that it saves
-        found = np.minimum(found, _in_the_middle(line, middles, half, arm, at, lever))
-    return [Rates([*between, 0.0], max(between, default=0.0)) for between in found.tolist()]
+    grows = np.vecdot(lever, (half * way)[:, None]) / (1.0 - half * way.sum(axis=1, keepdims=True))
+    lever += grows[:, :, None] * arm.turned
+    found = _summed(lever, way, arm)
+    if len(spans) > 1:  # of a short line a tighter bound takes longer than the postures that it saves
+        bend = half * (way * (way + 2.0 * (np.cumsum(way, axis=1) - way)) + [s.line.bend for s in spans])
+        found = np.minimum(found, _in_the_middle(spans, arm, x, u, a) + _summed(lever, bend, arm))
+    found = np.column_stack((found, np.zeros(len(spans))))
+    return [Rates(*known) for known in zip(found.tolist(), found.max(axis=1).tolist(), strict=True)]
 
 
-def _in_the_middle(
-    line: JointLine, middles: Sequence[float], half: float, arm: Chains, at: Postures, lever: Floats
-) -> Floats:
-    """Return the bounds (p, c) that add the joints' motions as vectors in the middle of each part [m for a
-    whole line].
+def _summed(lever: Floats, turns: Floats, arm: Chains) -> Floats:
+    """Return the sum over the joints between of lever times turn, of each combination (p, c).
 
     Args:
-        lever: bounds on the distances of the geoms' points from the joints' axes (p, m, joints) [m].
+        lever: (p, m, joints) [m].
+        turns: (p, joints).
     """
-    joints = slice(arm.first, arm.first + len(line.way))
-    x, u, a = (
-        np.ascontiguousarray(np.moveaxis(v, -1, 0))
-        for v in (at.origins[:, arm.geoms], at.axes[:, joints], at.anchors[:, joints])
-    )
-    way, speeds = np.abs(line.way), np.array([line.speed(m) for m in middles])
-    turns = at.turns[:, arm.geoms].reshape(*x.shape[1:], 3, 3)
-    ends = np.moveaxis((turns @ arm.long[:, :, None])[..., 0], -1, 0)
-    bend = half * (way * (way + 2.0 * (np.cumsum(way) - way)) + line.bend)
-    curved = (lever @ (bend * arm.kinds).T)[:, arm.row, arm.column]
-    return np.asarray(_fastest(speeds, arm, (x + ends, x - ends), u, a) + curved)
+    found: Floats = (lever @ (turns[:, :, None] * arm.kinds.T))[:, arm.row, arm.column]
+    return found
+
+
+def _in_the_middle(spans: Sequence[Span], arm: Chains, x: Floats, u: Floats, a: Floats) -> Floats:
+    """Return the highest speeds in the middles of parts (p, c), with the joints' motions added as vectors [m
+    for a whole line].
+
+    Args:
+        x: origins of the geoms (p, m, 3) [m].
+        u, a: directions of the joints' axes, and points on them (p, joints, 3) [m].
+    """
+    speeds = np.array([s.line.speed((s.low + s.high) / 2) for s in spans])
+    turns = np.array([s.middle.turns for s in spans])[:, arm.geoms].reshape(*x.shape, 3)
+    ends = (turns @ arm.long[:, :, None])[..., 0]
+    x, u, a, ends = (np.ascontiguousarray(v.transpose(2, 0, 1)) for v in (x, u, a, ends))
+    return _fastest(speeds, arm, (x + ends, x - ends), u, a)
 
 
 def _levers(x: Floats, u: Floats, a: Floats, arm: Chains) -> Floats:

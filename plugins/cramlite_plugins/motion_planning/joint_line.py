@@ -12,7 +12,7 @@ from cramlite.model import Floats
 
 # A line is cut into parts with less than this sum of joint differences [rad], for which levers are worked out
 CHUNK = 0.6
-PROBED = 0.05  # largest joint difference [rad] between two places at which a line is probed
+PROBED = 0.05  # largest joint difference [rad] between two places at which a line is usually probed
 
 
 Part = tuple[float, float]
@@ -21,13 +21,17 @@ Part = tuple[float, float]
 class JointLine:
     """A straight line between two joint positions; ``way`` (n,) is how far each joint moves along it [rad].
 
-    Of a curve (``JointBlend``) ``way`` is how far it would move at its highest speed, and ``bend`` (n,) its
-    second derivative by the fraction, without sign [rad].
+    Of a curve (``JointBlend``) ``way`` is how far it would move at its highest speed.
     """
 
     def __init__(self, a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> None:
         self.start, self.way = np.asarray(a, dtype=float), np.subtract(b, a)
-        self.size, self.bend = float(np.abs(self.way).max()), np.zeros(len(self.way))
+        self.size = max(map(abs, self.way.tolist()))
+
+    @property
+    def bend(self) -> Floats:
+        """Return the second derivative (n,) by the fraction, without sign [rad]: 0 on a straight line."""
+        return np.zeros(len(self.way))
 
     def at(self, fraction: float) -> Floats:
         """Return the joint position (n,) at a fraction of the line."""
@@ -44,10 +48,10 @@ class JointLine:
         del fraction
         return self.way
 
-    def probes(self) -> Floats:
-        """Return joint positions (m, n) on the line, ``PROBED`` apart, in an order in which already the
-        first few leave no long gap."""
-        at: Floats = self.start + _spread(int(self.size / PROBED))[:, None] * self.way
+    def probes(self, apart: float) -> Floats:
+        """Return joint positions (m, n) on the line, at most ``apart`` [rad] from one another, in an order in
+        which already the first few leave no long gap."""
+        at: Floats = self.start + _spread(int(self.size / apart))[:, None] * self.way
         return at
 
 
@@ -64,7 +68,13 @@ class JointBlend(JointLine):
     def __init__(self, start: Floats, corner: Floats, goal: Floats) -> None:
         self.start, self.into, self.out = start, corner - start, goal - corner
         self.way = 2.0 * np.maximum(np.abs(self.into), np.abs(self.out))
-        self.size, self.bend = float(self.way.max()), 2.0 * np.abs(self.out - self.into)
+        self.size = float(self.way.max())
+
+    @property
+    def bend(self) -> Floats:
+        """Return the second derivative (n,) by the parabola's parameter, without sign [rad]."""
+        found: Floats = 2.0 * np.abs(self.out - self.into)
+        return found
 
     def at(self, fraction: float) -> Floats:
         """Return the joint position (n,) on the parabola at a fraction (0 to 1) of its parameter."""

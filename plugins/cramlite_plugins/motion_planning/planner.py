@@ -2,14 +2,12 @@
 shortened.
 
 Lines are only probed while a path is looked for and shortened: of the many that are tried few are used. Those
-of the path are then checked all along, and where one is blocked between two probes a way around is looked for
-between its ends.
+of the path are then checked all along (``mend``).
 
 Every decision depends on counted work (tree extensions, shortening attempts), never on the
 clock: the same seed gives the same path. The wall clock only ends a run that is far
 beyond any normal one, and the answer then says so (``truncated``).
 
-Source: Bohlin and Kavraki, Path planning using lazy PRM, ICRA 2000, for checks that are put off.
 """
 
 from __future__ import annotations
@@ -25,10 +23,12 @@ from cramlite.model import Floats, Value
 from cramlite.plugin import Refused, checkpoint
 
 from ..kinematics.timing import duration, leading
+from .joint_line import PROBED
+from .mend import box, made_free
 from .round_off import blend_radii
 from .rrt import connected
 from .shorten import shortened
-from .space import FreeLines, Joints, Probed, Space, refusal
+from .space import FreeLines, Joints, Probed, Space, Twice, refusal
 
 GOALS = 16  # nearest free inverse solutions that are used as goals
 DIRECT = 6  # nearest of them that a straight line is tried to
@@ -40,10 +40,9 @@ MARGINS = (2.0, math.pi, 2 * math.pi)
 """Margins around start and goals within which each round samples [rad]. In 6,000 samples 3 of 16 queries
 in cages were solved within 1 rad and 16 within pi; two cages took half of the samples within 2 rad, and
 were hardly ever solved within 2 pi."""
-AROUND, MENDED = 1.0, 100
-"""Margin around the ends of a blocked part of a line within which a way around is sampled [rad], and the
-number of samples."""
-AGAIN = 20  # attempts to shorten a path that such ways were put into
+GROWN = 0.1
+"""Largest joint difference [rad] between two places at which lines are probed while trees grow: shortening,
+which probes more places, replaces most of these lines."""
 AWAY, AWAYS = 0.05, 500
 """Length of the short lines that probe whether a joint position has a way out [rad, largest joint
 difference], and their number. Where none is free no tree can grow: 4,000 extensions then took 2 s, and 500
@@ -220,7 +219,7 @@ def _enclosed(scene: Space, origin: Joints, goals: Sequence[Joints]) -> Refused 
 def _leaves(scene: Space, q: Joints) -> bool:
     """Whether at least one of some short joint-space lines from a joint position, in random directions, is
     free."""
-    return any(scene.line_free(q, end) for end in _ways(q))
+    return any(scene.line_probed(q, end) for end in _ways(q))
 
 
 def _ways(q: Joints) -> Iterator[Joints]:
@@ -257,47 +256,28 @@ def _search(
 
     Each round samples a larger box around start and goals.
 
-    Once a path cannot be mended, what probes find is not to be trusted: further rounds check lines all along.
+    Once a path cannot be made free, what probes find is not to be trusted: further rounds check the lines of
+    trees all along.
     """
     spent, ends = 0, time.monotonic() + SAFETY_S
-    lines: FreeLines = Probed(scene)
+    lines: FreeLines = Probed(scene, GROWN)
     for number, margin in enumerate(MARGINS, 1):
         share = (samples - spent) // 2 if number < len(MARGINS) else samples - spent
         query = 1 + (seed * 3 + number) % (2**31 - 2)
         found = connected(
-            scene, lines, origin, goals, _box(scene, [origin, *goals], margin), query, share, ends
+            scene, lines, origin, goals, box(scene, [origin, *goals], margin), query, share, ends
         )
         spent += found.samples
         if found.points is not None:
-            short = shortened(lines, found.points, *law, seed=seed, attempts=attempts)
-            sure = _mended(scene, short, query, ends) or _mended(scene, found.points, query, ends)
-            if sure:
-                if len(sure) > len(short):
-                    sure = shortened(scene, sure, *law, seed=seed, attempts=AGAIN)
-                return found.points, sure, spent, False
-            lines = scene
+            closer = Probed(scene, PROBED)
+            short = shortened(closer, found.points, *law, seed=seed, attempts=attempts)
+            for points in (short, found.points):
+                if sure := made_free(scene, closer, points, law, query, ends):
+                    return found.points, sure, spent, False
+            lines = Twice(scene)
         if found.truncated:
             return (), (), spent, True
     return (), (), spent, False
-
-
-def _mended(scene: Space, points: Points, seed: int, ends: float) -> Points:
-    """Path in which blocked lines are replaced by ways around; empty if one of these is not found."""
-    result = [points[0]]
-    for a, b in pairwise(points):
-        checkpoint()
-        way: Points | None = (a, b)
-        if not scene.line_free(a, b):
-            way = connected(scene, scene, a, [b], _box(scene, [a, b], AROUND), seed, MENDED, ends).points
-        if way is None:
-            return ()
-        result += way[1:]
-    return tuple(result)
-
-
-def _box(scene: Space, positions: list[Joints], margin: float) -> list[tuple[float, float]]:
-    low, high = np.min(positions, axis=0) - margin, np.max(positions, axis=0) + margin
-    return [(max(a, c), min(b, d)) for (a, b), c, d in zip(scene.limits, low, high, strict=True)]
 
 
 def resampled(points: Sequence[Joints], step: float) -> Floats:

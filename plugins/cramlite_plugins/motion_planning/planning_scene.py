@@ -31,15 +31,17 @@ from cramlite.plugin import Refused
 
 from ..simulation.model.compile import Compiled
 from ..simulation.model.index import RobotIndex
-from .approach import Chains, Postures, Rates, rates
+from .approach import Chains, Rates, Span, posture, rates
 from .inflated import Inflated, inflated
-from .joint_line import JointBlend, JointLine
+from .joint_line import PROBED, JointBlend, JointLine
 from .pairs import Movers
 from .space import refusal
 
 Joints = tuple[float, ...]
 Part = tuple[float, float, Rates]
 """Part of a line: where it begins and ends, as fractions of the line, and how fast geoms approach there."""
+Room = list[tuple[int, float]]
+"""How much nearer near pairs may come [m], each by its combination of ``Chains``."""
 Position = Sequence[float] | Floats
 
 HORIZON = 0.05  # distances above this are not told apart [m]
@@ -54,6 +56,9 @@ LEANS = 0.001
 NEAR = 0.35  # the neighbourhood of a start or goal that touches something, largest joint difference [rad]
 FAR = 0.1  # up to where distances of near pairs are measured [m]
 KNOWN = 1024  # joint positions of which a scene remembers whether they are free
+LATELY = 4
+"""Number of pairs that were too close lately, which are measured first at a new joint position. Nearly half
+of those that trees reach are blocked, and a collision check takes six times as long then as of free ones."""
 TINY = 1e-9  # approach of a pair below which no distance is too small [m]
 # Shortest interval of a line, largest joint difference [rad]: only counts near such contacts
 SMALLEST = 0.002
@@ -79,6 +84,7 @@ class PlanningScene(Value):
         anchors: joint positions with the pairs that are closer there than needed, and how close.
         known: joint positions that were looked at, and whether they are free: trees, shortcuts and checks end
             at the same ones.
+        lately: pairs that were too close at joint positions, the last one first.
     """
 
     compiled: Compiled
@@ -96,6 +102,7 @@ class PlanningScene(Value):
     displaced: Mapping[str, Pose] = MappingProxyType({})
     anchors: tuple[tuple[Joints, Mapping[tuple[int, int], float]], ...] = ()
     known: dict[Joints, bool] = field(default_factory=dict)
+    lately: list[tuple[int, int]] = field(default_factory=list)
 
     @property
     def robot(self) -> Robot:
@@ -124,7 +131,7 @@ class PlanningScene(Value):
         if key not in self.known:
             if len(self.known) == KNOWN:
                 self.known.clear()
-            self.known[key] = self._inside(q) and self._keeps(q)
+            self.known[key] = self._inside(q) and self._keeps(q, self.lately[:LATELY])
         return self.known[key]
 
     def met(self, tcp: Pose, hand: bool = True) -> Refused | None:
@@ -174,30 +181,67 @@ class PlanningScene(Value):
 
     def line_free(self, a: Position, b: Position) -> bool:
         """Check whether the straight joint-space line from a free position is free: its end first, then
-        its parts, long ones first."""
-        if not self.free(b):
-            return False
-        return self._clear(JointLine(a, b))
+        the middles of its parts, then the rest, long parts first."""
+        return self.where_blocked([(a, b)]) == [None]
+
+    def where_blocked(self, lines: Sequence[tuple[Position, Position]]) -> list[Joints | None]:
+        """Return a blocked joint position on each of some straight joint-space lines from free positions,
+        None where one is free."""
+        ends = [None if self.free(b) else _joints(b) for _, b in lines]
+        within = [JointLine(a, b) for (a, b), end in zip(lines, ends, strict=True) if end is None]
+        found = iter(self._stopped(within))
+        return [next(found) if end is None else end for end in ends]
 
     def blend_free(self, start: Floats, corner: Floats, goal: Floats) -> bool:
         """Check that the parabola that rounds the corner of a joint path is free; the positions at its
         ends are known to be free."""
-        return self._clear(JointBlend(start, corner, goal))
+        return self._stopped([JointBlend(start, corner, goal)]) == [None]
 
-    def _clear(self, line: JointLine) -> bool:
-        """Whether the arm is free along a whole line, whose parts are checked longest first."""
-        rest = deque(self._parts(line))
+    def _stopped(self, lines: Sequence[JointLine]) -> list[Joints | None]:
+        """Return a blocked joint position on each line, None where the arm is free along the whole line.
+
+        The middles of a line's parts are looked at first; bounds are only computed where none of these is
+        blocked, of all lines at once.
+        """
+        looks = [self._middles(line) for line in lines]
+        spans = [s for look in looks if isinstance(look, list) for s, _ in look]
+        known = iter(rates(spans, self.chains) if spans else ())
+        return [
+            look
+            if isinstance(look, tuple)
+            else self._blocked_in(line, [(span, room, next(known)) for span, room in look])
+            for line, look in zip(lines, looks, strict=True)
+        ]
+
+    def _middles(self, line: JointLine) -> list[tuple[Span, Room]] | Joints:
+        """Parts of a line with the room that there is in the middle of each; a middle that is blocked."""
+        found = []
+        for low, high in line.parts():
+            q = line.at((low + high) / 2)
+            self._place(q)
+            room = self._room(q, self.levels[-1])
+            if room is None:
+                return _joints(q)
+            found.append((Span(line, low, high, posture(self.data)), room))
+        return found
+
+    def _blocked_in(self, line: JointLine, parts: Iterable[tuple[Span, Room, Rates]]) -> Joints | None:
+        """Return a blocked joint position on a line with free middles of its parts; None if there is none."""
+        rest: deque[Part] = deque()
+        for span, room, known in parts:
+            rest.extend(self._rest(line, (span.low, span.high, known), room, self.levels[-1]))
         while rest:
-            opened = self._judge(line, rest.popleft())
+            part = rest.popleft()
+            opened = self._judge(line, part)
             if opened is None:
-                return False
+                return _joints(line.at((part[0] + part[1]) / 2))
             rest.extend(opened)
-        return True
+        return None
 
-    def line_probed(self, a: Position, b: Position) -> bool:
-        """Check that the end of a joint-space line and samples on it, ``PROBED`` apart, are free; between
-        samples it may be blocked."""
-        return self.free(b) and all(map(self._keeps, JointLine(a, b).probes()))
+    def line_probed(self, a: Position, b: Position, apart: float = PROBED) -> bool:
+        """Check that the end of a joint-space line and samples on it, ``apart`` [rad] at most, are free;
+        between samples it may be blocked."""
+        return self.free(b) and all(map(self._keeps, JointLine(a, b).probes(apart)))
 
     def blocked(self, a: Position, b: Position) -> float | None:
         """Return the fraction of the straight joint-space line where it is first blocked; None when it is
@@ -321,14 +365,28 @@ class PlanningScene(Value):
                 return False
         return True
 
-    def _keeps(self, q: Position) -> bool:
-        """Whether at a joint position every pair of bodies keeps its required distance."""
+    def _keeps(self, q: Position, first: Sequence[tuple[int, int]] = ()) -> bool:
+        """Whether at a joint position every pair of bodies keeps its required distance.
+
+        Args:
+            first: pairs that are looked at before all others.
+        """
         self._place(q)
-        if near := self.levels[0].near(self.data):
-            for g, h, d in self._measured(near):
-                if d < self.need.item(g, h) and d < self._needed(q, g, h):
-                    return False
-        return True
+        if first and self._too_close(q, self._measured(first)):
+            return False
+        near = self.levels[0].near(self.data)
+        return not (near and self._too_close(q, self._measured(near)))
+
+    def _too_close(self, q: Position, measured: Iterable[tuple[int, int, float]]) -> bool:
+        """Whether one of some pairs does not keep its distance at a joint position; it is remembered."""
+        for g, h, d in measured:
+            if d < self.need.item(g, h) and d < self._needed(q, g, h):
+                if (g, h) in self.lately:
+                    self.lately.remove((g, h))
+                self.lately.insert(0, (g, h))
+                del self.lately[LATELY:]
+                return True
+        return False
 
     def _look(self, q: Position, level: Inflated) -> Iterator[tuple[int, int, float]]:
         """Pairs (one, other, distance) that must not touch and whose shapes meet at a joint position when
@@ -373,50 +431,58 @@ class PlanningScene(Value):
         near = {
             (g, h): d - 1e-5 for g, h, d in self._look(q, self.levels[0]) if -deepest <= d < self.need[g, h]
         }
-        return tuple(float(v) for v in q), near
+        return _joints(q), near
 
     def _parts(self, line: JointLine) -> list[Part]:
         """Divide a joint-space line into parts with bounds on how fast geoms approach one another there."""
-        spans = line.parts()
-        middles = [(low + high) / 2 for low, high in spans]
-        at = Postures(len(spans), self.compiled.model)
-        for k, middle in enumerate(middles):
-            self._place(line.at(middle))
-            at.put(k, self.data)
-        known = rates(line, middles, 0.5 / len(spans), self.chains, at)
-        return [(low, high, one) for (low, high), one in zip(spans, known, strict=True)]
+        spans = []
+        for low, high in line.parts():
+            self._place(line.at((low + high) / 2))
+            spans.append(Span(line, low, high, posture(self.data)))
+        return [(s.low, s.high, known) for s, known in zip(spans, rates(spans, self.chains), strict=True)]
 
     def _judge(self, line: JointLine, part: Part) -> list[Part] | None:
         """Check the middle of a part of a joint-space line: return the smaller parts that must still be
-        checked, None if the middle is blocked.
-
-        The distances at the middle clear a part of the line to both sides, too.
-        """
+        checked, None if the middle is blocked."""
         low, high, known = part
-        middle, half = (low + high) / 2, (high - low) / 2
-        q = line.at(middle)
-        self._place(q)
-        far, between = self.kept + half * known.most, known.between
+        far = self.kept + (high - low) / 2 * known.most
         level = next((v for v in self.levels if v.distance >= far), self.levels[-1])
-        reach = (level.distance - self.kept) / known.most if level.distance < far else half
-        clear = reach
+        q = line.at((low + high) / 2)
+        self._place(q)
+        room = self._room(q, level)
+        return None if room is None else self._rest(line, part, room, level)
+
+    def _room(self, q: Position, level: Inflated) -> Room | None:
+        """With the arm placed at a joint position: how much nearer each near pair may come [m], by its
+        combination of ``Chains``; None if one is too close."""
+        found, which = [], self.chains.which
         for g, h, d in self._near(level):
             need = self.need.item(g, h)
             if d < need:
                 need = self._needed(q, g, h)
                 if d < need:
                     return None
-            nearer, kept = between[self.chains.which.item(g, h)], KEPT * need if need > 0.0 else need
-            clear_here = (d - kept) / (nearer if nearer > TINY else TINY)
-            clear = clear_here if clear_here < clear else clear
+            found.append((which.item(g, h), d - (KEPT * need if need > 0.0 else need)))
+        return found
+
+    def _rest(self, line: JointLine, part: Part, room: Room, level: Inflated) -> list[Part]:
+        """Smaller parts of a part of a line that must still be checked: the room in its middle clears it to
+        both sides, too."""
+        low, high, known = part
+        middle, half, between = (low + high) / 2, (high - low) / 2, known.between
+        wide = level.distance >= self.kept + half * known.most
+        reach = half if wide else (level.distance - self.kept) / known.most
+        clear = reach
+        for pair, left in room:
+            nearer = between[pair]
+            here = left / (nearer if nearer > TINY else TINY)
+            clear = here if here < clear else clear
         if clear >= half or (high - low) * line.size < SMALLEST:
             return []
         count = max(1, math.ceil((half - clear) / (2 * reach)))
         step = (half - clear) / count
-        before, after = (
-            [low + k * step for k in range(count)],
-            [middle + clear + k * step for k in range(count)],
-        )
+        before = [low + k * step for k in range(count)]
+        after = [middle + clear + k * step for k in range(count)]
         return [(at, at + step, known) for at in before + after]
 
     def _first(self, line: JointLine, part: Part) -> float | None:
@@ -431,6 +497,10 @@ class PlanningScene(Value):
             before = self._first(line, (low, middle, known))
             return middle if before is None else before
         return next((at for p in halves if (at := self._first(line, p)) is not None), None)
+
+
+def _joints(q: Position) -> Joints:
+    return tuple(float(v) for v in q)
 
 
 def joint_view(data: Any, index: RobotIndex) -> Floats:

@@ -6,8 +6,13 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from typing import Protocol
 
+import numpy as np
+from msgspec import field
+
 from cramlite.model import Collision, Floats, Remedy, Value
 from cramlite.plugin import InTheWay, Refused
+
+from .joint_line import PROBED
 
 Joints = tuple[float, ...]
 
@@ -37,9 +42,15 @@ class Space(FreeBlends, Protocol):
     def limits(self) -> tuple[tuple[float, float], ...]:
         """Return the limits (lower, upper) of each joint [rad]."""
 
-    def line_probed(self, a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> bool:
-        """Check the end and some places of a straight joint-space line from a free position: quick, but not
-        every part is checked."""
+    def line_probed(
+        self, a: Sequence[float] | Floats, b: Sequence[float] | Floats, apart: float = PROBED
+    ) -> bool:
+        """Check the end and some places, at most ``apart`` [rad], of a straight joint-space line from a free
+        position: quick, but not every part is checked."""
+
+    def where_blocked(self, lines: Sequence[tuple[Joints, Joints]]) -> list[Joints | None]:
+        """Return a blocked joint position on each of some straight joint-space lines from free positions,
+        None where one is free."""
 
     def free(self, q: Sequence[float] | Floats) -> bool:
         """Check whether the arm is inside its limits and keeps its clearance at a joint position [rad]."""
@@ -70,13 +81,41 @@ class Probed(Value):
 
     Args:
         space: in which states are looked at.
+        apart: distance of the places, largest joint difference [rad].
+        missed: blocked joint positions between such places; lines are also probed where they come nearest to
+            these.
+    """
+
+    space: Space
+    apart: float
+    missed: list[Joints] = field(default_factory=list)
+
+    def line_free(self, a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> bool:
+        """Check places on a straight joint-space line from a free position, and its end."""
+        return self._beside(a, b) and self.space.line_probed(a, b, self.apart)
+
+    def _beside(self, a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> bool:
+        """Whether a line is free where it comes nearest to what probes missed."""
+        if not self.missed:
+            return True
+        start, way = np.asarray(a), np.subtract(b, a)
+        parts = ((np.array(self.missed) - start) @ way / max(float(way @ way), 1e-12)).clip(0.0, 1.0)
+        return all(map(self.space.free, (start + parts[:, None] * way).tolist()))
+
+
+class Twice(Value):
+    """Joint space in which lines are probed, and then checked all along: probes, which cost less, find most
+    blocked lines.
+
+    Args:
+        space: in which states are looked at.
     """
 
     space: Space
 
     def line_free(self, a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> bool:
-        """Check places on a straight joint-space line from a free position, and its end."""
-        return self.space.line_probed(a, b)
+        """Check whether the straight joint-space line from a free position is free."""
+        return self.space.line_probed(a, b) and self.space.line_free(a, b)
 
 
 def all_of(stopped: Collection[Refused]) -> tuple[tuple[str, ...], ...]:

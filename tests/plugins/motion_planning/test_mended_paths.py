@@ -13,8 +13,15 @@ from cramlite.plugin import Refused
 from cramlite_plugins.kinematics.blends import Corner
 from cramlite_plugins.motion_planning.planner import Path, plan
 
+Joints = tuple[float, ...]
 HALF, GAP = 0.002, (1.0, 1.6)
 PROBED = 0.05
+
+
+def crossing(a: Joints, b: Joints) -> Joints:
+    """Where a line meets the middle of the wall."""
+    part = a[0] / (a[0] - b[0])
+    return (0.0, a[1] + part * (b[1] - a[1]))
 
 
 class Foil:
@@ -39,8 +46,11 @@ class Foil:
     def blend_free(self, start: Floats, corner: Floats, goal: Floats) -> bool:
         return all(self.line_free(a.tolist(), b.tolist()) for a, b in pairwise(Corner(start, corner, goal, 1.0).sampled(0.0005)))
 
-    def line_probed(self, a: Sequence[float], b: Sequence[float]) -> bool:
-        count = max(1, math.ceil(math.dist(a, b) / PROBED))
+    def where_blocked(self, lines: Sequence[tuple[Joints, Joints]]) -> list[Joints | None]:
+        return [None if self.line_free(a, b) else crossing(a, b) for a, b in lines]
+
+    def line_probed(self, a: Sequence[float], b: Sequence[float], apart: float = PROBED) -> bool:
+        count = max(1, math.ceil(math.dist(a, b) / apart))
         places = ([x + k / count * (y - x) for x, y in zip(a, b, strict=True)] for k in range(1, count + 1))
         return all(map(self.free, places))
 

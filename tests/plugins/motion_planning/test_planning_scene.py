@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import mujoco
 import numpy as np
 import pytest
@@ -202,6 +204,26 @@ def test_a_thin_wall_between_two_free_positions_is_found() -> None:
     assert "'sheet'" in place.why([a + part * (b - a) for a, b in zip(q, beyond, strict=True)])
     assert not place.line_free(q, beyond)
     assert make().blocked(q, beyond) is None
+
+
+def test_of_several_lines_each_blocked_one_is_told_with_a_place_on_it() -> None:
+    place = make(TABLE, WALL, BLOCK)
+    free = [tuple(q) for q in np.random.default_rng(5).uniform(-2, 2, (60, 6)).tolist() if place.free(q)]
+    lines = list(itertools.pairwise(free))
+    found = place.where_blocked(lines)
+    assert [at is None for at in found] == [place.line_free(*line) for line in lines]
+    told = [(line, at) for line, at in zip(lines, found, strict=True) if at is not None]
+    assert 0 < len(told) < len(lines)
+    for (a, b), at in told:
+        part = np.dot(np.subtract(at, a), np.subtract(b, a)) / np.dot(np.subtract(b, a), np.subtract(b, a))
+        assert np.allclose(at, np.asarray(a) + part * np.subtract(b, a)) and not make(TABLE, WALL, BLOCK).free(at)
+
+
+def test_what_was_too_close_lately_changes_no_answer() -> None:
+    place = make(TABLE, WALL, BLOCK)
+    places = [tuple(q) for q in np.random.default_rng(6).uniform(-3, 3, (120, 6)).tolist()]
+    after_others = [place.free(q) for q in places]
+    assert after_others == [replace(place, known={}, lately=[]).free(q) for q in places]
 
 
 def test_lines_found_free_are_free_on_a_fine_grid_for_coal() -> None:
