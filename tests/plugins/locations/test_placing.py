@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import islice
 
 import numpy as np
 import pytest
@@ -27,11 +28,11 @@ from msgspec.structs import replace
 
 from cramlite.model import Belief, Geom, Pose, Thing
 from cramlite.plugin import Refused
-from cramlite_plugins.locations.placing.checks import clear
+from cramlite_plugins.locations.placing.checks import clear, inside
 from cramlite_plugins.locations.placing.driver import ARM, OUTLINE
 from cramlite_plugins.locations.placing.positions import INSET, anchor, radius
 from cramlite_plugins.locations.placing.query import Placement, standing_on
-from cramlite_plugins.locations.placing.stable_poses import YAWS, heights
+from cramlite_plugins.locations.placing.stable_poses import YAWS, Rest, heights, stable_poses
 from cramlite_plugins.locations.reached import Arm
 from cramlite_plugins.motion_planning.reach import held_pose, tcp, uncertainty_margins
 from cramlite_plugins.objects.products_and_fixtures import basket, block, table
@@ -71,6 +72,17 @@ def test_looks_at_shapes_are_cheap(samples: int) -> None:
     found, ended = answers(into("box"), believed(narrow), samples)
     assert {isinstance(f, Refused) and f.passed == 0 for f in found} == {True, False}
     assert spent(found[:-1]) < samples <= spent(found) and ended is not None
+
+
+@pytest.mark.parametrize(("long", "askew"), [(0.12, True), (0.08, False), (0.2, False)])
+@pytest.mark.parametrize("turned", [0.0, 17.0, 45.0])
+def test_what_fits_askew_alone_is_turned_so_whatever_holds_it(long: float, askew: bool, turned: float) -> None:
+    box = basket("box", Pose((0.4, 0.35, 0.0)), (0.12, 0.12, 0.1))
+    query = replace(query_on(believed(box), "box"), thing=block("it", Pose(), (long, 0.01, 0.05)), depth=depth_of(box))
+    found = list(islice(stable_poses([query], Pose.from_rotvec((0.4, 0.3, 0.5), (0.0, 0.0, math.radians(turned)))), 20))
+    named = [rest for rest in found if isinstance(rest, Rest) and "in the middle of its room" in rest.name]
+    assert bool(named) == askew
+    assert not any(inside(Placement(r.name, r.thing, r.thing, r.thing, 0.0), query) for r in named)
 
 
 BAR = block("tin", Pose((0.45, -0.35, 0.17)), (0.05, 0.3, 0.02))

@@ -29,6 +29,7 @@ from ...shapes.tipping_over import tipped_over
 from ..parameters import Where
 from .at_rest import CLOSE, DROPS, PALM_UP, is_uneven, leaning, must_lean, resting_poses
 from .checks import OFF_WALLS, WELL_IN, clear, near, supported
+from .opening import TURNS, lacking
 from .positions import Offset, free_for, middle, positions_on, rectangle
 from .query import Placement, Query
 
@@ -135,6 +136,25 @@ def _upright(queries: list[Query], now: Pose) -> Iterator[Rest]:
         yaws = turns(query, now, offset, YAWS if k < len(queries) else FEW_YAWS)
         for yaw in FACING if query.where.facing else (*yaws, *((GOLDEN * k % 360,) if k else ())):
             yield standing_at(query, now, offset, yaw, PER_PLACE * k)
+        yield from _askew(query, now) if query.depth and k < len(queries) else ()
+
+
+def _askew(query: Query, now: Pose) -> Iterator[Rest]:
+    """Yield stable poses of an upright payload that fits between the walls of an opening askew alone, such as
+    a mug with its handle in a corner: in the middle of its room, whatever holds it."""
+    to, amid = query.target.pose.inverse(), stood(query, now, (0.0, 0.0), 0.0)
+    _, lacks = lacking(footprint(query.thing, to * amid), query)
+    along, best = turns(query, now, (0.0, 0.0), ()), float(TURNS[lacks.argmin()])
+    if lacks.min() > 0 or any(lacks[round(yaw) % len(lacks)] <= 0 for yaw in along):
+        return
+    for yaw in (best, best + 180.0):
+        rest = standing_at(query, now, (0.0, 0.0), yaw)
+        ends = [
+            np.reshape(a.bounds, (2, 2)) for a in (query.target.area, footprint(query.thing, to * rest.thing))
+        ]
+        x, y = (ends[0] - ends[1]).mean(axis=0)
+        thing = shift(rest.thing, query.target.pose.rotate((float(x), float(y), 0.0)))
+        yield replace(rest, thing=thing, name=f"{rest.name}, in the middle of its room")
 
 
 def _stands(rest: Rest) -> bool:
