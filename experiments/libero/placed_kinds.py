@@ -83,6 +83,8 @@ def _kind(file: Path) -> tuple[Any, Pose]:
         spec.delete(part)
     for mesh in spec.meshes:
         mesh.file = str(file.parent / mesh.file)
+    plain = mujoco.MjSpec()  # what a kind's own file says of solver, view and memory is not about the scene
+    spec.option, spec.visual, spec.njmax, spec.nconmax = plain.option, plain.visual, plain.njmax, plain.nconmax
     return spec, Pose.from_matrix(frame)
 
 
