@@ -72,14 +72,17 @@ def background(inputs: Inputs) -> Mapping[str, Any]:
 
 
 def on_planes(cloud: Cloud, found: Iterable[Plane], thickness: float, extent: float) -> Mask:
-    """Return the mask of a cloud's points within ``thickness`` [m] of a plane, in connected parts of at least ``extent`` [m]."""
+    """Return the mask of a cloud's points within ``thickness`` [m] of a plane, in connected parts of at least ``extent`` [m].
+
+    Points near several planes are of the first: a face that stands on a table does not go on along the table.
+    """
     from scipy import ndimage
 
-    mask = np.zeros(cloud.mask.shape, bool)
-    points = cloud.points[cloud.mask]
+    mask, left = np.zeros(cloud.mask.shape, bool), cloud.mask.copy()
     for plane in found:
         on = np.zeros(cloud.mask.shape, bool)
-        on[cloud.mask] = np.abs(plane.distance(points)) < thickness
+        on[left] = np.abs(plane.distance(cloud.points[left])) < thickness
+        left &= ~on
         labels, _ = ndimage.label(on)
         for k, box in enumerate(ndimage.find_objects(labels), 1):
             part = labels[box] == k
