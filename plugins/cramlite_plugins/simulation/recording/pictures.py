@@ -145,7 +145,7 @@ def _compiled(key: _ById) -> Compiled:
     return compiled
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=1)
 def _backdrop(key: _ById, camera: Camera, size: tuple[int, int]) -> Backdrop:
     compiled = _compiled(key)
     return backdrop(compiled.model, compiled.data(), camera, size)
