@@ -118,6 +118,15 @@ def test_free_beside_a_thing_is_on_its_side(side: str, index: int, value: float)
     assert bounds(believed(flat), on("shelf", **{side: "tin"}))[index] == pytest.approx(value, abs=1e-6)
 
 
+@pytest.mark.parametrize(("side", "axis", "sign"), [("left_of", 1, 1), ("right_of", 1, -1), ("behind", 0, 1), ("in_front_of", 0, -1)])
+def test_the_first_place_beside_a_thing_is_straight_beside_it(side: str, axis: int, sign: int) -> None:
+    belief = believed(block("tin", Pose((0.45, -0.35, 0.175)), (0.05, 0.05, 0.05)))
+    query = query_on(belief, where={side: "tin"})
+    first = next(positions_on(query, held_pose(belief, context_of(belief))))
+    assert first[1 - axis] == pytest.approx(0.0, abs=0.002)
+    assert 0.025 + 0.02 < sign * first[axis] < 0.025 + 0.08
+
+
 @pytest.mark.parametrize(("where", "within"), [({}, 0.2), ({"within": 0.05}, 0.05)])
 def test_free_near_a_thing_is_within_a_distance(where: dict[str, float], within: float) -> None:
     flat = block("tin", Pose((0.45 + 0.14, -0.35, 0.15)), (0.002, 0.002, 0.002))

@@ -82,14 +82,14 @@ def _goes_farther_in(placement: Placement, query: Query) -> bool:
 def is_tight(placement: Placement, query: Query) -> bool:
     """Check whether the payload would stop a drawer or door that later tasks close, at its place or after
     a small shift at its release, or be too near to one that they open."""
-    return _tight(Itself(placement), Itself(query))
+    beside = opens_beside(query.thing.name, let_go(placement, query), query.context)
+    return beside is not None or _closed_over(Itself(placement), Itself(query))
 
 
 @lru_cache(maxsize=1)
-def _tight(placement: Itself[Placement], query: Itself[Query]) -> bool:
-    put, context = query.it.thing.name, query.it.context
+def _closed_over(placement: Itself[Placement], query: Itself[Query]) -> bool:
     after = let_go(placement.it, query.it)
-    return (first_met(put, after, context, LET_GO) or opens_beside(put, after, context)) is not None
+    return first_met(query.it.thing.name, after, query.it.context, LET_GO) is not None
 
 
 def let_go(placement: Placement, query: Query) -> Belief:
@@ -119,9 +119,9 @@ def room_to_leave(placement: Placement, query: Query) -> str | Refused:
     if query.held.swing is not None or placement.back is not None:
         return ""
     blocked = _blocked(placement, query)
-    if blocked is None or not retracts_from(query.thing.name, query.context) or is_tight(placement, query):
+    if blocked is None or not retracts_from(query.thing.name, query.context):
         return ""
-    return blocked
+    return "" if _closed_over(Itself(placement), Itself(query)) else blocked
 
 
 def _blocked(placement: Placement, query: Query) -> Refused | None:

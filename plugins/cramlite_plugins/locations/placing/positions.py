@@ -19,7 +19,7 @@ from ...shapes.surfaces import filled, footprint, inset, standing
 from ..later import goes_on, puts_into
 from ..parameters import Where
 from .checks import ASIDE, OFF_WALLS, SIDES
-from .query import Query, lying_in
+from .query import GAP, Query, lying_in
 
 Offset = tuple[float, float]
 """x and y in the frame of a surface [m]."""
@@ -121,13 +121,16 @@ def radius(query: Query, now: Pose, top: float = math.inf) -> float:
 def anchor(query: Query, now: Pose) -> Offset:
     """Return the position on the target [m] that would suit a payload best if no obstacle were there.
 
-    The middle; near a thing that is asked for; for a robot that drove there what is nearest to it, as a
-    table's middle may be out of reach from all sides; in a container where the rest finds room.
+    The middle; straight beside or near a thing that is asked for; for a robot that drove there what is
+    nearest to it, as a table's middle may be out of reach from all sides; in a container where the rest finds
+    room.
     """
-    to, at = query.target.pose.inverse(), np.zeros(2)
+    to, at, beside_it = query.target.pose.inverse(), np.zeros(2), _beside(query, now)
     if query.depth and not query.where.near:
         return _with_room(query, now)
-    if other := query.where.near:
+    if beside_it is not None:
+        at = to.apply(beside_it)[:2]
+    elif other := query.where.near:
         at = to.apply(query.belief.pose(other).position)[:2]
     elif query.belief.at is not None:
         low, high = np.reshape(query.target.area.bounds, (2, 2))
@@ -135,6 +138,20 @@ def anchor(query: Query, now: Pose) -> Offset:
             to.apply((0.0, 0.0, 0.0))[:2], np.minimum(low + INSET, 0.0), np.maximum(high - INSET, 0.0)
         )
     return float(at[0]), float(at[1])
+
+
+def _beside(query: Query, now: Pose) -> Floats | None:
+    """Point straight beside the thing on one side of which a payload is asked for, as near as any turn of it
+    allows [m]; None if no side is asked for."""
+    corners = rectangle(query, now)
+    wide = math.dist(corners[0], corners[2]) / 2
+    for side, (axis, sign) in SIDES.items():
+        if other := getattr(query.where, side):
+            there, way = query.belief.pose(other), sign * np.eye(3)[axis]
+            at = np.array(there.position)
+            at[axis] = sign * (support(query.belief.thing(other), there, way) + wide + GAP)
+            return at
+    return None
 
 
 def _with_room(query: Query, now: Pose) -> Offset:
