@@ -25,6 +25,7 @@ Offset = tuple[float, float]
 """x and y in the frame of a surface [m]."""
 FIRST = 16
 """Number of positions in the first round; each further round has twice as many."""
+AROUND = 0.1  # distance from the position straight beside a thing within which others are tried first [m]
 SMALL = 1e-6
 """Least size of a part of an area in which more than the middle is tried [m2]."""
 
@@ -44,17 +45,19 @@ def positions_on(query: Query, now: Pose) -> Iterator[Offset]:
     """Generate the positions of a payload, turned as at a pose in the base frame, best first.
 
     Of what is not level the middle alone, where things are least likely to tip or to slide. Of what stood
-    over the surface, and is put aside before other things are handled, first those beside where it stood.
+    over the surface, and is put aside before other things are handled, first those beside where it stood; on
+    a side of a thing first those within ``AROUND`` of the one straight beside it.
     """
     if query.under:
         return iter([(0.0, 0.0)])
-    free = free_for(query, now)
-    first = (
-        beside_where_it_stood(query, free, radius(query, now))
-        if not query.depth and query.where == Where()
-        else ()
-    )
-    return itertools.chain(first, positions(free, anchor(query, now)))
+    free, best = free_for(query, now), anchor(query, now)
+    first: Iterator[Offset] = iter(())
+    if _beside(query, now) is not None:
+        near = free.intersection(shapely.Point(best).buffer(AROUND))
+        first = itertools.islice(positions(near, best), FIRST)
+    elif not query.depth and query.where == Where():
+        first = beside_where_it_stood(query, free, radius(query, now))
+    return itertools.chain(first, positions(free, best))
 
 
 def free_for(query: Query, now: Pose) -> Any:
