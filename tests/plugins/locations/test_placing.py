@@ -90,16 +90,16 @@ BAR = block("tin", Pose((0.45, -0.35, 0.17)), (0.05, 0.3, 0.02))
 
 
 def test_what_shapes_refuse_is_told_once_one_gets_past_them_and_in_order() -> None:
-    found, ended = answers(on("shelf", behind="tin"), believed(BAR), 51)
+    found, ended = answers(on("shelf", near="tin"), believed(BAR), 51)
     assert [f.passed if isinstance(f, Refused) else None for f in found] == [1] * 10 + [None] and ended is not None
     assert [f.value.split(", ")[1] for f in found if isinstance(f, Refused)] == [f"turned {yaw:+.0f} deg" for yaw in YAWS]
     assert ended.reason == "11 placements were looked at, as many as the 51 samples of a query allow"
 
 
 def test_what_none_gets_past_is_told_in_one() -> None:
-    found, ended = answers(on("shelf", behind="tin"), believed(BAR), 50)
+    found, ended = answers(on("shelf", near="tin"), believed(BAR), 50)
     assert found == [] and ended is not None
-    assert ended.reason.startswith("none of 10 placements fits; (+51 +0) mm from its middle, turned +0 deg")
+    assert ended.reason.startswith("none of 10 placements fits; (-51 +0) mm from its middle, turned +0 deg")
     nowhere, ended = answers(on("shelf", near="tin", within=0.0), believed(BAR))
     assert nowhere == [] and ended is not None and ended.reason.startswith("none of 1 placements fits; ")
 
