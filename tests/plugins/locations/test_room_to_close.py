@@ -29,7 +29,7 @@ from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.locations.handles import LEFT
 from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.later import CLOSING, moves
-from cramlite_plugins.locations.placing import sideways
+from cramlite_plugins.locations.placing import floors, sideways
 from cramlite_plugins.locations.placing.demands import TIGHT
 from cramlite_plugins.locations.room_to_close import first_met
 from cramlite_plugins.objects.furniture import cabinet, door, drawer
@@ -43,7 +43,8 @@ INSIDE = Location("on(cabinet)", "on", "cabinet", {"region": "inside"})
 
 @pytest.fixture(autouse=True)
 def _straight_in(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Positions straight in alone: the others meet the door alike."""
+    """Positions straight in alone, 20 mm apart: the others meet the door alike."""
+    monkeypatch.setattr(floors, "STEP", 0.02)
     monkeypatch.setattr(sideways, "ASIDE", (0.0,))
     monkeypatch.setattr(sideways, "TURNS", (0.0,))
 
