@@ -7,6 +7,7 @@ published figures are written by hand into the file, and stay when it is written
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from collections.abc import Iterable
 from pathlib import Path
@@ -17,6 +18,7 @@ from cramlite.plugin import UserError
 
 FOLDER = Path(__file__).parents[2] / "docs" / "figures"
 __all__ = ["add_figure", "rate", "value", "write"]
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # processes that benchmarks start share compiled modules, as those of users do
 
 
 def add_figure(parser: argparse.ArgumentParser) -> None:
