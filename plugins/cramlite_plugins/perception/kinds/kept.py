@@ -20,7 +20,7 @@ VERSION = 2
 WHOLE = ".glb"
 """Suffix of mesh files that hold their textures."""
 MOST_BYTES = 20_000_000
-"""Largest size of a file of arrays [bytes]: a grid of 100 cells a side takes 2 to 16 MB."""
+"""Largest size of a file of arrays [bytes]: a grid of 100 cells a side takes 4 MB."""
 Arrays = Mapping[str, Any]
 """Name -> numpy array."""
 
