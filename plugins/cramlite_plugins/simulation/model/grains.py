@@ -19,9 +19,6 @@ GRAIN = "grain"
 MASK = (2, 7)  # as products: they meet robots, products, furniture, and each other
 ROLLING = 0.0005  # of rolling friction [m]: a ball of 5 mm stops on a slope of atan(0.0005 / 0.005) = 6 degrees
 SOLREF = (0.005, 1.0)  # as things
-SOLIMP, OWN = (0.7, 0.9, 0.001, 0.5, 2.0), 1000.0
-"""Impedance of a ball's contacts, and its weight against that of what the ball touches. Between things it begins at 0.9; with 0.7
-MuJoCo's solver takes half as many iterations while a full vessel is carried."""
 GAP, SCATTERED = 1.05, 2.0  # between centres at the start, in diameters: in a cavity, and on a surface
 
 
@@ -36,8 +33,8 @@ def add_grains(spec: Any, thing: Thing) -> None:
         body.add_freejoint(name=name)
         body.add_geom(
             name=name, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[filling.radius, 0.0, 0.0], mass=filling.mass,
-            friction=[filling.friction, 0.005, ROLLING], condim=6, solref=SOLREF, solimp=SOLIMP, solmix=OWN,
-            contype=MASK[0], conaffinity=MASK[1], rgba=(0.85, 0.65, 0.20, 1.0),
+            friction=[filling.friction, 0.005, ROLLING], condim=6, solref=SOLREF, contype=MASK[0], conaffinity=MASK[1],
+            rgba=(0.85, 0.65, 0.20, 1.0),
         )  # fmt: skip
 
 
