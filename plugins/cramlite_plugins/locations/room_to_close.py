@@ -40,7 +40,7 @@ def first_met(put: str, after: Belief, context: Context, clearance: float | None
 
 
 def opens_beside(put: str, after: Belief, context: Context) -> Refused | None:
-    """Return the refusal with the first thing that a later task opens so near to what was put beside it that
+    """Return the refusal with the first thing that a later task opens so near to a payload beside it that
     no hand has room there; None if there is none."""
     return None if after.relates("in", put) else _first(put, after, context, {OPENING: HAND})
 

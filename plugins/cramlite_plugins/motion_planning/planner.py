@@ -7,7 +7,6 @@ of the path are then checked all along (``mend``).
 Every decision depends on counted work (tree extensions, shortening attempts), never on the
 clock: the same seed gives the same path. The wall clock only ends a run that is far
 beyond any normal one, and the answer then says so (``truncated``).
-
 """
 
 from __future__ import annotations

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from typing import Any
 
 import numpy as np
@@ -125,6 +126,14 @@ def test_the_first_place_beside_a_thing_is_straight_beside_it(side: str, axis: i
     first = next(positions_on(query, held_pose(belief, context_of(belief))))
     assert first[1 - axis] == pytest.approx(0.0, abs=0.002)
     assert 0.025 + 0.02 < sign * first[axis] < 0.025 + 0.08
+
+
+def test_beside_a_thing_on_a_large_table_the_next_places_are_near_the_first() -> None:
+    at = Pose((0.45, -0.35, 0.15))
+    belief = believed(table("wide", at, (1.0, 1.2, 0.02)), block("tin", Pose((0.45, -0.35, 0.175)), (0.05, 0.05, 0.05)))
+    query = query_on(belief, "wide", {"left_of": "tin"})
+    first, *others = itertools.islice(positions_on(query, held_pose(belief, context_of(belief))), 8)
+    assert all(math.dist(first, other) < 0.11 for other in others)
 
 
 @pytest.mark.parametrize(("where", "within"), [({}, 0.2), ({"within": 0.05}, 0.05)])

@@ -124,7 +124,7 @@ def radius(query: Query, now: Pose, top: float = math.inf) -> float:
 def anchor(query: Query, now: Pose) -> Offset:
     """Return the position on the target [m] that would suit a payload best if no obstacle were there.
 
-    The middle; straight beside or near a thing that is asked for; for a robot that drove there what is
+    The middle; straight beside or near a thing that is asked for; for a robot that drove there the position
     nearest to it, as a table's middle may be out of reach from all sides; in a container where the rest finds
     room.
     """

@@ -76,7 +76,7 @@ def _plain(model: Thing) -> Appearance:
 
 
 def _arrays(model: Thing, skin: Skin) -> Arrays:
-    """Return what is known of a model with a texture as arrays, in single precision."""
+    """Return surface, colours, symmetries and lookup tables of a model with a texture as arrays."""
     found = sampled(skin)
     points, normals, colours = (a.astype(np.float32) for a in (found.points, found.normals, found.colours))
     surface = with_symmetries(PoseModel(model.name, model.type, points, normals))
