@@ -45,9 +45,10 @@ PER_PLACE, PER_TURN = 0.5, 0.1  # cost of each position that comes before, and o
 ONTO = ((0.02, 0.06), (0.01, 0.015))
 """Height of the payload's lowest point above a surface at which its guarded motion begins, and the height of
 the stand-off above that [m]; the second pair is for places with little room above."""
-NESTED = ((0.02, 0.06), (0.035, 0.045))
+NESTED = ((0.02, 0.06), (0.035, 0.045), (0.05, 0.03))
 """Heights as in ``ONTO`` for a payload that is let down between steep walls [m]: 20 mm higher, a bowl is 4 mm
-from the sides of the bowl around it, and paths keep more clearance."""
+from the sides of the bowl around it, 35 mm higher a bottle 5 mm from the rim of a ramekin; paths keep
+more clearance."""
 # Lowest point above a container's floor when let go, and steps up from there [m]
 OFF_FLOOR, RISE = 0.01, 0.03
 ABOVE = 0.06  # stand-off above a rim [m]
@@ -136,6 +137,8 @@ def _upright(queries: list[Query], now: Pose) -> Iterator[Rest]:
         yaws = turns(query, now, offset, YAWS if k < len(queries) else FEW_YAWS)
         for yaw in FACING if query.where.facing else (*yaws, *((GOLDEN * k % 360,) if k else ())):
             yield standing_at(query, now, offset, yaw, PER_PLACE * k)
+            if query.under and (other := query.where.near):
+                yield standing_at(query, now, _over(other, query, now, yaw), yaw, PER_PLACE)
         yield from _askew(query, now) if query.depth and k < len(queries) else ()
 
 
@@ -157,6 +160,14 @@ def _askew(query: Query, now: Pose) -> Iterator[Rest]:
         yield replace(rest, thing=thing, name=f"{rest.name}, in the middle of its room")
 
 
+def _over(other: str, query: Query, now: Pose, yaw: float) -> Offset:
+    """Position at which the origin of a payload, turned by ``yaw`` [deg], is over that of another thing:
+    their middles may be elsewhere, as those of mugs with handles."""
+    there, amid = query.belief.pose(other).position, stood(query, now, (0.0, 0.0), yaw).position
+    x, y, _ = query.target.pose.inverse().rotate(np.subtract(there, amid)).tolist()
+    return x, y
+
+
 def _stands(rest: Rest) -> bool:
     """Whether the support carries the payload in a stable pose near enough to the wanted place."""
     here = Placement(rest.name, rest.thing, rest.thing, rest.thing, 0.0)
@@ -165,10 +176,11 @@ def _stands(rest: Rest) -> bool:
 
 def standing_at(query: Query, now: Pose, offset: Offset, yaw: float = 0.0, cost: float = 0.0) -> Rest:
     """Return the stable pose of a payload over a position, turned by ``yaw`` [deg] about the vertical."""
-    settled = _settled(query, now, yaw)
+    settled = _settled(query, now, offset, yaw)
+    at = offset if settled is query else (0.0, 0.0)
     turn, asked = PER_TURN * abs(math.radians(math.remainder(yaw, 360.0))), query.where.attitude is not None
     there = f"({1000 * offset[0]:+.0f} {1000 * offset[1]:+.0f}) mm from its middle, " if any(offset) else ""
-    name, thing = f"{there}turned {math.remainder(yaw, 360.0):+.0f} deg", stood(settled, now, offset, yaw)
+    name, thing = f"{there}turned {math.remainder(yaw, 360.0):+.0f} deg", stood(settled, now, at, yaw)
     return Rest(settled, thing, name, "in" if query.depth else "on", heights(query, now), cost + turn, asked)
 
 
@@ -192,16 +204,16 @@ def turns(query: Query, now: Pose, offset: Offset, few: tuple[float, ...]) -> tu
     return (*along, *few) if narrow else (*few[:1], *along, *few[1:])
 
 
-def _settled(query: Query, now: Pose, yaw: float) -> Query:
+def _settled(query: Query, now: Pose, offset: Offset, yaw: float) -> Query:
     """Return a placing problem whose target is the part of an uneven support that will carry the payload.
 
-    The payload is turned by ``yaw``.
+    The payload is let down over a position, turned by ``yaw``.
 
     The same problem if its support is level, or if no part of it carries the payload.
     """
     if query.under is None:
         return query
-    there = stood(query, now, (0.0, 0.0), yaw)
+    there = stood(query, now, offset, yaw)
     found = nested(query.thing, there, query.under, query.belief.pose(query.under.name))
     return replace(query, target=found) if found else query
 
