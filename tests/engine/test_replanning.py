@@ -193,7 +193,8 @@ def test_what_fails_before_the_plan_begins_is_no_choice_of_the_plan() -> None:
     """A looking motion that meets something: it was resolved before, and nothing in the plan changes it."""
     verdict = Verdict((Finding("collision", False, "hit", origin="0.LookingFor_1/look"),))
     actions = tuple(Action(name, "soma:Task") for name in ("0.LookingFor_1", "0.LookingFor_2", "1.Grasping"))
-    state = SimpleNamespace(choices=(("1.Grasping", "0"), ("grasp", "3")), actions=actions, motions=frozenset[str]())
+    choices = (("1.Grasping", "0"), ("grasp", "3"), ("1.Grasping/approach", "0"))
+    state = SimpleNamespace(choices=choices, actions=actions, motions=frozenset({"1.Grasping/approach"}))
     assert conflict_of(verdict, state) == frozenset()  # type: ignore[arg-type]
     later = Verdict((Finding("collision", False, "hit", origin="1.Grasping/approach"),))
     assert conflict_of(later, state) == {"1.Grasping", "grasp", InTask(1), *as_they_are(None)}  # type: ignore[arg-type]

@@ -59,3 +59,9 @@ def test_where_something_was_in_the_way_the_hand_goes_another_way_at_once(state:
 def test_an_objection_that_is_not_known_to_be_about_things_blames_all_places_at_once(state: State) -> None:
     force = Finding("force", False, "the arm felt 61 N", origin="2.PickingUp")
     assert blamed(state, force) == ({"grasp(block)", "2.PickingUp/up"}, set())
+
+
+def test_what_was_chosen_for_later_steps_of_a_task_is_not_blamed(state: State) -> None:
+    """A plate that was laid down too hard was put there four times, and the hand went back otherwise each time."""
+    force = Finding("force", False, "the arm felt 61 N", origin="3.Placing/PuttingDown")
+    assert blamed(state, force) == ({"grasp(block)", "2.PickingUp/up", "on(shelf)"}, set())

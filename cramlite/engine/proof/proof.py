@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from ...base.errors import DEFECTS, UserError
 from ...base.pulse import checkpoint, working
 from ...model.belief import Belief
-from ...model.designator_name import task_of
+from ...model.designator_name import enclosing_names, task_of
 from ...model.designators import Action, Place, Stand
 from ...model.entity_name import thing_of
 from ...model.geometry import Vector3
@@ -244,7 +244,7 @@ def _findings(answer: object) -> list[Finding]:
 def conflict_of(verdict: Verdict, state: State) -> Conflict:
     """Return the choices of a search that may have made a proof fail.
 
-    They are objects, places and decompositions up to the task that failed.
+    They are objects, places and decompositions up to the task, or the part or step of one, that failed.
 
     Another path between the same places would fail in the same way, so motions are left out; and so are places, where an
     objection stands that no other place changes. One that is about things depends on what was done with them first, and on how high
@@ -260,8 +260,9 @@ def conflict_of(verdict: Verdict, state: State) -> Conflict:
     planned = [t for t in tasks if t in names]
     number = min((planned.index(tasks[k]) for k in known), default=len(planned) - 1) + 1
     beside = frozenset({InTask(number)}).union(*(as_they_are(f.blocking) for f in verdict.objections))
-    if known and min(known) + 1 < len(tasks):
-        names = names[: names.index(tasks[min(known) + 1])]
+    last = {part: k for k, name in enumerate(names, 1) for part in enclosing_names(name)}
+    ends = [next((last[n] for n in enclosing_names(f.origin) if n in last), len(names)) for f in anywhere or verdict.objections]
+    names = names[: min(ends, default=len(names))]
     places = {name for name, value in state.bindings.items() if isinstance(value, Place | Stand)} if anywhere else set()
     blamed = frozenset(names) - state.motions - places
     later = _led_past(verdict, state) & blamed
