@@ -72,14 +72,32 @@ def line(motion: Motion, belief: Belief, context: Context, targets: list[Pose]) 
     Raises:
         Unresolvable: out of reach, singular, or something is in the way.
     """
-    from .reach import make_scene, touched
-
-    scene = make_scene(belief, context, touched(motion.may_touch, context), clearance=0.0)
-    found = plan_straight_line(scene, context.robot, belief.joints, targets)
+    found = free_line(motion, belief, context, targets, belief)
     if isinstance(found, Refused):
         said = f"no straight line to {motion.to}: {found.reason}"
         raise _refused(said, motion, belief, context, found)
     return found.points
+
+
+def free_line(
+    motion: Motion, belief: Belief, context: Context, targets: list[Pose], left: Belief
+) -> JointPath | Refused:
+    """Plan straight lines of the tcp through targets that are free of collision; where none are, what touches
+    the payload at the start may be pushed off it.
+
+    Args:
+        left: belief with the payload as it is at the start.
+    """
+    from .reach import make_scene, pushed_off, touched
+
+    touch = touched(motion.may_touch, context)
+    scene = make_scene(belief, context, touch, clearance=0.0)
+    found = plan_straight_line(scene, context.robot, belief.joints, targets)
+    if not isinstance(found, Refused) or not (pushes := pushed_off(left, context)):
+        return found
+    scene = make_scene(belief, context, touch, clearance=0.0, pushes=pushes)
+    pushing = plan_straight_line(scene, context.robot, belief.joints, targets)
+    return found if isinstance(pushing, Refused) else pushing
 
 
 def _refused(said: str, motion: Motion, belief: Belief, context: Context, no: Refused) -> Unresolvable:

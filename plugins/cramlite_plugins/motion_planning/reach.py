@@ -15,7 +15,7 @@ from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from ..kinematics.kinematics import forward, inverse, why_no_inverse
 from ..shapes.mounts import mounts
 from .planner import in_the_way
-from .planning_scene import PlanningScene
+from .planning_scene import TOUCH, PlanningScene
 from .scene_of_world import scene
 from .space import refusal
 from .too_far import no_inverse
@@ -53,6 +53,7 @@ def make_scene(
     opening: float | None = None,
     clearance: float | None = None,
     hand: bool = True,
+    pushes: Iterable[str] = (),
 ) -> PlanningScene:
     """Build the planning scene of a belief.
 
@@ -61,6 +62,7 @@ def make_scene(
         hand: whether the gripper may.
         opening: of the fingers [m]; the believed one by default.
         clearance: to everything else [m]; the planner's own by default, and more to what is not surely known.
+        pushes: things that the held thing and what that carries may touch, and the gripper may not.
     """
     poses = {name: e.pose for name, e in belief.poses.items() if belief.world.thing(name).movable}
     held = belief.in_hand()
@@ -68,6 +70,7 @@ def make_scene(
     pairs = frozenset(
         frozenset((m, t)) for m in movers for e in touch for t in _touchable(belief, e) if m != t
     )
+    pairs |= frozenset(frozenset((m, t)) for m in held for t in pushes if m != t)
     jointed = [t for t in belief.world.things if t.name in held and t.joint is not None]
     pairs |= frozenset(frozenset((t.name, name)) for t in jointed for name in mounts(t, belief.world))
     extra: dict[str, Any] = (
@@ -79,6 +82,18 @@ def make_scene(
         standing(belief, context), robots, belief.robot, poses=poses, held=held, opening=width, allowed=pairs,
         **extra,
     )  # fmt: skip
+
+
+def pushed_off(belief: Belief, context: Context) -> tuple[str, ...]:
+    """Return the loose things that touch the payload where it is, and that it may push off as it leaves: it
+    cannot be moved without them. None where no plan may push things."""
+    if belief.held is None or not context.limits.may_push:
+        return ()
+    held = belief.in_hand()
+    loose = {t.name for t in belief.world.things if t.movable} - held.keys()
+    near = make_scene(belief, context, clearance=TOUCH).collisions(belief.joints)
+    pairs = [{thing_of(a), thing_of(b)} for a, b, _ in near]
+    return tuple(sorted({one for pair in pairs if pair & held.keys() for one in pair & loose}))
 
 
 def uncertainty_margins(belief: Belief) -> dict[str, float]:

@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from cramlite.model import Belief, Hang, Motion, MoveLinear, Pose
 from cramlite.plugin import Answers, Context, Grounding, Refused, hookimpl
 
-from ..motion_planning.cartesian import interpolate, plan_straight_line
+from ..motion_planning.cartesian import free_line, interpolate
 from .free_motion import because, place_of
 from .motion_kinds import value, word
 
@@ -65,11 +65,8 @@ def _line(motion: Motion, belief: Belief, tcp_to_thing: Pose, target: Pose, cont
 
     That is its flattest pose on the line, with its far side as low as its support.
     """
-    from ..motion_planning.reach import make_scene, touched
-
     there = replace(belief, held=replace(belief.payload, tcp_to_thing=tcp_to_thing))
-    scene = make_scene(there, context, touched(motion.may_touch, context), clearance=0.0)
-    found = plan_straight_line(scene, context.robot, belief.joints, [target])
+    found = free_line(motion, there, context, [target], belief)
     if isinstance(found, Refused):
         said = f"no straight line to {motion.to}, along which the payload swings: {found.reason}"
         raise found.impossible(said, because(motion, belief, context))

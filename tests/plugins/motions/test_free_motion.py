@@ -1,4 +1,4 @@
-"""Transfers: where they may end, and why they are refused."""
+"""Transfers and straight lines: where they may end, and why they are refused."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from msgspec.structs import replace
 
 from cramlite import Engine
 from cramlite.model import Geom, Held, Location, Motion, MoveJoints, Place, Pose, Swing, Thing, initial_belief
+from cramlite.model.run.judging_limits import JudgingLimits
 from cramlite.plugin import Context, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.motions.free_motion import resolve_motion
@@ -94,3 +95,21 @@ def test_what_hangs_from_the_fingers_is_led_where_no_way_keeps_it_as_it_hangs() 
         list(resolve_motion(MOTION, belief.grasped(held), context) or ())
     hangs = replace(held, swing=Swing(held.tcp_to_thing, held.tcp_to_thing, (0.0, 0.0, 0.0)))
     assert next(iter(resolve_motion(MOTION, belief.grasped(hangs), context) or ())).value
+
+
+@pytest.mark.parametrize(("mass", "gap", "pushes", "free"), [
+    (0.2, -0.0002, True, True), (0.2, -0.0002, False, False), (0.2, 0.004, True, False), (None, -0.0002, True, False),
+])  # fmt: skip
+def test_what_leans_on_the_payload_is_pushed_off_where_a_plan_may_push(mass: float | None, gap: float, pushes: bool, free: bool) -> None:
+    """Only what is loose, and touches the payload before it moves."""
+    lid = box("lid", (0.03, 0.03, 0.01), (0.7, 0.2, 0.22 + gap), mass)
+    room, there = world(TABLE, box("bar", (0.15, 0.01, 0.01), (0.6, 0.2, 0.2), 0.1), lid), down(0.5, 0.2, 0.25)
+    up, limits = Motion("2.PickingUp/lift", "linear", Location("up", "lift")), JudgingLimits(may_push=pushes)
+    context = Context(UR5E, room.robots[0], {"up": Place(there, there)}, Engine().knowledge.taxonomy, limits=limits)
+    here = down(0.5, 0.2, 0.2)
+    belief = initial_belief(room, "arm1", inverse(UR5E, here)[0], 0.02).grasped(Held("bar", here.inverse() * Pose((0.6, 0.2, 0.2)), 0.02))
+    if free:
+        assert next(iter(resolve_motion(up, belief, context) or ())).value
+        return
+    with pytest.raises(Unresolvable, match=r"'bar' is .* mm (inside|from) 'lid'"):
+        list(resolve_motion(up, belief, context) or ())
