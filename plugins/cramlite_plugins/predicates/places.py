@@ -201,13 +201,13 @@ def in_cavity(phase: Phase, name: str | None, place: str | None) -> Iterator[Row
 def in_region(phase: Phase, name: str | None, region: str | None) -> Iterator[Row]:
     """Evaluate in_region(Thing, Region): the origin of the thing is in the cavity or over the area of
     another thing."""
-    yield from in_region_by(phase, name, region, 0.0)
+    yield from in_region_by(phase, name, region, (0.0, 0.0, 0.0))
 
 
-def in_region_by(phase: Phase, name: str | None, region: str | None, margin: float) -> Iterator[Row]:
+def in_region_by(phase: Phase, name: str | None, region: str | None, margin: Vector3) -> Iterator[Row]:
     """Generate the pairs (thing, region) in which the thing's origin is in the region, also if moved by a
     margin along any axis of the region [m]."""
-    moved = margin * np.vstack([np.zeros(3), np.eye(3), -np.eye(3)])
+    moved = np.vstack([np.zeros(3), np.diag(margin), -np.diag(margin)])
     for type_ in extents.REGIONS:
         for place in phase.timeline.entities_of(type_):
             size, whole = phase.timeline.entities[place].properties, phase.timeline.wholes[place][-1]

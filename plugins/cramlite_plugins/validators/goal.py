@@ -38,9 +38,9 @@ task, too."""
 ASIDE = 0.01
 """Least distance by which a thing is left, right, in front or behind of another [m]: half of the distance that places are chosen by, as
 the release may shift the thing by the rest."""
-SURE = 0.001
-"""Least distance of an origin inside its region [m]: a thing sinks into its support by some 0.5 mm, and
-simulators differ by that."""
+SURE = (0.001, 0.001, 0.0005)
+"""Least distance of an origin inside its region, along each of the region's axes [m]. Aside simulators differ by more than in height: a
+thing sinks into its support by some 0.5 mm, a bowl in a drawer as deep in two of them, within 0.01 mm."""
 AT_STOP = 0.001
 """Largest distance of a knob that is off from its stop, as a share of its range: a knob with a range of 2.1 rad, pressed there, rested
 within 0.1 mrad in two simulators. Two that had sprang back by 3.5 mrad glided on to 5 and 6.5 mrad in the other one, whose stove was
@@ -113,7 +113,8 @@ def _doubtful(literal: GoalLiteral, timeline: Timeline, rollout: Rollout) -> str
         if atom.predicate.function is in_region:
             thing, region = (None if v is None else str(v) for v in atom.arguments(binding))
             if next(in_region_by(end, thing, region, SURE), None) is None:
-                return f"'{thing}' is less than {1000 * SURE:g} mm inside of '{region}': another simulator may find it outside"
+                least = " ".join(f"{1000 * v:g}" for v in SURE)
+                return f"'{thing}' is less than {least} mm (x y z) inside of '{region}': another simulator may find it outside"
     return ""
 
 

@@ -373,14 +373,17 @@ def test_an_area_of_a_surface_is_a_region() -> None:
         assert finding.passed is there, finding.reason
 
 
-@pytest.mark.parametrize(("by", "sure"), [(0.0485, True), (0.0495, False)])
-def test_what_is_in_its_region_by_less_than_simulators_differ_by_is_refused(by: float, sure: bool) -> None:
+@pytest.mark.parametrize(
+    ("by", "lowest", "sure"), [(0.0485, 0.0, True), (0.0495, 0.0, False), (0.0, 0.0193, True), (0.0, 0.0197, False)]
+)
+def test_what_is_in_its_region_by_less_than_simulators_differ_by_is_refused(by: float, lowest: float, sure: bool) -> None:
+    """Beside it by 1.5 and 0.5 mm, and 0.7 and 0.3 mm above its lower end."""
     desk = table("desk", Pose((0.5, 0.1, 0.1)), size=(0.4, 0.4, 0.02))
-    left = Feature("left", "vrps:SurfaceFeature", Pose((0, 0.1, 0.01)), {"width": 0.1, "depth": 0.1})
+    left = Feature("left", "vrps:SurfaceFeature", Pose((0, 0.1, 0.01)), {"width": 0.1, "depth": 0.1, "lowest": lowest})
     still = settled(replace(desk, features=(*desk.features, left)), block("tin", Pose((0.5, 0.2 + by, 0.131))))
     on, off = judged(still, "tin on desk/left", "not tin on desk/left")
     assert on.passed is sure and not off.passed
-    assert sure or "'tin' is less than 1 mm inside of 'desk/left'" in on.reason
+    assert sure or "'tin' is less than 1 1 0.5 mm (x y z) inside of 'desk/left'" in on.reason
 
 
 def test_how_surely_it_is_in_its_region_is_asked_of_the_end() -> None:
