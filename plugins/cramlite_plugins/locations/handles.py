@@ -151,17 +151,21 @@ def _around(arm: Arm, thing: str, at: Pose, width: float, room: float = 0.0) -> 
 
 
 def check_way(location: Location, thing: Thing, belief: Belief, context: Context) -> None:
-    """Check that nothing stops a thing on its joint before the location's "least" (a share of the joint's
-    range); hand poses are tried after this check.
+    """Check that nothing stops a thing on its joint before the location's "least", or "most" on its way back
+    (shares of the joint's range); hand poses are tried after this check.
 
     Raises:
         Unresolvable: something is in its way; whatever hand moves it, it meets that.
     """
-    if (joint := thing.joint) is None or (least := asked(location, Handle).least) is None:
+    joint, said = thing.joint, asked(location, Handle)
+    share = said.most if said.least is None else said.least
+    if joint is None or share is None:
         return
     value = joint_value(belief, thing.name, belief.base() * belief.pose(thing.name))
-    goal = joint.lower + least * (joint.upper - joint.lower)
-    if goal > value and (met := met_on_its_way(thing, value, goal, belief, context)):
+    goal = joint.lower + share * (joint.upper - joint.lower)
+    opens = said.least is not None
+    met = met_on_its_way(thing, value, goal, belief, context) if (goal > value) is opens else None
+    if met is not None and (met.in_the_way or opens):
         drives = context.limits.may_push and not isinstance(
             driven_along(thing, value, goal, belief, context), Refused
         )

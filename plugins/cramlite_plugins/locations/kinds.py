@@ -17,6 +17,7 @@ from .parameters import (
     Back,
     Begun,
     Followed,
+    Front,
     Handle,
     InnerSide,
     JointWay,
@@ -193,6 +194,7 @@ KINDS: Mapping[str, LocationKind] = {
             "until it is shut.",
             Lazy("pushing.along_joint", "before_front"),
             JOINTED,
+            Front,
         ),
         LocationKind(
             "inner_side",

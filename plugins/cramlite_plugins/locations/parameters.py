@@ -79,13 +79,25 @@ class Handle(Value):
 
     Args:
         least: share of the joint's range that must be reached.
+        most: share of it to which the thing must come back, where there is no "least".
         drives: whether what stands in the way may be driven along.
         lever: whether the handle is that of the thing's lever.
     """
 
     least: float | None = None
+    most: float | None = None
     drives: bool = False
     lever: bool = False
+
+
+class Front(Value):
+    """Parameters of closed fingers in front of a thing that they push shut.
+
+    Args:
+        most: share of the joint's range to which the thing must come back.
+    """
+
+    most: float | None = None
 
 
 class JointWay(Value):

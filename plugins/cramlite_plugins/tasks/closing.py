@@ -19,6 +19,9 @@ PRESS = {"beyond_m": 0.05, "expect": ExpectedContact.ANY}
 """Parameters of the push that closes a joint: it aims 50 mm beyond the goal, since a compliant push that a door's damping held back ended
 13 mm before its place, and one that aimed 20 mm beyond left the door open."""
 
+SHUT = {"most": 0.1}
+"""Share of the joint's range to which nothing may stand in the way: of what is left the motions tell more."""
+
 
 class Closing(ByHandle):
     task = "soma:Closing"
@@ -50,7 +53,7 @@ class Closing(ByHandle):
     def _by_its_front(self, action: Action, belief: Belief) -> Decomposition:
         empty_hand(belief)
         patient, touch = action.roles["Patient"], (action.roles["Patient"].name,)
-        front, back = Location(action.inside("front"), "front", patient.name), Location(action.inside("away"), "retreat")
+        front, back = Location(action.inside("front"), "front", patient.name, SHUT), Location(action.inside("away"), "retreat")
         way, end = self.way(action), Location(action.inside("stop"), "stop", patient.name)
         limits = {k: self.parameter(action, k) for k in ("speed_m_s", "force_limit_n")} | {"paced": 1.0}
         press = {"speed_m_s": 0.015, "force_n": self.parameter(action, "press_n"), **PRESS}
@@ -68,6 +71,9 @@ class Closing(ByHandle):
             Motion(action.inside("back"), "linear", back, {"stage": Stage.POSE}, touch, "clear of the front"),
         )
         return Decomposition(steps, "push its front with closed fingers, to the stop")
+
+    def begins_at(self, action: Action) -> Location:
+        return replace(super().begins_at(action), parameters=SHUT)
 
     def way(self, action: Action) -> Location:
         patient = action.roles["Patient"].name

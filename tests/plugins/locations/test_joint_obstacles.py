@@ -86,6 +86,28 @@ def test_opening_says_how_far_it_must_get(parameters: dict[str, float]) -> None:
             list(ground(location, belief, context))
 
 
+def test_what_stands_in_the_way_of_a_door_that_is_closed_is_named_before_any_hand_is_tried() -> None:
+    """However it is closed; what stands behind it is none of that."""
+    belief, context = asked()
+    wide = door("drawer", AT, "cabinet", swing=2.0, opened=1.3)
+    assert wide.joint is not None
+    for turn, stands in ((-0.4, True), (0.4, False)):
+        x, y, _ = (wide.joint.moved(wide.pose, turn) * wide.features[0].pose).position
+        it = block("it", Pose((x, y, 0.06)), (0.04, 0.04, 0.12))
+        things = tuple(wide if t.name == "drawer" else t for t in (*belief.world.things, it))
+        there = initial_belief(replace(belief.world, things=things), "arm", UR5E.home, 0.085)
+        action = Action("1.Closing", "soma:Closing", {"Patient": Object("drawer", entity="drawer")})
+        begun = [w.steps[0] for w in Closing().decompose(action, there) if isinstance(w.steps[0], Location)]
+        assert {b.relation for b in begun} == {"front", "handle"}
+        for location in begun:
+            if not stands:
+                assert next(iter(ground(location, there, context)), None) is not None
+                continue
+            with pytest.raises(Unresolvable, match=r"deg of its own motion 'drawer' is .* inside 'it'") as ended:
+                list(ground(location, there, context))
+            assert ended.value.blocking == (("it",),)
+
+
 def test_what_it_is_asked_for_need_not_be_more() -> None:
     belief, context = asked(standing(0.13))
     action = Action("1.Opening", "soma:Opening", {"Patient": Object("drawer", entity="drawer")}, parameters={"share": 0.5})

@@ -38,6 +38,7 @@ def before_front(location: Location, belief: Belief, context: Context) -> Iterat
             (location.of or "",),
             blocking=(),
         )
+    check_way(location, thing, belief, context)
     fronts = at_front(thing, thing.joint, handle, belief.pose(thing.name), context.robot.gripper)
     yield from _pushing(
         thing, thing.joint, _nearer_first(fronts, tcp(belief, context)), belief, context, None
