@@ -68,6 +68,7 @@ if TYPE_CHECKING:
     from .imported_robot import ImportedRobot as ImportedRobot
     from .world.imported_scene import ImportedScene as ImportedScene, StatedJoint as StatedJoint
     from .world.joint import Joint as Joint, opened as opened
+    from .world.kind_joint import KindJoint as KindJoint
     from .world.known_kind import BuiltLibrary as BuiltLibrary, KnownKind as KnownKind
     from .run.judging_limits import JudgingLimits as JudgingLimits
     from .linkage import Linkage as Linkage

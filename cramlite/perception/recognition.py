@@ -36,12 +36,13 @@ def least_pose_confidence(perceived: Perceived) -> float:
 
 
 def thing_from_percept(percept: Percept, knowledge: Knowledge) -> tuple[str, Thing] | None:
-    """Return the name and thing of a recognised object; None if it has no model or no pose."""
+    """Return the name and thing of a recognised object, its joints where they were seen; None if it has no model or no pose."""
     model = next((t for t in knowledge.products if t.name == percept.value("model")), None)
     pose, name = percept.value("pose"), percept.value("instance")
     if model is None or pose is None or name is None:
         return None
-    return name, replace(model, name=name, pose=pose)
+    joints = {joint: value for joint, value, _ in percept.value("joints", ())}
+    return name, replace(model.at_joints(joints), name=name, pose=pose)
 
 
 def estimate(percept: Percept) -> Estimate:

@@ -18,7 +18,7 @@ from cramlite_plugins.benchmarks.benchmark_process import PATIENCE
 from cramlite_plugins.benchmarks.benchmark_scene import scene_model, scene_setting
 
 from .connection import Libero
-from .placed_kinds import files_of, scene_of
+from .placed_kinds import Placed, files_of, scene_of
 from .sight import levelled, pictured, recognised
 
 ALLOWED = ("reset", "look", "hello", "step", "check", "end")
@@ -73,9 +73,11 @@ class LiberoByCamera(Libero):
         folder.mkdir(parents=True, exist_ok=True)
         (folder / ASKED).write_bytes(json.format(json.encode({
             "asked": self.asked, "sentence": self.sentence, "table": table,
-            "seen": [{"kind": k, "position": p.position, "quaternion": p.quaternion, "confidence": c} for k, p, c in found],
+            "seen": [{"kind": f.kind, "position": f.pose.position, "quaternion": f.pose.quaternion, "confidence": f.confidence,
+                      "joints": f.joints} for f in found],
         })))  # fmt: skip
-        xml, state = scene_of([(k, p) for k, p, _ in found], files_of(library), table)
+        placed = [Placed(f.kind, f.pose, {name: value for name, value, _ in f.joints}) for f in found]
+        xml, state = scene_of(placed, files_of(library), table)
         x, y, _ = view.camera.position
 
         def goal(setting: Setting) -> list[str]:

@@ -3,9 +3,9 @@ library's entry was made."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,9 +25,16 @@ def files_of(library: Path) -> dict[str, Path]:
     return {name: Path(entry["told"]["file"]) for name, entry in data["models"].items()}
 
 
-def scene_of(found: Sequence[tuple[str, Pose]], files: dict[str, Path], table: float) -> tuple[str, list[float]]:
-    """Place things, given by kind and pose, on a table of some height [m]; movable ones whose pose is below
-    the table top are left out.
+class Placed(NamedTuple):
+    """Thing of a known kind at a pose, with the values of its joints that are known [m, rad]."""
+
+    kind: str
+    pose: Pose
+    joints: Mapping[str, float] = {}
+
+
+def scene_of(found: Sequence[Placed], files: dict[str, Path], table: float) -> tuple[str, list[float]]:
+    """Place things on a table of some height [m]; movable ones whose pose is below the table top are left out.
 
     A movable thing within ``RESTS`` of the table stands on it. Fixed things keep the height at which they are seen: a stove may be let
     into the table, a rack may stand on feet that its collision shapes lack.
@@ -40,26 +47,32 @@ def scene_of(found: Sequence[tuple[str, Pose]], files: dict[str, Path], table: f
     scene = mujoco.MjSpec()
     numbers: dict[str, int] = {}
     placed = []
-    for kind, pose in found:
+    for kind, pose, joints in found:
         spec, frame = _kind(files[kind])
         at = pose * frame.inverse()
         low = _lowest(spec, at) - table
         loose = any(j.type == mujoco.mjtJoint.mjJNT_FREE for j in spec.joints)
         if low > -RESTS or not loose:
-            placed.append((kind, spec, at, low if loose else np.inf))
-    stand = [low for *_, low in placed if abs(low) < RESTS]
+            placed.append((kind, spec, at, low if loose else np.inf, joints))
+    stand = [low for *_, low, _ in placed if abs(low) < RESTS]
     top = table + float(np.median(stand)) if stand else table
     half = [s / 2 for s in TABLE]
     body = scene.worldbody.add_body(name="table", pos=[half[0] - BEHIND, 0.0, top - half[2]])
     body.add_geom(name="table_top", type=mujoco.mjtGeom.mjGEOM_BOX, size=half, friction=[1.0, 0.005, 0.0001])
-    for kind, spec, at, low in placed:
+    values: dict[str, float] = {}
+    for kind, spec, at, low, joints in placed:
         numbers[kind] = numbers.get(kind, 0) + 1
         down = table + low - top if abs(low) < RESTS else 0.0
         x, y, z = at.position
         frame_of = scene.worldbody.add_frame(pos=[x, y, z - down], quat=list(at.quaternion))
-        scene.attach(spec, prefix=f"{kind}_{numbers[kind]}_", frame=frame_of)
+        prefix = f"{kind}_{numbers[kind]}_"
+        scene.attach(spec, prefix=prefix, frame=frame_of)
+        values |= {prefix + name: value for name, value in joints.items()}
     model = scene.compile()
-    return scene.to_xml(), model.qpos0.tolist()
+    state = model.qpos0.copy()
+    for name, value in values.items():
+        state[model.joint(name).qposadr] = value
+    return scene.to_xml(), state.tolist()
 
 
 def _kind(file: Path) -> tuple[Any, Pose]:

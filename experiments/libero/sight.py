@@ -11,7 +11,7 @@ import base64
 import io
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from msgspec.structs import replace
@@ -34,6 +34,15 @@ DEEP, HIGH = 0.05, 0.60
 """Depth below the table, and height above it, to which things are looked for [m]."""
 BIN, THICK, LEVEL = 0.004, 0.012, 0.9
 """Bin of heights [m], how far points of the table lie from the commonest height, and the least share of the vertical in its normal."""
+
+
+class Found(NamedTuple):
+    """Thing that was recognised: kind, pose, confidence of that pose, and (name, value, standard deviation) of each joint [m, rad]."""
+
+    kind: str
+    pose: Pose
+    confidence: float
+    joints: tuple[tuple[str, float, float], ...]
 
 
 def pictured(said: Mapping[str, Any], seed: int) -> View:
@@ -90,8 +99,8 @@ def levelled(view: View) -> tuple[View, float]:
     return view, height
 
 
-def recognised(engine: Engine, view: View, table: float, kinds: Sequence[Thing], mount: RobotMount) -> list[tuple[str, Pose, float]]:
-    """Return kind, pose and confidence of what a picture shows on a table, without the robot's own pixels."""
+def recognised(engine: Engine, view: View, table: float, kinds: Sequence[Thing], mount: RobotMount) -> list[Found]:
+    """Return what a picture shows on a table, without the robot's own pixels."""
     knowledge = engine.knowledge
     fixed = Camera(view.camera, intrinsics=view.intrinsics, noise=False)
     alone = World((), (mount,))
@@ -102,4 +111,4 @@ def recognised(engine: Engine, view: View, table: float, kinds: Sequence[Thing],
     under = Thing("table", "soma:Table", Pose((0.5, 0.0, table - half[2])), (Geom("box", half),))
     said = ask(query, view, (under,), knowledge, models=tuple(kinds), robot=own, region=around)
     found = [p for p in said.answers if p.value("type") != UNKNOWN and p.value("model") and p.value("pose")]
-    return [(str(p.value("model")), p.value("pose"), p.values["pose"].judged.confidence) for p in found]
+    return [Found(str(p.value("model")), p.value("pose"), p.values["pose"].judged.confidence, p.value("joints", ())) for p in found]

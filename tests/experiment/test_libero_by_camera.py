@@ -94,7 +94,9 @@ def kinds(tmp_path: Path) -> dict[str, Path]:
 
 def test_kinds_stand_where_they_were_seen_joints_and_all(kinds: dict[str, Path]) -> None:
     cup, chest = Pose((0.5, 0.1, 0.053)), Pose.from_rotvec((0.7, -0.2, 0.11), (0, 0, 1.0))
-    xml, state = part("placed_kinds").scene_of([("cup", cup), ("cup", Pose((0.5, 0.3, 0.055))), ("chest", chest)], kinds, 0.012)
+    module = part("placed_kinds")
+    seen = [module.Placed("cup", cup), module.Placed("cup", Pose((0.5, 0.3, 0.055))), module.Placed("chest", chest, {"slide": 0.15})]
+    xml, state = module.scene_of(seen, kinds, 0.012)
     model = mujoco.MjModel.from_xml_string(xml)
     data = mujoco.MjData(model)
     data.qpos[:] = state
@@ -107,11 +109,14 @@ def test_kinds_stand_where_they_were_seen_joints_and_all(kinds: dict[str, Path])
     assert data.body("cup_1_main").xpos[2] - 0.04 == pytest.approx(top, abs=1e-6), "what rests on the table rests on it"
     assert data.body("chest_1_main").xpos[2] == pytest.approx(chest.position[2], abs=1e-6), "what is fixed is where it was seen"
     assert model.joint("chest_1_slide").range.tolist() == [0, 0.2]
+    out = data.body("chest_1_drawer").xpos - data.body("chest_1_main").xpos
+    assert np.linalg.norm(out) == pytest.approx(0.15, abs=1e-6), "its drawer is as far open as it was seen"
     assert all(model.geom_contype), "what only looks is left out"
 
 
 def test_what_would_be_within_the_table_is_not_there(kinds: dict[str, Path]) -> None:
-    xml, _ = part("placed_kinds").scene_of([("cup", Pose((0.5, 0.1, 0.0)))], kinds, 0.012)
+    module = part("placed_kinds")
+    xml, _ = module.scene_of([module.Placed("cup", Pose((0.5, 0.1, 0.0)))], kinds, 0.012)
     assert "cup_1" not in xml
 
 

@@ -20,6 +20,7 @@ from ..geometry import Pose, Vector3
 from ..robot_file import RobotFile
 from ..view import D435, Intrinsics
 from .joint import Joint
+from .kind_joint import KindJoint
 
 GRAVITY = 9.81
 """Gravitational acceleration in every world [m/s^2]: MuJoCo's default, which worlds do not change."""
@@ -110,11 +111,21 @@ class MeshFile(Value):
         path: of an STL, OBJ, PLY, OFF or GLB file; an OBJ's material and a GLB may have a texture.
         scale: from the file's unit to metres.
         up: direction of the thing's frame that usually points up; None where nobody says.
+        joints: that move parts of it, each after what it carries: a door before its lever.
+        values: of these joints, where they do not stand as in the file [m, rad].
     """
 
     path: str
     scale: float = 1.0
     up: Vector3 | None = None
+    joints: tuple[KindJoint, ...] = ()
+    values: tuple[float, ...] = ()
+
+    @property
+    def joint_values(self) -> dict[str, float]:
+        """Return the values at which the mesh's joints stand, by name [m, rad]."""
+        values = self.values or tuple(j.joint.value for j in self.joints)
+        return dict(zip((j.name for j in self.joints), values, strict=True))
 
 
 class Feature(Value):
@@ -209,6 +220,18 @@ class Thing(Value):
             return replace(self, pose=pose)
         value = self.joint.value + self.joint.between(self.pose if carrier is None else carrier * self.pose, pose)
         return replace(self, pose=pose, joint=replace(self.joint, value=value))
+
+    def at_joints(self, values: Mapping[str, float]) -> Thing:
+        """Return the thing with joints of its mesh at other values [m, rad], and their geoms; joints that are not named stay."""
+        if self.mesh is None or not self.mesh.joints:
+            return self
+        before, geoms = self.mesh.joint_values, list(self.geoms)
+        after = {**before, **values}
+        steps = [(j, j.step(before[j.name]).inverse()) for j in self.mesh.joints]
+        for moving, step in (*steps, *((j, j.step(after[j.name])) for j in reversed(self.mesh.joints))):
+            for k in moving.geoms:
+                geoms[k] = replace(geoms[k], pose=step * geoms[k].pose)
+        return replace(self, geoms=tuple(geoms), mesh=replace(self.mesh, values=tuple(after[j.name] for j in self.mesh.joints)))
 
     def feature(self, type_: str) -> Feature | None:
         """Return the first feature whose class is exactly ``type_``; None if there is none."""

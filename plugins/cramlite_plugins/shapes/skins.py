@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from cramlite.model import Floats, MeshFile, Value
+from cramlite.model import Floats, KindJoint, MeshFile, Value
 
 FINDER = 0.002
 """Mean distance between the sample points of a surface by which the triangle at a place is found [m], if
@@ -61,12 +61,26 @@ class Skin(Value, eq=False, dict=True):
     def colours_at(self, points: Floats, normals: Floats) -> Floats:
         """Return the colours (N, 3), 0 to 255, of a surface at points (N, 3) [m] with normals (N, 3).
 
-        At an edge, and through a thin wall, points of several triangles are as near.
         """
         import trimesh
 
         if not len(points):
             return np.zeros((0, 3))
+        chosen, on = self.triangles_at(points, normals)
+        share = trimesh.triangles.points_to_barycentric(self.corners[chosen], on, method="cross")
+        share = np.clip(np.nan_to_num(share, nan=1 / 3), 0.0, 1.0)
+        return self.looked_up(
+            np.einsum("nk,nkj->nj", share / share.sum(1, keepdims=True), self.places[chosen])
+        )
+
+    def triangles_at(self, points: Floats, normals: Floats) -> tuple[Any, Floats]:
+        """Return the triangles (N,) of a surface at points (N, 3) [m] with normals (N, 3), and the nearest
+        points (N, 3) on them.
+
+        At an edge, and through a thin wall, points of several triangles are as near.
+        """
+        import trimesh
+
         tree, face = self._finder
         near = face[tree.query(np.concatenate([points, TURNED * normals], axis=1), k=NEAR)[1]]
         corners = self.corners[near.reshape(-1)]
@@ -75,12 +89,7 @@ class Skin(Value, eq=False, dict=True):
         away += TURNED * np.linalg.norm(self.normals[near] - normals[:, None], axis=2)
         rows, best = np.arange(len(points)), away.argmin(axis=1)
         on = closest.reshape(-1, NEAR, 3)[rows, best]
-        chosen = near[rows, best]
-        share = trimesh.triangles.points_to_barycentric(self.corners[chosen], on, method="cross")
-        share = np.clip(np.nan_to_num(share, nan=1 / 3), 0.0, 1.0)
-        return self.looked_up(
-            np.einsum("nk,nkj->nj", share / share.sum(1, keepdims=True), self.places[chosen])
-        )
+        return near[rows, best], on
 
     def looked_up(self, places: Floats) -> Floats:
         """Return the colours (N, 3), 0 to 255, at places (N, 2) of the image, which repeats beyond its
@@ -102,7 +111,19 @@ def skin_of(mesh: MeshFile | None) -> Skin | None:
     path = Path(mesh.path) if mesh is not None else None
     if mesh is None or path is None or not path.is_file():
         return None
-    return _read(path, mesh.scale, path.stat().st_mtime_ns)
+    skin = _read(path, mesh.scale, path.stat().st_mtime_ns)
+    return _moved(skin, mesh.joints, mesh.values) if skin is not None and mesh.values else skin
+
+
+@lru_cache(maxsize=128)
+def _moved(skin: Skin, joints: tuple[KindJoint, ...], values: tuple[float, ...]) -> Skin:
+    """Return a surface with its joints at other values than in its file."""
+    corners = skin.corners.copy()
+    for moving, value in reversed([*zip(joints, values, strict=True)]):
+        step = moving.step(value)
+        for first, last in moving.faces:
+            corners[first:last] = step.apply(corners[first:last].reshape(-1, 3)).reshape(-1, 3, 3)
+    return Skin(corners, skin.places, skin.image)
 
 
 @lru_cache(maxsize=128)

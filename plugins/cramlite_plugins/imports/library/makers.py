@@ -33,7 +33,7 @@ def maker(name: str, entry: Entry, folder: Path) -> ModelMaker:
         thing = _read(folder / entry.thing)
         still = entry.fixed if fixed is None else fixed
         weight = None if still else _heavy(thing, entry.mass if mass is None else _kilograms(mass), f"model '{name}'")
-        look = MeshFile(str(folder / entry.look), 1.0, _direction(entry.up))
+        look = MeshFile(str(folder / entry.look), 1.0, _direction(entry.up), thing.mesh.joints if thing.mesh else ())
         inertia = None if weight is None or thing.inertia is None or not thing.mass else _scaled(thing.inertia, weight / thing.mass)
         return replace(thing, name=name, pose=pose, type=entry.type, mass=weight, inertia=inertia, mesh=look)
 

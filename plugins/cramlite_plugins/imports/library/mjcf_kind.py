@@ -1,4 +1,4 @@
-"""Object models from MJCF files: all bodies of a file, with its joints at zero, become one model."""
+"""Object models from MJCF files: all bodies of a file become one model, with what its joints move."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from cramlite.model import Floats, Geom, Pose, Thing, Value
+from cramlite.model import Floats, Geom, MeshFile, Pose, Thing, Value
 from cramlite.plugin import UserError
 
 from ...shapes.solid import geom_mesh
@@ -16,6 +16,7 @@ from ..scenes.geoms import MESH, Shaped, collides, pose_of, shaped
 from ..scenes.source import Source, read_source
 from ..scenes.things import inertia_of
 from . import look
+from .moving_parts import kind_joints
 
 RGB = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
 FLAT = int(mujoco.mjtTexture.mjTEXTURE_2D)
@@ -31,7 +32,7 @@ class Draft(Value, eq=False):
         mesh: trimesh.Trimesh with its texture [m].
         printed: (width, height) of the texture [pixel]; None if it has none.
         mass: where its mass comes from, in a clause.
-        joints: names of its joints with their ranges, in words.
+        joints: names of its joints with their ranges, in words; those that move a part of it are also in the thing's mesh.
         notes: what was changed, for people.
     """
 
@@ -55,16 +56,21 @@ def from_mjcf(path: Path, name: str) -> Draft:
     if not bodies:
         raise UserError(f"{path}: the model has no body with a shape.")
     frame = pose_of(data.xpos[bodies[0]], data.xmat[bodies[0]])
-    parts = _parts(source, frame)
+    seen = _visible(model)
+    parts = [_part(source, g, frame) for g in seen]
     if not parts:
         raise UserError(f"{path}: the model has no visible shape.")
     mesh = look.whole(parts)
-    shapes = [shaped(model, data, g, frame) for g in range(model.ngeom) if collides(model, g) and model.geom_bodyid[g]]
+    solid = [g for g in range(model.ngeom) if collides(model, g) and model.geom_bodyid[g]]
+    shapes = [shaped(model, data, g, frame) for g in solid]
     geoms, notes = _geoms(shapes, mesh, name)
     mass, inertia = inertia_of(model, data, bodies, frame)
     joints = tuple(_joint(model, j) for j in range(model.njnt) if int(model.jnt_type[j]) >= 2)
+    triangles = [(g, len(p.corners)) for g, p in zip(seen, parts, strict=True)]
+    counted = [(g, len(s.geoms)) for g, s in zip(solid, shapes, strict=True)]
+    moving = kind_joints(source, bodies[0], frame, np.asarray(mesh.triangles), triangles, counted)
     thing = Thing(name, FURNITURE if joints else LOOSE, Pose(), geoms, (), None if joints else mass, _friction(geoms),
-                  None if joints else inertia)  # fmt: skip
+                  None if joints else inertia, MeshFile("", joints=moving) if moving else None)  # fmt: skip
     sizes = [p.image.shape[1::-1] for p in parts if p.printed]
     largest = max(sizes, key=lambda s: s[0] * s[1], default=None)
     return Draft(thing, mesh, largest, f"{1000 * mass:.0f} g, masses and densities of the file", joints, notes)
@@ -97,19 +103,17 @@ def _joint(model: Any, joint: int) -> str:
     return f"{model.joint(joint).name or f'joint {joint}'}{ends}"
 
 
-def _parts(source: Source, frame: Pose) -> list[look.Part]:
-    """Return the triangles of the geoms that show a model: the purely visual ones, or all opaque ones if none
-    is purely visual.
+def _visible(model: Any) -> list[int]:
+    """Return the geoms that show a model: the purely visual ones, or all opaque ones if none is purely visual.
 
     Colliding geoms in the groups of visual ones are shown, too, unless all colliding geoms are in these groups.
     """
-    model = source.model
     seen = [g for g in range(model.ngeom) if model.geom_bodyid[g] and _opacity(model, g) > 0]
     shown = [g for g in seen if not collides(model, g)]
     looks = {int(model.geom_group[g]) for g in shown}
     if any(collides(model, g) and int(model.geom_group[g]) not in looks for g in range(model.ngeom)):
         shown = [g for g in seen if int(model.geom_group[g]) in looks]
-    return [_part(source, g, frame) for g in shown or seen]
+    return shown or seen
 
 
 def _opacity(model: Any, geom: int) -> float:

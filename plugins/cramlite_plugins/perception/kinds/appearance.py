@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 from scipy import ndimage
 
-from cramlite.model import Floats, Pose, Thing, Value, Vector3
+from cramlite.model import Floats, Mask, Pose, Thing, Value, Vector3
 
 from ...imports.library.attitudes import upward
 from ...shapes.skins import Skin, skin_of
 from ..pose.model import Lookups, ModelKey, NearestGrid, PoseModel, pose_model, with_symmetries
+from .joint_states import moved_by
 from .kept import Arrays, file_of, keep, kept
 from .samples import sampled
 
@@ -32,12 +33,13 @@ class Appearance(Value, eq=False):
     """Appearance of a known model.
 
     Args:
-        model: the thing, at the origin.
+        model: the thing, at the origin, its joints at some values.
         surface: for registration.
         colours: (N, 3) of the surface's points, 0 to 255.
         sides: (14, bins) colour histograms of what is seen along each axis and diagonal.
         up: directions of its frame that may point up where it stands.
         printed: whether it has a texture.
+        moved: (J, N) which of the surface's points each joint moves.
     """
 
     model: Thing
@@ -46,6 +48,12 @@ class Appearance(Value, eq=False):
     sides: Floats
     up: tuple[Vector3, ...]
     printed: bool
+    moved: Mask
+
+    @property
+    def as_filed(self) -> bool:
+        """Check whether the model's joints stand as in its file."""
+        return self.model.mesh is None or not self.model.mesh.values
 
 
 def appearance_of(model: Thing) -> Appearance:
@@ -72,7 +80,8 @@ def _plain(model: Thing) -> Appearance:
     surface = pose_model(model)
     largest = max(model.geoms, key=lambda g: float(np.prod(sorted(g.half_extents)[-2:])))
     colours = np.tile(np.array(largest.rgba[:3]) * 255.0, (len(surface.points), 1))
-    return Appearance(model, surface, colours, _sides(surface, colours), ((0.0, 0.0, 1.0),), False)
+    still = np.zeros((0, len(colours)), bool)
+    return Appearance(model, surface, colours, _sides(surface, colours), ((0.0, 0.0, 1.0),), False, still)
 
 
 def _arrays(model: Thing, skin: Skin) -> Arrays:
@@ -82,8 +91,9 @@ def _arrays(model: Thing, skin: Skin) -> Arrays:
     surface = with_symmetries(PoseModel(model.name, model.type, points, normals))
     up = model.mesh.up if model.mesh is not None else None
     standing = (up,) if up is not None else tuple(u for u, _ in upward(_hull(found.points)))
-    grid = surface.grid
+    grid, joints = surface.grid, model.mesh.joints if model.mesh is not None else ()
     return {
+        "moved": moved_by(joints, skin, found.points, found.normals),
         "points": points, "normals": normals, "colours": colours, "up": np.array(standing, float),
         "symmetries": np.array([(*s.position, *s.quaternion) for s in surface.symmetries]), "axis": np.array(surface.axis or (), float),
         "low": grid.low, "step": np.array(grid.step), "index": grid.index, "opposite": surface.opposite_points,
@@ -97,7 +107,7 @@ def _printed(model: Thing, known: Arrays) -> Appearance:
     axis = tuple(known["axis"].tolist()) or None
     surface = PoseModel(model.name, model.type, known["points"], known["normals"], symmetries, axis, model.features, lookups)
     colours = known["colours"].astype(float)
-    return Appearance(model, surface, colours, _sides(surface, colours), tuple(map(tuple, known["up"].tolist())), True)
+    return Appearance(model, surface, colours, _sides(surface, colours), tuple(map(tuple, known["up"].tolist())), True, known["moved"])
 
 
 def _hull(points: Floats) -> Any:

@@ -94,6 +94,7 @@ def _fit(reading: Reading, likely: float, others: Sequence[Reading], limits: Map
     """Convert an explanation to a fit with its confidence, which is at most ``DOUBT`` if the model fits as
     well at another pose."""
     from ..pose.estimate import DOUBT, OTHER
+    from .joint_states import unsettled
 
     sure = min(1.0, reading.score / limits["full"]) * (0.5 + 0.5 * likely)
     own, model = reading.appearance.model.name, reading.appearance.surface
@@ -104,7 +105,7 @@ def _fit(reading: Reading, likely: float, others: Sequence[Reading], limits: Map
             if metres > OTHER[0] or turn > OTHER[1]:
                 sure, reasons = min(sure, DOUBT), (*reasons, f"another pose, {1000 * metres:.0f} mm away, fits as well")
                 break
-    return Fit(own, reading.pose, sure, "; ".join(reasons))
+    return Fit(own, reading.pose, sure, "; ".join(reasons), reading.joints or unsettled(reading.appearance.model))
 
 
 def kind(inputs: Inputs) -> Mapping[str, Any]:
@@ -137,10 +138,11 @@ def kind(inputs: Inputs) -> Mapping[str, Any]:
 
 
 def appearances(inputs: Inputs) -> Mapping[str, Any]:
-    """Return the appearance of each known model that has a shape."""
+    """Return the appearances of each known model that has a shape, one for each state of its joints in which it is looked for."""
     from .appearance import appearance_of
+    from .joint_states import states_of
 
-    return {"appearances": tuple(appearance_of(m) for m in inputs["models"] if m.geoms)}
+    return {"appearances": tuple(appearance_of(s) for m in inputs["models"] if m.geoms for s in states_of(m))}
 
 
 PARAMETERS = (
@@ -152,6 +154,10 @@ PARAMETERS = (
     Parameter("least_m", 0.02, "smaller rests are edges of what was explained"),
     Parameter("again", 2, "rests of rests"),
     Parameter("candidates", 8, "of 32 kinds, by colour"),
+    Parameter("states", 8, "of each kind with joints, the likeliest by size and colour"),
+    Parameter("shows", 0.25, "of a model's pixels that tell where its joints are"),
+    Parameter("shape", 0.7, "score by shape above which no other state of a joint is tried: a wrong one reaches 0.6"),
+    Parameter("shut_m", 0.012, "a part that is nearer to where its file has it is there: depth noise at a metre"),
     Parameter("alike", 0.35, "of the most alike model's likeness"),
     Parameter("apart_m", 0.10, "what hides the middle of a thing is seldom wider"),
     Parameter("covered", 0.15, "of a part's border; noise makes less of a thing that stands alone"),
@@ -162,8 +168,9 @@ PARAMETERS = (
     Parameter("far", 0.3, "of a model's diameter, from which coarse registration draws points near"),
     Parameter("large_m", 0.25, "diameter above which coarse registration has twice the iterations"),
     Parameter("yaws", 8, "coarse poses of each model whose print is compared"),
+    Parameter("tried", 6, "times as many poses of a model whose other parts may be hidden: many fit, few are possible"),
     Parameter("started", 0.5, "of the best model's score by shape after the first stage, below which a model is not refined"),
-    Parameter("as_well", 0.93, "of a pose's score, above which shape does not tell a turn of it"),
+    Parameter("as_well", 0.85, "of a pose's score, above which shape does not tell a turn of it"),
     Parameter("missing_m", 0.07, "half of a carton may be hidden, by others or by itself"),
     Parameter("excess_m", 0.035, "the box around a leaning thing is larger than the thing"),
     Parameter("tie", 0.02, "difference of scores that tells no pose from another"),

@@ -10,7 +10,6 @@ import numpy as np
 from cramlite.model import Floats, Mask
 from cramlite.plugin import checkpoint
 
-from ..fixtures import depth_within
 from ..pose.icp import PoseBatch
 from ..pose.model import Floats32, PoseModel
 from ..pose.outline import Outline, tolerance
@@ -20,7 +19,9 @@ from ..pose.starts import slid
 from ..segmentation.clean import voxel_components
 from .agreement import best_by_print, edged
 from .appearance import Appearance, histogram, likeness
+from .joint_search import settled
 from .pieces import given_back, middles, pieces
+from .possible import possible
 from .reading import Part, Reading, Scene, bad
 from .region import Region
 from .registered import (
@@ -128,7 +129,8 @@ def _partial(region: Region, number: int) -> Iterator[Reading]:
         return
     for mask in middles(scene.points, region.mask, number, scene.limits["pixels"]):
         part = Region(scene, mask)
-        for begun in _begun(part, _candidates(part, partly=True)[: int(scene.limits["partly"])]):
+        few = _of_kinds(_candidates(part, partly=True), int(scene.limits["partly"]), 1)
+        for begun in _begun(part, few):
             if (starts := coarse_poses(part, begun)) is not None:
                 yield _touching(scene, region.mask, whole, begun.appearance, starts)
 
@@ -171,9 +173,20 @@ def read(region: Region) -> Part:
         first = max((c for s in begun if (c := coarse_reading(region, s)) is not None), key=lambda q: q.reading.score, default=None)
         if first is not None and first.reading.score >= hopeless:
             found += full_readings(region, first, ANY)
+    found = _settled(region, found)
     full = {r.appearance.model.name for r in found}
     found += [q.reading for q in quick if q.reading.appearance.model.name not in full]
     return Part(region.mask, tuple(sorted((r for r in found if _beside(region.scene, r)), key=lambda r: -r.score)))
+
+
+def _settled(region: Region, readings: Sequence[Reading]) -> list[Reading]:
+    """Return explanations, of which the best by each kind with joints, if it is not far from the best, has them where the picture
+    shows them."""
+    best, least = dict[str, Reading](), region.scene.limits["started"] * _most(readings)
+    for reading in sorted(readings, key=lambda r: -r.score):
+        best.setdefault(reading.appearance.model.name, reading)
+    jointed = [r for r in best.values() if len(r.appearance.moved) and r.score >= least]
+    return [settled(region, r) if any(r is j for j in jointed) else r for r in readings]
 
 
 def _most(readings: Sequence[Reading]) -> float:
@@ -181,24 +194,29 @@ def _most(readings: Sequence[Reading]) -> float:
 
 
 def _beside(scene: Scene, reading: Reading) -> bool:
-    """Whether a model at a pose lies outside of the furniture whose place is known, and of the robot."""
     points = reading.pose.apply(reading.appearance.surface.points[::10])
-    if scene.robot is not None and _on_robot(scene, points) > scene.limits["robot"]:
-        return False
-    most = scene.limits["within_m" if reading.appearance.model.mass is None else "loose_m"]
-    return all(float((depth_within(points, t) > most).mean()) < scene.limits["within"] for t in scene.fixtures)
+    return bool(possible(scene, reading.appearance, points[None])[0])
 
 
 def ranked(region: Region) -> list[Ranked]:
     """Return the best coarse registration of each model whose colours and size fit a region of the picture,
     best first."""
     quick = [q for s in _begun(region, _candidates(region)) if (q := coarse_reading(region, s)) is not None]
-    return sorted(quick, key=lambda q: -q.reading.score)
+    best: dict[str, Ranked] = {}
+    for q in sorted(quick, key=lambda q: -q.reading.score):
+        best.setdefault(q.reading.appearance.model.name, q)  # of a kind's states, the likeliest
+    return list(best.values())
 
 
 def _begun(region: Region, appearances: Sequence[Appearance]) -> list[Started]:
-    """Return the first stage of registration of models with a region, without those whose shapes fit far worse than the best."""
-    begun = [s for a in appearances if (s := started(region, a, standing(a))) is not None]
+    """Return the first stage of registration of models with a region, without those whose shapes fit far worse than the best.
+
+    Joints elsewhere than in a model's file are tried where no model fits well as it is there.
+    """
+    begun: list[Started] = []
+    for filed in (True, False):
+        if filed or max((s.score for s in begun), default=0.0) < region.scene.limits["shape"]:
+            begun += [s for a in appearances if a.as_filed == filed and (s := started(region, a, standing(a))) is not None]
     least = region.scene.limits["started"] * max((s.score for s in begun), default=0.0)
     return [s for s in begun if s.score >= least]
 
@@ -214,7 +232,30 @@ def _candidates(region: Region, *, partly: bool = False) -> list[Appearance]:
     alike = [(likeness(own, a) * (1.0 if partly else _sized(lengths, a, scene.limits, whole)), a) for a in scene.appearances]
     alike.sort(key=lambda p: (-p[0], p[1].model.name))
     least = scene.limits["alike"] * (alike[0][0] if alike else 0.0)
-    return [a for share, a in alike[: int(scene.limits["candidates"])] if share >= least]
+    kept = [a for share, a in alike if share >= least and (a.as_filed or _shows(region, a))]
+    return _of_kinds(kept, int(scene.limits["candidates"]), int(scene.limits["states"]))
+
+
+def _shows(region: Region, appearance: Appearance) -> bool:
+    """Whether a region has enough pixels of a model to show where its joints are.
+
+    The whole model has, seen from anywhere, those of half of its box's sides on the average (Cauchy).
+    """
+    a, b, c = appearance.surface.extents
+    view = region.scene.picture.view
+    metres = float(np.nanmedian(view.depth[region.mask])) / view.intrinsics.fx
+    return bool(int(region.mask.sum()) * metres * metres > region.scene.limits["shows"] * (a * b + b * c + c * a) / 2)
+
+
+def _of_kinds(appearances: Sequence[Appearance], kinds: int, states: int) -> list[Appearance]:
+    """Return the appearances of the first few kinds, with the first few states of each; if one, that of its file before others."""
+    found: dict[str, list[Appearance]] = {}
+    for a in appearances:
+        if a.model.name in found or len(found) < kinds:
+            found.setdefault(a.model.name, []).append(a)
+    if states == 1:
+        return [next((a for a in own if a.as_filed), own[0]) for own in found.values()]
+    return [a for own in found.values() for a in own[:states]]
 
 
 def _sized(lengths: Floats, appearance: Appearance, limits: Mapping[str, float], whole: bool) -> float:
@@ -243,14 +284,3 @@ def claimed(scene: Scene, part: Part, among: Sequence[Mask]) -> Part:
     own = np.zeros(mask.shape, bool)
     own[mask] = away < scene.limits["owns_m"] + tolerance(view.depth[mask])
     return Part(given_back(own, among) if own.any() else mask, part.readings)
-
-
-def _on_robot(scene: Scene, points: Floats) -> float:
-    """Share of points, in the world frame, that are where the camera would see the robot itself."""
-    view = scene.picture.view
-    seen = view.camera.inverse().apply(points)
-    column, row = np.rint(np.nan_to_num(view.intrinsics.project(seen), nan=-1.0)).astype(int).T
-    inside = (column >= 0) & (row >= 0) & (column < view.intrinsics.width) & (row < view.intrinsics.height)
-    away = np.full(len(points), np.inf)
-    away[inside] = np.abs(scene.robot[row[inside], column[inside]] - seen[inside, 2]) if scene.robot is not None else np.inf
-    return float((np.nan_to_num(away, nan=np.inf) < scene.limits["robot_m"]).mean())

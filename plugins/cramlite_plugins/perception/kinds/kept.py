@@ -15,7 +15,7 @@ from cramlite.plugin import UserError, cache_folder, keep_file, read_arrays
 
 from ...shapes.skins import skin_of
 
-VERSION = 2
+VERSION = 3
 """Version of the way arrays are made; another version makes those of every model anew."""
 WHOLE = ".glb"
 """Suffix of mesh files that hold their textures."""
@@ -29,7 +29,7 @@ def file_of(mesh: MeshFile | None) -> Path | None:
     """Return where arrays of a mesh are kept; None for no mesh."""
     if mesh is None or not Path(mesh.path).is_file():
         return None
-    whole = hashlib.sha256(f"{VERSION}|{mesh.scale}|{mesh.up}".encode())
+    whole = hashlib.sha256(f"{VERSION}|{mesh.scale}|{mesh.up}|{mesh.joints}|{mesh.values}".encode())
     for part in _parts(mesh):
         whole.update(part)
     return cache_folder() / "kinds" / f"{whole.hexdigest()}.npz"

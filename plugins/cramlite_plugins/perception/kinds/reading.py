@@ -10,6 +10,7 @@ from scipy import ndimage
 
 from cramlite.model import Floats, Mask, Pose, Thing, Value
 
+from ..pose.registration import JointValue
 from .agreement import Picture
 from .appearance import Appearance
 
@@ -22,6 +23,7 @@ class Reading(Value, eq=False):
         pose: of its frame in the world.
         fit: 0 to 1, of its shape; colour: 0 to 1, of its printed texture.
         reasons: clauses with numbers.
+        joints: (name, value, standard deviation) of each joint [m, rad]; empty where they were not looked at.
     """
 
     appearance: Appearance
@@ -29,6 +31,7 @@ class Reading(Value, eq=False):
     fit: float
     colour: float
     reasons: tuple[str, ...] = ()
+    joints: tuple[JointValue, ...] = ()
 
     @property
     def score(self) -> float:

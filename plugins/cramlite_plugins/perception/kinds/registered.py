@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from msgspec.structs import replace
@@ -11,7 +12,7 @@ from msgspec.structs import replace
 from cramlite.model import Floats, Pose, Value
 
 from ..pose.estimate import COARSE, FINE, MIDDLE, PoseHypothesis, allowed, best, hypotheses, without_duplicates
-from ..pose.icp import PoseBatch, register
+from ..pose.icp import PoseBatch, register, spread
 from ..pose.model import Floats32, PoseModel
 from ..pose.outline import Outline
 from ..pose.prior import Alignment, Prior
@@ -19,11 +20,14 @@ from ..pose.score import ENOUGH, SURFACE, Scores, score_poses
 from ..pose.starts import slid, starts_for
 from .agreement import agreement, best_by_print
 from .appearance import Appearance
+from .possible import possible
 from .reading import Reading, Scene
 from .region import Region
 
 STEP = 10
 """Step of the turns about the vertical that are compared by their print [deg]: a letter of 10 mm on a can is 15 deg wide."""
+FEWER = 60
+"""Points of a model by which impossible poses are left out at first."""
 
 
 def _scored(model: PoseModel, seen: tuple[Floats32, Outline], poses: PoseBatch, surface: int = SURFACE) -> Scores:
@@ -72,8 +76,20 @@ def started(region: Region, appearance: Appearance, prior: Prior) -> Started | N
     if not len(starts):
         return None
     scores = score_poses(model, *seen, starts, 200).score
-    order = np.argsort(-scores, kind="stable")[: int(scene.limits["yaws"])]
-    return Started(appearance, starts.pick(order), float(scores[order[0]]))
+    order: Any = np.argsort(-scores, kind="stable")
+    if region.is_covered and region.rarity == 1:  # few of the many poses that fit a strip are possible
+        order = _possible(scene, appearance, starts, order)
+    order = order[: int(scene.limits["yaws"])]
+    return Started(appearance, starts.pick(order), float(scores[order[0]])) if len(order) else None
+
+
+def _possible(scene: Scene, appearance: Appearance, starts: PoseBatch, order: Any) -> Any:
+    """Return the indices of those of the best poses, in their ``order``, that lie outside of furniture and robot."""
+    tried = order[: int(scene.limits["yaws"] * scene.limits["tried"])]
+    some = spread(appearance.surface.points, FEWER)
+    in_camera = (some - starts.shift[tried][:, None]) @ starts.turn[tried]  # of rows: the inverse of a rotation is its transpose
+    points = scene.picture.view.camera.apply(in_camera.reshape(-1, 3).astype(float)).reshape(in_camera.shape)
+    return tried[possible(scene, appearance, points)]
 
 
 def coarse_poses(region: Region, found: Started) -> PoseBatch | None:
@@ -128,6 +144,19 @@ def _by_print(region: Region, appearance: Appearance, seen: tuple[Floats32, Outl
         pose, fit = refined[0].pose, refined[0].score
         colour = float(agreement(scene.picture, region.mask, appearance, [pose])[0])
     return Reading(appearance, pose, fit, colour, (*found.reasons, f"{100 * colour:.0f} % of its printed texture agrees with the picture"))
+
+
+def again(region: Region, appearance: Appearance, pose: Pose, reasons: tuple[str, ...]) -> Reading | None:
+    """Register a model once more from a pose, finely; None if no pose is possible."""
+    seen, model, scene = region.seen, appearance.surface, region.scene
+    if seen is None:
+        return None
+    starts = register(model, seen[0], pose_batch(scene, [pose]), FINE, seen[1])
+    scored = hypotheses(scene.picture.view, starts, _scored(model, seen, starts))
+    if not scored:
+        return None
+    colour = float(agreement(scene.picture, region.mask, appearance, [scored[0].pose])[0])
+    return Reading(appearance, scored[0].pose, scored[0].score, colour, (*scored[0].reasons, *reasons))
 
 
 def _turned(scene: Scene, seen: tuple[Floats32, Outline], model: PoseModel, pose: Pose) -> tuple[list[Pose], Floats]:

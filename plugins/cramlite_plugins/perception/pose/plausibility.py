@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 
 from cramlite.model import Thing
 from cramlite.plugin import Expert, Inputs, Judged, Parameter, Unresolvable, hookimpl
@@ -26,7 +27,7 @@ def plausible(inputs: Inputs) -> Mapping[str, Any]:
     weighed = []
     for fit in fits:
         factor, why = _possible(fit, models[fit.model], inputs)
-        weighed.append(Fit(fit.model, fit.pose, fit.score * factor, f"{fit.reason}; {why}" if why else fit.reason))
+        weighed.append(replace(fit, score=fit.score * factor, reason=f"{fit.reason}; {why}" if why else fit.reason))
     return _values_of_best(sorted(weighed, key=lambda f: -f.score), models)
 
 
@@ -50,6 +51,7 @@ def _values_of_best(fits: Sequence[Fit], models: Mapping[str, Thing]) -> Mapping
                         tuple(Judged(f.model, min(1.0, f.score), f.reason) for f in lost if f.model != best.model)),
         "type": Judged(own, sure, f"'{best.model}' fits best: {best.reason}",
                        tuple(Judged(t, min(1.0, f.score), f.reason) for t, f in classes.items() if t != own)),
+        "joints": Judged(best.joints, sure, best.reason if best.joints else f"'{best.model}' has none"),
         "features": Judged(tuple(f.type for f in models[best.model].features), sure, f"of the model '{best.model}'"),
     }  # fmt: skip
 
@@ -103,7 +105,7 @@ def experts() -> Iterable[Expert]:
         Parameter("axis", 0.77, "cosine of 40 degrees: a tab on a peg swings less"),
         Parameter("stand_m", 0.015, "error of a surface and of the pose, and depth noise"),
     )
-    made = ("pose", "model", "type", "features")
+    made = ("pose", "model", "type", "joints", "features")
     return [
         Expert("plausibility", "the best fit that is physically possible", ("hypotheses", "models"), made, plausible,
                "object", uses=("relations", "fixtures"), domains={"type": types}, cost_ms=0.5, parameters=physics),

@@ -8,6 +8,9 @@ from typing import Any
 from cramlite.model import Pose, Value
 from cramlite.plugin import Expert, Inputs, Judged, Parameter, hookimpl
 
+JointValue = tuple[str, float, float]
+"""Name of a joint of a known model, its value, and the value's standard deviation [m, rad]."""
+
 
 class Fit(Value):
     """Pose of a known model that was registered with measured points, with its score and the reason for the
@@ -17,12 +20,14 @@ class Fit(Value):
         model: its name; pose: of its frame in the world.
         score: 0 to 1, how well it explains what is seen.
         reason: a clause with numbers.
+        joints: of the model, where it has some.
     """
 
     model: str
     pose: Pose
     score: float
     reason: str
+    joints: tuple[JointValue, ...] = ()
 
 
 Method = Callable[..., Sequence[Any]]
