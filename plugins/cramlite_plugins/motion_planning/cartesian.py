@@ -10,13 +10,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 from itertools import pairwise
+from operator import add, sub
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import (
     Belief,
+    Floats,
     Motion,
     Place,
     Pose,
@@ -36,7 +40,9 @@ from ..kinematics.kinematics import (
     nearest_branch,
     out_of_limits,
     reach_shortfall,
+    unturned,
 )
+from ..kinematics.many import conditionings, refined
 from ..kinematics.timing import joint_speed_excess, leading
 from .space import refusal
 
@@ -131,6 +137,7 @@ def near(a: Pose, b: Pose) -> bool:
 
 
 JUMP = 0.25  # a joint that turns further between two samples passes a singularity [rad]
+EVERY = 8  # samples of a line of which the last one is solved before those between
 LEAST = 0.03
 """Smallest singular value that a straight motion keeps: below it the controller, which starts a little off
 the plan and gives way to forces, finds no inverse solution some millimetres aside. Of ten programs that
@@ -203,7 +210,7 @@ def plan_straight_line(
     """
     checkpoint()
     origin = tuple(float(v) for v in start)
-    begin = forward(robot, origin)
+    begin = forward(robot, unturned(origin))
     goals = sampled(begin, [targets] if isinstance(targets, Pose) else targets, step_m, step_rad)
     points, reason = _follow(robot, origin, goals)
     if not reason and speed is not None:
@@ -234,22 +241,65 @@ def _refusal(why: Refused, reached: int, total: int, ways: Sequence[float]) -> R
 
 def _follow(robot: Robot, origin: Joints, goals: Sequence[Pose]) -> tuple[list[Joints], str]:
     """Joint positions up to the first pose that cannot be reached, and why it cannot."""
-    points = [origin]
     if reason := out_of_limits(robot, origin):
-        return points, reason
-    for pose in goals:
+        return [origin], reason
+    near = unturned(origin)
+    led, reason = _led(robot, near, tuple(goals))
+    turns = tuple(map(sub, origin, near))
+    points = [origin, *(tuple(map(add, q, turns)) for q in led)]
+    outside = next((k for k, q in enumerate(points) if out_of_limits(robot, q)), None)
+    return (points, reason) if outside is None else (points[:outside], out_of_limits(robot, points[outside]))
+
+
+@lru_cache(maxsize=64)
+def _led(robot: Robot, origin: Joints, goals: tuple[Pose, ...]) -> tuple[list[Joints], str]:
+    """Joint positions at the poses of a line up to the first that cannot be reached, and why it cannot;
+    limits are not checked. Cached, since inverse solutions that differ by whole turns are led alike."""
+    points = [origin, *_together(robot, origin, goals)]
+    for pose in goals[len(points) - 1 :]:
         checkpoint()
         found = nearest_branch(robot, pose, points[-1])
         if found is None:
-            return points, reach_shortfall(robot, pose) or _singular(robot, points[-1])
+            return points[1:], reach_shortfall(robot, pose) or _singular(robot, points[-1])
         if (turn := leading(points[-1], found)) > JUMP:
-            return points, f"a joint would turn {turn:.2f} rad within one step, {_singular(robot, found)}"
-        if reason := out_of_limits(robot, found):
-            return points, reason
+            return points[1:], f"a joint would turn {turn:.2f} rad within one step, {_singular(robot, found)}"
         if conditioning(robot, found) < _least(robot):
-            return points, _singular(robot, found)
+            return points[1:], _singular(robot, found)
         points.append(found)
-    return points, ""
+    return points[1:], ""
+
+
+def _together(robot: Robot, origin: Joints, goals: Sequence[Pose]) -> list[Joints]:
+    """Joint positions at the first poses of a line, up to the first that is not good: one in ``EVERY`` is
+    solved from the one before, those between all at once from the lines in joint space.
+
+    None of a redundant arm, whose joint positions depend on those before.
+    """
+    if len(origin) > 6:
+        return []
+    known, last = [np.array(origin)], origin
+    for pose in goals[EVERY - 1 :: EVERY]:
+        checkpoint()
+        found = nearest_branch(robot, pose, last)
+        if found is None or leading(last, found) > EVERY * JUMP:
+            break
+        last = found
+        known.append(np.array(found))
+    count = EVERY * (len(known) - 1)
+    if not count:
+        return []
+    parts = np.arange(1, EVERY + 1)[:, None] / EVERY
+    near = np.concatenate([a + parts * (b - a) for a, b in pairwise(known)])
+    exact = refined(robot, np.array([pose.matrix for pose in goals[:count]]), near, steps=4)
+    return [tuple(q) for q in exact[: _as_far_as_good(robot, origin, exact)].tolist()]
+
+
+def _as_far_as_good(robot: Robot, origin: Joints, exact: Floats) -> int:
+    """Number of joint positions before the first that jumps or is near a singularity."""
+    near = np.abs(np.diff(exact, axis=0, prepend=[origin])).max(axis=1) <= JUMP
+    far = len(near) if near.all() else int(np.argmin(near))
+    well = conditionings(robot, exact[:far]) >= _least(robot)
+    return far if well.all() else int(np.argmin(well))
 
 
 def _least(robot: Robot) -> float:

@@ -30,11 +30,13 @@ class Movers(Value):
         moved: 1 where the joint is above the geom in the kinematic tree.
         turned: the same, but for joints that a round geom only spins about.
         still: 1 where the geom stays while the joint turns, but for the next joint that it is round about.
+        carried: of each geom, whether a joint moves it.
     """
 
     moved: Floats
     turned: Floats
     still: Floats
+    carried: tuple[bool, ...]
 
     def apart(self) -> Floats:
         """Return a table (geoms, geoms): for each pair of geoms, the number of joints that move one geom
@@ -62,6 +64,7 @@ def movers(compiled: Compiled, index: RobotIndex) -> Movers:
         moved,
         moved * (1.0 - about * (column == above - 1)),
         (1.0 - moved) * (1.0 - about * (column == above)),
+        tuple(map(bool, moved.sum(axis=1))),
     )
 
 

@@ -21,6 +21,7 @@ import numpy as np
 from cramlite.model import Floats, Value
 from cramlite.plugin import Refused, checkpoint
 
+from ..kinematics.kinematics import postures, unturned
 from ..kinematics.timing import duration, leading
 from .joint_line import PROBED
 from .mend import box, made_free
@@ -164,7 +165,7 @@ def start_blocked(scene: Space, start: Joints) -> Refused | None:
 
 def in_the_way(scene: Space, positions: Sequence[Sequence[float]]) -> tuple[tuple[str, ...], ...]:
     """Return the minimal sets of things that must be moved to free a blocked joint position, each once."""
-    found = set(filter(None, map(scene.blocking, positions)))
+    found = set(filter(None, map(scene.blocking, postures(map(_joints, positions)).values())))
     return tuple(sorted(one for one in found if not any(set(other) < set(one) for other in found)))
 
 
@@ -181,7 +182,7 @@ def _free_goals(scene: Space, origin: Joints, goals: list[Joints]) -> list[tuple
     known: dict[tuple[float, ...], bool] = {}
     result: list[tuple[int, Joints]] = []
     for index, q in sorted(enumerate(goals), key=lambda item: (leading(origin, item[1]), item[0])):
-        key = tuple(round(math.remainder(v, 2 * math.pi), 6) for v in q)
+        key = unturned(q)
         if key not in known:
             checkpoint()
             known[key] = not scene.relaxed([q]).why(q)

@@ -317,7 +317,7 @@ class PlanningScene(Value):
         """Thing of a pair of geoms that is not in the hand and that a task could move; "" if there is
         none."""
         world, owners = self.compiled.world, self.compiled.owners
-        still = (owners[g].name for g in pair if owners[g].kind == "thing" and not self.moved[g].any())
+        still = (owners[g].name for g in pair if owners[g].kind == "thing" and not self.movers.carried[g])
         return next((n for n in still if world.thing(n).movable or world.thing(n).joint is not None), "")
 
     def relaxed(self, anchors: Sequence[Position], start: Position | None = None) -> PlanningScene:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from cramlite.model import Belief, EntityName, Location, Motion, Place, Pose, World, enclosing_names, thing_of
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
-from ..kinematics.kinematics import forward, inverse, why_no_inverse
+from ..kinematics.kinematics import forward, inverse, postures, why_no_inverse
 from ..shapes.mounts import mounts
 from .planner import in_the_way
 from .planning_scene import TOUCH, PlanningScene
@@ -142,11 +142,11 @@ def collision_free_ik(place: PlanningScene, context: Context, pose: Pose, seed: 
     solutions = inverse(context.robot, pose, seed=seed)
     if not solutions:
         return refusal(why_no_inverse(context.robot, pose), remedy=no_inverse(context.robot, pose))
-    free = next((q for q in solutions[:TRIED] if place.free(q)), None)
-    nearest = solutions[0]
+    nearest, tried = solutions[0], [*postures(solutions[:TRIED]).values()]
+    free = next(filter(place.free, tried), None)
     return free or refusal(
-        place.why(nearest), blocking=in_the_way(place, solutions[:TRIED]), collision=place.collision(nearest)
-    )  # fmt: skip
+        place.why(nearest), blocking=in_the_way(place, tried), collision=place.collision(nearest)
+    )
 
 
 def bound(context: Context, name: str | None) -> str:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from itertools import islice
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,6 +12,7 @@ from msgspec.structs import replace
 from cramlite.model import TOOL_SPEED, Belief, Motion, MoveLinear, Place, Pose, Stage
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
+from ..kinematics.kinematics import Joints
 from ..kinematics.timing import STEADY, steady_speed
 from ..kinematics.tool_speed import KEPT
 from ..motion_planning.cartesian import line, near, why_no_straight_line
@@ -116,7 +116,7 @@ def _pace(motion: Motion, context: Context) -> tuple[float, float]:
 
 def _goals(motion: Motion, place: Place, belief: Belief, context: Context, scene: Any) -> list[Any]:
     """Collision-free joint positions at the stand-off from which the arm can go on in a straight line to the place."""
-    from ..kinematics.kinematics import inverse, why_no_inverse
+    from ..kinematics.kinematics import inverse, postures, unturned, why_no_inverse
     from ..motion_planning.planner import in_the_way
     from ..motion_planning.reach import make_scene
     from ..motion_planning.space import refusal
@@ -125,10 +125,10 @@ def _goals(motion: Motion, place: Place, belief: Belief, context: Context, scene
         return [place.joints]
     around = None if belief.held else make_scene(belief, context, [place.thing], place.opening, clearance=0.0)
     solutions = inverse(context.robot, place.before, seed=belief.joints)
-    free = [q for q in solutions if scene.free(q)]
-    goals = list(islice((q for q in free if not why_no_straight_line(q, place, context, around)), GOALS))
+    room = {posture: scene.free(q) for posture, q in postures(solutions).items()}
+    free = [q for q in solutions if room[unturned(q)]]
+    goals, lines = _first_led((q, why_no_straight_line(q, place, context, around)) for q in free)
     if not goals:
-        lines = [no for q in free if (no := why_no_straight_line(q, place, context, around)) is not None]
         if not solutions:
             miss = refusal(why_no_inverse(context.robot, place.before), remedy=no_inverse(context.robot, place.before))
         else:
@@ -140,6 +140,19 @@ def _goals(motion: Motion, place: Place, belief: Belief, context: Context, scene
             said, because(motion, belief, context), blocking=tuple(dict.fromkeys(blocking)), collision=miss.collision, remedy=miss.remedy
         )
     return goals
+
+
+def _first_led(looked: Iterable[tuple[Joints, Refused | None]]) -> tuple[list[Joints], list[Refused]]:
+    """The first joint positions that lead on, at most ``GOALS``, and the refusals of those before."""
+    goals, refused = list[Joints](), list[Refused]()
+    for q, no in looked:
+        if no is not None:
+            refused.append(no)
+            continue
+        goals.append(q)
+        if len(goals) == GOALS:
+            break
+    return goals, refused
 
 
 def _linear(motion: Motion, belief: Belief, context: Context) -> Groundings:

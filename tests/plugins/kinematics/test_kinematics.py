@@ -89,3 +89,12 @@ def test_limits_are_named() -> None:
 def test_mujoco_is_the_version_that_the_margins_were_measured_with() -> None:
     assert mujoco.__version__.split(".")[0] == "4"
     assert np.isfinite(k.smallest_singular_value(UR5E, UR5E.home))
+
+
+def test_what_differs_by_whole_turns_is_one_posture() -> None:
+    found = k.inverse(UR5E, k.forward(UR5E, UR5E.home))
+    first = k.postures(found)
+    assert len(first) <= 8 < len(found)
+    assert next(iter(first.values())) == found[0]
+    for posture, q in first.items():
+        assert k.forward(UR5E, posture).distance(k.forward(UR5E, q)) == pytest.approx((0.0, 0.0), abs=1e-9)
