@@ -16,6 +16,9 @@ from msgspec.structs import replace
 
 from cramlite.engine.recovery.expectation import Expectation, RunWatch, expectation
 from cramlite.model import Deviation, Joint, Pose, Touch
+from cramlite.model.world.thing_boxes import boxes
+from cramlite_plugins.robots.ur5e import UR5E
+from cramlite_plugins.robots.ur5e_mobile import UR5E_MOBILE
 
 
 @pytest.fixture
@@ -183,6 +186,17 @@ def test_a_proof_says_what_is_loose_and_what_the_hand_holds_when() -> None:
         replace(t, joint=Joint("slide", Pose(), 0.0, 1.0)) if t.name == "cup" else t for t in run.world.things
     )
     assert expectation(replace(run, world=replace(run.world, things=things)), {}).loose == ("block",)
+
+
+def test_a_proof_says_how_far_the_arm_and_what_it_holds_get() -> None:
+    run = good().rollout
+    assert run is not None
+    found, size = expectation(run, ORIGINS, UR5E), 2 * max(
+        math.dist(c, t.pose.position) for t in run.world.things if not t.furniture for b in boxes(t) for c in b
+    )
+    hand = math.hypot(*UR5E.gripper.tcp.position)
+    assert found.base == run.world.robots[0].base.position and found.reach == pytest.approx(UR5E.reach + hand + size, abs=0.02)
+    assert math.isinf(expectation(run, ORIGINS).reach) and math.isinf(expectation(run, ORIGINS, UR5E_MOBILE).reach)
 
 
 def test_places_in_the_hand_are_in_the_frame_of_the_tool() -> None:

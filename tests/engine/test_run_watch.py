@@ -51,6 +51,17 @@ def test_limits_are_where_the_docs_say(
     assert found is None or found.step == "1.Reaching/move"
 
 
+@pytest.mark.parametrize(("start", "now", "said"), [
+    (3.0, 4.0, None), (3.0, 0.8, Deviation.MOVED), (0.5, 4.0, Deviation.MOVED), (0.5, 0.8, Deviation.MOVED),
+])  # fmt: skip
+def test_what_the_arm_can_meet_neither_then_nor_now_stops_no_run(
+    start: float, now: float, said: Deviation | None, expected: Expectation
+) -> None:
+    far = replace(expected, base=(0.0, 0.0, 0.0), reach=1.5, poses=expected.poses | {"block": track(Pose((start, 0.0, 0.05)))})
+    there, here = (Pose((x, 0.0, 0.05)) for x in (start, now))
+    assert kind(seen(RunWatch(far), readings(0.0, block=there), *(readings(k, block=here) for k in (0.02, 0.04)))) is said
+
+
 def test_it_is_noticed_in_a_tenth_of_a_second(expected: Expectation) -> None:
     assert 0.0 < 2 * RunWatch(expected).period < 0.1
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,11 +14,14 @@ from msgspec.structs import replace
 
 from ...base.value import Value
 from ...model.entity_name import thing_of
-from ...model.geometry import Floats, Pose, seen_from
+from ...model.geometry import Floats, Pose, Vector3, seen_from
 from ...model.run.readings import Deviation, Notice, Readings
+from ...model.world.thing_boxes import boxes
 
 if TYPE_CHECKING:
+    from ...model.robot import Robot
     from ...model.run.rollout import Rollout
+    from ...model.world.world import World
 
 PLACE = 0.015
 """Largest distance of a thing from its place in the proof [m]: validators let nothing slip by more than 12 mm, or slide by
@@ -101,6 +105,8 @@ class Expectation(Value, eq=False):
         loose: things whose poses are compared.
         known: all things of the world that was believed.
         steps: line -> designator.
+        base: of the arm in the world [m].
+        reach: distance from there beyond which neither the arm nor what it holds meets a thing [m].
     """
 
     lines: Floats
@@ -114,6 +120,13 @@ class Expectation(Value, eq=False):
     loose: tuple[str, ...]
     known: frozenset[str]
     steps: Mapping[int, str] = field(default_factory=dict)
+    base: Vector3 = (0.0, 0.0, 0.0)
+    reach: float = math.inf
+
+    def no_matter(self, name: str, position: Vector3) -> bool:
+        """Whether a thing was out of reach when the proof began, and still is: the run cannot meet it."""
+        start = self.poses[name][0, :3].tolist()
+        return min(math.dist(start, self.base), math.dist(position, self.base)) > self.reach
 
     def step(self, line: int) -> str:
         """Return the designator of the step that a program line belongs to; "" for lines before the first step."""
@@ -134,19 +147,29 @@ class Expectation(Value, eq=False):
         return [int(k) for k in np.flatnonzero(self.lines == line)]
 
 
-def expectation(proof: Rollout, steps: Mapping[int, str]) -> Expectation:
+def expectation(proof: Rollout, steps: Mapping[int, str], robot: Robot | None = None) -> Expectation:
     """Return the sensor values that a run should show, taken from the run that proved its program.
 
     Args:
         steps: line -> designator, as ``Code.origins``.
+        robot: that runs; None where nobody knows how far it gets.
     """
     loose = tuple(t.name for t in proof.world.things if not t.furniture)
     tool = proof.poses["effector"]
     return Expectation(
         proof.lines, proof.times, {n: proof.poses[n] for n in (*loose, "effector")}, {n: _in(tool, proof.poses[n]) for n in loose},
         tuple(_held(proof, k) for k in range(len(proof.times))), proof.opening, proof.contact_force(), proof.joints, loose,
-        frozenset(t.name for t in proof.world.things), steps,
+        frozenset(t.name for t in proof.world.things), steps, proof.world.robots[0].base.position, _reach(proof.world, robot),
     )  # fmt: skip
+
+
+def _reach(world: World, robot: Robot | None) -> float:
+    """Return the distance from an arm's base within which the origins of all things lie that it, or what it holds, can meet [m]."""
+    if robot is None or robot.platform is not None:
+        return math.inf
+    loose = [t for t in world.things if not t.furniture]
+    size = max((math.dist(c, t.pose.position) for t in loose for box in boxes(t) for c in product(*zip(*box, strict=True))), default=0.0)
+    return robot.reach + math.hypot(*robot.gripper.tcp.position) + 2 * size
 
 
 def _in(tool: Floats, track: Floats) -> Floats:
@@ -297,6 +320,8 @@ class RunWatch:
             yield self._said(Deviation.MISSING, now, f"'{name}' can no longer be seen", name)
             return
         pose *= self.offsets.get(name, Pose())
+        if expected.no_matter(name, pose.position):
+            return
         held = [k for k in rows if expected.held[k] == name]
         own = expected.own(now.line)
         always = len(own) > 0 and all(expected.held[k] == name for k in own)

@@ -209,7 +209,7 @@ class GoingOn:
     def _run(self, attempt: Attempt) -> tuple[RunWatch, Round]:
         knowledge, code = self.engine.knowledge, attempt.code
         proof = knowledge.run(code.text, self.setting.world, self.seed)
-        watch = RunWatch(expectation(proof, code.origins), self.noise, self.seed)
+        watch = RunWatch(expectation(proof, code.origins, self.setting.robot), self.noise, self.seed)
         return watch, Round(attempt, knowledge.run(code.text, attempt.world, self.seed, watch=watch))
 
     def _noticed(self, watch: RunWatch, done: Round) -> Notice | None:

@@ -112,7 +112,7 @@ def _expected(attempt: Attempt, engine: Engine, setting: Setting) -> Expectation
     proof = attempt.candidate.rollout if attempt.candidate else None
     if proof is None:
         proof = engine.knowledge.run(attempt.code.text, setting.world, setting.seed)
-    return expectation(proof, attempt.code.origins)
+    return expectation(proof, attempt.code.origins, setting.robot)
 
 
 def _noticed(done: Round, watch: RunWatch) -> Notice | None:
