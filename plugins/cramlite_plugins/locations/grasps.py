@@ -33,7 +33,7 @@ from cramlite.model import (
 )
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
-from ..motion_planning.planning_scene import CLEARANCE
+from ..motion_planning.postures import CLEARANCE
 from ..motion_planning.reach import SIGMAS, bound, reference_pose, shift, tcp
 from ..motions import grip_force
 from ..shapes import ray_casting as rays

@@ -15,7 +15,8 @@ from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from ..kinematics.kinematics import forward, inverse, postures, why_no_inverse
 from ..shapes.mounts import mounts
 from .planner import in_the_way
-from .planning_scene import TOUCH, PlanningScene
+from .planning_scene import PlanningScene
+from .postures import TOUCH
 from .scene_of_world import scene
 from .space import refusal
 from .too_far import no_inverse

@@ -13,7 +13,8 @@ from cramlite.model import Pose, Robot, World
 from ..simulation.model.build import Carried
 from .pairs import Pairs, required_distances
 from .planning_models import arm_chains, arm_movers, inflated_model, planning_model
-from .planning_scene import CLEARANCE, HORIZON, KEPT, LEVELS, PlanningScene, joint_view
+from .planning_scene import KEPT, PlanningScene
+from .postures import CLEARANCE, HORIZON, LEVELS, joint_view
 
 
 def _farthest(clearance: float, wider: Mapping[str, float]) -> float:

@@ -14,7 +14,7 @@ from cramlite.model import Belief, Floats, Pose, Remedy, Thing
 from cramlite.plugin import Context, Refused, Unresolvable
 
 from ...kinematics.kinematics import reach_gap, reach_shortfall
-from ...motion_planning.planning_scene import CLEARANCE
+from ...motion_planning.postures import CLEARANCE
 from ...motion_planning.reach import shift, taken_at
 from ...shapes.bounds import box_around, centre_of_mass, corners, height, lowest, support
 from ...shapes.box_overlaps import overlaps
