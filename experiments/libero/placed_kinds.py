@@ -16,7 +16,10 @@ TABLE = (1.0, 1.6, 0.05)
 """Sides and thickness of the table that is assumed under the things [m]; its near side is ``BEHIND`` the robot's base."""
 BEHIND = 0.05
 RESTS = 0.02
-"""Largest distance between the table and the lowest point of a thing that rests on it [m]."""
+"""Largest distance between the table as it is seen and the lowest point of a thing that rests on it [m]."""
+LEVEL = 0.01
+"""Largest difference of height of things that rest on one table [m]: of 118 seen things 112 were within 7 mm, the others, 16 to 37 mm
+higher, rested on things."""
 
 
 def files_of(library: Path) -> dict[str, Path]:
@@ -36,7 +39,8 @@ class Placed(NamedTuple):
 def scene_of(found: Sequence[Placed], files: dict[str, Path], table: float) -> tuple[str, list[float]]:
     """Place things on a table of some height [m]; movable ones whose pose is below the table top are left out.
 
-    A movable thing within ``RESTS`` of the table stands on it. Fixed things keep the height at which they are seen: a stove may be let
+    The table is as high as the lowest points of things within ``RESTS`` of where it is seen, in the median; a movable thing within
+    ``LEVEL`` of that stands on it, any other where it is seen. Fixed things keep the height at which they are seen: a stove may be let
     into the table, a rack may stand on feet that its collision shapes lack.
 
     Returns:
@@ -62,7 +66,7 @@ def scene_of(found: Sequence[Placed], files: dict[str, Path], table: float) -> t
     values: dict[str, float] = {}
     for kind, spec, at, low, joints in placed:
         numbers[kind] = numbers.get(kind, 0) + 1
-        down = table + low - top if abs(low) < RESTS else 0.0
+        down = table + low - top if abs(table + low - top) < LEVEL else 0.0
         x, y, z = at.position
         frame_of = scene.worldbody.add_frame(pos=[x, y, z - down], quat=list(at.quaternion))
         prefix = f"{kind}_{numbers[kind]}_"

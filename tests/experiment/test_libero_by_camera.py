@@ -95,7 +95,8 @@ def kinds(tmp_path: Path) -> dict[str, Path]:
 def test_kinds_stand_where_they_were_seen_joints_and_all(kinds: dict[str, Path]) -> None:
     cup, chest = Pose((0.5, 0.1, 0.053)), Pose.from_rotvec((0.7, -0.2, 0.11), (0, 0, 1.0))
     module = part("placed_kinds")
-    seen = [module.Placed("cup", cup), module.Placed("cup", Pose((0.5, 0.3, 0.055))), module.Placed("chest", chest, {"slide": 0.15})]
+    seen = [module.Placed("cup", cup), module.Placed("cup", Pose((0.5, 0.3, 0.055))), module.Placed("chest", chest, {"slide": 0.15}),
+            module.Placed("cup", Pose((0.3, 0.1, 0.069)))]  # fmt: skip
     xml, state = module.scene_of(seen, kinds, 0.012)
     model = mujoco.MjModel.from_xml_string(xml)
     data = mujoco.MjData(model)
@@ -107,6 +108,7 @@ def test_kinds_stand_where_they_were_seen_joints_and_all(kinds: dict[str, Path])
     assert np.allclose(data.body("chest_1_main").xpos[:2], chest.position[:2])
     top = data.geom("table_top").xpos[2] + model.geom("table_top").size[2]
     assert data.body("cup_1_main").xpos[2] - 0.04 == pytest.approx(top, abs=1e-6), "what rests on the table rests on it"
+    assert data.body("cup_3_main").xpos[2] == pytest.approx(0.069, abs=1e-6), "what rests on something else stays where it was seen"
     assert data.body("chest_1_main").xpos[2] == pytest.approx(chest.position[2], abs=1e-6), "what is fixed is where it was seen"
     assert model.joint("chest_1_slide").range.tolist() == [0, 0.2]
     out = data.body("chest_1_drawer").xpos - data.body("chest_1_main").xpos

@@ -20,7 +20,10 @@ from cramlite_plugins.objects.products_and_fixtures import make
 from cramlite_plugins.perception.kinds import appearance
 from cramlite_plugins.perception.kinds.agreement import Picture, agreement, best_by_print, edged
 from cramlite_plugins.perception.kinds.appearance import _made, appearance_of
+from cramlite_plugins.perception.kinds.explain import PARAMETERS
 from cramlite_plugins.perception.kinds.kept import file_of
+from cramlite_plugins.perception.kinds.possible import possible
+from cramlite_plugins.perception.kinds.reading import Scene
 from cramlite_plugins.perception.kinds.samples import sampled
 from cramlite_plugins.simulation.camera.depth_camera import look
 
@@ -42,6 +45,12 @@ def engine(tmp_path_factory: pytest.TempPathFactory) -> Engine:
 def standing(engine: Engine, kind: str, x: float, y: float, yaw: float) -> Thing:
     """A carton on the table; yaw [deg]."""
     pose = Pose.from_rotvec((x, y, SIZE[2] / 2), (0, 0, math.radians(yaw)))
+    return engine.knowledge.models[kind].make(name=f"a_{kind}", pose=pose)
+
+
+def lying(engine: Engine, kind: str, position: tuple[float, float, float], yaw: float) -> Thing:
+    """A carton on its back; yaw [deg]."""
+    pose = Pose.from_rotvec(position, (0, 0, math.radians(yaw))) * Pose.from_rotvec((0, 0, 0), (math.pi / 2, 0, 0))
     return engine.knowledge.models[kind].make(name=f"a_{kind}", pose=pose)
 
 
@@ -209,3 +218,25 @@ def test_a_known_kind_without_a_writable_cache_is_made_anew(engine: Engine, tmp_
     monkeypatch.setenv("CRAMLITE_CACHE", str(tmp_path / "file"))
     _made.cache_clear()
     assert appearance_of(standing(engine, "carton_4", 0.4, 0.0, 0.0)).printed
+
+
+def test_a_carton_is_known_by_the_strip_that_another_one_leaves_of_it(engine: Engine) -> None:
+    table = make("table", "table", Pose((0.45, 0, 0)), {})
+    below = lying(engine, "carton_3", (0.45, 0.0, SIZE[1] / 2), 0)
+    above = lying(engine, "carton_7", (0.43, 0.0, 1.5 * SIZE[1]), 90)
+    found = answered(perceived(engine, below, above, fixtures=(table,)))
+    assert found.keys() == {"carton_3", "carton_7"}
+    for kind, thing in (("carton_3", below), ("carton_7", above)):
+        metres, degrees = apart(found[kind], thing)
+        assert metres < 0.004 and degrees < 4
+
+
+def test_a_model_is_possible_on_a_table_and_not_in_it(engine: Engine) -> None:
+    table = make("block", "table", Pose((0.45, 0.0, -0.05)), {"size": (0.8, 0.8, 0.1)})
+    on, within = standing(engine, "carton_3", 0.45, 0.0, 20), standing(engine, "carton_3", 0.45, 0.0, 20)
+    within = replace(within, pose=Pose((0.0, 0.0, -0.03)) * within.pose)
+    view, own = pictured(on), appearance_of(engine.knowledge.models["carton_3"].make(name="c", pose=Pose()))
+    limits = {p.name: p.default for p in PARAMETERS}
+    scene = Scene(Picture.of(view), view.world_cloud, (own,), limits, np.ones(view.depth.shape, bool), (table,))
+    points = np.stack([t.pose.apply(own.surface.points[::50]) for t in (on, within)])
+    assert possible(scene, own, points).tolist() == [True, False]
