@@ -12,6 +12,8 @@ import numpy as np
 from cramlite.model import Pose
 from cramlite.plugin import load_yaml
 
+from .at_rest import settled
+
 TABLE = (1.0, 1.6, 0.05)
 """Sides and thickness of the table that is assumed under the things [m]; its near side is ``BEHIND`` the robot's base."""
 BEHIND = 0.05
@@ -44,7 +46,7 @@ def scene_of(found: Sequence[Placed], files: dict[str, Path], table: float) -> t
     into the table, a rack may stand on feet that its collision shapes lack.
 
     Returns:
-        The scene as MJCF, and its state. Things are named after their kinds and numbered, "plate_1_main".
+        The scene as MJCF, and its state, at rest. Things are named after their kinds and numbered, "plate_1_main".
     """
     import mujoco
 
@@ -76,7 +78,7 @@ def scene_of(found: Sequence[Placed], files: dict[str, Path], table: float) -> t
     state = model.qpos0.copy()
     for name, value in values.items():
         state[model.joint(name).qposadr] = value
-    return scene.to_xml(), state.tolist()
+    return scene.to_xml(), settled(model, state).tolist()
 
 
 def _kind(file: Path) -> tuple[Any, Pose]:

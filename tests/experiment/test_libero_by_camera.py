@@ -104,16 +104,30 @@ def test_kinds_stand_where_they_were_seen_joints_and_all(kinds: dict[str, Path])
     mujoco.mj_forward(model, data)
     names = {model.body(b).name for b in range(model.nbody)}
     assert {"table", "cup_1_main", "cup_2_main", "chest_1_main", "chest_1_drawer"} <= names
-    assert np.allclose(data.body("cup_1_main").xpos[:2], cup.position[:2])
+    assert np.allclose(data.body("cup_1_main").xpos[:2], cup.position[:2], atol=1e-3)
     assert np.allclose(data.body("chest_1_main").xpos[:2], chest.position[:2])
     top = data.geom("table_top").xpos[2] + model.geom("table_top").size[2]
-    assert data.body("cup_1_main").xpos[2] - 0.04 == pytest.approx(top, abs=1e-6), "what rests on the table rests on it"
+    assert data.body("cup_1_main").xpos[2] - 0.04 == pytest.approx(top, abs=1e-3), "what rests on the table rests on it"
     assert data.body("cup_3_main").xpos[2] == pytest.approx(0.069, abs=1e-6), "what rests on something else stays where it was seen"
     assert data.body("chest_1_main").xpos[2] == pytest.approx(chest.position[2], abs=1e-6), "what is fixed is where it was seen"
     assert model.joint("chest_1_slide").range.tolist() == [0, 0.2]
     out = data.body("chest_1_drawer").xpos - data.body("chest_1_main").xpos
     assert np.linalg.norm(out) == pytest.approx(0.15, abs=1e-6), "its drawer is as far open as it was seen"
     assert all(model.geom_contype), "what only looks is left out"
+
+
+def test_what_is_seen_a_little_off_comes_to_rest_and_what_floats_stays(kinds: dict[str, Path]) -> None:
+    module = part("placed_kinds")
+    below, leaning = Pose((0.5, 0.1, 0.051)), Pose.from_rotvec((0.501, 0.1, 0.126), (0.03, 0.0, 0.0))
+    floating = Pose((0.5, 0.4, 0.30))
+    xml, state = module.scene_of([module.Placed("cup", p) for p in (below, leaning, floating)], kinds, 0.012)
+    model = mujoco.MjModel.from_xml_string(xml)
+    data = mujoco.MjData(model)
+    data.qpos[:] = state
+    mujoco.mj_forward(model, data)
+    on = data.body("cup_2_main").xpos[2] - data.body("cup_1_main").xpos[2]
+    assert on == pytest.approx(0.08, abs=1e-3) and data.body("cup_2_main").xmat[8] > 0.9999
+    assert np.allclose(data.body("cup_3_main").xpos, floating.position)
 
 
 def test_what_would_be_within_the_table_is_not_there(kinds: dict[str, Path]) -> None:
