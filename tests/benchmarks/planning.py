@@ -29,7 +29,6 @@ from cramlite.experiment.figure import Number
 
 sys.path.insert(0, str(File(__file__).parents[1]))
 
-from cramlite_plugins.motion_planning.postures import CLEARANCE
 from helpers import coal_check
 
 from cramlite.model import Floats
@@ -37,6 +36,7 @@ from cramlite_plugins.kinematics.blends import rounded, zone
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.motion_planning.planner import Path, plan, resampled
 from cramlite_plugins.motion_planning.planning_scene import PlanningScene
+from cramlite_plugins.motion_planning.postures import CLEARANCE
 
 SPEED, ACCELERATION = 1.57, 3.0  # of the planners' comparison [rad/s, rad/s2]
 PEER = ("sscbirrt==3.15.0", "mujoco==3.14.0")

@@ -87,13 +87,15 @@ def make_scene(
 
 def pushed_off(belief: Belief, context: Context) -> tuple[str, ...]:
     """Return the loose things that touch the payload where it is, and that it may push off as it leaves: it
-    cannot be moved without them. None where no plan may push things, and none for what runs on a joint."""
+    cannot be moved without them. None where no plan may push things, none for what runs on a joint, and
+    nothing that must keep its place."""
     if belief.held is None or not context.limits.may_push:
         return ()
     held = belief.in_hand()
     if belief.world.thing(belief.held.thing).joint is not None:
         return ()
-    loose = {t.name for t in belief.world.things if t.movable} - held.keys()
+    stay = {*held, *dict(context.limits.keep)}
+    loose = {t.name for t in belief.world.things if t.movable} - stay
     near = make_scene(belief, context, clearance=TOUCH).collisions(belief.joints)
     pairs = [{thing_of(a), thing_of(b)} for a, b, _ in near]
     return tuple(sorted({one for pair in pairs if pair & held.keys() for one in pair & loose}))

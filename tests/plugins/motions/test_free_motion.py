@@ -97,14 +97,20 @@ def test_what_hangs_from_the_fingers_is_led_where_no_way_keeps_it_as_it_hangs() 
     assert next(iter(resolve_motion(MOTION, belief.grasped(hangs), context) or ())).value
 
 
-@pytest.mark.parametrize(("mass", "gap", "pushes", "free"), [
-    (0.2, -0.0002, True, True), (0.2, -0.0002, False, False), (0.2, 0.004, True, False), (None, -0.0002, True, False),
+PUSHES, KEEPS = JudgingLimits(may_push=True), JudgingLimits(may_push=True, keep=(("lid", 0.001),))
+
+
+@pytest.mark.parametrize(("mass", "gap", "limits", "free"), [
+    (0.2, -0.0002, PUSHES, True), (0.2, -0.0002, JudgingLimits(), False), (0.2, -0.0002, KEEPS, False), (0.2, 0.004, PUSHES, False),
+    (None, -0.0002, PUSHES, False),
 ])  # fmt: skip
-def test_what_leans_on_the_payload_is_pushed_off_where_a_plan_may_push(mass: float | None, gap: float, pushes: bool, free: bool) -> None:
-    """Only what is loose, and touches the payload before it moves."""
+def test_what_leans_on_the_payload_is_pushed_off_where_a_plan_may_push(
+    mass: float | None, gap: float, limits: JudgingLimits, free: bool
+) -> None:
+    """Only what is loose, need not keep its place, and touches the payload before it moves."""
     lid = box("lid", (0.03, 0.03, 0.01), (0.7, 0.2, 0.22 + gap), mass)
     room, there = world(TABLE, box("bar", (0.15, 0.01, 0.01), (0.6, 0.2, 0.2), 0.1), lid), down(0.5, 0.2, 0.25)
-    up, limits = Motion("2.PickingUp/lift", "linear", Location("up", "lift")), JudgingLimits(may_push=pushes)
+    up = Motion("2.PickingUp/lift", "linear", Location("up", "lift"))
     context = Context(UR5E, room.robots[0], {"up": Place(there, there)}, Engine().knowledge.taxonomy, limits=limits)
     here = down(0.5, 0.2, 0.2)
     belief = initial_belief(room, "arm1", inverse(UR5E, here)[0], 0.02).grasped(Held("bar", here.inverse() * Pose((0.6, 0.2, 0.2)), 0.02))
