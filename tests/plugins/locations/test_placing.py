@@ -32,7 +32,7 @@ from cramlite_plugins.locations.placing.checks import clear, inside
 from cramlite_plugins.locations.placing.driver import ARM, OUTLINE
 from cramlite_plugins.locations.placing.positions import INSET, anchor, radius
 from cramlite_plugins.locations.placing.query import Placement, standing_on
-from cramlite_plugins.locations.placing.stable_poses import YAWS, Rest, heights, stable_poses
+from cramlite_plugins.locations.placing.stable_poses import RISE, YAWS, Rest, heights, stable_poses
 from cramlite_plugins.locations.reached import Arm
 from cramlite_plugins.motion_planning.reach import held_pose, tcp, uncertainty_margins
 from cramlite_plugins.objects.products_and_fixtures import basket, block, table
@@ -224,11 +224,11 @@ def test_heights_over_a_container_go_from_its_floor_up_to_where_the_hand_is_over
     now, hand = held_pose(belief, wanted.context), tcp(belief, wanted.context)
     found = heights(wanted, now)
     highs, aboves = [h for h, _ in found], [a for _, a in found]
-    assert highs[0] == pytest.approx(0.01 - depth) and np.diff(highs) == pytest.approx([0.03] * (len(highs) - 1))
+    assert highs[0] == pytest.approx(0.01 - depth) and np.diff(highs) == pytest.approx([RISE] * (len(highs) - 1))
     ball = math.hypot(*UR5E.gripper.tcp.position) + UR5E.gripper.pad[1]
     lowest = now.position[2] - min(abs(now.rotation[2]) @ np.array(s) for s in [(0.02, 0.02, 0.05)])
     least = max(0.0, ball - (hand.position[2] - lowest))
-    assert least <= highs[-1] < least + 0.03 + 1e-9
+    assert least <= highs[-1] < least + RISE + 1e-9
     assert aboves == pytest.approx([max(0.06 - h, 0.06) for h in highs])
 
 
@@ -254,10 +254,10 @@ def test_each_height_above_the_lowest_costs_a_little() -> None:
     box = basket("box", Pose((0.4, 0.35, 0.0)), (0.2, 0.3, 0.1))
     found = first(20, into("box"), believed(box, block("tin", Pose((0.4, 0.35, 0.05)), (0.05, 0.05, 0.08))))
     lowest = min(h for h, _ in heights(replace(query_on(believed(box), "box"), depth=depth_of(box)), _held(box)))
-    steps = [round((g.value.release.height_m - lowest) / 0.03) for g in found]
+    steps = [round((g.value.release.height_m - lowest) / RISE) for g in found]
     angles = [abs(math.radians(math.remainder(t, 360))) for _, t in turns(found)]
     assert max(steps) > 0
-    rest = [g.cost - 0.1 * a - 0.02 * s for g, s, a in zip(found, steps, angles, strict=True)]
+    rest = [g.cost - 0.1 * a - 0.01 * s for g, s, a in zip(found, steps, angles, strict=True)]
     assert {round(r, 2) for r in rest} == {0.0, 0.5} and all(abs(r - round(r, 2)) < 1e-3 for r in rest)
 
 

@@ -306,3 +306,12 @@ def test_a_place_says_how_wide_the_fingers_open_when_they_let_go() -> None:
 
     assert (wide(), wide(grasp), wide(grasp, narrow), wide(grasp, elsewhere)) == (0.085, 0.06, 0.05, 0.06)
     assert wide(narrow, grasp) == 0.06  # it was put down there before, and grasped again
+
+
+@pytest.mark.parametrize(("play", "clearance"), [(0.01, 0.0025), (0.1, None)])
+def test_between_near_walls_less_clearance_is_kept(play: float, clearance: float | None) -> None:
+    """Else a mug was let go of above the rim of a compartment, fell 120 mm, and was thrown out by another simulator's physics."""
+    query = query_on(believed(block("box", Pose((0.45, -0.35, 0.2)), (0.2, 0.2, 0.1))), "box")
+    opening = shapely.box(-0.02 - play / 2, -0.1, 0.02 + play / 2, 0.1)
+    found = checks.snug(replace(query, target=Surface(query.target.pose, opening)), query.target.pose)
+    assert found.clearance == (None if clearance is None else pytest.approx(clearance, abs=1e-6))

@@ -17,6 +17,7 @@ from cramlite.model import Pose, Remedy, Stage, thing_of
 from cramlite.plugin import Refused, checkpoint
 
 from ...kinematics.kinematics import inverse, reach_shortfall, why_no_inverse
+from ...motion_planning.postures import CLEARANCE
 from ...motion_planning.reach import shift
 from ...motion_planning.space import refusal
 from ...motion_planning.too_far import no_inverse
@@ -128,9 +129,7 @@ def inside(placement: Placement, query: Query) -> str | Refused:
     there is room for one."""
     outline = footprint(query.thing, query.target.pose.inverse() * placement.thing)
     (low, left, high, right), (x, y, x1, y1) = outline.bounds, query.target.area.bounds
-    gap = min(
-        OFF_WALLS, *(max(0.0, room) / 4 for room in _play(outline, query))
-    )  # with half of the room to choose from
+    gap = _gap(outline, query)
     if query.target.area.buffer(-gap).covers(outline):
         return ""
     if query.target.area.covers(outline):
@@ -148,6 +147,18 @@ def inside(placement: Placement, query: Query) -> str | Refused:
         f"out by {1000 * out:.0f} mm"
     )
     return refusal(said, blocking=query.standing_there(), remedy=wider(outline, query))
+
+
+def _gap(outline: Any, query: Query) -> float:
+    """Distance of an outline from walls that is asked for [m]: with half of the room to choose from."""
+    return min(OFF_WALLS, *(max(0.0, room) / 4 for room in _play(outline, query)))
+
+
+def snug(query: Query, pose: Pose) -> Query:
+    """Return the placing problem of an opening, with as little clearance as a payload at a pose has there:
+    with more it would be let go of above the rim, and fall farther."""
+    gap = _gap(footprint(query.thing, query.target.pose.inverse() * pose), query)
+    return query if query.clearance is not None or gap >= CLEARANCE else replace(query, clearance=gap)
 
 
 def _play(outline: Any, query: Query) -> tuple[float, float]:

@@ -50,7 +50,7 @@ NESTED = ((0.02, 0.06), (0.035, 0.045), (0.05, 0.03))
 from the sides of the bowl around it, 35 mm higher a bottle 5 mm from the rim of a ramekin; paths keep
 more clearance."""
 # Lowest point above a container's floor when let go, and steps up from there [m]
-OFF_FLOOR, RISE = 0.01, 0.03
+OFF_FLOOR, RISE = 0.01, 0.015
 ABOVE = 0.06  # stand-off above a rim [m]
 TURNLESS = 1e-6  # what is turned by less is as it was: rounding [rad]
 LET_GO = 0.004

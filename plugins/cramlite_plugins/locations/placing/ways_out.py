@@ -23,7 +23,7 @@ from ..parameters import Where
 from .access import COVERS, covered, goes_in_upright
 from .at_rest import CLOSE
 from .attitudes import lying
-from .checks import SHAPES, at_rest, first_objection
+from .checks import SHAPES, at_rest, first_objection, snug
 from .demands import stops
 from .edge_first import edge_first
 from .positions import free_for, positions_along, positions_on, radius
@@ -41,7 +41,7 @@ from .stable_poses import (
 )
 from .tilting import tilted, toppling
 
-PER_HEIGHT = 0.02  # cost of each height above the lowest
+PER_HEIGHT = 0.01  # cost of each height above the lowest
 LAID_AT = 6  # positions of a payload on each of its sides, in each turn, that are tried
 
 
@@ -99,7 +99,7 @@ def _from_above(rest: Rest) -> Iterator[Found]:
 
     Under another drawer, a drawer has room only for oblique ways.
     """
-    query = rest.query
+    query = snug(rest.query, rest.thing) if rest.kind == "in" else rest.query
     for k, (over, above) in enumerate(rest.heights):
         thing = shift(rest.thing, (0.0, 0.0, over))
         pose, name = query.hand(thing), f"{rest.name}, lowest point {1000 * over:+.0f} mm from it"
