@@ -19,7 +19,7 @@ from cramlite_plugins.benchmarks.benchmark_scene import scene_model, scene_setti
 
 from .connection import Libero
 from .placed_kinds import Placed, files_of, scene_of
-from .sight import levelled, pictured, recognised
+from .sight import levelled, pictured, seen
 
 ALLOWED = ("reset", "look", "hello", "step", "check", "end")
 """Requests that this connection sends; a robot cell could answer all but ``reset`` and ``check``, which start and judge an episode."""
@@ -69,15 +69,16 @@ class LiberoByCamera(Libero):
         mount = RobotMount("robot", "libero_panda", joints=tuple(said["joints"]), opening=min(said["opening"], 0.08))
         view, table = levelled(pictured(said, self.seed))
         library = library_folder()
-        found = recognised(engine, view, table, kinds_of(library), mount)
+        found, obstacles = seen(engine, view, table, kinds_of(library), mount)
         folder.mkdir(parents=True, exist_ok=True)
         (folder / ASKED).write_bytes(json.format(json.encode({
             "asked": self.asked, "sentence": self.sentence, "table": table,
             "seen": [{"kind": f.kind, "position": f.pose.position, "quaternion": f.pose.quaternion, "confidence": f.confidence,
                       "joints": f.joints} for f in found],
+            "obstacles": [{"position": o.pose.position, "half_extents": o.geoms[0].half_extents} for o in obstacles],
         })))  # fmt: skip
         placed = [Placed(f.kind, f.pose, {name: value for name, value, _ in f.joints}) for f in found]
-        xml, state = scene_of(placed, files_of(library), table)
+        xml, state = scene_of(placed, files_of(library), table, obstacles)
         x, y, _ = view.camera.position
 
         def goal(setting: Setting) -> list[str]:

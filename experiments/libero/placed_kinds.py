@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cramlite.model import Pose
+from cramlite.model import Pose, Thing
 from cramlite.plugin import load_yaml
 
 from .at_rest import settled
@@ -38,8 +38,10 @@ class Placed(NamedTuple):
     joints: Mapping[str, float] = {}
 
 
-def scene_of(found: Sequence[Placed], files: dict[str, Path], table: float) -> tuple[str, list[float]]:
-    """Place things on a table of some height [m]; movable ones whose pose is below the table top are left out.
+def scene_of(
+    found: Sequence[Placed], files: dict[str, Path], table: float, obstacles: Sequence[Thing] = ()
+) -> tuple[str, list[float]]:
+    """Place things on a table of some height [m], among obstacles; movable ones whose pose is below the table top are left out.
 
     The table is as high as the lowest points of things within ``RESTS`` of where it is seen, in the median; a movable thing within
     ``LEVEL`` of that stands on it, any other where it is seen. Fixed things keep the height at which they are seen: a stove may be let
@@ -65,6 +67,8 @@ def scene_of(found: Sequence[Placed], files: dict[str, Path], table: float) -> t
     half = [s / 2 for s in TABLE]
     body = scene.worldbody.add_body(name="table", pos=[half[0] - BEHIND, 0.0, top - half[2]])
     body.add_geom(name="table_top", type=mujoco.mjtGeom.mjGEOM_BOX, size=half, friction=[1.0, 0.005, 0.0001])
+    for obstacle in obstacles:
+        _add(obstacle, scene)
     values: dict[str, float] = {}
     for kind, spec, at, low, joints in placed:
         numbers[kind] = numbers.get(kind, 0) + 1
@@ -79,6 +83,16 @@ def scene_of(found: Sequence[Placed], files: dict[str, Path], table: float) -> t
     for name, value in values.items():
         state[model.joint(name).qposadr] = value
     return scene.to_xml(), settled(model, state).tolist()
+
+
+def _add(obstacle: Thing, scene: Any) -> None:
+    """Add an obstacle to a scene, as one fixed body with convex shapes."""
+    import mujoco
+
+    body = scene.worldbody.add_body(name=obstacle.name, pos=list(obstacle.pose.position), quat=list(obstacle.pose.quaternion))
+    for k, geom in enumerate(obstacle.geoms):
+        mesh = scene.add_mesh(name=f"{obstacle.name}_{k}", uservert=np.ravel(geom.corners).tolist())
+        body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=mesh.name, pos=list(geom.pose.position), quat=list(geom.pose.quaternion))
 
 
 def _kind(file: Path) -> tuple[Any, Pose]:

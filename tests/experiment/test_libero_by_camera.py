@@ -14,10 +14,10 @@ import pytest
 from conftest import ROOT
 from PIL import Image
 
-from cramlite import UserError
+from cramlite import Engine, UserError
 from cramlite.experiment.benchmark.protocol import module_of
 from cramlite.experiment.benchmark.spec import read_benchmark
-from cramlite.model import Camera, Intrinsics, Pose, Thing, World
+from cramlite.model import Camera, Intrinsics, Pose, RobotMount, Thing, World
 from cramlite_plugins.objects.products_and_fixtures import make
 from cramlite_plugins.simulation.camera.depth_camera import look
 
@@ -155,3 +155,30 @@ def test_its_experiment_says_what_is_given() -> None:
     assert "sentence" in spec.given and "scene" not in part("by_camera").ALLOWED
     whole = read_benchmark(LIBERO / "experiment.yaml").spec
     assert all(whole.suites[name].budget == suite.budget for name, suite in spec.suites.items())
+
+
+MOUNT = RobotMount("robot", "libero_panda", joints=(0.0, -0.161, 0.0, -2.445, 0.0, 2.227, 0.785), opening=0.08)
+
+
+def test_what_is_no_kind_is_an_obstacle_where_it_is_seen() -> None:
+    sight, box = part("sight"), make("block", "box", Pose((0.5, 0.2, 0.062)), {"size": (0.1, 0.1, 0.1)})
+    view, table = sight.levelled(sight.pictured(said(0.012, box), 0))
+    cup = make("block", "cup", Pose(), {"size": (0.03, 0.03, 0.2), "mass": 0.1})
+    found, obstacles = sight.seen(Engine(files=[LIBERO / "panda.py"]), view, table, [cup], MOUNT)
+    assert not found
+    corners = np.concatenate([o.pose.apply(np.array(g.corners)) for o in obstacles for g in o.geoms])
+    assert np.abs(corners - (0.5, 0.2, 0.062)).max() < 0.065
+    assert np.ptp(corners, axis=0).max() > 0.08
+    model = mujoco.MjModel.from_xml_string(part("placed_kinds").scene_of([], {}, 0.012, obstacles)[0])
+    assert [int(model.body(o.name).jntnum[0]) for o in obstacles] == [0] * len(obstacles)
+
+
+def test_beside_the_robot_is_the_robot() -> None:
+    sight, engine = part("sight"), Engine(files=[LIBERO / "panda.py"])
+    view = sight.pictured(said(0.012), 0)
+    alone, fixed = World((), (MOUNT,)), Camera(view.camera, intrinsics=view.intrinsics, noise=False)
+    drawn = np.isfinite(look(alone, engine.knowledge.robots_of(alone), fixed, seed=0).depth)
+    own = np.isfinite(sight._own(engine, view, MOUNT))
+    assert own[drawn].all()
+    assert own.sum() > 1.1 * drawn.sum()
+    assert not own.all()

@@ -298,6 +298,17 @@ def test_a_link_beside_a_nearer_link_is_the_robot_and_a_thing_before_both_is_not
     assert mask[10:20, 30:50].all() and mask.sum() == 200
 
 
+def test_what_is_seen_within_a_links_thickness_behind_its_surface_is_the_robot() -> None:
+    depth = np.full((40, 40), 1.0, np.float32)
+    view = View(np.zeros((40, 40, 3), np.uint8), depth, Intrinsics(50.0, 50.0, 20.0, 20.0, 40, 40), Pose(), 0.0)
+    for before, robot in ((0.08, True), (0.2, False)):
+        expected = np.full((40, 40), np.nan)
+        expected[10:30, 10:30] = 1.0 - before
+        mask = see("", Sample(view, (), World(()), None, {}), wanted=("cloud",), robot=expected).scene["cloud"].value.mask
+        assert mask[20, 20] != robot
+
+
+
 def test_experts_declare_what_they_say() -> None:
     for expert in engine().knowledge.experts:
         assert expert.summary and expert.cost_ms > 0 and expert.outputs, expert.name

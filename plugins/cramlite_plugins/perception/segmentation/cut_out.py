@@ -45,7 +45,7 @@ def cloud(inputs: Inputs) -> Mapping[str, Any]:
     mask = view.valid & (view.depth < inputs.parameters["range_m"])
     own = inputs.get("robot")
     if own is not None:
-        mask &= ~_near(own, view.depth, inputs.parameters["robot_m"])
+        mask &= ~_near(own, view.depth, inputs.parameters["robot_m"], inputs.parameters["behind_m"])
     box = inputs.get("region")
     if box is not None:
         mask &= box.contains(points)
@@ -55,9 +55,9 @@ def cloud(inputs: Inputs) -> Mapping[str, Any]:
     return {"cloud": Cloud(points, mask)}
 
 
-def _near(own: Any, depth: Any, least: float) -> Any:
+def _near(own: Any, depth: Any, least: float, behind: float) -> Any:
     """Return a mask of the pixels whose depth is near the robot's expected depths: between the smallest and the largest one within two
-    pixels, or at most ``least`` [m] beyond.
+    pixels, at most ``least`` [m] before these or ``behind`` [m] behind them.
 
     ``own`` is NaN where the robot is not expected. Where one link hides a part of another, both are within two pixels of the edge.
     """
@@ -65,7 +65,7 @@ def _near(own: Any, depth: Any, least: float) -> Any:
 
     nearest = ndimage.minimum_filter(np.where(np.isfinite(own), own, np.inf), 5)
     farthest = ndimage.maximum_filter(np.where(np.isfinite(own), own, -np.inf), 5)
-    return (depth > nearest - least) & (depth < farthest + least)
+    return (depth > nearest - least) & (depth < farthest + behind)
 
 
 @hookimpl
@@ -76,9 +76,10 @@ def experts() -> Iterable[Expert]:
     )
     reach = Parameter("range_m", 1.6, "a D435's depth error grows with the square: 8 mm at 1.6 m")
     robot = Parameter("robot_m", 0.05, "depth noise at a metre, links drawn simpler than they are, and their edges")
+    behind = Parameter("behind_m", 0.12, "a link's thickness: what is seen behind its expected surface is still the robot")
     return [
         Expert("region_of_place", "a box around the place that the query names", ("query", "fixtures", "taxonomy"),
                ("region",), region, cost_ms=0.3, parameters=margins),
         Expert("cut_out", "measured points, cut out of the region", ("view",), ("cloud",), cloud,
-               uses=("region", "robot"), cost_ms=12.0, parameters=(reach, robot)),
+               uses=("region", "robot"), cost_ms=12.0, parameters=(reach, robot, behind)),
     ]  # fmt: skip
