@@ -130,6 +130,18 @@ def test_what_is_seen_a_little_off_comes_to_rest_and_what_floats_stays(kinds: di
     assert np.allclose(data.body("cup_3_main").xpos, floating.position)
 
 
+@pytest.mark.parametrize(("tilt", "up"), [(0.02, 1.0), (0.1, 0.995)])
+def test_what_is_fixed_is_level_if_it_is_so_but_for_errors(kinds: dict[str, Path], tilt: float, up: float) -> None:
+    module = part("placed_kinds")
+    chest = Pose.from_rotvec((0.7, -0.2, 0.11), (0, 0, 1.0)) * Pose.from_rotvec((0, 0, 0), (tilt, 0, 0))
+    model = mujoco.MjModel.from_xml_string(module.scene_of([module.Placed("chest", chest)], kinds, 0.012)[0])
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    turned = data.body("chest_1_main").xmat.reshape(3, 3)
+    assert turned[2, 2] == pytest.approx(up, abs=1e-5)
+    assert np.arctan2(turned[1, 0], turned[0, 0]) == pytest.approx(1.0, abs=0.01)
+
+
 def test_what_would_be_within_the_table_is_not_there(kinds: dict[str, Path]) -> None:
     module = part("placed_kinds")
     xml, _ = module.scene_of([module.Placed("cup", Pose((0.5, 0.1, 0.0)))], kinds, 0.012)
