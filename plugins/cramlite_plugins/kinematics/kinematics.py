@@ -65,22 +65,15 @@ def table(robot: Robot) -> Table:
 
 def frames(robot: Robot, q: Sequence[float] | Floats) -> list[Floats]:
     """Compute the (4, 4) frames 0 (``Robot.root``) to n (flange) in the base frame."""
+    still = _links(table(robot))
+    x, y, links = still[:, 0], still[:, 1], still.copy()
+    angles = np.asarray(q, dtype=float)[:, None]
+    cos, sin = np.cos(angles), np.sin(angles)
+    links[:, 0], links[:, 1] = cos * x - sin * y, sin * x + cos * y
     result = [robot.root.matrix]
-    for link in links_at(robot, np.asarray(q, dtype=float)):
+    for link in links:
         result.append(result[-1].dot(link))  # half the time of @
     return result
-
-
-def links_at(robot: Robot, q: Floats) -> Floats:
-    """Compute the transform of each link in the frame of the link before it: (..., n, 4, 4) for joint
-    positions (..., n) [rad]."""
-    still = _links(table(robot))
-    x, y, angles = still[:, 0], still[:, 1], q[..., None]
-    links = np.empty((*q.shape, 4, 4))
-    cos, sin = np.cos(angles), np.sin(angles)
-    links[..., 0, :], links[..., 1, :] = cos * x - sin * y, sin * x + cos * y
-    links[..., 2:, :] = still[:, 2:]
-    return links
 
 
 @lru_cache(maxsize=512)

@@ -15,12 +15,10 @@ from itertools import pairwise
 from operator import add, sub
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import (
     Belief,
-    Floats,
     Motion,
     Place,
     Pose,
@@ -42,7 +40,6 @@ from ..kinematics.kinematics import (
     reach_shortfall,
     unturned,
 )
-from ..kinematics.many import conditionings, refined
 from ..kinematics.timing import joint_speed_excess, leading
 from .space import refusal
 
@@ -137,7 +134,6 @@ def near(a: Pose, b: Pose) -> bool:
 
 
 JUMP = 0.25  # a joint that turns further between two samples passes a singularity [rad]
-EVERY = 8  # samples of a line of which the last one is solved before those between
 LEAST = 0.03
 """Smallest singular value that a straight motion keeps: below it the controller, which starts a little off
 the plan and gives way to forces, finds no inverse solution some millimetres aside. Of ten programs that
@@ -255,8 +251,8 @@ def _follow(robot: Robot, origin: Joints, goals: Sequence[Pose]) -> tuple[list[J
 def _led(robot: Robot, origin: Joints, goals: tuple[Pose, ...]) -> tuple[list[Joints], str]:
     """Joint positions at the poses of a line up to the first that cannot be reached, and why it cannot;
     limits are not checked. Cached, since inverse solutions that differ by whole turns are led alike."""
-    points = [origin, *_together(robot, origin, goals)]
-    for pose in goals[len(points) - 1 :]:
+    points = [origin]
+    for pose in goals:
         checkpoint()
         found = nearest_branch(robot, pose, points[-1])
         if found is None:
@@ -267,39 +263,6 @@ def _led(robot: Robot, origin: Joints, goals: tuple[Pose, ...]) -> tuple[list[Jo
             return points[1:], _singular(robot, found)
         points.append(found)
     return points[1:], ""
-
-
-def _together(robot: Robot, origin: Joints, goals: Sequence[Pose]) -> list[Joints]:
-    """Joint positions at the first poses of a line, up to the first that is not good: one in ``EVERY`` is
-    solved from the one before, those between all at once from the lines in joint space.
-
-    None of a redundant arm, whose joint positions depend on those before.
-    """
-    if len(origin) > 6:
-        return []
-    known, last = [np.array(origin)], origin
-    for pose in goals[EVERY - 1 :: EVERY]:
-        checkpoint()
-        found = nearest_branch(robot, pose, last)
-        if found is None or leading(last, found) > EVERY * JUMP:
-            break
-        last = found
-        known.append(np.array(found))
-    count = EVERY * (len(known) - 1)
-    if not count:
-        return []
-    parts = np.arange(1, EVERY + 1)[:, None] / EVERY
-    near = np.concatenate([a + parts * (b - a) for a, b in pairwise(known)])
-    exact = refined(robot, np.array([pose.matrix for pose in goals[:count]]), near, steps=4)
-    return [tuple(q) for q in exact[: _as_far_as_good(robot, origin, exact)].tolist()]
-
-
-def _as_far_as_good(robot: Robot, origin: Joints, exact: Floats) -> int:
-    """Number of joint positions before the first that jumps or is near a singularity."""
-    near = np.abs(np.diff(exact, axis=0, prepend=[origin])).max(axis=1) <= JUMP
-    far = len(near) if near.all() else int(np.argmin(near))
-    well = conditionings(robot, exact[:far]) >= _least(robot)
-    return far if well.all() else int(np.argmin(well))
 
 
 def _least(robot: Robot) -> float:
