@@ -18,7 +18,8 @@ TABLE = (1.0, 1.6, 0.05)
 """Sides and thickness of the table that is assumed under the things [m]; its near side is ``BEHIND`` the robot's base."""
 BEHIND = 0.05
 ASKEW = 0.035
-"""Tilt of a fixed thing that is an error of its pose [rad]: 1 degree at 95 %, twice that."""
+"""Tilt of a fixed thing that is an error of its pose [rad]: of 52 that were seen and stood level 95 % tilted by at most 0.6 degrees, one by
+1.94."""
 RESTS = 0.02
 """Largest distance between the table as it is seen and the lowest point of a thing that rests on it [m]."""
 LEVEL = 0.01

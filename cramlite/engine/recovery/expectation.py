@@ -106,7 +106,7 @@ class Expectation(Value, eq=False):
         known: all things of the world that was believed.
         steps: line -> designator.
         base: of the arm in the world [m].
-        reach: distance from there beyond which neither the arm nor what it holds meets a thing [m].
+        reach: distance from there beyond which neither the arm nor its payload meets a thing [m].
     """
 
     lines: Floats
@@ -164,7 +164,7 @@ def expectation(proof: Rollout, steps: Mapping[int, str], robot: Robot | None = 
 
 
 def _reach(world: World, robot: Robot | None) -> float:
-    """Return the distance from an arm's base within which the origins of all things lie that it, or what it holds, can meet [m]."""
+    """Return the distance from an arm's base within which the origins of all things lie that it or its payload can meet [m]."""
     if robot is None or robot.platform is not None:
         return math.inf
     loose = [t for t in world.things if not t.furniture]

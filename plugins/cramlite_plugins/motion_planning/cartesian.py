@@ -248,7 +248,7 @@ def _follow(robot: Robot, origin: Joints, goals: Sequence[Pose]) -> tuple[list[J
 
 
 @lru_cache(maxsize=64)
-def _led(robot: Robot, origin: Joints, goals: tuple[Pose, ...]) -> tuple[list[Joints], str]:
+def _led(robot: Robot, origin: Joints, goals: tuple[Pose, ...]) -> tuple[tuple[Joints, ...], str]:
     """Joint positions at the poses of a line up to the first that cannot be reached, and why it cannot;
     limits are not checked. Cached, since inverse solutions that differ by whole turns are led alike."""
     points = [origin]
@@ -256,13 +256,14 @@ def _led(robot: Robot, origin: Joints, goals: tuple[Pose, ...]) -> tuple[list[Jo
         checkpoint()
         found = nearest_branch(robot, pose, points[-1])
         if found is None:
-            return points[1:], reach_shortfall(robot, pose) or _singular(robot, points[-1])
+            return tuple(points[1:]), reach_shortfall(robot, pose) or _singular(robot, points[-1])
         if (turn := leading(points[-1], found)) > JUMP:
-            return points[1:], f"a joint would turn {turn:.2f} rad within one step, {_singular(robot, found)}"
+            said = f"a joint would turn {turn:.2f} rad within one step, {_singular(robot, found)}"
+            return tuple(points[1:]), said
         if conditioning(robot, found) < _least(robot):
-            return points[1:], _singular(robot, found)
+            return tuple(points[1:]), _singular(robot, found)
         points.append(found)
-    return points[1:], ""
+    return tuple(points[1:]), ""
 
 
 def _least(robot: Robot) -> float:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import itertools
+import math
 
+import numpy as np
 import pytest
 from helpers.scenes import TABLE, WALL, down, make, stance
 from hypothesis import given
@@ -33,6 +35,16 @@ def test_the_tool_stays_on_the_line() -> None:
     assert max(forward(UR5E, path.points[-1]).distance(down(0.6, -0.25, 0.1))) < 1e-6
     for joints, way in zip(path.points[:21], path.ways, strict=False):
         assert max(forward(UR5E, joints).distance(down(0.5, -0.25, 0.2 - way))) < 1e-5
+
+
+def test_an_arm_that_is_turned_around_is_led_alike() -> None:
+    q = stance(make(), START)
+    turned = (*q[:5], q[5] - 2 * math.pi if q[5] > 0 else q[5] + 2 * math.pi)
+    straight, other = (plan_straight_line(None, UR5E, at, down(0.6, -0.25, 0.1)) for at in (q, turned))
+    assert isinstance(straight, JointPath) and isinstance(other, JointPath)
+    assert other.points[0] == turned
+    off = np.subtract(other.points, straight.points)
+    assert np.abs(off - off[0]).max() < 1e-9 and abs(off[0][5]) == pytest.approx(2 * math.pi)
 
 
 def test_it_stops_at_the_wall_and_says_so() -> None:
