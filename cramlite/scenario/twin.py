@@ -57,7 +57,7 @@ def draw_twin(
             raise UserError(f"The errors of the twin are about '{name}', which is no thing of this world; {nearest(name, names)}.")
     draw = Drawing(errors.scale, seed)
     hangers = {thing: thing_of(place) for predicate, thing, place in relations if predicate == "hangs_on"}
-    things = tuple(_made(t, errors, draw) for t in place(world, hangers, errors, draw, sight))
+    things = tuple(_made(t, errors, draw) for t in place(world, hangers, robot, errors, draw, sight))
     twin = replace(world, things=things, disturbance=Disturbance())
     for name, source in declared(type(errors)).items():
         if source.world is not None:

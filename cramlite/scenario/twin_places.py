@@ -1,8 +1,8 @@
 """Sizes and places of the things in a twin, each with its errors and moved with its carrier.
 
 What hangs goes on to hang: it moves with what it hangs on, along the peg and about the vertical. What stands goes on to stand: it goes
-up, down and over with what it stands on. What is mounted moves with what carries it. What is fixed leans about its base. What is free
-is scaled about the point that it stands or hangs on. Furniture keeps its size: a drawer has 3 mm in its cabinet, and where their faces
+up, down and over with what it stands on. What is mounted moves with what carries it. What is fixed leans about its base, but for what a robot's platform stands
+on: that is level with the robot, wherever it drives. What is free is scaled about the point that it stands or hangs on. Furniture keeps its size: a drawer has 3 mm in its cabinet, and where their faces
 are is what errors of poses are about.
 """
 
@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
@@ -20,6 +21,9 @@ from ..model.twins.twin_drawing import DEG, MM, Drawing
 from ..model.world.thing_boxes import Box, around, boxes
 from ..model.world.world import Feature, Thing, World
 from .scaled_thing import scaled
+
+if TYPE_CHECKING:
+    from ..model.robot import Robot
 
 INSIDE = 0.01
 """Depth by which a believed pose may put a thing into its support, so that it still counts as standing on it [m]. The thing settles when
@@ -44,14 +48,17 @@ class Sight(Value):
 class _Placing:
     """Places of a twin's things: the drawn errors of all things, and the things that were placed so far."""
 
-    def __init__(self, world: World, hangers: Mapping[str, str], errors: ErrorModel, draw: Drawing, sight: Sight | None) -> None:
+    def __init__(
+        self, world: World, hangers: Mapping[str, str], robot: Robot, errors: ErrorModel, draw: Drawing, sight: Sight | None
+    ) -> None:
         self.world, self.hangers = world, hangers
         self.offs = _offsets(world, errors, draw, sight)
         self.waiting = {t.name for t in world.things}
         self.factors = {t.name: draw.share("size", f"{t.name}: size", errors.size) for t in world.things if _free(t)}
-        self.leans = {t.name: _lean(t, errors, draw) for t in world.things if not t.movable and t.geoms}
-        self.found = dict[str, Thing]()
         self.boxes = {t.name: boxes(t) for t in world.things}
+        level = _driven_on(world, robot, self.boxes)
+        self.leans = {t.name: _lean(t, errors, draw) for t in world.things if not t.movable and t.geoms and t.name not in level}
+        self.found = dict[str, Thing]()
 
     def put(self, thing: Thing) -> None:
         """Place a thing after its carrier, since scene files may list a drawer before its cabinet."""
@@ -119,14 +126,17 @@ class _Placing:
         return after.position[2] - before.position[2] + round(float(there), NANOMETRE)
 
 
-def place(world: World, hangers: Mapping[str, str], errors: ErrorModel, draw: Drawing, sight: Sight | None) -> tuple[Thing, ...]:
+def place(
+    world: World, hangers: Mapping[str, str], robot: Robot, errors: ErrorModel, draw: Drawing, sight: Sight | None
+) -> tuple[Thing, ...]:
     """Draw random size and pose errors of all things, and return the things with these errors.
 
     Args:
         hangers: thing -> what it hangs on.
+        robot: of the first mount.
         sight: of the camera that the poses come from; None where they are known.
     """
-    placing = _Placing(world, hangers, errors, draw, sight)
+    placing = _Placing(world, hangers, robot, errors, draw, sight)
     for thing in world.things:
         if thing.name in placing.waiting:
             placing.put(thing)
@@ -135,6 +145,15 @@ def place(world: World, hangers: Mapping[str, str], errors: ErrorModel, draw: Dr
 
 def _free(thing: Thing) -> bool:
     return not thing.furniture and bool(thing.geoms)
+
+
+def _driven_on(world: World, robot: Robot, found: Mapping[str, Sequence[Box]]) -> frozenset[str]:
+    """Return the names of the fixed things that the first robot's platform stands on; none for an arm that is bolted down."""
+    if robot.platform is None or not world.robots:
+        return frozenset()
+    x, y, z = world.robots[0].base.position
+    below = ((t.name, low, high) for t in world.things if not t.movable for low, high in found[t.name])
+    return frozenset(name for name, low, high in below if abs(high[2] - z) <= INSIDE and _over((x, y), low, high))
 
 
 def _lean(thing: Thing, errors: ErrorModel, draw: Drawing) -> Pose:

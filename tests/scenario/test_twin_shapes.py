@@ -18,6 +18,7 @@ from cramlite.scenario.twin import draw_twin
 from cramlite_plugins.objects.products_and_fixtures import block, table
 from cramlite_plugins.objects.vessels import bowl, lid
 from cramlite_plugins.robots.ur5e import UR5E
+from cramlite_plugins.robots.ur5e_mobile import UR5E_MOBILE
 from cramlite_plugins.simulation.model.centres import of_shape
 from cramlite_plugins.simulation.model.compile import compile_world
 
@@ -213,6 +214,16 @@ def test_what_comes_down_on_a_support_when_the_world_settles_goes_along_with_it(
         real = draw_twin(far, (), UR5E, LEAN, seed).world
         foot = real.thing("far").pose.apply((0.0, 0.0, -0.03))
         assert real.thing("floor").pose.inverse().apply(foot)[2] == pytest.approx(over, abs=2e-3 * (1 + over))
+
+
+def test_the_floor_that_a_platform_drives_on_is_level_with_its_robot() -> None:
+    """What else stands there leans, and the floor below an arm that is bolted down, too."""
+    things = (table("floor", Pose((1.5, 0.0, -0.005)), size=(6.0, 6.0, 0.02)), table("bench", Pose((2.0, 0.0, 0.4)), size=(0.6, 0.6, 0.02)))
+    for robot, leaning in ((UR5E_MOBILE, {"bench"}), (UR5E, {"floor", "bench"})):
+        world = World(things, (RobotMount("arm", robot.type),))
+        for seed in SEEDS[:5]:
+            real = draw_twin(world, (), robot, LEAN, seed).world
+            assert {t.name for t in real.things if t.pose.quaternion[0] < 1.0} == leaning
 
 
 def test_a_stack_leans_as_a_whole() -> None:

@@ -70,8 +70,8 @@ class ErrorModel(Value):
             1 % of shrinkage.
         centre: of mass of every thing that is free, as a share of the box around it, along each of its sides. 5 %, a choice: a shape does
             not say what is in it.
-        lean: of every thing that is fixed, about a horizontal axis through its base [rad]; what it carries leans with it. 1 deg, a choice:
-            what is set up without a spirit level.
+        lean: of every thing that is fixed, about a horizontal axis through its base [rad]; what it carries leans with it. The floor that a
+            platform drives on is level with its robot. 1 deg, a choice: what is set up without a spirit level.
         gripper_force: share of the grip force. 10 %: none is published.
         sensor: of the force-torque sensor; None for what the robot declares.
         latency: lowest and highest delay between a measurement and what a program does about it [s]. 8 to 24 ms: one to three
