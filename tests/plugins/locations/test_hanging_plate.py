@@ -13,6 +13,7 @@ from cramlite import Engine
 from cramlite.model import (
     Feature,
     Geom,
+    GripFacts,
     Held,
     Location,
     Place,
@@ -31,6 +32,7 @@ from cramlite_plugins.objects.products_and_fixtures import block, table
 from cramlite_plugins.robots.fr3 import FR3
 
 MOUNT, AT = RobotMount("arm", "fr3"), Pose((0.5, 0.0, 0.01))
+GRASP = "grasp(plate)"
 DEEP = 0.06  # of the box; its region reaches a little below its floor, as the origin of the plate does that lies there [m]
 
 
@@ -63,7 +65,8 @@ def _asked(location: Location, entity: str, *things: Thing) -> Iterator[Groundin
     held = Held("plate", pinch.swing.end, pinch.width, swing=pinch.swing)
     world = World((table("floor", Pose((0.2, 0.0, -0.01)), (1.6, 1.6, 0.02)), *things, plate), (MOUNT,))
     belief = initial_belief(world, "arm", FR3.home, 0.08).grasped(held)
-    found = ground(location, belief, Context(FR3, MOUNT, {thing_of(entity): entity}, Engine().knowledge.taxonomy))
+    bindings = {thing_of(entity): entity, GRASP: Place(Pose(), Pose(), thing="plate", grip=GripFacts(pinch.width))}
+    found = ground(location, belief, Context(FR3, MOUNT, bindings, Engine().knowledge.taxonomy))
     assert found is not None
     return iter(found)
 
@@ -140,3 +143,10 @@ def test_a_post_on_which_it_would_not_come_to_rest_is_refused_edge_first() -> No
     found = list(islice(_asked(Location("on(other)", "on", "other"), "other", post), 12))
     first = [a for a in found if isinstance(a, Refused) and str(a.value).startswith("far edge first")]
     assert len(first) == 12 and any("rest beside 'other'" in a.reason or "rest nowhere near" in a.reason for a in first)
+
+
+def test_where_something_stands_in_its_place_no_other_grasp_is_asked_for() -> None:
+    board, bowl = block("board", AT, (0.2, 0.2, 0.02)), block("bowl", Pose((0.5, 0.0, 0.045)), (0.1, 0.1, 0.05))
+    with pytest.raises(Unresolvable, match="edge first: no room to lie") as no:
+        list(_asked(Location("on(board)", "on", "board"), "board", board, bowl))
+    assert no.value.blocking and set(no.value.blocking) >= {"bowl"} and GRASP not in no.value.because

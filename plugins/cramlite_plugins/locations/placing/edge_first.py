@@ -15,7 +15,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import Pose
-from cramlite.plugin import Refused
+from cramlite.plugin import Refused, Unresolvable
 
 from ...motion_planning.reach import shift
 from ...shapes.bounds import centre_of_mass, support
@@ -36,35 +36,43 @@ FEW = 2  # positions on a surface: each with as many as 32 simulated falls, some
 
 def edge_first(asked: list[Query]) -> Groups:
     """Generate placements of a hanging payload whose far edge is put down first, those of the least lean
-    first."""
-    none = True
-    for rest in _lying(asked):
-        for (lean, now), turn in product(list(far_edge_down(rest.query)), TURNS):
+    first.
+
+    Raises:
+        Unresolvable: what stands there leaves it no room to lie, whatever the grasp.
+    """
+    level = _as_it_lay(asked)
+    now, none = put_down(level[0]), True
+    spots = [(query, offset) for query in level for offset in islice(positions_on(query, now), FEW)]
+    if not spots:
+        there = dict.fromkeys(name for query in level for name in query.standing_there())
+        raise Unresolvable(f"edge first: no room to lie on '{asked[0].entity}'", blocking=tuple(there))
+    for rest in (_lying(query, now, offset, asked[0].arm) for query, offset in spots):
+        for (lean, leaning), turn in product(list(far_edge_down(rest.query)), TURNS):
             none = False
             name = (
                 f"far edge first, leaning by {math.degrees(lean):.0f} deg, hand turned {turn:+.0f} deg, to "
                 f"lie {rest.name}"
             )
-            yield _let_fall(rest, now, turn, name)
+            yield _let_fall(rest, leaning, turn, name)
     if none:
         yield Refused("edge first", "no tilt at which the hand can hold the payload lets it fall flat")
 
 
-def _lying(asked: list[Query]) -> Iterator[Rest]:
-    """Stable poses in which a payload would lie, each with the placement problem of the payload as it
-    hangs from the hand."""
+def _as_it_lay(asked: list[Query]) -> list[Query]:
+    """Return the placing problems under no roof, of the payload in the pose in which it was grasped."""
     belief, context = asked[0].belief, asked[0].context
     swing = belief.payload.swing
     assert swing is not None
     arm = Arm(replace(belief, held=replace(belief.payload, tcp_to_thing=swing.start)), context)
-    level = with_middle(
-        [replace(q, arm=arm, obstacles=standing_on(replace(q, arm=arm))) for q in asked if math.isinf(q.room)]
-    )
-    now = put_down(level[0]) if level else Pose()
-    for query in level:
-        for offset in islice(positions_on(query, now), FEW):
-            rest = standing_at(query, now, offset)
-            yield replace(rest, query=replace(rest.query, arm=asked[0].arm))
+    bare = [replace(q, arm=arm) for q in asked if math.isinf(q.room)]
+    return with_middle([replace(q, obstacles=standing_on(q)) for q in bare])
+
+
+def _lying(query: Query, now: Pose, offset: tuple[float, float], arm: Arm) -> Rest:
+    """Stable pose in which a payload would lie, with the placing problem of the payload as it hangs."""
+    rest = standing_at(query, now, offset)
+    return replace(rest, query=replace(rest.query, arm=arm))
 
 
 def _let_fall(rest: Rest, now: Pose, turn: float, name: str) -> Iterator[Found]:
