@@ -71,14 +71,14 @@ def let_down(thing: Thing, start: Pose, below: Thing, at: Pose) -> Pose | None:
 
 def rests(thing: Thing, start: Pose, below: Thing, at: Pose, aside: float, there: bool = False) -> Iterator[Pose | None]:
     """Generate the rest poses of a thing that is released at its first contact with another: at a pose and to
-    each side of it, with little and with full friction; None where it falls off.
+    each side of it, with full and with little friction; None where it falls off.
 
     Args:
         start: as for ``let_down``.
         aside: how far off it may be on either axis [m].
         there: whether it is let go of at the pose itself, such as under a roof.
     """
-    for (x, y), friction in product(((0.0, 0.0), *product((-aside, aside), repeat=2)), (FRICTION, math.inf)):
+    for (x, y), friction in product(((0.0, 0.0), *product((-aside, aside), repeat=2)), (math.inf, FRICTION)):
         near = Pose(tuple(np.add(start.position, (x, y, 0.0)).tolist()), start.quaternion)
         yield _dropped(Itself(thing), near, Itself(below), at, friction, there)
 

@@ -7,13 +7,14 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec.structs import replace
 
 from cramlite.model import Episode, Floats, Rollout, Value, thing_of
 from cramlite.plugin import EFFECTOR, Candidate, Cost, Finding, Validator, contents, hookimpl
 
 from ..episodes.detection.entities import contents_of
 from ..predicates.motion import joint_closed
-from ..predicates.places import in_region, in_region_by
+from ..predicates.places import distance_seen_from_above, in_region, in_region_by
 from ..predicates.relations import supports
 from ..shapes.contents import SHARE, where
 from .bystanders import stays
@@ -25,7 +26,7 @@ from .steps import LEAN
 from .task_times import origins
 
 if TYPE_CHECKING:
-    from cramlite.plugin import Atom, Clause, GoalLiteral, Timeline
+    from cramlite.plugin import Atom, Clause, GoalLiteral, Phase, Timeline
 
 LASTS = 0.5
 """Time before the end of a run during which a literal must hold throughout [s]: a thing that falls past a place is over it for less."""
@@ -41,6 +42,9 @@ the release may shift the thing by the rest."""
 SURE = (0.001, 0.001, 0.0005)
 """Least distance of an origin inside its region, along each of the region's axes [m]. Aside simulators differ by more than in height: a
 thing sinks into its support by some 0.5 mm, a bowl in a drawer as deep in two of them, within 0.01 mm."""
+APART = 0.004
+"""Least margin inside an allowed distance of two things [m]: a bowl that slid down onto a plate came to rest 28 mm from its middle in one
+simulator, and 31 mm in another."""
 AT_STOP = 0.001
 """Largest distance of a knob that is off from its stop, as a share of its range: a knob with a range of 2.1 rad, pressed there, rested
 within 0.1 mrad in two simulators. Two that had sprang back by 3.5 mrad glided on to 5 and 6.5 mrad in the other one, whose stove was
@@ -105,8 +109,8 @@ def _unmet(literal: GoalLiteral, timeline: Timeline, rollout: Rollout) -> str:
 
 
 def _doubtful(literal: GoalLiteral, timeline: Timeline, rollout: Rollout) -> str:
-    """Describe a thing so near to the border of its region that another simulator may find it outside; "" if
-    it is well inside."""
+    """Describe a thing so near to the border of its region, or to the end of an allowed distance, that another
+    simulator may find it outside; "" if it is well inside."""
     binding: dict[str, str | float] = {v: _recorded(e, timeline.episode) for v, e in literal.binding.items()}
     end = timeline.instant(float(rollout.times[-1]))
     for atom in _asserted(literal.clauses):
@@ -115,7 +119,20 @@ def _doubtful(literal: GoalLiteral, timeline: Timeline, rollout: Rollout) -> str
             if next(in_region_by(end, thing, region, SURE), None) is None:
                 least = " ".join(f"{1000 * v:g}" for v in SURE)
                 return f"'{thing}' is less than {least} mm (x y z) inside of '{region}': another simulator may find it outside"
+    for clause in literal.clauses:
+        if _barely(clause, end, binding):
+            return f"'{clause.text}' holds by less than {1000 * APART:g} mm: another simulator may find it false"
     return ""
+
+
+def _barely(clause: Clause, end: Phase, binding: dict[str, str | float]) -> bool:
+    """Check whether a condition on a distance would not hold if the distance were longer by ``APART``."""
+    from cramlite.plugin import Atom, Compare
+
+    match clause.condition:
+        case Compare(Atom(predicate), "<=", float(most)) as asked if predicate.function is distance_seen_from_above:
+            return next(replace(asked, right=most - APART).solve(end, binding), None) is None
+    return False
 
 
 def _asserted(clauses: Iterable[Clause]) -> Iterator[Atom]:

@@ -80,6 +80,8 @@ def test_near_and_beside_are_measured_from_middle_to_middle() -> None:
     near = query_on(believed(tin), where={"near": "tin", "within": 0.12})
     assert not checks.near(spot_at((0.45, -0.35, 0.22)), near)
     assert "150 mm from 'tin', up to 120 mm are near" in checks.near(spot_at((0.45, -0.30, 0.22)), near)
+    rolls = replace(spot_at((0.45, -0.35, 0.22)), lies=Pose((0.45, -0.30, 0.2)))
+    assert "150 mm from 'tin'" in checks.near(rolls, near), "where it comes to rest"
     for side, good, bad in (
         ("left_of", (0.45, -0.35, 0.2), (0.45, -0.55, 0.2)), ("right_of", (0.45, -0.55, 0.2), (0.45, -0.35, 0.2)),
         ("behind", (0.55, -0.45, 0.2), (0.35, -0.45, 0.2)), ("in_front_of", (0.35, -0.45, 0.2), (0.55, -0.45, 0.2)),

@@ -260,11 +260,11 @@ def _too_low(query: Query, z: float) -> str:
 
 
 def near(placement: Placement, query: Query) -> str:
-    """Check that the placement is near another thing, from middle to middle, seen from above."""
+    """Check that the payload comes to rest near another thing, from middle to middle, seen from above."""
     other = query.where.near
     if not other:
         return ""
-    gap = math.dist(placement.thing.position[:2], query.belief.pose(other).position[:2])
+    gap = math.dist(placement.rests.position[:2], query.belief.pose(other).position[:2])
     within = query.where.within
     return (
         "" if gap <= within else f"{1000 * gap:.0f} mm from '{other}', up to {1000 * within:.0f} mm are near"
@@ -272,13 +272,13 @@ def near(placement: Placement, query: Query) -> str:
 
 
 def beside(placement: Placement, query: Query) -> str:
-    """Check that the placement is on the side of other things that the query asks for, in the base frame:
-    x forwards, y to the left."""
+    """Check that the payload comes to rest on the side of other things that the query asks for, in the base
+    frame: x forwards, y to the left."""
     for side, (axis, sign) in SIDES.items():
         other = getattr(query.where, side)
         if not other:
             continue
-        by = sign * (placement.thing.position[axis] - query.belief.pose(other).position[axis])
+        by = sign * (placement.rests.position[axis] - query.belief.pose(other).position[axis])
         if by < ASIDE:
             said = side.replace("_", " ")
             return f"{1000 * by:.0f} mm {said} '{other}', at least {1000 * ASIDE:.0f} mm is needed"
