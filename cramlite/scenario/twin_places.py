@@ -1,9 +1,9 @@
 """Sizes and places of the things in a twin, each with its errors and moved with its carrier.
 
-What hangs goes on to hang: it moves with what it hangs on, along the peg and about the vertical. What stands goes on to stand: it goes
-up, down and over with what it stands on. What is mounted moves with what carries it. What is fixed leans about its base, but for what a robot's platform stands
-on: that is level with the robot, wherever it drives. What is free is scaled about the point that it stands or hangs on. Furniture keeps its size: a drawer has 3 mm in its cabinet, and where their faces
-are is what errors of poses are about.
+What hangs goes on to hang: it moves with what it hangs on, along the peg and about the vertical. What stands goes on to stand: it goes up,
+down and over with what it stands on. What is mounted moves with what carries it. What is fixed leans about its base, but for what a
+robot's platform stands on: that is level with the robot, wherever it drives. What is free is scaled about the point that it stands or
+hangs on. Furniture keeps its size: a drawer has 3 mm in its cabinet, and where their faces are is what errors of poses are about.
 """
 
 from __future__ import annotations
