@@ -11,6 +11,7 @@ from msgspec.structs import replace
 
 from cramlite import Engine
 from cramlite.model import (
+    Belief,
     Feature,
     Geom,
     GripFacts,
@@ -26,6 +27,8 @@ from cramlite.model import (
 )
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.locations.kinds import ground
+from cramlite_plugins.locations.placing.edge_first import edge_first
+from cramlite_plugins.locations.placing.query import queries
 from cramlite_plugins.locations.rim_pinches import rim_pinches
 from cramlite_plugins.objects.furniture import cabinet
 from cramlite_plugins.objects.products_and_fixtures import block, table
@@ -60,15 +63,20 @@ def _answers(box: Thing, count: int) -> list[Grounding | Refused]:
 
 
 def _asked(location: Location, entity: str, *things: Thing) -> Iterator[Grounding | Refused]:
+    found = ground(location, *_hanging(entity, *things))
+    assert found is not None
+    return iter(found)
+
+
+def _hanging(entity: str, *things: Thing) -> tuple[Belief, Context]:
+    """A plate that hangs from its rim, and what is known when a place for it is asked for."""
     plate = _plate()
     pinch = rim_pinches(plate, plate.pose, FR3.gripper, 0.9)[0]
     held = Held("plate", pinch.swing.end, pinch.width, swing=pinch.swing)
     world = World((table("floor", Pose((0.2, 0.0, -0.01)), (1.6, 1.6, 0.02)), *things, plate), (MOUNT,))
     belief = initial_belief(world, "arm", FR3.home, 0.08).grasped(held)
     bindings = {thing_of(entity): entity, GRASP: Place(Pose(), Pose(), thing="plate", grip=GripFacts(pinch.width))}
-    found = ground(location, belief, Context(FR3, MOUNT, bindings, Engine().knowledge.taxonomy))
-    assert found is not None
-    return iter(found)
+    return belief, Context(FR3, MOUNT, bindings, Engine().knowledge.taxonomy)
 
 
 def _put(location: Location, entity: str, *things: Thing) -> tuple[Place, Pose, Pose]:
@@ -150,3 +158,6 @@ def test_where_something_stands_in_its_place_no_other_grasp_is_asked_for() -> No
     with pytest.raises(Unresolvable, match="edge first: no room to lie") as no:
         list(_asked(Location("on(board)", "on", "board"), "board", board, bowl))
     assert no.value.blocking and set(no.value.blocking) >= {"bowl"} and GRASP not in no.value.because
+    with pytest.raises(Unresolvable) as alone:
+        list(edge_first(queries(Location("on(board)", "on", "board"), *_hanging("board", board, bowl))))
+    assert alone.value.blocking == ("bowl",)
