@@ -78,5 +78,5 @@ def _kind(kind: KnownKind) -> list[str]:
     head = f"{kind.name}{' (unchanged)' if kind.kept else ''}: {size} mm, {kind.triangles:,} triangles, {texture}"
     lines = [head, f"  mass {weight}; up {kind.up}"]
     if kind.joints:
-        lines.append(f"  joints: {', '.join(kind.joints)}; recognised at any of their values, and believed to stay there")
+        lines.append(f"  joints: {', '.join(kind.joints)}; recognised at any of their values")
     return [*lines, *(f"  {note}" for note in kind.notes)]

@@ -57,6 +57,7 @@ def setting_of(
     world, relations = build_world(scenario, scenario.spec.things, scenario.spec.vary, knowledge, seed, now.robots if now else ())
     _check_world(scenario, replace(world, robots=()) if now else world, knowledge)  # the arm has left its first posture by now
     _check_objects(scenario, knowledge)
+    _check_sought(scenario, world)
     if now is not None:
         world = replace(world, robots=now.robots)
     real = real_world(scenario, world, relations, seed) if scenario.spec.unknown_error or scenario.spec.faults else None
@@ -86,11 +87,11 @@ def _seen(
     Raises:
         NoSolution: what is looked for may be where the camera cannot be brought to look, and is nowhere else.
     """
-    from ..perception.active_perception import look
+    from ..perception.active_perception import look, mapped
     from ..perception.view_queries import queries_everywhere, queries_of
 
     world, real = replace(written.world, poses="camera"), replace(now or written.real or written.world, poses="camera")
-    furniture = replace(world, things=tuple(t for t in world.things if t.furniture))
+    furniture = mapped(scenario, world)
     plan = None if told or scenario.spec.goal else likeliest(replace(written, world=furniture, relations=(), real=None))
     wanted = queries_of(plan, furniture, knowledge.taxonomy, knowledge.tasks) if plan else told
     if scenario.spec.goal and not told:
@@ -177,6 +178,20 @@ def _check_advisory(scenario: Scenario, knowledge: Knowledge) -> None:
             others = f"only {', '.join(may)} may" if may else "none that is installed may"
             said = "may not advise only, since a program that it refuses is none"
             raise UserError(f"{place}: validator '{name}' {said}; {others}. Take it out.")
+
+
+def _check_sought(scenario: Scenario, world: World) -> None:
+    """Check that the things which a scenario's camera is to find are furniture of the scenario's own.
+
+    Raises:
+        UserError: one is not; with file and line.
+    """
+    own = {spec.name for spec in scenario.spec.things}
+    fixed = [t.name for t in world.things if t.furniture and t.name in own]
+    for k, name in enumerate(scenario.spec.camera.finds if scenario.spec.camera else ()):
+        if name not in fixed:
+            place = scenario.where("camera", "finds", k)
+            raise UserError(f"{place}: no thing '{name}' of the scenario's that is fixed; {nearest(name, fixed)}.")
 
 
 def _check_kept(scenario: Scenario, world: World) -> None:

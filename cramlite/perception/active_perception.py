@@ -24,11 +24,12 @@ from ..ontology.prefixes import local_name
 from ..plugin.expert import RELATIONS, Judged
 from ..scenario.scenario import Scenario
 from ..scenario.worlds import camera_of
+from .own_body import own_depth
 from .query import Condition, ObjectQuery
-from .recognition import SIGMA, estimate, facts, least_pose_confidence, renamed, thing_from_percept, unlocated
-from .result import Perceived
+from .recognition import SIGMA, estimates_of, facts, least_pose_confidence, renamed, thing_from_percept, unlocated
+from .result import Perceived, Percept
 from .runner import perceive
-from .view_queries import HANGING, INSIDE, bears
+from .view_queries import HANGING, INSIDE, bears, queries_everywhere
 
 if TYPE_CHECKING:
     from ..model.robot import Robot
@@ -80,6 +81,7 @@ class Look(Value):
         since: where things are by the last picture that were moved so that it could look; ``known`` has them as at the start.
         later: names of those obstacles that only pictures show for which something was opened or put aside.
         missed: for each thing that was looked for in vain, and may be where no camera could look, why it could not.
+        sought: fixed things whose places only a camera can tell, and that none has found yet -> the model of each.
     """
 
     pictures: tuple[Picture, ...]
@@ -93,6 +95,7 @@ class Look(Value):
     since: Mapping[str, Pose] = {}
     later: tuple[str, ...] = ()
     missed: tuple[str, ...] = ()
+    sought: Mapping[str, str] = {}
 
     @property
     def world(self) -> World:
@@ -131,10 +134,12 @@ def look(
     Raises:
         UserError: a wrong query.
         NoPipeline: the experts cannot answer it.
+        NoSolution: no picture shows a thing that the scenario's camera is to find.
     """
-    furniture = replace(world, things=tuple(t for t in world.things if t.furniture))
-    seen = Look((), furniture, (), {}, real)
-    for queries in wanted:
+    seen = Look((), mapped(scenario, world), (), {}, real, sought=sought_in(scenario))
+    waiting = [*wanted]
+    while waiting:
+        queries, before = waiting.pop(0), {t.name for t in seen.known.things}
         out_of_sight, answered = list[NoSolution](), False
         for query in queries:
             try:
@@ -148,7 +153,24 @@ def look(
                 break
         if out_of_sight and not answered and any(c.key not in RELATIONS for q in queries for c in q.conditions):
             seen = replace(seen, missed=(*seen.missed, str(out_of_sight[0])))  # what is only in the way need not be seen
+        new = tuple(t for t in seen.known.things if t.furniture and t.name not in before)
+        waiting += queries_everywhere(replace(seen.known, things=new), knowledge.taxonomy)
+    for name, model in seen.sought.items():
+        raise NoSolution(f"No picture shows '{name}', which the camera is to find: nothing was recognised as a '{model}'.")
     return replace(seen, real=renamed(real, seen.world))
+
+
+def mapped(scenario: Scenario, world: World) -> World:
+    """Return what is known of a world before any picture: its furniture, without that which the scenario's camera is to find."""
+    found = set(scenario.spec.camera.finds if scenario.spec.camera else ())
+    found |= {t.name for t in world.things if t.joint is not None and t.joint.parent in found}
+    return replace(world, things=tuple(t for t in world.things if t.furniture and t.name not in found))
+
+
+def sought_in(scenario: Scenario) -> Mapping[str, str]:
+    """Return the names of things that a scenario's camera is to find, each with its model."""
+    named = scenario.spec.camera.finds if scenario.spec.camera else ()
+    return {t.name: t.model for t in scenario.spec.things if t.name in named}
 
 
 def _best(
@@ -156,7 +178,7 @@ def _best(
 ) -> Picture:
     """Return the first picture in which all poses are sufficiently confident, else the picture whose least
     confident pose is the most confident."""
-    earlier = {t.name: (t.type, t.pose.position) for t in seen.known.things if not t.furniture}
+    earlier = {t.name: (t.type, t.pose.position) for t in seen.known.things if not t.furniture or t.name in seen.estimates}
     best: tuple[float, Picture | None] = (-1.0, None)
     for taken in islice(pictures(scenario, query, seen, robot, knowledge, seed), VIEWS):
         perceived = ask(query, taken.view, taken.fixtures, knowledge, earlier=earlier, robot=taken.robot)
@@ -180,9 +202,9 @@ def look_into(
     """
     furniture = (t for t in seen.known.things if t.furniture)
     fixtures = tuple(replace(t, pose=state.belief.poses[t.name].pose) for t in furniture)
-    placed, look_at, robots = replace(camera, joints=state.belief.joints), knowledge.simulator.look, knowledge.robots_of(now)
-    own = look_at(replace(now, things=()), robots, replace(placed, noise=False), seed=0).depth
-    view = look_at(now, robots, placed, seed=seed + 7919 * len(seen.pictures))
+    placed = replace(camera, joints=state.belief.joints)
+    own = own_depth(now, placed, knowledge)
+    view = knowledge.simulator.look(now, knowledge.robots_of(now), placed, seed=seed + 7919 * len(seen.pictures))
     hollow = bears(seen.known.thing(place), knowledge.taxonomy, INSIDE)
     query = ObjectQuery((Condition("in", "CONTAINS", place),)) if hollow else ObjectQuery()
     known = {t.name: state.belief.poses[t.name].pose for t in seen.known.things}
@@ -233,20 +255,31 @@ def _is_in(pose: Pose, container: Thing, knowledge: Knowledge) -> bool:
 def _with(before: Look, taken: Picture, knowledge: Knowledge) -> Look:
     """Return the belief extended by what was perceived in one more picture."""
     assert taken.perceived is not None
-    answers = taken.perceived.answers
-    found = {n: (t, p) for p in answers if (known := thing_from_percept(p, knowledge)) for n, t in [known]}
+    answers, sought = taken.perceived.answers, dict(before.sought)
+    found = [(_named(t, p, sought), p) for p in answers if (t := thing_from_percept(p, knowledge.products)) and p.value("instance")]
     fixtures, estimates = _fixtures(taken, taken.perceived, before)
-    old = {t.name: t for t in before.known.things if not t.furniture}
-    things = (*fixtures, *{**old, **{n: t for n, (t, _) in found.items()}}.values())
-    new = (r for name, (_, percept) in found.items() for r in facts(name, percept, fixtures))
-    perceived = {name: estimate(percept) for name, (_, percept) in found.items()}
+    old = [t for t in before.known.things if not t.furniture]
+    known = {t.name: t for t in (*fixtures, *old, *(part for thing, _ in found for part in thing.as_parts()))}
+    things = sorted(known.values(), key=lambda t: not t.furniture)
+    new = (r for thing, percept in found if not thing.furniture for r in facts(thing.name, percept, fixtures))
+    perceived = {n: e for thing, percept in found for n, e in estimates_of(percept, thing.as_parts()).items()}
     return replace(
         before,
+        sought=sought,
         pictures=(*before.pictures, taken),
-        known=replace(before.known, things=things),
+        known=replace(before.known, things=tuple(things)),
         relations=tuple(dict.fromkeys((*before.relations, *new))),
         estimates={**before.estimates, **estimates, **perceived},
     )
+
+
+def _named(thing: Thing, percept: Percept, sought: dict[str, str]) -> Thing:
+    """Return a recognised thing under the name of one that is sought, and take that from those, if it is of its model."""
+    meant = next((n for n, model in sought.items() if model == percept.value("model")), None)
+    if meant is None:
+        return thing
+    del sought[meant]
+    return replace(thing, name=meant)
 
 
 def _beware(seen: Look, knowledge: Knowledge) -> Look:
@@ -314,12 +347,12 @@ def pictures(
     states: Iterable[State | None] = [None]
     if camera.mount is not None:
         states = go_and_look(places_of(query, seen.known, knowledge), seen, robot, camera, knowledge, seed)
-    empty, robots, look_at = replace(seen.real, things=()), knowledge.robots_of(seen.known), knowledge.simulator.look
+    robots = knowledge.robots_of(seen.known)
     for number, state in enumerate(states, 1):
         placed = replace(camera, joints=state.belief.joints) if state else camera
         noise = seed + 7919 * len(seen.pictures) + 104729 * number
-        own = look_at(empty, robots, replace(placed, noise=False), seed=0).depth
-        yield Picture(look_at(seen.real, robots, placed, seed=noise), placed, fixtures, state, own)
+        view = knowledge.simulator.look(seen.real, robots, placed, seed=noise)
+        yield Picture(view, placed, fixtures, state, own_depth(seen.real, placed, knowledge))
 
 
 def places_of(query: ObjectQuery, furniture: World, knowledge: Knowledge) -> tuple[str, ...]:

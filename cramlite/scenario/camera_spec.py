@@ -38,6 +38,7 @@ class CameraSpec(Spec):
     mount: Literal["flange", "world"] = "flange"
     at: PoseSpec = PoseSpec()
     queries: tuple[str, ...] = ()
+    finds: tuple[str, ...] = ()
     width: int = Field(D435.width, ge=16, le=4096)
     height: int = Field(D435.height, ge=16, le=4096)
     horizontal_fov: Angle | None = None

@@ -127,7 +127,10 @@ def _things(
             thing = replace(thing, pose=shifts[spec.name] * thing.pose)
         if spec.name in changes and spec.at:
             shifts[spec.name] = thing.pose * spec.at.pose().inverse()
-        built[spec.name] = thing
+        for part in thing.as_parts():
+            if part.name in built:
+                raise UserError(f"{place}: two things are called '{part.name}', one of them a part of '{spec.name}'; rename one.")
+            built[part.name] = part
     return tuple(built.values())
 
 

@@ -17,9 +17,6 @@ from .at_rest import settled
 TABLE = (1.0, 1.6, 0.05)
 """Sides and thickness of the table that is assumed under the things [m]; its near side is ``BEHIND`` the robot's base."""
 BEHIND = 0.05
-ASKEW = 0.035
-"""Tilt of a fixed thing that is an error of its pose [rad]: of 52 that were seen and stood level 95 % tilted by at most 0.6 degrees, one by
-1.94."""
 RESTS = 0.02
 """Largest distance between the table as it is seen and the lowest point of a thing that rests on it [m]."""
 LEVEL = 0.01
@@ -62,7 +59,6 @@ def scene_of(
         spec, frame = _kind(files[kind])
         at = pose * frame.inverse()
         loose = any(j.type == mujoco.mjtJoint.mjJNT_FREE for j in spec.joints)
-        at = at if loose else _upright(at)
         low = _lowest(spec, at) - table
         if low > -RESTS or not loose:
             placed.append((kind, spec, at, low if loose else np.inf, joints))
@@ -123,17 +119,6 @@ def _kind(file: Path) -> tuple[Any, Pose]:
     plain = mujoco.MjSpec()  # what a kind's own file says of solver, view and memory is not about the scene
     spec.option, spec.visual, spec.njmax, spec.nconmax = plain.option, plain.visual, plain.njmax, plain.nconmax
     return spec, Pose.from_matrix(frame)
-
-
-def _upright(at: Pose) -> Pose:
-    """Return the pose of a fixed thing, upright if it is so but for the errors of poses: furniture stands level."""
-    up = at.rotation[:, 2]
-    angle = float(np.arccos(np.clip(up[2], -1.0, 1.0)))
-    if not 0.0 < angle < ASKEW:
-        return at
-    axis = np.cross(up, (0.0, 0.0, 1.0))
-    back = Pose.from_rotvec((0.0, 0.0, 0.0), tuple(axis / np.linalg.norm(axis) * angle))
-    return Pose.at(at.position, back * Pose.at((0.0, 0.0, 0.0), at))
 
 
 def _lowest(spec: Any, at: Pose) -> float:

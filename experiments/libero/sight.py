@@ -15,12 +15,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from msgspec.structs import replace
-from scipy import ndimage
 
 from cramlite import Engine, UserError
 from cramlite.model import Camera, Geom, Intrinsics, Pose, RobotMount, Thing, View, World
 from cramlite.perception.active_perception import ask
+from cramlite.perception.own_body import own_depth
 from cramlite.perception.query import ObjectQuery
+from cramlite.perception.recognition import thing_from_percept
 from cramlite.plugin import UNKNOWN
 from cramlite_plugins.perception.values import Box
 from cramlite_plugins.simulation.camera.noise import Noise, noisy_colour, noisy_depth
@@ -35,10 +36,6 @@ DEEP, HIGH = 0.05, 0.60
 """Depth below the table, and height above it, to which things are looked for [m]."""
 BIN, THICK, LEVEL = 0.004, 0.012, 0.9
 """Bin of heights [m], how far points of the table lie from the commonest height, and the least share of the vertical in its normal."""
-
-
-OUTSIDE = 0.02
-"""Distance by which the robot is wider than its model [m]: in ten pictures its points were seen up to 19 mm beside it."""
 SMALL = 0.06
 """Longest side of what is no obstacle [m]: some points at the edges of things."""
 
@@ -110,28 +107,21 @@ def seen(
     engine: Engine, view: View, table: float, kinds: Sequence[Thing], mount: RobotMount
 ) -> tuple[list[Found], list[Thing]]:
     """Return what a picture shows on a table, without the robot's own pixels: known kinds, and obstacles around what is none."""
-    own = _own(engine, view, mount)
+    own = own_depth(World((), (mount,)), Camera(view.camera, intrinsics=view.intrinsics), engine.knowledge)
     around = Box(*zip(*REACH, (table - DEEP, table + HIGH), strict=True))
     query = ObjectQuery(wanted=("type", "pose", "model"))
     half = (0.6, 1.0, 0.02)
     under = Thing("table", "soma:Table", Pose((0.5, 0.0, table - half[2])), (Geom("box", half),))
     said = ask(query, view, (under,), engine.knowledge, models=tuple(kinds), robot=own, region=around)
     answers = [p for p in said.answers if p.value("type") != UNKNOWN and p.value("model") and p.value("pose")]
-    found = [Found(str(p.value("model")), p.value("pose"), p.values["pose"].judged.confidence, p.value("joints", ())) for p in answers]
-    known = {kind.name: kind for kind in kinds}
-    there = [replace(known[f.kind].at_joints({n: v for n, v, _ in f.joints}), name=f"{k}", pose=f.pose) for k, f in enumerate(found)]
+    there = [replace(t, name=f"{k}") for k, p in enumerate(answers) if (t := thing_from_percept(p, kinds))]
+    found = [
+        Found(str(p.value("model")), t.pose, p.values["pose"].judged.confidence, p.value("joints", ()))
+        for p, t in zip(answers, there, strict=True)
+    ]
     fixed, loose = ([t for t in there if t.furniture == kind] for kind in (True, False))
     rest = ask(ObjectQuery(wanted=("obstacles",)), view, (under, *fixed), engine.knowledge, recognised=tuple(loose), robot=own)
     return found, [body for body in rest.scene["obstacles"].value if _in_the_way(body)] if "obstacles" in rest.scene else []
-
-
-def _own(engine: Engine, view: View, mount: RobotMount) -> Any:
-    """Depth at which the robot is seen, and beside it where its model is too slim; not finite elsewhere."""
-    alone, fixed = World((), (mount,)), Camera(view.camera, intrinsics=view.intrinsics, noise=False)
-    own = engine.knowledge.simulator.look(alone, engine.knowledge.robots_of(alone), fixed, seed=0).depth
-    away, nearest = ndimage.distance_transform_edt(~np.isfinite(own), return_indices=True)
-    beside = own[tuple(nearest)]
-    return np.where(away * beside < OUTSIDE * view.intrinsics.fx, beside, own)
 
 
 def _in_the_way(body: Thing) -> bool:

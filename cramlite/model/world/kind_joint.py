@@ -16,6 +16,7 @@ class KindJoint(Value):
         faces: ranges of the triangles that it moves in the model's visual mesh, [first, last + 1].
         geoms: indices of the geoms that it moves.
         lever: greatest distance by which it displaces a point, per metre or radian of its value.
+        part: name of that one of the model's parts whose own joint it is; "" if it is that of none.
     """
 
     name: str
@@ -23,6 +24,7 @@ class KindJoint(Value):
     faces: tuple[tuple[int, int], ...] = ()
     geoms: tuple[int, ...] = ()
     lever: float = 1.0
+    part: str = ""
 
     def step(self, value: float) -> Pose:
         """Return the displacement of what the joint moves from where its shape was read, in the model's frame."""

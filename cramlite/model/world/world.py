@@ -176,6 +176,8 @@ class Thing(Value):
         joint: how it moves against what carries it; None for things that stand free or are fixed.
         filling: what is loose in its cavity, or on its surface, at the start; None for nothing.
         max_grip_force: that each finger may press it with [N]; None where nobody says.
+        parts: things of which a model with joints consists, in its frame, the fixed one first and each after its carrier; () for a thing
+            that is one piece.
         notes: what was changed or concluded when the thing was made, for people: a mesh that was closed, a hole found.
     """
 
@@ -192,6 +194,7 @@ class Thing(Value):
     joint: Joint | None = None
     filling: Filling | None = None
     max_grip_force: float | None = None
+    parts: tuple[Thing, ...] = ()
 
     @property
     def least_friction(self) -> float:
@@ -232,6 +235,26 @@ class Thing(Value):
             for k in moving.geoms:
                 geoms[k] = replace(geoms[k], pose=step * geoms[k].pose)
         return replace(self, geoms=tuple(geoms), mesh=replace(self.mesh, values=tuple(after[j.name] for j in self.mesh.joints)))
+
+    def as_parts(self) -> tuple[Thing, ...]:
+        """Return the things of which a model with joints consists, with its joints where they stand; only the thing itself without any.
+
+        The first has the model's name, the others have it before their own.
+        """
+        if not self.parts:
+            return (self,)
+        names = {p.name: f"{self.name}_{p.name}" for p in self.parts} | {self.parts[0].name: self.name}
+        values, joints = (self.mesh.joint_values, self.mesh.joints) if self.mesh else ({}, ())
+        steps = {j.part: j.step(values[j.name]) for j in joints if j.part}
+        carried, found = dict[str, Pose](), list[Thing]()
+        for part in self.parts:
+            parent = part.joint.parent if part.joint else ""
+            carrier = carried.get(parent, Pose())
+            carried[part.name] = carrier * steps.get(part.name, Pose())
+            at = part.moved_to(carried[part.name] * part.pose, carrier)
+            joint = at.joint and replace(at.joint, parent=names.get(parent, parent))
+            found.append(replace(at, name=names[part.name], pose=self.pose * at.pose, joint=joint))
+        return (replace(found[0], type=self.type, max_grip_force=self.max_grip_force), *found[1:])
 
     def feature(self, type_: str) -> Feature | None:
         """Return the first feature whose class is exactly ``type_``; None if there is none."""

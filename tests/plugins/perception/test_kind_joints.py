@@ -7,41 +7,27 @@ import math
 import numpy as np
 import pytest
 from helpers.as_a_user import cramlite
+from helpers.chest import write_chest
 
 from cramlite import Engine
 from cramlite.model import Camera, Geom, Intrinsics, Joint, KindJoint, MeshFile, Pose, Thing, View, World, replace
 from cramlite.perception.active_perception import ask
 from cramlite.perception.query import parse_query
-from cramlite.perception.recognition import thing_from_percept
+from cramlite.perception.recognition import levelled, thing_from_percept
 from cramlite.perception.result import Perceived
 from cramlite_plugins.objects.products_and_fixtures import make
+from cramlite_plugins.perception.kinds.appearance import appearance_of
 from cramlite_plugins.perception.kinds.joint_states import states_of
+from cramlite_plugins.shapes.skins import skin_of
 from cramlite_plugins.simulation.camera.depth_camera import look
-
-CHEST = """<mujoco><worldbody><body name="chest">
-  <geom type="box" size=".1 .09 .005" pos="0 0 .005" rgba=".55 .35 .2 1"/>
-  <geom type="box" size=".1 .09 .005" pos="0 0 .125" rgba=".55 .35 .2 1"/>
-  <geom type="box" size=".1 .005 .055" pos="0 .085 .065" rgba=".55 .35 .2 1"/>
-  <geom type="box" size=".1 .005 .055" pos="0 -.085 .065" rgba=".55 .35 .2 1"/>
-  <geom type="box" size=".005 .08 .055" pos="-.095 0 .065" rgba=".55 .35 .2 1"/>
-  <body name="drawer"><joint name="slide" type="slide" axis="1 0 0" range="0 .16"/>
-    <geom type="box" size=".005 .08 .053" pos=".1 0 .065" rgba=".2 .3 .7 1"/>
-    <geom type="box" size=".085 .078 .003" pos="0 0 .015" rgba=".8 .75 .3 1"/>
-    <geom type="box" size=".085 .003 .03" pos="0 .072 .045" rgba=".8 .75 .3 1"/>
-    <geom type="box" size=".085 .003 .03" pos="0 -.072 .045" rgba=".8 .75 .3 1"/>
-  </body></body></worldbody></mujoco>"""
-CUBE = """<mujoco><worldbody><body name="cube"><freejoint/>
-  <geom type="box" size=".02 .025 .03" rgba=".8 .15 .2 1" mass=".1"/></body></worldbody></mujoco>"""
 
 
 @pytest.fixture(scope="module")
 def engine(tmp_path_factory: pytest.TempPathFactory) -> Engine:
     """An engine that knows a chest with a drawer, and a cube."""
     folder = tmp_path_factory.mktemp("chests")
-    for name, text in (("chest", CHEST), ("cube", CUBE)):
-        (folder / name).mkdir()
-        (folder / name / f"{name}.xml").write_text(text)
-    assert cramlite("library", "add", folder, "--out", folder / "lib", "--up", "z").returncode == 0
+    write_chest(folder / "kinds")
+    assert cramlite("library", "add", folder / "kinds", "--out", folder / "lib", "--up", "z").returncode == 0
     return Engine(models=[folder / "lib"])
 
 
@@ -69,9 +55,9 @@ def perceived(engine: Engine, *things: Thing) -> Perceived:
 def seen(engine: Engine, found: Perceived, model: str) -> Thing:
     """The thing that is believed after a picture, of some kind."""
     (percept,) = (p for p in found.answers if p.value("model") == model)
-    known = thing_from_percept(percept, engine.knowledge)
+    known = thing_from_percept(percept, engine.knowledge.products)
     assert known is not None
-    return known[1]
+    return known
 
 
 @pytest.mark.parametrize("opened", [0.0, 0.11])
@@ -81,8 +67,8 @@ def test_a_drawer_is_seen_where_it_is(engine: Engine, opened: float) -> None:
     metres, turn = found.pose.distance(true.pose)
     assert metres < 0.005 and math.degrees(turn) < 3
     assert found.mesh is not None and found.mesh.joint_values["slide"] == pytest.approx(opened, abs=0.006)
-    fronts = [found.pose.apply(found.geoms[5].pose.position), true.pose.apply(true.geoms[5].pose.position)]
-    assert np.allclose(*fronts, atol=0.008), "the front stands there in the believed world"
+    believed, real = (t.pose.apply(t.geoms[5].pose.position) for t in (found, true))
+    assert np.allclose(believed, real, atol=0.008), "the front stands there in the believed world"
 
 
 def test_what_is_in_an_open_drawer_is_seen_in_it(engine: Engine) -> None:
@@ -103,6 +89,41 @@ def test_a_kind_is_looked_for_in_states_between_the_ends_of_its_joints(engine: E
     assert np.allclose(values, [0.0, 0.08, 0.16])
     cube = engine.knowledge.models["cube"].make(name="a_cube", pose=Pose())
     assert states_of(cube) == [cube]
+
+
+def test_a_kind_with_joints_comes_into_a_scene_as_its_parts(engine: Engine) -> None:
+    true = chest(engine, 0.1)
+    body, drawer = true.as_parts()
+    assert (body.name, drawer.name) == ("a_chest", "a_chest_drawer") and body.pose == true.pose
+    assert drawer.joint is not None and drawer.joint.parent == "a_chest" and drawer.joint.value == pytest.approx(0.1)
+    assert np.allclose(drawer.pose.position, true.pose.apply((0.1, 0.0, 0.0)))
+    whole, parts = skin_of(true.mesh), [(t.pose, skin_of(t.mesh)) for t in (body, drawer)]
+    assert whole is not None
+    shown = np.concatenate([pose.apply(skin.corners.reshape(-1, 3)) for pose, skin in parts if skin is not None])
+    assert len(shown) == whole.corners.size / 3, "the parts look like the whole"
+    assert np.allclose(np.sort(shown, axis=0), np.sort(true.pose.apply(whole.corners.reshape(-1, 3)), axis=0), atol=1e-6)
+
+
+def test_what_is_mounted_on_a_part_goes_with_it() -> None:
+    door = Joint("hinge", Pose(), 0.0, 1.6, parent="cupboard")
+    lever = Joint("hinge", Pose(), 0.0, 1.6, parent="door")
+    of = (KindJoint("h", door, part="door"), KindJoint("l", replace(lever, pose=Pose((0.4, 0.0, 0.0))), part="lever"))
+    parts = (Thing("cupboard", "soma:Cupboard", Pose(), ()), Thing("door", "soma:Door", Pose(), (), joint=door),
+             Thing("lever", "cram:Latch", Pose((0.4, 0.0, 0.0)), (), joint=lever))  # fmt: skip
+    whole = Thing("mine", "soma:Cupboard", Pose((1.0, 0.0, 0.0)), (), mesh=MeshFile("cupboard.glb", joints=of), parts=parts)
+    _, opened, turned = whole.at_joints({"h": math.pi / 2, "l": 0.3}).as_parts()
+    assert opened.joint is not None and opened.joint.value == pytest.approx(math.pi / 2)
+    assert turned.joint is not None and turned.joint.parent == "mine_door" and turned.joint.value == pytest.approx(0.3)
+    assert np.allclose(turned.pose.position, (1.0, 0.4, 0.0))
+
+
+def test_furniture_stands_level_and_on_its_feet(engine: Engine) -> None:
+    askew = Pose.from_rotvec((0.4, 0.0, 0.0), (0.0, 0.0, 0.7)) * Pose.from_rotvec((0, 0, 0), (0.02, 0.01, 0.0))
+    level = levelled(askew)
+    assert level.rotation[2, 2] == pytest.approx(1.0) and level.distance(askew)[1] == pytest.approx(0.0224, abs=1e-3)
+    assert levelled(Pose.from_rotvec((0, 0, 0), (0.1, 0.0, 0.0))).rotation[2, 2] < 0.999, "what leans is left so"
+    for symmetry in appearance_of(chest(engine, 0.0)).surface.symmetries:
+        assert symmetry.rotation[2, 2] > 0.9
 
 
 def test_a_joint_carries_the_joints_behind_it_and_goes_back() -> None:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from .entries import Entry
     from .mjcf_kind import Draft
 
-VERSION = 3
+VERSION = 4
 """Version of the files of a library; another version makes its kinds anew."""
 FILE = "library.yaml"
 
@@ -82,10 +82,11 @@ def _added(
     draft = _draft(name, path, *options[:2])
     kind = _told(name, path, draft, options[2])
     library.mkdir(parents=True, exist_ok=True)
-    (library / f"{name}.json").write_bytes(json.encode(draft.thing))
     from .entries import Entry
     from .look import write
+    from .parts import write_looks
 
+    (library / f"{name}.json").write_bytes(json.encode(write_looks(draft.thing, draft.mesh, library)))
     write(draft.mesh, library / f"{name}.glb")
     told = json.decode(json.encode(kind))
     entry = Entry(thing=f"{name}.json", look=f"{name}.glb", type=draft.thing.type, fixed=draft.thing.mass is None,

@@ -17,11 +17,12 @@ from ..scenes.source import Source, read_source
 from ..scenes.things import inertia_of
 from . import look
 from .moving_parts import kind_joints
+from .parts import parts_of
 
 RGB = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
 FLAT = int(mujoco.mjtTexture.mjTEXTURE_2D)
 FURNITURE, LOOSE = "soma:DesignedFurniture", "cram:Product"
-"""Class of a kind with joints, and of one without."""
+"""Class of a kind whose joints move no part of it, and of one without joints."""
 
 
 class Draft(Value, eq=False):
@@ -69,8 +70,10 @@ def from_mjcf(path: Path, name: str) -> Draft:
     triangles = [(g, len(p.corners)) for g, p in zip(seen, parts, strict=True)]
     counted = [(g, len(s.geoms)) for g, s in zip(solid, shapes, strict=True)]
     moving = kind_joints(source, bodies[0], frame, np.asarray(mesh.triangles), triangles, counted)
-    thing = Thing(name, FURNITURE if joints else LOOSE, Pose(), geoms, (), None if joints else mass, _friction(geoms),
-                  None if joints else inertia, MeshFile("", joints=moving) if moving else None)  # fmt: skip
+    things, moving = parts_of(path, source, frame, moving)
+    type_ = things[0].type if things else FURNITURE if joints else LOOSE
+    thing = Thing(name, type_, Pose(), geoms, (), None if joints else mass, _friction(geoms), None if joints else inertia,
+                  MeshFile("", joints=moving) if moving else None, parts=things)  # fmt: skip
     sizes = [p.image.shape[1::-1] for p in parts if p.printed]
     largest = max(sizes, key=lambda s: s[0] * s[1], default=None)
     return Draft(thing, mesh, largest, f"{1000 * mass:.0f} g, masses and densities of the file", joints, notes)

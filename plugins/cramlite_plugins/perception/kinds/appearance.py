@@ -28,6 +28,9 @@ BLUR = 0.8
 DARK = 40.0
 """Sum of channels below which shares are noise and count as grey."""
 
+STANDING = 0.9
+"""Least cosine between an upward direction of furniture and the same one where it is turned to look alike."""
+
 
 class Appearance(Value, eq=False):
     """Appearance of a known model.
@@ -102,12 +105,18 @@ def _arrays(model: Thing, skin: Skin) -> Arrays:
 
 def _printed(model: Thing, known: Arrays) -> Appearance:
     """Return the appearance of a model with a texture from its arrays."""
-    symmetries = tuple(Pose(tuple(row[:3]), tuple(row[3:])) for row in known["symmetries"].tolist())
+    up = tuple(map(tuple, known["up"].tolist()))
+    symmetries = tuple(s for row in known["symmetries"].tolist() if _stands(model, s := Pose(tuple(row[:3]), tuple(row[3:])), up))
     lookups = Lookups(NearestGrid(known["low"], float(known["step"]), known["index"]), known["opposite"])
     axis = tuple(known["axis"].tolist()) or None
     surface = PoseModel(model.name, model.type, known["points"], known["normals"], symmetries, axis, model.features, lookups)
     colours = known["colours"].astype(float)
-    return Appearance(model, surface, colours, _sides(surface, colours), tuple(map(tuple, known["up"].tolist())), True, known["moved"])
+    return Appearance(model, surface, colours, _sides(surface, colours), up, True, known["moved"])
+
+
+def _stands(model: Thing, turned: Pose, up: tuple[Vector3, ...]) -> bool:
+    """Whether a turned model may stand so: what is fixed does not stand on its top."""
+    return model.movable or all(float(np.dot(turned.rotate(u), u)) > STANDING for u in up)
 
 
 def _hull(points: Floats) -> Any:

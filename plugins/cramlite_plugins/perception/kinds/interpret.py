@@ -169,7 +169,8 @@ def read(region: Region) -> Part:
         others = [q for q in quick[: 2 * int(limits["models"])] if q not in tried]
         found += [r for q in others for r in full_readings(region, q, standing(q.reading.appearance))]
     if _most(found) < region.bad:
-        begun = [s for q in quick[:3] if (s := started(region, q.reading.appearance, ANY)) is not None]
+        loose = [q.reading.appearance for q in quick[:3] if q.reading.appearance.model.movable]  # what is fixed stands
+        begun = [s for a in loose if (s := started(region, a, ANY)) is not None]
         first = max((c for s in begun if (c := coarse_reading(region, s)) is not None), key=lambda q: q.reading.score, default=None)
         if first is not None and first.reading.score >= hopeless:
             found += full_readings(region, first, ANY)
