@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from jinja2 import Environment, Template
 
 
+@lru_cache(maxsize=64)
 def html_template(text: str) -> Template:
     """Compile a Jinja2 template that escapes every value, because names come from people's files."""
     return _environment().from_string(text)
