@@ -46,4 +46,5 @@ def _context(setting: Setting, knowledge: Knowledge, budget: Budget) -> Context:
     return Context(
         setting.robot, setting.world.robots[0], {}, knowledge.taxonomy, seed=setting.seed, samples=budget.samples,
         camera=took or next(iter(setting.world.cameras), None), limits=setting.limits,
+        errors=setting.doubts.errors if setting.doubts.twins else None,
     )  # fmt: skip

@@ -18,6 +18,7 @@ from ..model.motion_words import Stage
 from ..model.remedy import Remedy
 from ..model.robot import Robot
 from ..model.run.judging_limits import JudgingLimits
+from ..model.twins.error_model import ErrorModel
 from ..model.world.world import RobotMount
 
 if TYPE_CHECKING:
@@ -143,6 +144,7 @@ class Context(Value):
         camera: that the robot may look with; None where there is none.
         samples: how many samples a sampling planner may draw (counted work, never seconds).
         limits: how far a run may disturb what its tasks are not about.
+        errors: of the twins in which a program will run; None where it runs in none.
     """
 
     robot: Robot
@@ -154,6 +156,7 @@ class Context(Value):
     samples: int = 4000
     camera: Camera | None = None
     limits: JudgingLimits = JudgingLimits()
+    errors: ErrorModel | None = None
 
     @property
     def later(self) -> Iterator[LaterTask]:

@@ -123,15 +123,16 @@ def test_a_run_that_a_validator_objects_to_failed_where_the_validator_says() -> 
     assert found.findings[-1].origin == first.origin
 
 
-def test_of_the_first_that_failed_each_source_of_error_is_tried_by_itself() -> None:
-    """Friction breaks it, mass does not; then the runs end."""
-    found, group, said = doubted(True, "it slipped", "it slipped again", True, at_least=1.0)
+@pytest.mark.parametrize(("alone", "cause"), [(("it slipped again",), "friction"), ((True, "it fell"), "mass")])
+def test_of_the_first_that_failed_sources_of_error_are_tried_by_themselves_until_one_breaks_it(alone: tuple[Any, ...], cause: str) -> None:
+    """Friction is tried before mass; then the runs end."""
+    found, group, said = doubted(True, "it slipped", *alone, at_least=1.0)
     assert not found.passed and found.twins is not None
     assert [r.number for r in found.twins.twins] == [1, 2]
-    assert [(r.causes, r.looked_for) for r in found.twins.twins] == [((), False), (("friction",), True)]
-    assert "twin 2: looking for the error that broke it" in said and len(group.asked) == 4
+    assert [(r.causes, r.looked_for) for r in found.twins.twins] == [((), False), ((cause,), True)]
+    assert "twin 2: looking for the error that broke it" in said and len(group.asked) == 2 + len(alone)
     seeds = [seed for _, seed in group.asked]
-    assert seeds[2:] == [seeds[1]] * 2
+    assert seeds[2:] == [seeds[1]] * len(alone)
     assert not found.findings[-1].passed and found.findings[-1].value == pytest.approx(2 / 3)
 
 

@@ -12,6 +12,7 @@ import hashlib
 import time
 from collections.abc import Callable, Generator, Iterator
 from contextlib import closing
+from itertools import islice
 from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
@@ -148,8 +149,8 @@ def _places(doubtful: Doubtful, seeds: list[int], twins: list[Twin]) -> Iterator
 
 
 def _explained(found: TwinVerdict, doubtful: Doubtful, progress: Progress) -> TwinVerdict:
-    """Return the verdict with the causes of its first failed run: the sources of error that break the program
-    each by itself."""
+    """Return the verdict with the cause of its first failed run: the first source of error that breaks the program
+    by itself, of those that break programs most often first."""
     first = found.failed[0]
     looking = f"twin {first.number}: looking for the error that broke it"
     progress(looking)
@@ -157,7 +158,7 @@ def _explained(found: TwinVerdict, doubtful: Doubtful, progress: Progress) -> Tw
     none = NO_ERRORS.scaled(errors.scale)
     sources = [s for s in SOURCES if errors.only(s) != none and (seen or s != "hand-eye")]
     worlds = ((doubtful.twin(first.seed, errors.only(s)).world, first.seed) for s in sources)
-    with working(looking):
-        broken = tuple(s for s, (said, _) in zip(sources, doubtful.runs(worlds), strict=True) if said is not None)
-    told = replace(first, causes=broken, looked_for=True)
+    with working(looking), closing(doubtful.runs(worlds)) as runs:
+        broken = (s for s, (said, _) in zip(sources, runs, strict=True) if said is not None)
+        told = replace(first, causes=tuple(islice(broken, 1)), looked_for=True)
     return replace(found, twins=tuple(told if t.number == first.number else t for t in found.twins))

@@ -23,7 +23,8 @@ class TwinRun(Value):
         succeeded: no validator objects.
         reason: of the first objection; "" where there is none.
         origin: the task or step that it is about.
-        causes: sources of error that break the program by themselves; empty where that was not tried, or where no source does.
+        causes: source of error that breaks the program by itself, the first that was found; empty where that was not tried, or where
+            no source does.
         looked_for: whether it was tried.
         peaks: of the run; None where it did not begin, and in runs of earlier versions.
         remedy: what to try against the first objection; None where that is not known.

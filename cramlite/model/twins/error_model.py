@@ -89,24 +89,24 @@ class ErrorModel(Value):
         keys={"position": ("position", Size("length", FURTHEST)), "angle": ("angle", Size("angle", WIDEST))},
     )] = PoseError(0.002, math.radians(1.0))  # fmt: skip
     things: Annotated[Mapping[str, PoseError], ErrorSource("poses", 1, nothing={})] = field(default_factory=dict)
-    friction: Annotated[float, ErrorSource("friction", 2, Size("share", 1), thing=rubbing, world=rubbing_pads)] = 0.5
-    mass: Annotated[float, ErrorSource("mass", 6, Size("share", 1), thing=weighing)] = 0.2
-    size: Annotated[float, ErrorSource("size", 9, Size("share", 0.5))] = 0.01
-    centre: Annotated[float, ErrorSource("centre", 10, Size("share", 0.5), world=with_centres)] = 0.05
-    lean: Annotated[float, ErrorSource("lean", 11, Size("angle", STEEPEST))] = math.radians(1.0)
-    gripper_force: Annotated[float, ErrorSource("gripper force", 7, Size("share", 1), world=with_grip)] = 0.1
+    friction: Annotated[float, ErrorSource("friction", 3, Size("share", 1), thing=rubbing, world=rubbing_pads)] = 0.5
+    mass: Annotated[float, ErrorSource("mass", 9, Size("share", 1), thing=weighing)] = 0.2
+    size: Annotated[float, ErrorSource("size", 5, Size("share", 0.5))] = 0.01
+    centre: Annotated[float, ErrorSource("centre", 4, Size("share", 0.5), world=with_centres)] = 0.05
+    lean: Annotated[float, ErrorSource("lean", 2, Size("angle", STEEPEST))] = math.radians(1.0)
+    gripper_force: Annotated[float, ErrorSource("gripper force", 10, Size("share", 1), world=with_grip)] = 0.1
     sensor: Annotated[SensorErrors | None, ErrorSource(
-        "force sensor", 4, nothing=SensorErrors(0.0, 0.0, 0.0), world=with_sensor,
+        "force sensor", 7, nothing=SensorErrors(0.0, 0.0, 0.0), world=with_sensor,
         keys={"force_noise": ("noise", Size("force")), "force_precision": ("precision", Size("force")),
               "force_drift": ("drift", Size("rate", 1000))},
     )] = None  # fmt: skip
     latency: Annotated[
-        tuple[float, float], ErrorSource("latency", 5, Size("time", LATEST), nothing=(0.0, 0.0), world=with_latency)
+        tuple[float, float], ErrorSource("latency", 8, Size("time", LATEST), nothing=(0.0, 0.0), world=with_latency)
     ] = (0.008, 0.024)
-    kinematics: Annotated[float, ErrorSource("arm", 3, Size("length", FURTHEST), world=with_links)] = 0.0003
-    calibration: Annotated[float, ErrorSource("arm", 3, Size("angle", WIDEST), world=with_zeros)] = math.radians(0.02)
-    backlash: Annotated[float, ErrorSource("arm", 3, Size("angle", WIDEST), world=with_backlash)] = math.radians(1 / 60)
-    hand_eye: Annotated[PoseError, ErrorSource("hand-eye", 8, nothing=PoseError())] = PoseError(0.003, math.radians(0.5))
+    kinematics: Annotated[float, ErrorSource("arm", 6, Size("length", FURTHEST), world=with_links)] = 0.0003
+    calibration: Annotated[float, ErrorSource("arm", 6, Size("angle", WIDEST), world=with_zeros)] = math.radians(0.02)
+    backlash: Annotated[float, ErrorSource("arm", 6, Size("angle", WIDEST), world=with_backlash)] = math.radians(1 / 60)
+    hand_eye: Annotated[PoseError, ErrorSource("hand-eye", 11, nothing=PoseError())] = PoseError(0.003, math.radians(0.5))
     scale: float = 1.0
 
     def scaled(self, factor: float) -> ErrorModel:
@@ -116,6 +116,14 @@ class ErrorModel(Value):
     def of(self, thing: str) -> PoseError:
         """Return the declared pose error of a thing, not yet multiplied by ``scale``."""
         return self.things.get(thing, self.pose)
+
+    def sigma(self, thing: str, away: float) -> float:
+        """Return the standard deviation [m], along any axis, of the position of a point of a thing ``away`` [m] from where it stands.
+
+        Errors of pose, lean and size. Along an axis a disc's variance is a quarter of its squared radius, a range's a third.
+        """
+        variance = self.of(thing).sigma(away) ** 2 + (self.lean * away) ** 2 / 4 + (self.size * away) ** 2 / 3
+        return self.scale * math.sqrt(variance)
 
     def only(self, source: str) -> ErrorModel:
         """Return the error model with the errors of one source only.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -55,6 +55,7 @@ def make_scene(
     clearance: float | None = None,
     hand: bool = True,
     pushes: Iterable[str] = (),
+    wider: Mapping[str, float] | None = None,
 ) -> PlanningScene:
     """Build the planning scene of a belief.
 
@@ -64,6 +65,8 @@ def make_scene(
         opening: of the fingers [m]; the believed one by default.
         clearance: to everything else [m]; the planner's own by default, and more to what is not surely known.
         pushes: things that the held thing and what that carries may touch, and the gripper may not.
+        wider: thing -> what is kept from it beyond the clearance [m], where ``clearance`` is None; by default
+            what ``uncertainty_margins`` says.
     """
     poses = {name: e.pose for name, e in belief.poses.items() if belief.world.thing(name).movable}
     held = belief.in_hand()
@@ -74,9 +77,8 @@ def make_scene(
     pairs |= frozenset(frozenset((m, t)) for m in held for t in pushes if m != t)
     jointed = [t for t in belief.world.things if t.name in held and t.joint is not None]
     pairs |= frozenset(frozenset((t.name, name)) for t in jointed for name in mounts(t, belief.world))
-    extra: dict[str, Any] = (
-        {"wider": uncertainty_margins(belief)} if clearance is None else {"clearance": clearance}
-    )
+    margins = uncertainty_margins(belief) if wider is None else wider
+    extra: dict[str, Any] = {"wider": margins} if clearance is None else {"clearance": clearance}
     width = belief.opening if opening is None else opening
     robots = {context.robot.type: context.robot}
     return scene(

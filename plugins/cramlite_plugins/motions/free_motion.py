@@ -39,9 +39,9 @@ def _transfer(motion: Motion, belief: Belief, context: Context) -> Groundings:
     """Resolve a transfer: a joint-space motion to the stand-off of a place, one for each inverse solution
     that leads straight on to the place."""
     from ..motion_planning.joint_move import joint_move
-    from ..motion_planning.planner import plan
     from ..motion_planning.reach import make_scene, tcp
     from ..motion_planning.upright import carried, load
+    from ..motion_planning.with_room import planned
 
     place, here = place_of(motion, context), tcp(belief, context)
     if near(here, place.before) or near(here, place.pose):
@@ -61,10 +61,7 @@ def _transfer(motion: Motion, belief: Belief, context: Context) -> Groundings:
     again = list[Any]()
     while goals or again:
         goals, again = (goals, again) if goals else (again, [])
-        found = plan(
-            scene, belief.joints, goals, seed=context.seed + attempt, samples=context.samples,
-            speed=speed, acceleration=acceleration,
-        )  # fmt: skip
+        found, kept = planned(scene, belief, context, goals, seed=context.seed + attempt, speed=speed, acceleration=acceleration)
         if isinstance(found, Refused) and again:
             goals = []
             continue
@@ -76,7 +73,7 @@ def _transfer(motion: Motion, belief: Belief, context: Context) -> Groundings:
         seconds = found.duration * speed / step.speed
         stops = sum(r == 0 for r in found.radii)
         corners = f"{len(found.radii)} corners, the arm stops at {stops} of them, " if found.radii else "one line, "
-        reason = f"{corners}{seconds:.1f} s, {found.samples} samples, clearance kept{noted(motion)}"
+        reason = f"{corners}{seconds:.1f} s, {found.samples} samples, {kept}{noted(motion)}"
         cost, key = attempt + found.duration / 100, f"{attempt}:{end}"
         yield Grounding((step,), reason, cost, belief.moved(end), key=key, anew=True)
         left, attempt = [g for g in goals if math.dist(g, end) > 0.1], attempt + 1
