@@ -92,6 +92,14 @@ KINDS: Mapping[str, LocationKind] = {
             Where,
         ),
         LocationKind(
+            "before",
+            "The payload before an opening under a roof, from where fingers push it in; ``path`` leads the "
+            "hand back.",
+            Lazy("placing.driver", "placements"),
+            "a thing with a cavity",
+            Where,
+        ),
+        LocationKind(
             "on",
             "The payload over or on the thing, under a roof through an open side; a hanging plate is laid "
             "down on a path about its far side.",

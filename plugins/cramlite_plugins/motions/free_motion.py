@@ -166,7 +166,8 @@ def _linear(motion: Motion, belief: Belief, context: Context) -> Groundings:
         after = after.moved(steps[-1].joints)
     if steps:
         reason = f"straight {1000 * length:.0f} mm, free of collision{noted(motion)}"
-        yield Grounding(tuple(steps), reason, 0.0, pushed_along(belief, place).moved(after.joints), key="line")
+        there = pushed_along(belief, place) if ways[-1] == end else belief  # before the path of a push nothing is pushed
+        yield Grounding(tuple(steps), reason, 0.0, there.moved(after.joints), key="line")
     else:
         yield Grounding((), "the tool is there already", key="there")
 

@@ -46,33 +46,34 @@ class Ungrasping(TaskType):
         )
         yield Decomposition(steps, f"move above {container}, lower, open")
         if _has_a_roof(action, belief):
-            yield self._tip_over(action)
+            yield self._push_in(action, "toppled", "foot first, tips over, and is pushed in", 1.0)
+            yield self._push_in(action, "before", "from before it, pushed by fingers", 2.0)
 
-    def _tip_over(self, action: Action) -> Decomposition:
-        """Decomposition for a container under an overhang: the payload's lower end is put in, the payload is
-        released leaning out of the container, tips over, and is pushed farther in."""
+    def _push_in(self, action: Action, relation: str, says: str, cost: float) -> Decomposition:
+        """Decomposition for a container under an overhang: the payload is released at the open side, leaning out
+        with its foot in or before it, and fingers push it in."""
         relatum, what = action.roles["Relatum"], action.roles["Locatum"].name
-        place = spot("toppled", action)
+        place = spot(relation, action)
         there = Location(_way_in(action.roles["Locatum"]), "pushed_in", what, {"begin": place.name})
         apart = {"to": Fingers.PLACE, "expect": ExpectedGrip.NONE}
         push, touch = {"stage": Stage.END, "speed_m_s": SPEED}, (what,)
         steps = (
             place,
-            Motion(action.inside("transfer"), "transfer", place, reason=f"before {relatum.entity}"),
-            Motion(action.inside("enter"), "linear", place, {"stage": Stage.POSE}, reason="its foot in, level"),
+            Motion(action.inside("transfer"), "transfer", place, reason=f"to the open side of {relatum.entity}"),
+            Motion(action.inside("enter"), "linear", place, {"stage": Stage.POSE}, reason="where it is let go of"),
             *_let_go(action, place),
-            Motion(action.inside("back"), "linear", place, {"stage": Stage.END}, touch, "from under what tips over"),
+            Motion(action.inside("back"), "linear", place, {"stage": Stage.END}, touch, "away from it"),
             there,
             Motion(action.inside("fingers"), "gripper", there, apart, reason="both will touch it"),
             Motion(action.inside("over"), "transfer", there, reason=f"over a place behind {what}"),
             Motion(action.inside("down"), "linear", there, {"stage": Stage.POSE}, touch, f"behind {what}"),
-            Motion(action.inside("push"), "linear", there, push, touch, "in again, as far as it came out with the hand"),
+            Motion(action.inside("push"), "linear", there, push, touch, "in"),
         )
-        return Decomposition(steps, f"under the roof of {relatum.entity}: the payload goes in foot first, tips over, and is pushed in", 1.0)
+        return Decomposition(steps, f"under the roof of {relatum.entity}: the payload goes in {says}", cost)
 
     def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
-        """Return the contacts that the task may make and the things that it may move, which include the payload that has tipped over and is
-        pushed farther into its container."""
+        """Return the contacts that the task may make and the things that it may move, which include the payload that is pushed
+        into its container after its release."""
         pushed: Place | None = bindings.get(_way_in(action.roles["Locatum"]))
         return replace(super().allowance(action, bindings), moves=frozenset({thing_of(pushed.thing)} if pushed else ()))
 
@@ -85,7 +86,7 @@ class Ungrasping(TaskType):
 
 
 def _way_in(what: Object) -> str:
-    """Name of the location designator for pushing a thing that has tipped over farther into its container."""
+    """Name of the location designator for pushing a released thing into its container."""
     return f"pushed_in({what.name})"
 
 

@@ -25,6 +25,7 @@ from ...shapes.bounds import centre_of_mass, support
 from ...shapes.standing_up import stood_up
 from ...shapes.surfaces import FLAT, footprint, inset, standing
 from ...simulation.resting import rests
+from ..pushing.around import CLEAR, LIFT
 from ..reached import Leg
 from .opening import wider
 from .query import PARTS, Placement, Query
@@ -290,6 +291,13 @@ def let_in(placement: Placement, query: Query) -> str | Refused:
     return (placement.led and _met(placement, query, False)) or ""
 
 
+def pushed_way(placement: Placement, query: Query) -> str | Refused:
+    """Check that the payload has room on its way in along the floor."""
+    inside, close = shift(placement.rests, LIFT), replace(query, clearance=CLEAR)
+    ends = query.hand(inside), query.hand(shift(placement.lies or placement.thing, LIFT))
+    return let_in(Placement(placement.name, inside, *ends, float(LIFT[2]), led=True), close)
+
+
 def room(placement: Placement, query: Query) -> str | Refused:
     """Check that hand and payload have room at the placement and at its stand-off, wherever the arm is; under
     an overhang also at points between the two."""
@@ -351,9 +359,9 @@ def collision_free(placement: Placement, query: Query) -> str | Refused:
     pose, before, back = placement.pose, placement.before, placement.back
     if placement.led:
         legs = [Leg(pose, along=(*reversed(placement.through), before), said="on its way out")]
-        legs += [Leg(pose, along=(back,), said="back from under it")] if back else []
     else:
         legs = [Leg(before, said="above it", where=Stage.BEFORE), Leg(pose, said="at it", where=Stage.POSE)]
+    legs += [Leg(pose, along=(back,), said="back from it")] if back else []
     led = query.arm.led(replace(leg, clearance=query.clearance) for leg in legs)
     return led if isinstance(led, Refused) else ""
 
@@ -473,6 +481,7 @@ SHAPES: Mapping[str, Mapping[str, Check]] = {
     "dropped": {"near": near, "beside": beside, "let in": let_in},
     "at rest": {"near": near, "beside": beside, "over its region": over_region},
     "toppled": {"lying there": lying_there, "near": near, "beside": beside},
+    "before": {"near": near, "beside": beside, "let in": pushed_way},
 }
 """Checks of the payload and its surroundings without hand and arm, by kind of stable pose. For "at rest", on
 a support that is not level, simulation has already shown what supports the payload."""

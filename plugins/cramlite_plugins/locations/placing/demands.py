@@ -1,5 +1,5 @@
 """Demands of later tasks on a placement: that a door or drawer can still be closed or opened, that the hand
-can leave, and that a payload that topples at its release can be pushed farther in."""
+can leave, and that fingers can push in a payload that topples at its release, or is released before it."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping
 from functools import lru_cache
 
+import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import Belief, Estimate, Pose, Remedy, thing_of
@@ -161,19 +162,21 @@ def _remedy(no: Refused, query: Query) -> Remedy | None:
 
 
 def pushed_in(placement: Placement, query: Query) -> str | Refused:
-    """Check that, if the payload tips over and comes out a little with the hand, fingers can push it in
-    again."""
+    """Check that fingers can push in a payload that is released before an overhang, or again one that tips
+    over and comes out a little with the hand."""
     if placement.back is None:
         return ""
-    after = query.belief.released(
-        Estimate(query.belief.base() * placement.rests, 0.0, "tipped over"), query.openings[0]
-    )
+    lies, pushed, stuck = placement.lies or placement.thing, placement.pushed, list[Refused]()
+    after = query.belief.released(Estimate(query.belief.base() * lies, 0.0, "let go of"), query.openings[0])
     after = after.moved(inverse(query.context.robot, placement.back, seed=query.belief.joints)[0])
-    x, y, z = (a - b for a, b in zip(placement.pose.position, placement.before.position, strict=True))
-    far = math.hypot(x, y)
-    ways = [way for _, way in ways_in(query.thing.name, (x / far, y / far, 0.0 * z), after, query.context)]
-    stuck = [way for way in ways if isinstance(way, Refused)]
-    return "" if len(stuck) < len(ways) else stuck[0]
+    begin, end = (lies, pushed) if pushed else (placement.before, placement.pose)
+    way = np.subtract(end.position, begin.position)
+    far = float(np.linalg.norm(way)) if pushed else 0.0
+    for _, found in ways_in(query.thing.name, way, far, after, query.context):
+        if not isinstance(found, Refused):
+            return ""
+        stuck.append(found)
+    return stuck[0]
 
 
 OUT_OF_THE_WAY: Mapping[str, Check] = {"out of the way": room_to_close}

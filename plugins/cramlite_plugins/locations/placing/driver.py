@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Location, Place, Pose, Stage
+from cramlite.model import Belief, CarriedAlong, Location, Place, Pose, Stage
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ...motion_planning.reach import bound, led_by, taken_at
@@ -191,13 +191,17 @@ def place_at(placement: Placement, query: Query) -> Place:
     let_go = pose * query.held.tcp_to_thing
     settles = let_go.inverse() * placement.lies if placement.lies else AS_LET_GO
     release = query.release(
-        height, opening if placement.opens and not isinstance(opening, Refused) else None, settles
+        height,
+        opening if placement.opens and not isinstance(opening, Refused) else None,
+        settles,
+        placement.pushed is None,
     )
     way = np.subtract(placement.begins.position, placement.before.position)
     x, y, z = (way / np.linalg.norm(way)).tolist() if placement.led else (0.0, 0.0, -1.0)
     return Place(
         pose, placement.before, approach=(x, y, z), path=(placement.back,) if placement.back else (),
         thing=query.thing.name, release=release, reorients=placement.reorients, via=via,
+        carried=CarriedAlong(to_m=placement.pushed.position[:2]) if placement.pushed else None,
     )  # fmt: skip
 
 

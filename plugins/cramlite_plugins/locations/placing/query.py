@@ -172,10 +172,12 @@ class Query(Value, dict=True):
         """Return the names of the obstacles at the target, without the target's own thing."""
         return tuple(n for n in dict.fromkeys(o.name for o in self.obstacles) if n != thing_of(self.entity))
 
-    def release(self, height: float, opening: float | None = None, settles: Pose = AS_LET_GO) -> Release:
+    def release(
+        self, height: float, opening: float | None = None, settles: Pose = AS_LET_GO, falls: bool = True
+    ) -> Release:
         """Return the release of the payload at a height over the target [m]: it falls into a cavity, or is
         let go of on a surface."""
-        into = thing_of(self.entity) if self.depth else ""
+        into = thing_of(self.entity) if self.depth and falls else ""
         return Release(height, opening, settles, into, DROPPED if into else LET_GO)
 
 
@@ -199,6 +201,7 @@ class Placement(Value):
         aside: whether it is only worth a look where the way straight up is blocked.
         reorients: whether the payload is turned, so that it need not be kept as it is held.
         opens: whether the place says how far the fingers open.
+        pushed: the payload where fingers push it after its release; None where they do not.
     """
 
     name: str
@@ -215,11 +218,12 @@ class Placement(Value):
     aside: bool = False
     reorients: bool = False
     opens: bool = False
+    pushed: Pose | None = None
 
     @property
     def rests(self) -> Pose:
-        """Return the payload's pose at rest if it is known, else its pose at the release."""
-        return self.lies or self.thing
+        """Return the payload's pose in the end if it is known, else its pose at the release."""
+        return self.pushed or self.lies or self.thing
 
     @property
     def begins(self) -> Pose:

@@ -337,18 +337,23 @@ def toppled(query: Query, upright: Pose, out: Floats, lean: float) -> Iterator[t
     over = tipped_over(query.thing, turned)
     if over is None or over[1] < BEYOND or (low := _floor(query, over[0])) is None:
         return
-    area = query.target.area.buffer(-WELL_IN)
     for deep, share in product(np.arange(DEEPEST, WELL_IN, -STEP).tolist(), ACROSS):
-        by = _inside_from(query, out, deep, share) - over[0].position
+        by = inside_from(query, out, deep, share) - over[0].position
         by[2] = low - lowest(query.thing, turned)
         lies = shift(over[0], by)
-        x, y, z = map(float, query.target.pose.inverse().apply(lies.position))
-        if -query.depth <= z <= 0.0 and area.covers(shapely.Point(x, y)):
+        if well_in(query, lies):
             said = (
                 f"leaning out by {lean:.0f} deg, to lie {1000 * deep:.0f} mm in, at {100 * share:+.0f} % "
                 "across"
             )
             yield shift(turned, by), lies, said
+
+
+def well_in(query: Query, lies: Pose) -> bool:
+    """Check that a payload's origin at a pose is in an opening, and not near its sides."""
+    x, y, z = map(float, query.target.pose.inverse().apply(lies.position))
+    area = query.target.area.buffer(-WELL_IN)
+    return -query.depth <= z <= 0.0 and bool(area.covers(shapely.Point(x, y)))
 
 
 def _floor(query: Query, lying: Pose) -> float | None:
@@ -370,7 +375,7 @@ def carried_at(thing: Thing, turned: Pose, point: Vector3, belief: Belief) -> fl
     return height if math.isfinite(height) else None
 
 
-def _inside_from(query: Query, out: Floats, deep: float, share: float) -> Floats:
+def inside_from(query: Query, out: Floats, deep: float, share: float) -> Floats:
     """Return a point (3,) of an opening in the base frame [m], ``deep`` inside the opening's edge on the side
     of the direction ``out``.
 

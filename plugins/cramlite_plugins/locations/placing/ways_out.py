@@ -1,5 +1,5 @@
 """Ways of a payload out of a stable pose into the open, planned backwards: up, obliquely, through a side,
-tilted first, and toppling.
+tilted first, toppling, and pushed in.
 
 Each is a generator of placements for the one driver, which checks hand and payload, arm, and what later tasks
 need. Another way to put something is another function here, and an entry of ``WAYS``.
@@ -23,6 +23,7 @@ from ..parameters import Where
 from .access import COVERS, covered, goes_in_upright
 from .at_rest import CLOSE
 from .attitudes import lying
+from .before_roof import before_roof
 from .checks import SHAPES, at_rest, first_objection, snug
 from .demands import stops
 from .edge_first import edge_first
@@ -198,7 +199,7 @@ def _rank_edge_first(asked: Sequence[Query]) -> int | None:
     return 0 if any(math.isinf(q.room) for q in asked) and not asked[0].uneven else None
 
 
-def _rank_toppling(asked: Sequence[Query]) -> int | None:
+def _rank_roofed(asked: Sequence[Query]) -> int | None:
     return 0 if is_roofed(asked[0]) else None
 
 
@@ -209,6 +210,7 @@ LAID, HUNG = (ABOVE,), (SIDEWAYS, WayOut("edge first", _rank_edge_first, edge_fi
 WAYS: Mapping[str, tuple[WayOut, ...]] = {
     "on": (ABOVE, SIDEWAYS),
     "in": (ABOVE, WayOut("tilted", _rank_tilted, tilted, by_hand=True), SIDEWAYS),
-    "toppled": (WayOut("toppling", _rank_toppling, toppling),),
+    "toppled": (WayOut("toppling", _rank_roofed, toppling),),
+    "before": (WayOut("pushed in", _rank_roofed, before_roof),),
 }  # fmt: skip
 """Ways out of a stable pose, by the relation of the payload to its target."""

@@ -1,5 +1,5 @@
-"""Pushing of a thing that toppled into a shelf or cabinet and sticks out: fingers come down in front of it
-and push its outer end to where the belief has that end.
+"""Pushing of a thing that toppled into a shelf or cabinet and sticks out, or was set down before it: fingers
+come down in front of it and push its outer end to where that shall be.
 
 What was let go of to tip over comes out with the hand, by more or less: wherever it is on their way, the
 fingers bring it to where it should be.
@@ -7,18 +7,19 @@ fingers bring it to where it should be.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Location, Place, Vector3
+from cramlite.model import Belief, CarriedAlong, Floats, Location, Place
 from cramlite.plugin import Context, Grounding, Refused
 
 from ...motion_planning.reach import bound, reference_pose, shift
 from ..parameters import Begun, asked
 from ..reached import Arm, Leg
-from .contacts import GAP, hands_behind
+from .contacts import free_ahead, hands_behind
 from .straight import ABOVE, SPOT
 
 APART = 0.6
@@ -31,6 +32,7 @@ book came out by 48 mm."""
 FURTHER = 0.008
 """Distance that the fingers go on beyond the believed pose of the thing [m]: it may lie a little farther in,
 and the fingers have to touch it in the end."""
+LEANS = (0.0, 30.0, 45.0, 60.0)  # of a hand whose fingers point ahead, from pointing down [deg]
 AHEAD = 0.1  # of a thing, a point that gives the way [m]
 
 
@@ -38,35 +40,53 @@ def pushed_in(location: Location, belief: Belief, context: Context) -> Iterator[
     """Generate poses of the fingers behind a thing that was released, from which they push it along the
     hand's approach.
 
-    The ``path`` ends where the thing is believed to be.
+    The ``path`` ends where the thing is believed to be, or where its release said that it shall come.
     """
     entity, begin = bound(context, location.of), asked(location, Begun).begin
     reference_pose(belief, location, context)
-    for k, (turn, found) in enumerate(ways_in(entity, context.bindings[begin].approach, belief, context)):
+    ways = ways_in(entity, *_way(begin, entity, belief, context), belief, context)
+    for k, (turn, found) in enumerate(ways):
         if isinstance(found, Refused):
             yield replace(found.of(turn), because=(begin,))  # elsewhere the arm may have room
         else:
             yield Grounding(
                 found,
-                f"push '{entity}' back in from {1000 * CAME_OUT:.0f} mm behind it, {turn}",
+                f"push '{entity}' in, {turn}",
                 0.1 * k,
                 key=turn,
                 anew=True,
             )
 
 
+def _way(begin: str, entity: str, belief: Belief, context: Context) -> tuple[Floats, float]:
+    """Return the direction (3,) in which a thing is pushed from where it was released, and how far beyond its
+    believed place [m]."""
+    begun: Place = context.bindings[begin]
+    if begun.carried is None or begun.carried.to_m is None:
+        return np.asarray(begun.approach), 0.0
+    way = np.array([*np.subtract(begun.carried.to_m, belief.pose(entity).position[:2]), 0.0])
+    return way, float(np.linalg.norm(way))
+
+
 def ways_in(
-    entity: str, ahead: Vector3, belief: Belief, context: Context
+    entity: str, ahead: Floats, far: float, belief: Belief, context: Context
 ) -> Iterator[tuple[str, Place | Refused]]:
-    """Yield hand poses from which fingers push a thing along a level unit vector to its believed place, or
-    why the arm cannot."""
-    thing, pose, way = belief.thing(entity), belief.pose(entity), np.asarray(ahead)
-    there = shift(pose, AHEAD * way)
+    """Yield hand poses from which fingers push a thing along a level direction (3,), or why the arm cannot.
+
+    Args:
+        far: from its believed place [m]; 0 to bring it there from wherever it came out to.
+    """
+    thing, pose = belief.thing(entity), belief.pose(entity)
+    way = np.array([*ahead[:2], 0.0]) / math.hypot(*ahead[:2])
+    back, on = (0.0, far) if far else (CAME_OUT, FURTHER)
+    there, x, y = shift(pose, AHEAD * way), float(way[0]), float(way[1])
     for _, near, opening, turn in hands_behind(
-        thing, pose, APART, context.robot.gripper, SPOT, there, (0.0,)
+        thing, pose, APART, context.robot.gripper, SPOT, there, (0.0,), LEANS
     ):
-        at, end = shift(near, -CAME_OUT * way), shift(near, (GAP + FURTHER) * way)
-        place = Place(at, shift(at, (0.0, 0.0, ABOVE)), opening, (0.0, 0.0, -1.0), (end,), thing=entity)
+        gap = free_ahead(thing, pose, near, way, opening, context.robot.gripper)
+        at, end = shift(near, -back * way), shift(near, (gap + on) * way)
+        before, along = shift(at, (0.0, 0.0, ABOVE)), CarriedAlong(far)
+        place = Place(at, before, opening, (x, y, 0.0), (end,), thing=entity, carried=along)
         yield f"hand {turn}", _not_led(place, belief, context) or place
 
 

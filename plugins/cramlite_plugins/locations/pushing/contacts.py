@@ -88,18 +88,26 @@ def hands_behind(
     area: Feature,
     frame: Pose,
     shares: Sequence[float] = SHARES,
+    leans: Sequence[float] = (0.0,),
 ) -> Iterator[Hand]:
-    """Yield hand poses with the fingers behind a thing, opened to the share ``apart`` of the thing's
-    width."""
+    """Yield hand poses with the fingers behind a thing, opened to the share ``apart`` of the thing's width.
+
+    Args:
+        leans: angles from straight down by which the fingers point ahead [deg].
+    """
     low, top = -support(thing, pose, -UP), support(thing, pose, UP)
-    for share, turn in itertools.product(shares, HALVES):
+    for share, lean, turn in itertools.product(shares, leans, HALVES):
         way = towards(pose, area, frame, share)
         ahead, across, hand = _axes(way, turn)
+        hand = Pose.from_rotvec((0, 0, 0), -math.radians(lean) * across) * hand
+        tips = (gripper.pad[0] / 2, 0.0, gripper.pad[1] / 2)
+        reach, under = (float(np.abs(hand.inverse().rotate(v)) @ tips) for v in (ahead, UP))
         back, left, right = (support(thing, pose, v) for v in (-ahead, across, -across))
         opening = min(gripper.opening[1], max(gripper.opening[0], apart * (left + right)))
-        start = -(back + GAP + gripper.pad[0] / 2) * ahead + (left - right) / 2 * across
-        x, y, z = (float(v) for v in start + (low + LOW * (top - low) + gripper.pad[1] / 2) * UP)
-        yield way, replace(hand, position=(x, y, z)), opening, f"turned {turn:.0f} deg"
+        start = -(back + GAP + reach) * ahead + (left - right) / 2 * across
+        x, y, z = (float(v) for v in start + (low + LOW * (top - low) + under) * UP)
+        leaning = f", leaning by {lean:.0f} deg" if lean else ""
+        yield way, replace(hand, position=(x, y, z)), opening, f"turned {turn:.0f} deg{leaning}"
 
 
 def hands_in(thing: Thing, pose: Pose, gripper: Gripper, way: Floats, last: Floats) -> Iterator[Hand]:
