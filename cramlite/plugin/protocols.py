@@ -299,12 +299,12 @@ class Correcting(Protocol):
     """Simulator that also corrects measured poses that are physically impossible."""
 
     def put_apart(
-        self, world: World, robots: Mapping[str, Robot], most: float, deep: float | None = None
+        self, world: World, robots: Mapping[str, Robot], most: float, deep: float | None = None, staying: bool = False
     ) -> tuple[World, tuple[str, ...]]:
         """Return the world with loose things that are inside others moved to free places, and a note about each move.
 
         A thing moves by at most ``most`` [m]. ``deep`` is the penetration that is tolerated [m]; None stands
-        for the usual error of readings.
+        for the usual error of readings. ``staying``: two loose things may stay in each other if physics leaves them there.
         """
         ...
 

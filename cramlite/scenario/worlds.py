@@ -134,18 +134,19 @@ def _things(
     return tuple(built.values())
 
 
-def corrected(world: World, knowledge: Knowledge, noise: float, deep: float | None = None) -> World:
+def corrected(world: World, knowledge: Knowledge, noise: float, deep: float | None = None, staying: bool = False) -> World:
     """Return a world of measured poses in which things at impossible poses are moved to free places, each
     with a note.
 
     Args:
         noise: how far readings may be off [m]; with 0 the world is as it was read.
         deep: that one may be inside another [m]; None for the simulator's own limit.
+        staying: whether two loose things may stay in each other if physics leaves them there: something put them there.
     """
     simulator = knowledge.simulator
     if not noise or not isinstance(simulator, Correcting):
         return world
-    apart, said = simulator.put_apart(world, knowledge.robots_of(world), noise, deep)
+    apart, said = simulator.put_apart(world, knowledge.robots_of(world), noise, deep, staying)
     return replace(apart, notes=(*apart.notes, *said))
 
 

@@ -43,7 +43,7 @@ def setting_as_read(before: Setting, read: World, knowledge: Knowledge, noise: f
         noise: how far measured poses may be off [m]; with 0 they are not corrected.
         deep: how far a thing may have been read inside another one [m]; None for the simulator's own limit.
     """
-    world = corrected(read, knowledge, noise, deep)
+    world = corrected(read, knowledge, noise, deep, staying=True)
     where = {t.name: t.pose.position for t in before.world.things}
     stayed = {t.name for t in world.things if t.name in where and math.dist(where[t.name], t.pose.position) <= STILL}
     relations = tuple(r for r in before.relations if r[1] in stayed)

@@ -35,13 +35,14 @@ class MujocoSimulator:
         return world_doubts(world, robots)
 
     def put_apart(
-        self, world: World, robots: Mapping[str, Robot], most: float, deep: float | None = None
+        self, world: World, robots: Mapping[str, Robot], most: float, deep: float | None = None, staying: bool = False
     ) -> tuple[World, tuple[str, ...]]:
         """Move loose things that overlap others to free places, at most ``most`` away [m]; return the world
         and a text on each move."""
         from ..simulation.model.put_apart import put_apart
+        from ..simulation.model.world_doubts import TOO_DEEP
 
-        return put_apart(world, robots, most) if deep is None else put_apart(world, robots, most, deep)
+        return put_apart(world, robots, most, TOO_DEEP if deep is None else deep, staying)
 
     def execute(
         self, text: str, world: World, robots: Mapping[str, Robot], *, mount: str, seed: int, watch: Watch | None = None

@@ -106,3 +106,20 @@ def test_a_drawer_whose_handle_is_in_the_hand_stays_while_others_settle(tmp_path
     mount = replace(world.robots[0], holds=InHand("drawer", Pose(), 10.0))
     mended = corrected(replace(sunk, things=(*sunk.things, drawer), robots=(mount,)), ENGINE.knowledge, 0.03)
     assert mended.thing("drawer").pose == drawer.pose and mended.thing("can").pose != sunk.thing("can").pose
+
+
+@pytest.mark.parametrize("gap", [0.046, 0.058])
+def test_what_physics_leaves_in_another_thing_stays_where_something_put_it(gap: float, tmp_path: Path) -> None:
+    """A can of 60 mm between two walls that are one thing: 7 mm inside each, or 1 mm, which needs no correction."""
+    walls = "".join(f'<geom type="box" size="0.03 0.03 0.05" pos="{x} 0 0.02" mass="0.5"/>' for x in (gap / 2 + 0.03, -gap / 2 - 0.03))
+    box = '<geom type="box" size="0.03 0.03 0.03" mass="0.1"/>'
+    scene = SCENE.format(at=0.7).replace(box, walls, 1)
+    (tmp_path / "scene.xml").write_text(scene)
+    (tmp_path / "scenario.yaml").write_text(SCENARIO.format(noise=""))
+    world = ENGINE.setting(read_scenario(tmp_path / "scenario.yaml"), twins=0).world
+    between = world.moved({"can": Pose((0.4, 0.1, 0.03))})
+    stays = corrected(between, ENGINE.knowledge, 0.06, staying=True)
+    assert stays.thing("can").pose.distance(between.thing("can").pose)[0] < 0.01
+    said = [n for n in stays.notes if n not in between.notes]
+    assert said == (["'box' was perceived 7.0 mm inside 'can', and stays there"] if gap < 0.05 else [])
+    assert not [n for n in corrected(between, ENGINE.knowledge, 0.06).notes if "stays there" in n]
