@@ -34,6 +34,8 @@ REACH = ((0.15, 1.05), (-0.75, 0.75))
 """Bounds within which things are looked for [m]: x in front of the robot's base, and y."""
 DEEP, HIGH = 0.05, 0.60
 """Depth below the table, and height above it, to which things are looked for [m]."""
+SOLID = 0.5
+"""Thickness of the table for perception [m]: what is deeper in it than a thin board would be comes out at no other side."""
 BIN, THICK, LEVEL = 0.004, 0.012, 0.9
 """Bin of heights [m], how far points of the table lie from the commonest height, and the least share of the vertical in its normal."""
 SMALL = 0.06
@@ -110,7 +112,7 @@ def seen(
     own = own_depth(World((), (mount,)), Camera(view.camera, intrinsics=view.intrinsics), engine.knowledge)
     around = Box(*zip(*REACH, (table - DEEP, table + HIGH), strict=True))
     query = ObjectQuery(wanted=("type", "pose", "model"))
-    half = (0.6, 1.0, 0.02)
+    half = (0.6, 1.0, SOLID / 2)
     under = Thing("table", "soma:Table", Pose((0.5, 0.0, table - half[2])), (Geom("box", half),))
     said = ask(query, view, (under,), engine.knowledge, models=tuple(kinds), robot=own, region=around)
     answers = [p for p in said.answers if p.value("type") != UNKNOWN and p.value("model") and p.value("pose")]

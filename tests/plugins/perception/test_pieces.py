@@ -9,9 +9,10 @@ from msgspec.structs import replace
 from cramlite.model import Geom, Intrinsics, Pose, Thing, View
 from cramlite_plugins.perception.kinds.agreement import Picture
 from cramlite_plugins.perception.kinds.appearance import appearance_of
-from cramlite_plugins.perception.kinds.interpret import _beside
+from cramlite_plugins.perception.kinds.interpret import _beside, _held
 from cramlite_plugins.perception.kinds.pieces import covered, given_back, pieces
 from cramlite_plugins.perception.kinds.reading import Reading, Scene
+from cramlite_plugins.perception.kinds.region import Region
 
 FOCAL, SIDE = 400.0, 160
 WALL, FRONT = 1.2, 0.9
@@ -71,3 +72,15 @@ def test_what_can_be_moved_lies_on_a_table_and_not_in_it(thing: Thing, deep: flo
     limits = {"within_m": 0.022, "loose_m": 0.012, "within": 0.1, "robot": 0.3}
     scene = Scene(Picture.of(view), view.world_cloud, (), limits, UPPER, (TABLE,))
     assert _beside(scene, Reading(appearance_of(thing), Pose((0.0, 0.0, 0.03 - deep)), 1.0, 1.0)) is allowed
+
+
+@pytest.mark.parametrize(("height", "score"), [(0.03, 0.5), (0.05, 0.4)])
+def test_what_hovers_is_less_likely_than_what_stands(height: float, score: float) -> None:
+    view = seen(np.full((SIDE, SIDE), WALL))
+    limits = {"hover_m": 0.006, "hover": 0.8, "bad": 0.35, "small": 1500, "rarer": 0.25}
+    scene, look = Scene(Picture.of(view), view.world_cloud, (), limits, UPPER, (TABLE,)), appearance_of(BLOCK)
+    reading, stands = Reading(look, Pose((0.0, 0.0, height)), 1.0, 0.5), Reading(look, Pose((0.1, 0.0, 0.03)), 1.0, 0.4)
+    (among_rivals,) = _held(Region(scene, UPPER), [reading], [stands])
+    (alone,) = _held(Region(scene, UPPER), [reading], [reading])
+    assert among_rivals.score == pytest.approx(score)
+    assert alone.score == pytest.approx(0.5)

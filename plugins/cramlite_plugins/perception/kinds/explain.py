@@ -182,6 +182,8 @@ PARAMETERS = (
     Parameter("gain", 0.05, "by which several things must explain more than one"),
     Parameter("within_m", 0.022, "furniture is drawn up to 20 mm into what it stands on; what is deeper inside of it cannot be there"),
     Parameter("loose_m", 0.012, "what can be moved lies on a thing, not in it: errors of both places, and of depth"),
+    Parameter("hover_m", 0.006, "half of that: above it a thing stands on something else, or is nowhere"),
+    Parameter("hover", 0.8, "of the score of what hovers, where another explanation of the same points stands on known furniture"),
     Parameter("within", 0.1, "of a model's surface that deep inside of furniture"),
     Parameter("robot_m", 0.05, "depth noise at a metre, links drawn simpler than they are"),
     Parameter("robot", 0.3, "of a model's surface that near to the robot's own"),

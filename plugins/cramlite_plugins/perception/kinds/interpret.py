@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
+from msgspec.structs import replace
 
 from cramlite.model import Floats, Mask
 from cramlite.plugin import checkpoint
@@ -21,7 +22,7 @@ from .agreement import best_by_print, edged
 from .appearance import Appearance, histogram, likeness
 from .joint_search import settled
 from .pieces import given_back, middles, pieces
-from .possible import possible
+from .possible import hovers, possible
 from .reading import Part, Reading, Scene, bad
 from .region import Region
 from .registered import (
@@ -91,7 +92,8 @@ def _whole_or_split(region: Region) -> Part:
     if whole.score < limits["good"] * region.rarity and int(mask.sum()) >= 3 * limits["pixels"]:
         least = max(limits["good"], whole.score + limits["gain"])
         for found in _ways(region, among):
-            parts = [claimed(scene, Part(mask, (r,)), among) for r in found if r.score >= least and _beside(scene, r)]
+            held = _held(region, found, whole.readings)
+            parts = [claimed(scene, Part(mask, (r,)), among) for r in held if r.score >= least and _beside(scene, r)]
             for part in sorted(parts, key=lambda p: -p.score * p.mask.sum()):
                 if _stands_out(scene, mask, part, whole.score):
                     return part
@@ -177,7 +179,20 @@ def read(region: Region) -> Part:
     found = _settled(region, found)
     full = {r.appearance.model.name for r in found}
     found += [q.reading for q in quick if q.reading.appearance.model.name not in full]
-    return Part(region.mask, tuple(sorted((r for r in found if _beside(region.scene, r)), key=lambda r: -r.score)))
+    found = [r for r in found if _beside(region.scene, r)]
+    return Part(region.mask, tuple(sorted(_held(region, found, found), key=lambda r: -r.score)))
+
+
+def _held(region: Region, readings: Sequence[Reading], rivals: Sequence[Reading]) -> list[Reading]:
+    """Return explanations, less likely where they hover and one of their rivals explains the region standing on known furniture."""
+    scene = region.scene
+    if not any(r.score >= region.bad and not _hovers(scene, r) for r in rivals):
+        return [*readings]
+    return [replace(r, held=scene.limits["hover"]) if _hovers(scene, r) else r for r in readings]
+
+
+def _hovers(scene: Scene, reading: Reading) -> bool:
+    return hovers(scene, reading.appearance, reading.pose.apply(reading.appearance.surface.points[::10]))
 
 
 def _settled(region: Region, readings: Sequence[Reading]) -> list[Reading]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from cramlite.model import Floats, Mask
 
-from ..fixtures import depth_within
+from ..fixtures import depth_within, distance
 from .appearance import Appearance
 from .reading import Scene
 
@@ -24,6 +24,14 @@ def possible(scene: Scene, appearance: Appearance, points: Floats) -> Mask:
     for thing in scene.fixtures:
         found &= _shares(depth_within(every, thing) > most, points) < scene.limits["within"]
     return found
+
+
+def hovers(scene: Scene, appearance: Appearance, points: Floats) -> bool:
+    """Check whether a model that can be moved, with points (N, 3) of its surface in the world [m], touches no furniture whose place is
+    known."""
+    if appearance.model.furniture or not scene.fixtures:
+        return False
+    return all(float(distance(points, t).min()) > scene.limits["hover_m"] for t in scene.fixtures if t.geoms)
 
 
 def _shares(those: Mask, points: Floats) -> Floats:

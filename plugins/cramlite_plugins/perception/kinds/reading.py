@@ -24,6 +24,7 @@ class Reading(Value, eq=False):
         fit: 0 to 1, of its shape; colour: 0 to 1, of its printed texture.
         reasons: clauses with numbers.
         joints: (name, value, standard deviation) of each joint [m, rad]; empty where they were not looked at.
+        held: factor of the score, less than 1 where the model would hover and another explanation stands.
     """
 
     appearance: Appearance
@@ -32,12 +33,13 @@ class Reading(Value, eq=False):
     colour: float
     reasons: tuple[str, ...] = ()
     joints: tuple[JointValue, ...] = ()
+    held: float = 1.0
 
     @property
     def score(self) -> float:
-        """Return the score of the explanation, fit^2 * colour, 0 to 1; the shape has the greater weight, as
+        """Return the score of the explanation, fit^2 * colour * held, 0 to 1; the shape has the greater weight, as
         light and blur change colours."""
-        return self.fit * self.fit * self.colour
+        return self.fit * self.fit * self.colour * self.held
 
 
 class Part(Value, eq=False):

@@ -77,8 +77,9 @@ def started(region: Region, appearance: Appearance, prior: Prior) -> Started | N
         return None
     scores = score_poses(model, *seen, starts, 200).score
     order: Any = np.argsort(-scores, kind="stable")
-    if region.is_covered and region.rarity == 1:  # few of the many poses that fit a strip are possible
-        order = _possible(scene, appearance, starts, order)
+    free = _possible(scene, appearance, starts, order)
+    if len(free) or (region.is_covered and region.rarity == 1):  # few of the many poses that fit a strip are possible
+        order = free
     order = order[: int(scene.limits["yaws"])]
     return Started(appearance, starts.pick(order), float(scores[order[0]])) if len(order) else None
 
@@ -93,9 +94,13 @@ def _possible(scene: Scene, appearance: Appearance, starts: PoseBatch, order: An
 
 
 def coarse_poses(region: Region, found: Started) -> PoseBatch | None:
-    """Refine the poses that a model's registration was started with."""
+    """Refine the poses that a model's registration was started with; of them, those that are possible are returned, all if none is."""
     seen = region.seen
-    return register(found.appearance.surface, seen[0], found.starts, MIDDLE, seen[1]) if seen is not None else None
+    if seen is None:
+        return None
+    starts = register(found.appearance.surface, seen[0], found.starts, MIDDLE, seen[1])
+    free = _possible(region.scene, found.appearance, starts, np.arange(len(starts)))
+    return starts.pick(free) if len(free) else starts
 
 
 class Ranked(Value, eq=False):
