@@ -12,10 +12,9 @@ if TYPE_CHECKING:
     from jinja2 import Environment, Template
 
 
-@lru_cache(maxsize=64)
 def html_template(text: str) -> Template:
     """Compile a Jinja2 template that escapes every value, because names come from people's files."""
-    return _environment().from_string(text)
+    return _compiled(text)
 
 
 def write_html(file: Path, page: str, *, make_folder: bool = False) -> None:
@@ -35,6 +34,11 @@ def write_html(file: Path, page: str, *, make_folder: bool = False) -> None:
         file.write_text(page, encoding="utf-8")
     except OSError as error:
         raise UserError(f"'{file}' cannot be written: {error.strerror or error}. Choose another place.") from None
+
+
+@lru_cache(maxsize=64)
+def _compiled(text: str) -> Template:
+    return _environment().from_string(text)
 
 
 @lru_cache(maxsize=1)

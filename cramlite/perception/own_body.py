@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec.structs import replace
-from scipy import ndimage
 
 from ..model.view import Depth, Intrinsics
 from ..model.world.world import Camera, World
@@ -27,6 +26,8 @@ def own_depth(world: World, camera: Camera, knowledge: Knowledge) -> Depth:
 
 
 def _widened(own: Depth, intrinsics: Intrinsics) -> Depth:
+    from scipy import ndimage
+
     seen = np.isfinite(own)
     if not seen.any():
         return own
