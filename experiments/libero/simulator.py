@@ -26,6 +26,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 from benchmark_lines import Refused, serve
 from changes import PREFIX, Change, cases
 from instability import instability
+from levels import with_levels
 from looking import taken
 from masses import with_masses
 from obstacles import PREFIX as SAFE
@@ -109,7 +110,9 @@ class Simulator:
         """Describe the world: the model as MJCF with its state, or the poses of bodies alone; the goal and its sentence, the regions,
         and the position of the camera."""
         env, sim = self.env.env, self.env.sim
-        whole = {"xml": with_masses(sim.model.get_xml(), sim.model._model), "qpos": sim.data.qpos.tolist()} if model else {}
+        on = [literal[2] for literal in env.parsed_problem["goal_state"] if literal[0] == "on"]
+        text = with_levels(with_masses(sim.model.get_xml(), sim.model._model), on) if model else ""
+        whole = {"xml": text, "qpos": sim.data.qpos.tolist()} if model else {}
         base = sim.model.body_name2id("robot0_link0")
         things = {n: env.get_object(n) for n in (*env.objects_dict, *env.fixtures_dict)}
         return {

@@ -139,6 +139,30 @@ def test_what_is_only_drawn_does_not_weigh_in_the_scene_that_libero_hands_out() 
     assert own.body("bowl").mass[0] > 10 * model.body("bowl").mass[0], "without it the bowl is another one"
 
 
+@pytest.mark.parametrize(
+    ("name", "size", "quat", "begins"),
+    [
+        ("asked", (0.12, 0.08, 0.005), "1 0 0 0", 0.0),  # 5 mm under its upper side, where LIBERO's check begins
+        ("asked", (0.12, 0.08, 0.005), "0 1 0 0", 0.0),  # upside down its own upper side is the lower one, as LIBERO takes it
+        ("asked", (0.12, 0.08, 0.0015), "1 0 0 0", -0.0015),  # thinner than that: as it is
+        ("asked", (0.12, 0.08, 0.08), "1 0 0 0", -0.08),  # things are in it, not on it
+        ("other", (0.12, 0.08, 0.005), "1 0 0 0", -0.005),
+    ],
+)
+def test_a_site_that_things_are_to_be_on_begins_where_liberos_check_begins(
+    name: str, size: tuple[float, ...], quat: str, begins: float
+) -> None:
+    import mujoco
+
+    site = f'<site name="asked" type="box" pos="0.1 0.2 0.3" quat="{quat}" size="{" ".join(map(str, size))}"/>'
+    text = f"<mujoco><worldbody><body>{site}<geom size='1'/></body></worldbody></mujoco>"
+    model = mujoco.MjModel.from_xml_string(module_of(LIBERO / "levels.py").with_levels(text, [name]))
+    up = -1.0 if quat.startswith("0") else 1.0
+    half, middle = model.site("asked").size[2], up * (model.site("asked").pos[2] - 0.3)
+    assert middle - half == pytest.approx(begins, abs=1e-6) and middle + half == pytest.approx(size[2], abs=1e-6)
+    assert model.site("asked").pos[:2] == pytest.approx((0.1, 0.2)) and model.site("asked").size[:2] == pytest.approx(size[:2])
+
+
 def test_the_hand_is_as_thick_as_its_mesh_at_the_flange_and_thinner_at_the_fingers() -> None:
     import mujoco
 
