@@ -161,14 +161,3 @@ def test_where_something_stands_in_its_place_no_other_grasp_is_asked_for() -> No
     with pytest.raises(Unresolvable) as alone:
         list(edge_first(queries(Location("on(board)", "on", "board"), *_hanging("board", board, bowl))))
     assert alone.value.blocking == ("bowl",)
-
-
-@pytest.mark.parametrize("lowest", [0.0, 0.009])
-def test_where_its_origin_would_lie_too_low_it_falls_over_onto_its_other_face(lowest: float) -> None:
-    """The plate's origin is 3 mm over its foot, and 13 mm below its rim."""
-    level = Feature("level", "vrps:SurfaceFeature", Pose((0.0, 0.0, 0.1)), {"width": 0.2, "depth": 0.2, "lowest": lowest})
-    post = replace(block("post", Pose((0.5, 0.0, 0.1)), (0.2, 0.2, 0.2)), features=(level,))
-    _, released, rests = _put(Location("on(post)", "on", "post", {"region": "level"}), "post", post)
-    over = float(rests.rotate((0.0, 0.0, 1.0))[2])
-    assert over == pytest.approx(-1.0 if lowest else 1.0, abs=0.02)
-    assert not lowest or (released.distance(rests)[1] < math.radians(20.0) and rests.position[0] < 0.45)

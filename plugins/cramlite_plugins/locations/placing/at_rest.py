@@ -134,10 +134,14 @@ def must_lean(query: Query, now: Pose) -> str:
     if not (query.depth or query.lowest) or not query.where.region:
         return ""
     below, (x, y, top) = query.whole, query.target.pose.position
-    foot = support(query.thing, Pose((0.0, 0.0, 0.0), now.quaternion), (0.0, 0.0, -1.0))
-    start = Pose((x, y, top if query.depth else top + foot), now.quaternion)
-    height, _ = resting_height(query.thing, start, [(below, query.at)])
-    by = height + foot - top + query.depth - query.lowest
+    height, _ = resting_height(query.thing, Pose((x, y, top), now.quaternion), [(below, query.at)])
+    by = (
+        height
+        + support(query.thing, Pose((0.0, 0.0, 0.0), now.quaternion), (0.0, 0.0, -1.0))
+        - top
+        + query.depth
+        - query.lowest
+    )
     if by >= 0 or not math.isfinite(by):
         return ""
     return (

@@ -26,12 +26,6 @@ STEEPER = (0.0, 10.0, 20.0, 30.0, 40.0, 50.0)
 over a floor it has room only from above."""
 FLAT_FALL = math.radians(32.0)  # lean of a flat thing from lying, from which it falls flat once released
 
-OVERTURNS = math.radians(16.0)
-"""Greatest lean of a thing from lying on its other face, from which it falls onto that: LIBERO's plate that
-leant by more stayed on the finger below it, and went off with the hand by 40 mm and more."""
-LEVEL_HAND = (-10.0, -5.0, *STEEPER)
-"""Pitches of a hand that turns a thing over beside its support [deg]."""
-OPPOSITE = math.cos(math.radians(20.0))  # least cosine between the directions of opposite faces
 POINTS_DOWN = -math.sin(math.radians(30.0))
 """Largest upward component of a hand's unit approach vector above a payload that lies in a container: a hand
 that is more level is in the walls."""
@@ -81,40 +75,24 @@ def far_edge_down(query: Query) -> Iterator[tuple[float, Pose]]:
 
     The lean is at most ``FLAT_FALL``. The hand points along x, and the less downwards the earlier it comes.
     """
-    if query.held.swing is None:
+    face = _face(query)
+    if face is None:
         return
-    down = query.held.swing.start.inverse().rotate((0.0, 0.0, 1.0))
-    face = max(carrying_faces(query.thing), key=lambda face: float(face @ down), default=None)
-    if face is not None:
-        yield from _over_far_edge(query, face, STEEPER, UPRIGHT_FINGERS, FLAT_FALL)
-
-
-def overturned(query: Query, lying: Pose) -> Iterator[tuple[float, Pose, Pose]]:
-    """Generate orientations of a payload that falls over its far edge onto the face opposite to the one on
-    which it would lie: its lean from lying there [rad], and its orientations in the hand and lying.
-
-    Args:
-        lying: the payload as it would lie, in the base frame.
-    """
-    down = lying.inverse().rotate((0.0, 0.0, -1.0))
-    face = min(carrying_faces(query.thing), key=lambda face: float(face @ down), default=down)
-    if face @ down > -OPPOSITE:
-        return
-    closing = (*UPRIGHT_FINGERS, *LEVEL_FINGERS)
-    for lean, now in _over_far_edge(query, face, LEVEL_HAND, closing, OVERTURNS):
-        yield lean, now, turned_down(lying, face)
-
-
-def _over_far_edge(
-    query: Query, face: Floats, pitches: tuple[float, ...], closing: tuple[Vector3, ...], most: float
-) -> Iterator[tuple[float, Pose]]:
-    """Yield orientations of a payload that leans by no more than ``most`` [rad] from lying on a face, its far
-    edge down, each with its lean."""
-    for pitch, across in product(pitches, closing):
+    for pitch, across in product(STEEPER, UPRIGHT_FINGERS):
         now = _pointing(query, pitch, across)
         x, _, z = now.rotate(face)
-        if x <= math.sin(LEVEL) and (lean := math.acos(max(-1.0, min(1.0, -float(z))))) <= most:
+        if x <= math.sin(LEVEL) and (lean := math.acos(max(-1.0, min(1.0, -float(z))))) <= FLAT_FALL:
             yield lean, now
+
+
+def _face(query: Query) -> Floats | None:
+    """Outward normal (3,) of the face on which a hanging payload lay when it was grasped; None if no face
+    is fit to lie on."""
+    faces, swing = carrying_faces(query.thing), query.held.swing
+    if swing is None:
+        return None
+    down = swing.start.inverse().rotate((0.0, 0.0, 1.0))
+    return max(faces, key=lambda face: float(face @ down), default=None)
 
 
 def _pointing(query: Query, pitch: float, across: Vector3) -> Pose:

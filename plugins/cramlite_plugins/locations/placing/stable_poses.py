@@ -105,9 +105,6 @@ def stable_poses(queries: list[Query], now: Pose) -> Iterator[Rest | Refused]:
             queries = queries[1:]
         yield from _upright(queries, now)
         return
-    if not first.depth and first.held.swing is not None:
-        yield Refused("anywhere", f"laid down as it lay, {why}")
-        return
     if not first.depth:
         none = f"{why}; nor would it come to rest in the region, released in any of {DROPS} ways"
         yield from _simulated(replace(first, settles=True), resting_poses(first, now), now, ONTO, none)

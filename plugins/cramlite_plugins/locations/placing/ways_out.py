@@ -1,5 +1,5 @@
 """Ways of a payload out of a stable pose into the open, planned backwards: up, obliquely, through a side,
-tilted first, turned over, toppling, and pushed in.
+tilted first, toppling, and pushed in.
 
 Each is a generator of placements for the one driver, which checks hand and payload, arm, and what later tasks
 need. Another way to put something is another function here, and an entry of ``WAYS``.
@@ -26,7 +26,7 @@ from .attitudes import lying
 from .before_roof import before_roof
 from .checks import SHAPES, at_rest, first_objection, snug
 from .demands import stops
-from .edge_first import edge_first, too_low, turned_over
+from .edge_first import edge_first
 from .positions import free_for, positions_along, positions_on, radius
 from .query import Found, Groups, Placement, Query, covers, is_roofed, lying_in, standing_on
 from .sideways import sideways
@@ -196,14 +196,7 @@ def _rank_tilted(asked: Sequence[Query]) -> int | None:
 
 
 def _rank_edge_first(asked: Sequence[Query]) -> int | None:
-    flat = any(math.isinf(q.room) for q in asked) and not asked[0].uneven
-    return 0 if flat and not too_low(asked) else None
-
-
-def _rank_turned_over(asked: Sequence[Query]) -> int | None:
-    held = asked[0].held
-    kept = asked[0].where.attitude or asked[0].thing.filling is not None or held.carries
-    return 2 if not kept and not asked[0].depth and too_low(asked) else None
+    return 0 if any(math.isinf(q.room) for q in asked) and not asked[0].uneven else None
 
 
 def _rank_roofed(asked: Sequence[Query]) -> int | None:
@@ -212,12 +205,10 @@ def _rank_roofed(asked: Sequence[Query]) -> int | None:
 
 ABOVE = WayOut("from above", _rank_up, up, endless=True)
 SIDEWAYS = WayOut("through its sides", _rank_sideways, sideways, by_hand=True)
-TURNED = WayOut("turned over", _rank_turned_over, turned_over, by_hand=True)
-EDGE_FIRST = WayOut("edge first", _rank_edge_first, edge_first, by_hand=True)
-LAID, HUNG = (ABOVE,), (SIDEWAYS, EDGE_FIRST, TURNED)
+LAID, HUNG = (ABOVE,), (SIDEWAYS, WayOut("edge first", _rank_edge_first, edge_first, by_hand=True))
 """Ways onto a thing of a payload that hangs from the fingers: laid down, and released as it hangs."""
 WAYS: Mapping[str, tuple[WayOut, ...]] = {
-    "on": (ABOVE, SIDEWAYS, TURNED),
+    "on": (ABOVE, SIDEWAYS),
     "in": (ABOVE, WayOut("tilted", _rank_tilted, tilted, by_hand=True), SIDEWAYS),
     "toppled": (WayOut("toppling", _rank_roofed, toppling),),
     "before": (WayOut("pushed in", _rank_roofed, before_roof),),
