@@ -33,7 +33,7 @@ from helpers import coal_check
 
 from cramlite.model import Floats
 from cramlite_plugins.kinematics.blends import rounded, zone
-from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.motion_planning.planner import Path, plan, resampled
 from cramlite_plugins.motion_planning.planning_scene import PlanningScene
 from cramlite_plugins.motion_planning.postures import CLEARANCE

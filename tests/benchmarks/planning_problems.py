@@ -14,7 +14,7 @@ sys.path.insert(0, str(File(__file__).parents[1]))
 from helpers.scenes import TABLE, box, make
 
 from cramlite.model import Pose, Thing
-from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.motion_planning.planning_scene import PlanningScene
 from cramlite_plugins.robots.ur5e import UR5E
 

@@ -31,7 +31,7 @@ from cramlite import Engine, Setting, read_scenario
 from cramlite.experiment.figure import Number
 from cramlite.model import GRAVITY, Held, Location, Place, Pose, RobotMount, Thing, Value, initial_belief, pair_friction
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
-from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.locations import grips
 from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.motions.grip_force import MARGIN, grip_force, grip_of

@@ -59,7 +59,7 @@ def test_a_goal_out_of_reach(run: Run, tmp_path: Path) -> None:
 
 @pytest.mark.heavy
 def test_a_start_in_collision(run: Run, tmp_path: Path) -> None:
-    from cramlite_plugins.kinematics.kinematics import forward
+    from cramlite_plugins.kinematics.forward import forward
     from cramlite_plugins.robots.ur5e import UR5E
 
     x, y, z = forward(UR5E, UR5E.home).position

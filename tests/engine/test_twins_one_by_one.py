@@ -41,7 +41,7 @@ from cramlite.perception.query import ObjectQuery
 from cramlite.plugin import Candidate
 from cramlite.plugin.selection import INSTALLED
 from cramlite.scenario.twin import draw_twin
-from cramlite_plugins.kinematics.kinematics import forward
+from cramlite_plugins.kinematics.forward import forward
 from cramlite_plugins.locations.viewpoints import looking_at
 from cramlite_plugins.objects.products_and_fixtures import hanger
 from cramlite_plugins.robots.ur5e import UR5E

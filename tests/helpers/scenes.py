@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from cramlite.model import Geom, Pose, RobotMount, Thing, World
-from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.motion_planning.planning_scene import PlanningScene
 from cramlite_plugins.motion_planning.scene_of_world import scene
 from cramlite_plugins.robots.ur5e import UR5E

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from cramlite.model import AnyStep, MoveJoints, MoveUntilContact, Pose, Program, Rollout, SetGripper, World
 from cramlite_plugins.backends.urscript.emit import emit
-from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulator.execute import execute
 from helpers.standard import ROBOTS, standing_world

@@ -29,7 +29,7 @@ from cramlite.model import (
     write_program,
 )
 from cramlite.model.program.program_safety import SLACK
-from cramlite_plugins.kinematics.kinematics import forward
+from cramlite_plugins.kinematics.forward import forward
 from cramlite_plugins.robots.ur5e import UR5E
 
 PLACE = forward(UR5E, UR5E.home)

@@ -159,7 +159,7 @@ def test_joints_are_poses_by_the_named_robot(folder: Path) -> None:
     from cramlite.cli.calibrate import flange_of as by_joints
     from cramlite.plugin.catalogue import Knowledge
     from cramlite.plugin.selection import INSTALLED
-    from cramlite_plugins.kinematics.kinematics import flange
+    from cramlite_plugins.kinematics.forward import flange
     from cramlite_plugins.robots.arms import robots
 
     q = (0.3, -1.2, 1.4, -1.0, -1.5, 0.2)

@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 from cramlite import Budget, Engine, read_scenario
 from cramlite.model import Geom, Held, Location, Motion, Place, Pose, RobotMount, Rollout, Thing, World, initial_belief
 from cramlite.plugin import Context, Grounding, Unresolvable
-from cramlite_plugins.kinematics.kinematics import forward, inverse
+from cramlite_plugins.kinematics.forward import forward
+from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.motion_planning.cartesian import sampled
 from cramlite_plugins.motion_planning.scene_of_world import scene
 from cramlite_plugins.motion_planning.upright import BEFORE, Load, UprightScene, waypoints_over

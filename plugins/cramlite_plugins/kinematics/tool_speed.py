@@ -11,7 +11,7 @@ import numpy as np
 
 from cramlite.model import TOOL_SPEED, Robot
 
-from .kinematics import forward
+from .forward import forward
 from .timing import leading
 
 CHORD = 0.05

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from cramlite.model import Belief, Collision, Location, Place, Pose, Swing
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
-from ..kinematics.kinematics import forward
+from ..kinematics.forward import forward
 from ..motion_planning.reach import led_here, shift, tcp, traverse
 from .from_aside import slants
 from .laying_down import dropped

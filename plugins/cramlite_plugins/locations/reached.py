@@ -16,7 +16,7 @@ from msgspec.structs import replace
 from cramlite.model import Belief, Joints, Pose, Stage, Value
 from cramlite.plugin import Context, Grounding, Refused
 
-from ..kinematics.kinematics import reach_shortfall
+from ..kinematics.reach import reach_shortfall
 from ..motion_planning.cartesian import plan_straight_line
 from ..motion_planning.planning_scene import PlanningScene
 from ..motion_planning.reach import collision_free_ik, make_scene, shift

@@ -31,15 +31,9 @@ from cramlite.model import (
 )
 from cramlite.plugin import Context, Refused, Unresolvable, checkpoint
 
-from ..kinematics.kinematics import (
-    Joints,
-    conditioning,
-    forward,
-    nearest_branch,
-    out_of_limits,
-    reach_shortfall,
-    unturned,
-)
+from ..kinematics.forward import Joints, conditioning, forward
+from ..kinematics.inverse import nearest_branch, unturned
+from ..kinematics.reach import out_of_limits, reach_shortfall
 from ..kinematics.timing import joint_speed_excess, leading
 from .space import refusal
 

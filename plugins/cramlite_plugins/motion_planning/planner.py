@@ -21,7 +21,7 @@ import numpy as np
 from cramlite.model import Floats, Value
 from cramlite.plugin import Refused, checkpoint
 
-from ..kinematics.kinematics import postures, unturned
+from ..kinematics.inverse import postures, unturned
 from ..kinematics.timing import duration, leading
 from .joint_line import PROBED
 from .mend import box, made_free

@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike
 from cramlite.model import Belief, EntityName, Location, Motion, Place, Pose, World, enclosing_names, thing_of
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
-from ..kinematics.kinematics import forward, inverse, postures, why_no_inverse
+from ..kinematics.forward import forward
+from ..kinematics.inverse import inverse, postures, why_no_inverse
 from ..shapes.mounts import mounts
 from .planner import in_the_way
 from .planning_scene import PlanningScene

@@ -6,7 +6,7 @@ import math
 
 from cramlite.model import Pose, Remedy, Robot
 
-from ..kinematics.kinematics import reach_gap
+from ..kinematics.reach import reach_gap
 
 NEAR = 0.01  # what lacks less is told in whole millimetres [m]
 NEARER = "or the robot ('robot: {at: ...}')"

@@ -23,7 +23,7 @@ from cramlite.model import Belief, Floats, Motion, MoveLinear, Place, Pose, Robo
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..kinematics.blends import Corner
-from ..kinematics.kinematics import forward, well_conditioned
+from ..kinematics.forward import forward, well_conditioned
 from ..kinematics.timing import duration, trapezoid
 from .cartesian import JointPath, interpolate, plan_straight_line, sampled, why_no_straight_line
 from .joint_move import joint_move

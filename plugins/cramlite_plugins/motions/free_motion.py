@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from cramlite.model import TOOL_SPEED, Belief, Motion, MoveLinear, Place, Pose, Stage
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
-from ..kinematics.kinematics import Joints
+from ..kinematics.forward import Joints
 from ..kinematics.timing import STEADY, steady_speed
 from ..kinematics.tool_speed import KEPT
 from ..motion_planning.cartesian import line, near, why_no_straight_line
@@ -113,7 +113,7 @@ def _pace(motion: Motion, context: Context) -> tuple[float, float]:
 
 def _goals(motion: Motion, place: Place, belief: Belief, context: Context, scene: Any) -> list[Any]:
     """Collision-free joint positions at the stand-off from which the arm can go on in a straight line to the place."""
-    from ..kinematics.kinematics import inverse, postures, unturned, why_no_inverse
+    from ..kinematics.inverse import inverse, postures, unturned, why_no_inverse
     from ..motion_planning.planner import in_the_way
     from ..motion_planning.reach import make_scene
     from ..motion_planning.space import refusal

@@ -26,7 +26,7 @@ from cramlite.model import (
 )
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
-from ..kinematics.kinematics import forward
+from ..kinematics.forward import forward
 from ..motion_planning.cartesian import plan_straight_line
 from .gripping import PADS_SPEED
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from cramlite.model import Floats, Pose
 
-from ..kinematics.kinematics import nearest_solution
+from ..kinematics.inverse import nearest_solution
 from ..kinematics.timing import profile_for_duration
 from ..simulation.controller.controller import ABANDONED, Controller
 from ..simulation.controller.force_mode import ForceMode

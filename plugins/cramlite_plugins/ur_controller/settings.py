@@ -13,7 +13,7 @@ import numpy as np
 
 from cramlite.model import Floats
 
-from ..kinematics.kinematics import nearest_solution
+from ..kinematics.inverse import nearest_solution
 from ..simulation.controller.controller import Controller
 from ..simulation.controller.protective_stop import ProtectiveStop
 from .urscript.values import PoseValue, ScriptError, as_pose, from_pose, numbers, real

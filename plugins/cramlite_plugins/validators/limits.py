@@ -55,7 +55,7 @@ class Singularities(Value):
     cost: Cost = "rollout"
 
     def check(self, candidate: Candidate) -> Iterator[Finding]:
-        from ..kinematics.kinematics import conditioning
+        from ..kinematics.forward import conditioning
 
         rollout, robot = candidate.rollout, candidate.robot
         if rollout is None or not robot.conditioning:

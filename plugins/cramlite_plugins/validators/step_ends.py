@@ -72,7 +72,7 @@ class _Run(NamedTuple):
 
 
 def _position(candidate: Candidate, joints: Sequence[float]) -> Floats:
-    from ..kinematics.kinematics import forward
+    from ..kinematics.forward import forward
 
     return np.asarray(forward(candidate.robot, tuple(joints)).position)
 

@@ -30,7 +30,7 @@ from cramlite.model import (
 )
 from cramlite.plugin import Allowance, Candidate, Cost, Finding, Validator, hookimpl
 
-from ..kinematics.kinematics import forward, twist
+from ..kinematics.forward import forward, twist
 from .grips import held_at
 from .step_ends import wrong_end
 from .task_times import origins

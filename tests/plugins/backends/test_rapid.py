@@ -39,7 +39,7 @@ from cramlite.plugin import UserError
 from cramlite_plugins.backends.rapid.backend import Rapid
 from cramlite_plugins.backends.rapid.emit import emit
 from cramlite_plugins.backends.rapid.literals import ZONES, zone
-from cramlite_plugins.kinematics.kinematics import forward
+from cramlite_plugins.kinematics.forward import forward
 from cramlite_plugins.robots.irb1200 import AXIS_ZEROS, IRB1200, LIMITS
 from cramlite_plugins.robots.ur5e import UR5E
 

@@ -27,7 +27,7 @@ from cramlite.plugin import UserError
 from cramlite_plugins.backends.stream.backend import Stream
 from cramlite_plugins.backends.stream.messages import Action, Hello, State
 from cramlite_plugins.backends.stream.run import drive, stream
-from cramlite_plugins.kinematics.kinematics import forward
+from cramlite_plugins.kinematics.forward import forward
 from cramlite_plugins.robots.fr3 import FR3
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.typed_program.machine import load_program

@@ -35,7 +35,7 @@ from cramlite.model import (
 )
 from cramlite.plugin import Code, UserError
 from cramlite_plugins.backends.ur_rtde.emit import emit
-from cramlite_plugins.kinematics.kinematics import forward
+from cramlite_plugins.kinematics.forward import forward
 from cramlite_plugins.robots.fr3 import FR3
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.ur_controller.client_program import execute_client

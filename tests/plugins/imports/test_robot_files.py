@@ -26,7 +26,8 @@ from cramlite_plugins.imports.robots.chain import Chain, find_chain, pose_of
 from cramlite_plugins.imports.robots.dh_table import table_of
 from cramlite_plugins.imports.robots.robot_file import read_robot
 from cramlite_plugins.imports.scenes.source import read_source
-from cramlite_plugins.kinematics.kinematics import flange, forward, inverse
+from cramlite_plugins.kinematics.forward import flange, forward
+from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.robots.dh_arm import forward as dh_forward
 from cramlite_plugins.simulation.controller.nominal_arm import NominalArm
 

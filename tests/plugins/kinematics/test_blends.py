@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 
 from cramlite.model import Floats
 from cramlite_plugins.kinematics.blends import rounded, zone
-from cramlite_plugins.kinematics.kinematics import forward, nearest_branch
+from cramlite_plugins.kinematics.forward import forward
+from cramlite_plugins.kinematics.inverse import nearest_branch
 from cramlite_plugins.kinematics.timing import duration
 from cramlite_plugins.motion_planning.round_off import blend_radii
 from cramlite_plugins.robots.ur5e import UR5E

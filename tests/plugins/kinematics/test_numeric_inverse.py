@@ -11,8 +11,10 @@ from msgspec.structs import replace
 
 from cramlite.model import Pose
 from cramlite.plugin import Refused
-from cramlite_plugins.kinematics import kinematics as k
+from cramlite_plugins.kinematics import forward as f
+from cramlite_plugins.kinematics import inverse as k
 from cramlite_plugins.kinematics import numeric_inverse
+from cramlite_plugins.kinematics import reach as r
 from cramlite_plugins.motion_planning.cartesian import JointPath, plan_straight_line
 from cramlite_plugins.robots.dh_arm import arm_mjcf
 from cramlite_plugins.robots.fr3 import FR3
@@ -22,18 +24,18 @@ from cramlite_plugins.robots.ur5e import BASE, JOINTS, LIMITS, LINKS, UR5E
 FORWARD = Pose.from_axes((0.6, 0.1, 0.4), (1, 0, 0), (0, 0, -1))
 
 
-def positions(count: int) -> list[k.Joints]:
+def positions(count: int) -> list[f.Joints]:
     low, high = np.array(FR3.limits).T
     return [tuple(map(float, q)) for q in np.random.default_rng(3).uniform(low, high, (count, 7))]
 
 
 def test_every_pose_is_found_again_exactly() -> None:
     for q in positions(12):
-        pose = k.forward(FR3, q)
+        pose = f.forward(FR3, q)
         found = k.inverse(FR3, pose, seed=q)
         assert found, q
         assert found[0] == pytest.approx(q, abs=1e-4)
-        assert all(max(k.forward(FR3, s).distance(pose)) < 2e-6 for s in found)
+        assert all(max(f.forward(FR3, s).distance(pose)) < 2e-6 for s in found)
         assert all(numeric_inverse.inside(FR3, s) for s in found)
 
 
@@ -49,7 +51,7 @@ def test_what_is_found_numerically_is_found_in_closed_form_too() -> None:
     """Where the last joint is at a value of the grid."""
     values, count = numeric_inverse.grid(FR3.limits[-1], k.STEPS[0]), 0
     for q in positions(6):
-        pose = k.forward(FR3, q)
+        pose = f.forward(FR3, q)
         exact = partial(k.refine, FR3, pose)
         swept = numeric_inverse.solutions(FR3, pose * FR3.gripper.tcp.inverse(), lambda near, held, exact=exact: exact(near, 8, held))
         on_grid = [s for s in swept if min(abs(s[-1] - v) for v in values) < 1e-9]
@@ -59,8 +61,8 @@ def test_what_is_found_numerically_is_found_in_closed_form_too() -> None:
 
 
 def test_between_the_values_of_the_coarse_grid_the_fine_one_finds_a_solution() -> None:
-    q = next(q for q in positions(200) if not list(k._locked(FR3, k.forward(FR3, q), numeric_inverse.grid(FR3.limits[-1], k.STEPS[0]))))
-    assert k._many(FR3, k.forward(FR3, q))
+    q = next(q for q in positions(200) if not list(k._locked(FR3, f.forward(FR3, q), numeric_inverse.grid(FR3.limits[-1], k.STEPS[0]))))
+    assert k._many(FR3, f.forward(FR3, q))
 
 
 def test_the_same_pose_has_the_same_solutions_from_scratch() -> None:
@@ -73,14 +75,14 @@ def test_the_same_pose_has_the_same_solutions_from_scratch() -> None:
 def test_out_of_reach_has_no_solution_and_a_reason_with_numbers() -> None:
     far = Pose.from_axes((1.3, 0.0, 0.4), (1, 0, 0), (0, 0, -1))
     assert k.inverse(FR3, far) == ()
-    assert "m > 0.807 m from the shoulder of 'fr3'" in k.reach_shortfall(FR3, far)
-    assert k.reach_shortfall(FR3, FORWARD) == ""
+    assert "m > 0.807 m from the shoulder of 'fr3'" in r.reach_shortfall(FR3, far)
+    assert r.reach_shortfall(FR3, FORWARD) == ""
 
 
 def test_no_position_is_beyond_the_span() -> None:
     shoulder = np.array((0.0, 0.0, 0.333))
     for q in positions(300):
-        root = k.flange(FR3, q).apply((0.0, 0.0, -0.107))
+        root = f.flange(FR3, q).apply((0.0, 0.0, -0.107))
         assert math.dist(root, shoulder) <= numeric_inverse.span(FR3) + 1e-6
 
 
@@ -89,7 +91,7 @@ def test_a_straight_line_is_followed_and_one_out_of_reach_is_not() -> None:
     ahead = FORWARD * Pose((0.0, 0.0, 0.1))
     path = plan_straight_line(None, FR3, start, ahead)
     assert isinstance(path, JointPath)
-    assert k.forward(FR3, path.points[-1]).distance(ahead)[0] < 1e-6
+    assert f.forward(FR3, path.points[-1]).distance(ahead)[0] < 1e-6
     beyond = plan_straight_line(None, FR3, start, FORWARD * Pose((0.0, 0.0, 0.6)))
     assert isinstance(beyond, Refused)
     assert "stops after" in beyond.reason
@@ -106,10 +108,10 @@ def test_six_joints_without_a_closed_form_are_solved_too() -> None:
     rng = np.random.default_rng(1)
     for _ in range(5):
         q = tuple(float(v) for v in rng.uniform(-2.5, 2.5, 6))
-        pose = k.forward(odd, q)
+        pose = f.forward(odd, q)
         found = k.inverse(odd, pose)
         assert found, q
-        assert all(max(k.forward(odd, s).distance(pose)) < 2e-6 for s in found)
+        assert all(max(f.forward(odd, s).distance(pose)) < 2e-6 for s in found)
         assert k.inverse(odd, pose, seed=q)[0] == pytest.approx(q, abs=1e-4)
-        assert k.reach_shortfall(odd, pose) == ""
+        assert r.reach_shortfall(odd, pose) == ""
     assert k.inverse(odd, Pose((1.5, 0.0, 0.4))) == ()

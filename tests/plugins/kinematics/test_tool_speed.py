@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cramlite.model import Motion
-from cramlite_plugins.kinematics.kinematics import forward
+from cramlite_plugins.kinematics.forward import forward
 from cramlite_plugins.kinematics.tool_speed import passable_speed, tool_way
 from cramlite_plugins.motion_planning.joint_move import joint_move
 from cramlite_plugins.robots.ur5e import UR5E

@@ -23,7 +23,7 @@ from cramlite.model import (
     initial_belief,
 )
 from cramlite.plugin import Context, Grounding, Unresolvable
-from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.objects.products_and_fixtures import block, table
 from cramlite_plugins.robots.ur5e import UR5E

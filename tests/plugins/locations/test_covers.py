@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from cramlite import Engine
 from cramlite.model import Belief, Held, Location, Place, Pose, RobotMount, Thing, World, initial_belief
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
-from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.objects.products_and_fixtures import basket, block, table
 from cramlite_plugins.robots.ur5e import UR5E

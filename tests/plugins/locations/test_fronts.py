@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from cramlite import Engine
 from cramlite.model import Belief, Location, Pose, Robot, RobotMount, World, initial_belief
 from cramlite.plugin import Context, Grounding, Refused
-from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.locations.antipodal import FINGER
 from cramlite_plugins.locations.handles import LEFT, ajar, along_joint, lever
 from cramlite_plugins.locations.kinds import ground

@@ -5,7 +5,7 @@ from __future__ import annotations
 from cramlite import Engine
 from cramlite.model import Geom, Held, Location, Place, Pose, RobotMount, Thing, World, initial_belief
 from cramlite.plugin import Context, Grounding, Refused
-from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.objects.products_and_fixtures import block
 from cramlite_plugins.robots.ur5e import UR5E

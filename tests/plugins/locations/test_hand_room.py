@@ -18,7 +18,7 @@ from cramlite import Engine
 from cramlite.model import Belief, Geom, HandFile, Location, Pose, RobotMount, Stated, Thing, World, initial_belief
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.imports.robots.robot_file import read_robot
-from cramlite_plugins.kinematics.kinematics import forward
+from cramlite_plugins.kinematics.forward import forward
 from cramlite_plugins.locations import grasps
 from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.objects.products_and_fixtures import block, table

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from cramlite import Engine
 from cramlite.model import Action, Belief, Held, Location, Object, Pose, RobotMount, Thing, World, initial_belief
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
-from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.locations.antipodal import FINGER
 from cramlite_plugins.locations.handles import BEGUN, CLOSER, OPENED, PUSHED_ON, along_joint, lever
 from cramlite_plugins.locations.kinds import ground

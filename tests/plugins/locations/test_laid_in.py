@@ -23,7 +23,7 @@ from cramlite.model import (
     initial_belief,
 )
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
-from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.room_to_close import first_met, opens_beside
 from cramlite_plugins.objects.furniture import cabinet, drawer

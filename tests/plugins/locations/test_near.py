@@ -11,7 +11,8 @@ from msgspec.structs import replace
 from cramlite import Engine
 from cramlite.model import Belief, Held, Location, Object, Pose, RobotMount, World, initial_belief
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
-from cramlite_plugins.kinematics.kinematics import forward, inverse
+from cramlite_plugins.kinematics.forward import forward
+from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.motion_planning.reach import make_scene
 from cramlite_plugins.objects.products_and_fixtures import block, hanger, table

@@ -32,7 +32,7 @@ from cramlite.model import (
     initial_belief,
 )
 from cramlite.plugin import Grounding, Refused, Unresolvable
-from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.placing import checks, stable_poses
 from cramlite_plugins.locations.placing.query import Obstacle, Query

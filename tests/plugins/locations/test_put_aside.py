@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from cramlite.model import Action, Belief, Location, Object, Pose, Thing
 from cramlite.plugin import Grounding
-from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.placing.positions import AWAY
 from cramlite_plugins.objects.products_and_fixtures import block, table

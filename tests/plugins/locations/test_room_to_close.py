@@ -25,7 +25,7 @@ from cramlite.model import (
     initial_belief,
 )
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
-from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.locations.handles import LEFT
 from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.later import CLOSING, moves

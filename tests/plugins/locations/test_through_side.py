@@ -26,7 +26,7 @@ from cramlite.model import (
     initial_belief,
 )
 from cramlite.plugin import Context, Grounding, Unresolvable
-from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.locations.antipodal import Hands
 from cramlite_plugins.locations.hand_room import Taken
 from cramlite_plugins.locations.kinds import ground

@@ -25,7 +25,7 @@ from cramlite.model import (
     pair_friction,
 )
 from cramlite.plugin import Context, Grounding, Unresolvable
-from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.locations.antipodal import Hands
 from cramlite_plugins.locations.grips import Grip, ranked
 from cramlite_plugins.locations.hand_room import Taken

@@ -28,7 +28,7 @@ from cramlite.model import (
     initial_belief,
 )
 from cramlite.plugin import Context, Grounding, Unresolvable
-from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.placing.query import queries
 from cramlite_plugins.locations.placing.tilting import BACK, LEANS

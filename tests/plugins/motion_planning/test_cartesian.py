@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from cramlite.model import Pose
 from cramlite.plugin import Refused
-from cramlite_plugins.kinematics.kinematics import forward
+from cramlite_plugins.kinematics.forward import forward
 from cramlite_plugins.motion_planning.cartesian import JointPath, interpolate, plan_straight_line, sampled
 from cramlite_plugins.robots.ur5e import UR5E
 

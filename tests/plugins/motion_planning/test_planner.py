@@ -13,7 +13,8 @@ from msgspec.structs import replace
 
 from cramlite.model import Geom, Pose
 from cramlite.plugin import Refused
-from cramlite_plugins.kinematics.kinematics import forward, inverse
+from cramlite_plugins.kinematics.forward import forward
+from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.motion_planning.planner import Path, plan, resampled
 from cramlite_plugins.motion_planning.planning_scene import PlanningScene
 from cramlite_plugins.robots.ur5e import UR5E

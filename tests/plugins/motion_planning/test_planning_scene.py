@@ -13,7 +13,7 @@ from msgspec.structs import replace
 
 from cramlite.model import Floats, Geom, Pose, Thing
 from cramlite_plugins.kinematics.blends import Corner
-from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.motion_planning.planning_scene import PlanningScene
 from cramlite_plugins.motion_planning.scene_of_world import scene
 from cramlite_plugins.robots.ur5e import UR5E

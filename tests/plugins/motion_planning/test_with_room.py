@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from cramlite.model import Belief, ErrorModel, Thing
 from cramlite.model.belief import initial_belief
 from cramlite.plugin import Context, Refused
-from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.motion_planning.planner import Path, plan, resampled
 from cramlite_plugins.motion_planning.planning_scene import PlanningScene
 from cramlite_plugins.motion_planning.reach import WIDEST, make_scene

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from cramlite.model import ForceMove, Joint, Location, Motion, Place, Pose, initial_belief
 from cramlite.plugin import Context
-from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.motions.contact_motion import resolve_motion
 from cramlite_plugins.robots.ur5e import UR5E
 

@@ -13,7 +13,7 @@ from cramlite import Engine
 from cramlite.model import Geom, Held, Location, Motion, MoveJoints, Place, Pose, Swing, Thing, initial_belief
 from cramlite.model.run.judging_limits import JudgingLimits
 from cramlite.plugin import Context, Unresolvable
-from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.motions.free_motion import resolve_motion
 from cramlite_plugins.robots.ur5e import UR5E
 

@@ -7,7 +7,7 @@ from helpers.scenes import TABLE, down, world
 
 from cramlite.model import GripFacts, Held, Location, Motion, Place, Pose, Release, initial_belief
 from cramlite.plugin import Context
-from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.motion_planning.reach import held_pose
 from cramlite_plugins.motions.gripping import DROPPED, LET_GO, resolve_motion
 from cramlite_plugins.objects.furniture import cabinet, drawer

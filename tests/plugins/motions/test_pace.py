@@ -12,7 +12,7 @@ from cramlite.model import Location, Motion, Place, Pose, Release, Robot, initia
 from cramlite.plugin import Context
 from cramlite.plugin.task_type import TaskType
 from cramlite.testing.task_checks import sample_action, sample_belief
-from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.motions import contact_motion, free_motion, gripping
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.tasks.closing import Closing

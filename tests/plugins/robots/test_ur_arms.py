@@ -11,7 +11,8 @@ from msgspec.structs import replace
 
 from cramlite.model import Floats, Pose, Program, ZeroSensor
 from cramlite_plugins.backends.urscript.emit import emit
-from cramlite_plugins.kinematics.kinematics import flange, inverse
+from cramlite_plugins.kinematics.forward import flange
+from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.robots.universal_robots import UrArm, mjcf, robot
 from cramlite_plugins.robots.ur_arms import ARMS, CB3
 

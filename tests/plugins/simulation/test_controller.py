@@ -11,7 +11,7 @@ from helpers.standard import ROBOTS
 
 from cramlite.model import MoveJoints, MoveLinear, Rollout
 from cramlite.plugin import UserError
-from cramlite_plugins.kinematics.kinematics import forward
+from cramlite_plugins.kinematics.forward import forward
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulator.execute import execute
 from cramlite_plugins.ur_controller.urscript.interpreter import Limits

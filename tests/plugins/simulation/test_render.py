@@ -10,7 +10,7 @@ from helpers.standard import ROBOTS, standard_world
 from msgspec.structs import replace
 
 from cramlite.model import Geom, Pose, RobotMount, Thing, World
-from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.camera.ray_tracer import Camera, backdrop, cast, part_still, render, render_before
 from cramlite_plugins.simulation.model.compile import compile_world

@@ -38,7 +38,7 @@ from cramlite.model import (
 from cramlite.plugin import UserError
 from cramlite_plugins.backends import typed_json
 from cramlite_plugins.backends.urscript import emit as urscript
-from cramlite_plugins.kinematics.kinematics import forward
+from cramlite_plugins.kinematics.forward import forward
 from cramlite_plugins.robots.fr3 import FR3
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulator.execute import execute

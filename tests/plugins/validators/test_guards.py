@@ -24,7 +24,7 @@ from cramlite.model import (
     Wait,
 )
 from cramlite.plugin import Candidate
-from cramlite_plugins.kinematics.kinematics import forward
+from cramlite_plugins.kinematics.forward import forward
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.validators.contact_force import IN_DOUBT, RISE, SPREAD, STOPPED, guard_forces
 from cramlite_plugins.validators.physics import ForcePeak
@@ -93,7 +93,7 @@ def test_the_first_samples_of_a_guard_are_of_the_code_before_it_unless_it_runs_f
 @cache
 def lowered(height: float) -> tuple[float, ...]:
     """Joints of the arm with its tool so far below that of its home [m]."""
-    from cramlite_plugins.kinematics.kinematics import nearest_branch
+    from cramlite_plugins.kinematics.inverse import nearest_branch
 
     home = forward(UR5E, UR5E.home)
     x, y, z = home.position

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 
 from cramlite.model import AnyStep, Fallback, Joints, MoveJoints, MoveLinear, Pose, SetGripper, Wait
 from cramlite.plugin import Candidate
-from cramlite_plugins.kinematics.kinematics import smallest_singular_value
+from cramlite_plugins.kinematics.forward import smallest_singular_value
 from cramlite_plugins.robots.fr3 import FR3
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.validators import speeds

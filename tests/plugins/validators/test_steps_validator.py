@@ -29,7 +29,8 @@ from cramlite.model import (
     ZeroSensor,
 )
 from cramlite.plugin import Allowance, Candidate
-from cramlite_plugins.kinematics.kinematics import forward, inverse
+from cramlite_plugins.kinematics.forward import forward
+from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.validators.steps import Steps, _covered, _lean, _way, validators
 

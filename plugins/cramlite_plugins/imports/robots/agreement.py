@@ -9,7 +9,7 @@ import numpy as np
 
 from cramlite.model import ImportedRobot, Pose, RobotFile
 
-from ...kinematics.kinematics import flange, forward
+from ...kinematics.forward import flange, forward
 from ..scenes.source import read_source
 from .chain import pose_of
 

@@ -16,7 +16,8 @@ from msgspec.structs import replace
 from cramlite.model import Pose, Remedy, Stage, thing_of
 from cramlite.plugin import Refused, checkpoint
 
-from ...kinematics.kinematics import inverse, reach_shortfall, why_no_inverse
+from ...kinematics.inverse import inverse, why_no_inverse
+from ...kinematics.reach import reach_shortfall
 from ...motion_planning.postures import CLEARANCE
 from ...motion_planning.reach import shift
 from ...motion_planning.space import refusal

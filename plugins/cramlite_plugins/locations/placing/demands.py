@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from cramlite.model import Belief, Estimate, Pose, Remedy, thing_of
 from cramlite.plugin import Refused
 
-from ...kinematics.kinematics import inverse
+from ...kinematics.inverse import inverse
 from ...motion_planning.reach import shift
 from ...motions.gripping import LET_GO, fallen
 from ...shapes.bounds import corners

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from cramlite.model import Floats, Pose
 
-from ...kinematics.kinematics import forward
+from ...kinematics.forward import forward
 from ...shapes.bounds import centre_of_mass, support
 from ...shapes.surfaces import filled, footprint, inset, standing
 from ..later import goes_on, puts_into

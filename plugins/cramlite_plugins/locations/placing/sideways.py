@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from cramlite.model import Belief, Floats, Pose, Remedy, Thing
 from cramlite.plugin import Context, Refused, Unresolvable
 
-from ...kinematics.kinematics import reach_gap, reach_shortfall
+from ...kinematics.reach import reach_gap, reach_shortfall
 from ...motion_planning.postures import CLEARANCE
 from ...motion_planning.reach import shift, taken_at
 from ...shapes.bounds import box_around, centre_of_mass, corners, height, lowest, support

@@ -16,7 +16,7 @@ from msgspec.structs import replace
 from cramlite.model import Pose, Value
 from cramlite.plugin import Refused, Unresolvable
 
-from ...kinematics.kinematics import inverse
+from ...kinematics.inverse import inverse
 from ...motion_planning.reach import shift
 from ..from_aside import slants
 from ..parameters import Where

@@ -17,7 +17,7 @@ import numpy as np
 from cramlite.model import GRAVITY, Disturbance, Floats, Pose
 from cramlite.plugin import checkpoint
 
-from ...kinematics.kinematics import nearest_solution
+from ...kinematics.inverse import nearest_solution
 from ..model.compile import divergence, unstable
 from ..model.index import RobotIndex
 from ..model.sleep import Sleep

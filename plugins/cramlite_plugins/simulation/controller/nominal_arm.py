@@ -1,7 +1,7 @@
 """Nominal kinematics of the controller, from the Denavit-Hartenberg table, fast enough for every control cycle.
 
 MuJoCo computes frames and Jacobians, of a model that is nothing but the table: in a tenth of the time that NumPy takes for so few numbers.
-kinematics/kinematics.py finds all branches of the inverse; here one solution is followed from cycle to cycle by Newton's method.
+kinematics/inverse.py finds all branches of the inverse; here one solution is followed from cycle to cycle by Newton's method.
 Frames are (4, 4) in the base frame.
 """
 
@@ -16,7 +16,7 @@ import numpy as np
 
 from cramlite.model import Floats, Pose, Robot
 
-from ...kinematics.kinematics import table
+from ...kinematics.forward import table
 
 DAMPING = 1e-8  # squared: keeps the step finite at a singularity, far below what else would matter
 CLOSE = 1e-8  # a target is reached below this error [m, rad]

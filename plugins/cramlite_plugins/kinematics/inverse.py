@@ -1,12 +1,7 @@
-"""Kinematics of arms: forward, Jacobian, and the inverse: all branches where a closed form is known, else
-many solutions.
+"""Inverse kinematics of arms: all branches where a closed form is known, else many solutions.
 
-Frames: poses are of the tool centre point (tcp, the pinch point of the gripper) in the
-robot's base frame. Joint positions are tuples in the order of ``robot.joints`` [rad].
-
-The model is the standard Denavit-Hartenberg table of the robot plugin (Denavit and
-Hartenberg 1955; Siciliano et al., Robotics, 2009, section 2.8.2):
-T_i = Rz(q_i) Tz(d_i) Tx(a_i) Rx(alpha_i), behind ``Robot.root``.
+Poses are of the tcp in the robot's base frame. Joint positions are tuples in the order of
+``robot.joints`` [rad].
 """
 
 from __future__ import annotations
@@ -25,9 +20,20 @@ from cramlite.model import Floats, Pose, Robot
 
 from . import numeric_inverse
 from .arm_inertia import inertia
-
-Joints = tuple[float, ...]
-Table = tuple[tuple[float, float, float], ...]
+from .forward import (
+    Joints,
+    Table,
+    conditioning,
+    forward,
+    frames,
+    from_root,
+    jacobian,
+    jacobian_of,
+    table,
+    twist,
+    well_conditioned,
+)
+from .reach import out_of_limits, reach_shortfall
 
 TURN = 2 * math.pi
 POLISH_M = 1e-9  # the Newton step stops below this position and rotation error [m, rad]
@@ -37,124 +43,11 @@ NEAR = math.pi / 4  # Newton's method that ends within this of its seed stayed o
 SETTLING, SETTLED, FURTHEST = 40, 1e-3, 0.15
 """Largest number of steps of a self-motion, the size of a step below which the self-motion ends, and the
 largest size of a step [rad]."""
-BEYOND = -0.5
-"""Cosine of a rotation's angle below which the rotation vector is computed by a quaternion, in three times
-the time."""
-ASTRAY = 0.05
-"""Largest difference of a joint from the value at which the arm settles, for controllers that are given TCP
-poses [rad]: it was the worst of 100 rests in LIBERO."""
 LEADING = (0.1, 0.4)
 """Step between the poses through which inverse kinematics leads the tool along a straight line [m, rad]."""
 STEPS = (0.48, 0.06)
 """Steps between the values at which the last of seven joints is locked [rad]: the second one is used where
 the first one finds no solution."""
-
-
-def table(robot: Robot) -> Table:
-    """Return the Denavit-Hartenberg rows of a robot.
-
-    Raises:
-        ValueError: the robot has none: its inverse has to be found numerically.
-    """
-    if robot.dh is None:
-        raise ValueError(
-            f"robot '{robot.type}' has no Denavit-Hartenberg table, so it has no analytic kinematics"
-        )
-    return robot.dh
-
-
-def frames(robot: Robot, q: Sequence[float] | Floats) -> list[Floats]:
-    """Compute the (4, 4) frames 0 (``Robot.root``) to n (flange) in the base frame."""
-    still = _links(table(robot))
-    x, y, links = still[:, 0], still[:, 1], still.copy()
-    angles = np.asarray(q, dtype=float)[:, None]
-    cos, sin = np.cos(angles), np.sin(angles)
-    links[:, 0], links[:, 1] = cos * x - sin * y, sin * x + cos * y
-    result = [robot.root.matrix]
-    for link in links:
-        result.append(result[-1].dot(link))  # half the time of @
-    return result
-
-
-@lru_cache(maxsize=512)
-def _links(rows: Table) -> Floats:
-    """Return the transform of each link in the frame of the link before it, with all joints at 0: (n, 4, 4).
-
-    A joint's angle turns the first two rows.
-    """
-    found = np.zeros((len(rows), 4, 4))
-    for link, (a, d, alpha) in zip(found, rows, strict=True):
-        ca, sa = math.cos(alpha), math.sin(alpha)
-        link[:] = ((1.0, 0.0, 0.0, a), (0.0, ca, -sa, 0.0), (0.0, sa, ca, d), (0.0, 0.0, 0.0, 1.0))
-    return found
-
-
-def flange(robot: Robot, q: Sequence[float]) -> Pose:
-    """Solve forward kinematics: the pose of the flange in the base frame."""
-    return Pose.from_matrix(frames(robot, q)[-1])
-
-
-def forward(robot: Robot, q: Sequence[float]) -> Pose:
-    """Solve forward kinematics: the pose of the tcp in the base frame."""
-    return Pose.from_matrix(frames(robot, q)[-1] @ robot.gripper.tcp.matrix)
-
-
-def jacobian(robot: Robot, q: Sequence[float]) -> Floats:
-    """Compute the geometric Jacobian (6, n) at the tcp in the base frame: rows linear [m/rad], then angular
-    [rad/rad].
-
-    Column i is (z_i x (p - p_i), z_i) (Siciliano et al., 2009, equation 3.30).
-    """
-    chain = np.array(frames(robot, q))
-    return _jacobian(chain, chain[-1] @ robot.gripper.tcp.matrix)
-
-
-def _jacobian(chain: Floats, end: Floats) -> Floats:
-    x, y, z = axes = chain[:-1, :3, 2].T
-    u, v, w = (end[:3, 3] - chain[:-1, :3, 3]).T
-    return np.vstack([y * w - z * v, z * u - x * w, x * v - y * u, axes])  # np.cross takes five times as long
-
-
-def twist(from_: Floats, to: Floats) -> Floats:
-    """Compute the twist from one (4, 4) frame to another: (6,) translation [m] and rotation vector [rad],
-    parent axes."""
-    (a, b, c), (d, e, f), (g, h, i) = (to[:3, :3] @ from_[:3, :3].T).tolist()
-    x, y, z, cosine = (h - f) / 2, (c - g) / 2, (d - b) / 2, (a + e + i - 1) / 2
-    sine = math.hypot(x, y, z)
-    if cosine < BEYOND:
-        turn = Pose.from_matrix(
-            to[:3, :3] @ from_[:3, :3].T
-        ).rotvec  # near half a turn the axis is not in these
-    else:
-        scale = math.atan2(sine, cosine) / sine if sine > 1e-12 else 1.0
-        turn = (scale * x, scale * y, scale * z)
-    return np.array((*(to[:3, 3] - from_[:3, 3]).tolist(), *turn))
-
-
-def smallest_singular_value(robot: Robot, q: Sequence[float]) -> float:
-    """Return the smallest singular value of the Jacobian, lengths in units of the robot's reach: 0 at a
-    singularity."""
-    scaled = jacobian(robot, q) / np.array([robot.reach] * 3 + [1.0] * 3)[:, None]
-    return float(np.linalg.svd(scaled, compute_uv=False)[-1])
-
-
-def conditioning(robot: Robot, q: Sequence[float]) -> float:
-    """Return the smallest singular value of the arm's Jacobian; it is 0 at a singularity.
-
-    For a seven-axis arm whose controller is given TCP poses, it is the smallest value within ``ASTRAY`` along
-    the null space.
-    """
-    if robot.posture is None or len(q) < 7:
-        return smallest_singular_value(robot, q)
-    beside = np.linalg.svd(jacobian(robot, q))[2][6]
-    beside *= ASTRAY / np.abs(beside).max()
-    return min(smallest_singular_value(robot, near) for near in (q, q + beside, q - beside))
-
-
-def well_conditioned(robot: Robot, q: Sequence[float]) -> bool:
-    """Check whether joint positions are as far from a singularity as the robot must stay
-    (``Robot.conditioning``)."""
-    return not robot.conditioning or conditioning(robot, q) >= robot.conditioning
 
 
 def refine(
@@ -176,7 +69,7 @@ def refine(
         error = twist(end, goal)
         if (size := float(np.abs(error).max())) < POLISH_M or step == steps:
             return tuple(map(float, joints)) if size < EXACT else None
-        columns = _jacobian(chain, end)
+        columns = jacobian_of(chain, end)
         if held is not None:
             columns[:, held] = 0.0
         joints = joints + np.linalg.lstsq(columns, error, rcond=1e-6)[0]
@@ -300,14 +193,8 @@ def _self_motion(robot: Robot, q: Joints, way: Floats) -> Floats:
     return np.asarray(np.linalg.solve(weighted @ null.T, weighted @ way) @ null)
 
 
-def _from_root(robot: Robot, target: Pose) -> Pose:
-    """Pose of the flange in frame 0 of the Denavit-Hartenberg table, for a pose of the TCP in the base
-    frame."""
-    return robot.root.inverse() * target * robot.gripper.tcp.inverse()
-
-
 def _analytic(robot: Robot, target: Pose) -> list[Joints]:
-    wrist = _from_root(robot, target).matrix
+    wrist = from_root(robot, target).matrix
     branches: list[Joints] = []
     for raw in np.atleast_2d(_solver(table(robot)).IK(wrist).Q):
         found = refine(robot, target, raw) if raw.size else None
@@ -344,7 +231,7 @@ def _well(robot: Robot, found: Iterable[Joints]) -> tuple[Joints, ...]:
 def _locked(robot: Robot, target: Pose, values: Iterable[float]) -> Iterator[Joints]:
     """All solutions inside the limits for given values of the last joint. The solver's least-squares
     answers are dropped: none of 497, over 120 poses of a Panda, could be refined to a solution."""
-    wrist = _from_root(robot, target).matrix
+    wrist = from_root(robot, target).matrix
     for last in values:
         here: list[Joints] = []
         solved = _solver(table(robot), last).IK(wrist)
@@ -430,60 +317,3 @@ def why_no_inverse(robot: Robot, target: Pose) -> str:
         f"all {len(found)} inverse solutions are near a singularity (smallest singular value {best:.3f}, "
         f"limit {robot.conditioning})"
     )
-
-
-def reach_shortfall(robot: Robot, target: Pose) -> str:
-    """Explain in words and numbers why a pose is out of reach; "" if the wrist centre is within reach."""
-    return reach_gap(robot, target)[1]
-
-
-def reach_gap(robot: Robot, target: Pose) -> tuple[float, str]:
-    """Return by how much a pose is out of reach [m], negative if it is too near, with an explanation in
-    numbers.
-
-    It is (0, "") for a pose within reach.
-
-    For a six-axis arm whose joints 2 to 4 are parallel, the wrist centre (the origin of frame 5, on the axis
-    of joint 6 behind the flange) lies within the annulus that both links and the offset along joint 4 span
-    around the shoulder (Hawkins, Analytic Inverse Kinematics for the Universal Robots UR-5/UR-10 Arms, 2013).
-    For other arms the root of the last axis lies within what the joints before it span around joint 2
-    (``numeric_inverse.span``).
-    """
-    rows = table(robot)
-    wrist = _from_root(robot, target) * Pose((0.0, 0.0, -rows[-1][1]))
-    x, y, z = wrist.position
-    if len(rows) != 6 or not _parallel(rows):
-        out, most = math.hypot(x, y, z - rows[0][1]), abs(rows[0][0]) + numeric_inverse.span(robot)
-        return (
-            (out - most, f"wrist at {out:.3f} m > {most:.3f} m from the shoulder of '{robot.type}'")
-            if out > most
-            else (0.0, "")
-        )
-    around, side = math.hypot(x, y), abs(rows[1][1] + rows[2][1] + rows[3][1])
-    if around < side:
-        return (
-            around - side,
-            f"wrist centre {around:.3f} m < {side:.3f} m from the base axis of '{robot.type}'",
-        )
-    out = math.hypot(math.sqrt(around**2 - side**2), z - rows[0][1])
-    links, elbow = abs(rows[1][0]) + abs(rows[2][0]), abs(rows[4][1])
-    if out > links + elbow:
-        return (
-            out - links - elbow,
-            f"wrist centre at {out:.3f} m > {links + elbow:.3f} m of arm '{robot.type}'",
-        )
-    return 0.0, ""
-
-
-def _parallel(rows: Table) -> bool:
-    """Whether the axes of joints 2, 3 and 4 are parallel and all other neighbouring axes intersect, as on a
-    UR arm."""
-    return rows[1][2] == rows[2][2] == 0.0 and rows[0][0] == rows[3][0] == rows[4][0] == 0.0
-
-
-def out_of_limits(robot: Robot, q: Sequence[float]) -> str:
-    """Name the first joint outside its limits, with value and limits; "" if all joints are inside."""
-    for name, value, (low, high) in zip(robot.joints, q, robot.limits, strict=True):
-        if not low <= value <= high:
-            return f"joint '{name}' at {value:.3f} rad is outside {low:.3f} .. {high:.3f} rad"
-    return ""
