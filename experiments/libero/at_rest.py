@@ -13,8 +13,8 @@ NEAR = 0.010, 0.17
 """Distance [m] and turn [rad] within which a thing rests near where it is seen: three times the errors of poses, at 95 %."""
 
 
-def settled(model: Any, state: Any) -> Any:
-    """Return the state (nq,) of a scene at rest.
+def settled(model: Any, state: Any) -> tuple[Any, set[int]]:
+    """Return the state (nq,) of a scene at rest, and the free joints of the things that are held there.
 
     A thing that would come to rest farther than ``NEAR`` from where it is seen stays where it is seen: what it rests on was not recognised.
     Joints of fixed things stay.
@@ -25,8 +25,36 @@ def settled(model: Any, state: Any) -> Any:
         free = [j for j in range(model.njnt) if _is_free(model, j)]
         gone = {j for j in free if j not in held and not _is_near(model, j, state, found)}
         if not gone:
-            return found
+            return found, held
         held |= gone
+
+
+def held_up(model: Any, state: Any, held: set[int]) -> list[tuple[Any, Any]]:
+    """Return boxes, each as its middle and its half sides [m], of what hides under held things that touch nothing: from under the thing
+    down to what is below it, half as wide as the thing.
+    """
+    import mujoco
+
+    data = mujoco.MjData(model)
+    data.qpos[:] = state
+    mujoco.mj_forward(model, data)
+    touched = {int(model.geom_bodyid[g]) for c in data.contact for g in c.geom}
+    found = []
+    for body in sorted(int(model.jnt_bodyid[j]) for j in held):
+        low, high = _around(model, data, body)
+        middle = (low + high) / 2
+        gap = mujoco.mj_ray(model, data, np.array([*middle[:2], low[2]]), np.array([0.0, 0.0, -1.0]), None, 1, body, np.zeros(1, np.int32))
+        if body not in touched and gap > NEAR[0]:
+            found.append((np.array([*middle[:2], low[2] - gap / 2]), np.array([*(high - low)[:2] / 4, gap / 2])))
+    return found
+
+
+def _around(model: Any, data: Any, body: int) -> tuple[Any, Any]:
+    """Return the least and the greatest corner of the box around a body's shapes, along the world's axes [m]."""
+    own = [g for g in range(model.ngeom) if model.geom_bodyid[g] == body]
+    middle = [data.geom_xpos[g] + data.geom_xmat[g].reshape(3, 3) @ model.geom_aabb[g][:3] for g in own]
+    half = [np.abs(data.geom_xmat[g].reshape(3, 3)) @ model.geom_aabb[g][3:] for g in own]
+    return np.min(np.subtract(middle, half), axis=0), np.max(np.add(middle, half), axis=0)
 
 
 def _played(model: Any, state: Any, held: set[int]) -> Any:

@@ -12,7 +12,7 @@ import numpy as np
 from cramlite.model import Pose, Thing
 from cramlite.plugin import load_yaml
 
-from .at_rest import settled
+from .at_rest import held_up, settled
 
 TABLE = (1.0, 1.6, 0.05)
 """Sides and thickness of the table that is assumed under the things [m]; its near side is ``BEHIND`` the robot's base."""
@@ -45,7 +45,7 @@ def scene_of(
 
     The table is as high as the lowest points of things within ``RESTS`` of where it is seen, in the median; a movable thing within
     ``LEVEL`` of that stands on it, any other where it is seen. Fixed things keep the height at which they are seen: a stove may be let
-    into the table, a rack may stand on feet that its collision shapes lack.
+    into the table, a rack may stand on feet that its collision shapes lack. What hovers is held up by a box, as it hides what it stands on.
 
     Returns:
         The scene as MJCF, and its state, at rest. Things are named after their kinds and numbered, "plate_1_main".
@@ -82,7 +82,12 @@ def scene_of(
     state = model.qpos0.copy()
     for name, value in values.items():
         state[model.joint(name).qposadr] = value
-    return scene.to_xml(), settled(model, state).tolist()
+    state, held = settled(model, state)
+    if hidden := held_up(model, state, held):
+        for k, (middle, half) in enumerate(hidden, 1):
+            scene.worldbody.add_body(name=f"hidden_{k}", pos=middle).add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=half)
+        state, _ = settled(scene.compile(), state)
+    return scene.to_xml(), state.tolist()
 
 
 def _add(obstacle: Thing, scene: Any) -> None:

@@ -110,7 +110,7 @@ def test_kinds_stand_where_they_were_seen_joints_and_all(kinds: dict[str, Path])
     assert np.allclose(data.body("chest_1_main").xpos[:2], chest.position[:2])
     top = data.geom("table_top").xpos[2] + model.geom("table_top").size[2]
     assert data.body("cup_1_main").xpos[2] - 0.04 == pytest.approx(top, abs=1e-3), "what rests on the table rests on it"
-    assert data.body("cup_3_main").xpos[2] == pytest.approx(0.069, abs=1e-6), "what rests on something else stays where it was seen"
+    assert data.body("cup_3_main").xpos[2] == pytest.approx(0.069, abs=1e-3), "what rests on something else stays where it was seen"
     assert data.body("chest_1_main").xpos[2] == pytest.approx(chest.position[2], abs=1e-6), "what is fixed is where it was seen"
     assert model.joint("chest_1_slide").range.tolist() == [0, 0.2]
     out = data.body("chest_1_drawer").xpos - data.body("chest_1_main").xpos
@@ -129,7 +129,10 @@ def test_what_is_seen_a_little_off_comes_to_rest_and_what_floats_stays(kinds: di
     mujoco.mj_forward(model, data)
     on = data.body("cup_2_main").xpos[2] - data.body("cup_1_main").xpos[2]
     assert on == pytest.approx(0.08, abs=1e-3) and data.body("cup_2_main").xmat[8] > 0.9999
-    assert np.allclose(data.body("cup_3_main").xpos, floating.position)
+    assert np.allclose(data.body("cup_3_main").xpos, floating.position, atol=1e-3)
+    mujoco.mj_step(model, data, 500)
+    assert np.allclose(data.body("cup_3_main").xpos, floating.position, atol=2e-3), "what it hides holds it up"
+    assert [model.body(b).name for b in range(model.nbody) if model.body(b).name.startswith("hidden")] == ["hidden_1"]
 
 
 @pytest.mark.parametrize(("tilt", "up"), [(0.02, 1.0), (0.1, 0.995)])

@@ -1,8 +1,15 @@
-"""Chest with a drawer, and a cube, as MJCF files of a library."""
+"""Chest with a drawer, and a cube, as MJCF files of a library; a chest on a table, and a picture of it."""
 
 from __future__ import annotations
 
 from pathlib import Path
+
+import numpy as np
+
+from cramlite import Engine
+from cramlite.model import Camera, Intrinsics, Pose, Thing, View, World
+from cramlite_plugins.objects.products_and_fixtures import make
+from cramlite_plugins.simulation.camera.depth_camera import look
 
 CHEST = """<mujoco><worldbody><body name="chest">
   <geom type="box" size=".1 .09 .005" pos="0 0 .005" rgba=".55 .35 .2 1"/>
@@ -28,3 +35,17 @@ def write_chest(folder: Path) -> None:
     for name, text in (("chest", CHEST), ("cube", CUBE)):
         (folder / name).mkdir(parents=True)
         (folder / name / f"{name}.xml").write_text(text)
+
+
+def chest(engine: Engine, opened: float) -> Thing:
+    """A chest on the table, turned a little, its drawer open by so much [m]."""
+    pose = Pose.from_rotvec((0.40, 0.02, 0.0), (0, 0, 0.2))
+    return engine.knowledge.models["chest"].make(name="a_chest", pose=pose).at_joints({"slide": opened})
+
+
+def pictured(*things: Thing) -> View:
+    """A noisy picture of things on a table from 0.9 m away."""
+    eye, target = np.array((1.1, 0.0, 0.65)), np.array((0.45, 0.0, 0.05))
+    intrinsics = Intrinsics(450.0, 450.0, 199.5, 149.5, 400, 300)
+    camera = Camera(Pose.from_axes(tuple(eye), target - eye, np.cross(target - eye, (0, 0, 1))), intrinsics=intrinsics)
+    return look(World((make("table", "table", Pose((0.45, 0, 0)), {}), *things)), {}, camera, seed=1)

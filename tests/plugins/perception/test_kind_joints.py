@@ -7,19 +7,17 @@ import math
 import numpy as np
 import pytest
 from helpers.as_a_user import cramlite
-from helpers.chest import write_chest
+from helpers.chest import chest, pictured, write_chest
 
 from cramlite import Engine
-from cramlite.model import Camera, Geom, Intrinsics, Joint, KindJoint, MeshFile, Pose, Thing, View, World, replace
+from cramlite.model import Geom, Joint, KindJoint, MeshFile, Pose, Thing, replace
 from cramlite.perception.active_perception import ask
 from cramlite.perception.query import parse_query
 from cramlite.perception.recognition import levelled, thing_from_percept
 from cramlite.perception.result import Perceived
-from cramlite_plugins.objects.products_and_fixtures import make
 from cramlite_plugins.perception.kinds.appearance import appearance_of
 from cramlite_plugins.perception.kinds.joint_states import states_of
 from cramlite_plugins.shapes.skins import skin_of
-from cramlite_plugins.simulation.camera.depth_camera import look
 
 
 @pytest.fixture(scope="module")
@@ -29,20 +27,6 @@ def engine(tmp_path_factory: pytest.TempPathFactory) -> Engine:
     write_chest(folder / "kinds")
     assert cramlite("library", "add", folder / "kinds", "--out", folder / "lib", "--up", "z").returncode == 0
     return Engine(models=[folder / "lib"])
-
-
-def chest(engine: Engine, opened: float) -> Thing:
-    """A chest on the table, turned a little, its drawer open by so much [m]."""
-    pose = Pose.from_rotvec((0.40, 0.02, 0.0), (0, 0, 0.2))
-    return engine.knowledge.models["chest"].make(name="a_chest", pose=pose).at_joints({"slide": opened})
-
-
-def pictured(*things: Thing) -> View:
-    """A noisy picture of things on a table from 0.9 m away."""
-    eye, target = np.array((1.1, 0.0, 0.65)), np.array((0.45, 0.0, 0.05))
-    intrinsics = Intrinsics(450.0, 450.0, 199.5, 149.5, 400, 300)
-    camera = Camera(Pose.from_axes(tuple(eye), target - eye, np.cross(target - eye, (0, 0, 1))), intrinsics=intrinsics)
-    return look(World((make("table", "table", Pose((0.45, 0, 0)), {}), *things)), {}, camera, seed=1)
 
 
 def perceived(engine: Engine, *things: Thing) -> Perceived:

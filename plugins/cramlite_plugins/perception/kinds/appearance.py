@@ -56,7 +56,8 @@ class Appearance(Value, eq=False):
     @property
     def as_filed(self) -> bool:
         """Check whether the model's joints stand as in its file."""
-        return self.model.mesh is None or not self.model.mesh.values
+        mesh = self.model.mesh
+        return mesh is None or all(value == j.joint.value for value, j in zip(mesh.values, mesh.joints, strict=False))
 
 
 def appearance_of(model: Thing) -> Appearance:

@@ -45,6 +45,7 @@ def explained(inputs: Inputs) -> Mapping[str, Any]:
     from .interpret import interpreted
     from .joined import joined
     from .reading import Scene
+    from .turned import turned
 
     known: Sequence[Appearance] = inputs["appearances"]
     if not any(a.printed for a in known):
@@ -53,7 +54,7 @@ def explained(inputs: Inputs) -> Mapping[str, Any]:
     front = cloud.mask & ~_surroundings(inputs, known)
     scene = Scene(Picture.of(view), cloud.points, tuple(known), inputs.parameters, front, tuple(inputs["fixtures"]),
                   inputs.get("robot"))  # fmt: skip
-    parts = joined(scene, interpreted(scene))
+    parts = turned(scene, joined(scene, interpreted(scene)))
     if not parts:
         raise Unresolvable(f"nothing stands out from the background: {int(front.sum())} pixels in front of it")
     segments = tuple(Segment(p.mask) for p in parts)
@@ -160,6 +161,7 @@ PARAMETERS = (
     Parameter("shut_m", 0.012, "a part that is nearer to where its file has it is there: depth noise at a metre"),
     Parameter("alike", 0.35, "of the most alike model's likeness"),
     Parameter("apart_m", 0.10, "what hides the middle of a thing is seldom wider"),
+    Parameter("handle_m", 0.06, "what stands off furniture, as a handle does, is no farther from the rest that is seen of it"),
     Parameter("covered", 0.15, "of a part's border; noise makes less of a thing that stands alone"),
     Parameter("pieces", 4, "of a cluster that are read on their own: what two things on each other show"),
     Parameter("partly", 4, "of them where things may touch, for each part"),
@@ -167,6 +169,7 @@ PARAMETERS = (
     Parameter("poses", 4, "of each model that are registered in full"),
     Parameter("far", 0.3, "of a model's diameter, from which coarse registration draws points near"),
     Parameter("large_m", 0.25, "diameter above which coarse registration has twice the iterations"),
+    Parameter("slow", 4, "times the iterations of full registration for such a model: a rack 25 mm aside comes to its place"),
     Parameter("yaws", 8, "coarse poses of each model whose print is compared"),
     Parameter("tried", 6, "times as many poses of a model whose other parts may be hidden: many fit, few are possible"),
     Parameter("started", 0.5, "of the best model's score by shape after the first stage, below which a model is not refined"),

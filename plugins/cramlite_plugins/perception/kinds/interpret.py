@@ -49,7 +49,7 @@ def interpreted(scene: Scene) -> list[Part]:
         mask, depth = open_.pop(0)
         checkpoint()
         part = _whole_or_split(Region(scene, mask))
-        if part.score >= bad(part.mask, scene.limits) and depth < scene.limits["again"]:
+        if depth < scene.limits["again"]:
             rest = clusters(scene, mask & ~part.mask)
             open_ += [(m, depth + 1) for m in rest if extent(scene, m) > scene.limits["least_m"]]
         parts.append(part)
@@ -105,7 +105,7 @@ def _ways(region: Region, among: Sequence[Mask]) -> Iterator[list[Reading]]:
     if len(among) > 1:
         pieces_ = among[: int(region.scene.limits["pieces"])]
         yield [r for p in pieces_ for r in read(Region(region.scene, p)).readings]
-    yield from (list(_partial(region, number)) for number in (2, 3))
+    yield from (list(partial(region, number)) for number in (2, 3))
 
 
 def _stands_out(scene: Scene, mask: Mask, part: Part, whole: float) -> bool:
@@ -120,18 +120,19 @@ def _stands_out(scene: Scene, mask: Mask, part: Part, whole: float) -> bool:
     return edged(scene.picture, mask, first.appearance, first.pose) >= scene.limits["edged"]
 
 
-def _partial(region: Region, number: int) -> Iterator[Reading]:
+def partial(region: Region, number: int, *, furniture: bool = False) -> Iterator[Reading]:
     """Yield explanations of single things in a cluster of touching things: the cluster is cut into ``number``
     parts, and models are registered with each part.
 
-    The rest of the cluster does not count against them, and hides nothing.
+    The rest of the cluster does not count against them, and hides nothing. With ``furniture``, only kinds of furniture are looked for.
     """
     whole, scene = region.seen, region.scene
     if whole is None:
         return
     for mask in middles(scene.points, region.mask, number, scene.limits["pixels"]):
         part = Region(scene, mask)
-        few = _of_kinds(_candidates(part, partly=True), int(scene.limits["partly"]), 1)
+        likely = [a for a in _candidates(part, partly=True) if a.model.furniture or not furniture]
+        few = _of_kinds(likely, int(scene.limits["partly"]), 1)
         for begun in _begun(part, few):
             if (starts := coarse_poses(part, begun)) is not None:
                 yield _touching(scene, region.mask, whole, begun.appearance, starts)

@@ -8,25 +8,73 @@ import numpy as np
 
 from cramlite.model import Mask
 
-from .interpret import claimed, extent, read
+from .interpret import claimed, clusters, extent, partial, read
 from .reading import Part, Scene, bad, rarity
 from .region import Region
 
 
 def joined(scene: Scene, parts: Sequence[Part]) -> list[Part]:
     """Explain neighbouring regions of a picture by one thing, if that explains more of their pixels than a
-    thing for each."""
-    found = list(parts)
-    for group in _groups(scene, parts):
-        whole = np.logical_or.reduce([p.mask for p in group])
-        if extent(scene, whole) > max(a.surface.diameter for a in scene.appearances):
-            continue
-        one = read(Region(scene, whole))
-        if one.score < bad(whole, scene.limits) or one.score * whole.sum() <= _explained(scene, group):
-            continue
-        one = claimed(scene, one, [p.mask for p in group])
-        found = [p for p in found if not any(p is q and (q.mask & one.mask).any() for q in group)] + [one]
+    thing for each.
+
+    Regions that known models do not explain are joined first, since the neighbours of a thing in many pieces are none of it; of those
+    that are not one thing, furniture is taken out first.
+    """
+    found, tried = list(parts), set[frozenset[Part]]()
+    for most in ("bad", "full"):
+        for group in _groups(scene, found, scene.limits[most]):
+            if frozenset(group) not in tried:
+                tried.add(frozenset(group))
+                if (one := _as_one(scene, group)) is not None:
+                    found = [p for p in found if not any(p is q and (q.mask & one.mask).any() for q in group)] + [one]
+                elif most == "bad" and (several := _without_furniture(scene, group)):
+                    found = [p for p in found if not any(p is q for q in group)] + several
     return found
+
+
+def _as_one(scene: Scene, group: Sequence[Part]) -> Part | None:
+    """Return regions of a picture as one thing; None if nothing of that size is known, or a thing for each explains more."""
+    whole = union(group)
+    if extent(scene, whole) > max(a.surface.diameter for a in scene.appearances):
+        return None
+    one = read(Region(scene, whole))
+    if one.score < bad(whole, scene.limits) or one.score * whole.sum() <= _explained(scene, group):
+        return None
+    return claimed(scene, one, [p.mask for p in group])
+
+
+def _without_furniture(scene: Scene, group: Sequence[Part]) -> list[Part]:
+    """Return furniture that explains a part of some regions of a picture that touch, and then what it leaves of them; nothing if no
+    furniture is found.
+
+    The furniture must explain its own points as one thing alone would.
+    """
+    whole, among = union(group), [p.mask for p in group]
+    for number in (2, 3):
+        for first in partial(Region(scene, whole), number, furniture=True):
+            if first.score >= bad(whole, scene.limits):
+                one = read(Region(scene, claimed(scene, Part(whole, (first,)), among).mask))
+                if one.score >= bad(one.mask, scene.limits) and one.readings[0].appearance.model.furniture:
+                    one = claimed(scene, Part(whole, one.readings), among)
+                    return [one, *_rest(scene, whole & ~one.mask)]
+    return []
+
+
+def _rest(scene: Scene, mask: Mask) -> list[Part]:
+    """Return what is left beside furniture: neighbouring regions as one thing or beside more furniture, others one by one."""
+    left = [Part(m, ()) for m in clusters(scene, mask) if extent(scene, m) > scene.limits["least_m"]]
+    found: list[Part] = []
+    for group in _groups(scene, left, scene.limits["bad"]):
+        one = _as_one(scene, group)
+        if several := [one] if one is not None else _without_furniture(scene, group):
+            found += several
+            left = [p for p in left if not any(p is q for q in group)]
+    return found + [read(Region(scene, p.mask)) for p in left]
+
+
+def union(group: Sequence[Part]) -> Mask:
+    """Return the pixels of some regions of a picture."""
+    return np.asarray(np.logical_or.reduce([p.mask for p in group]))
 
 
 def _explained(scene: Scene, group: Sequence[Part]) -> float:
@@ -35,10 +83,11 @@ def _explained(scene: Scene, group: Sequence[Part]) -> float:
     return sum(p.score * float(p.mask.sum()) for p in group if p.score >= bad(p.mask, scene.limits))
 
 
-def _groups(scene: Scene, parts: Sequence[Part]) -> Iterator[list[Part]]:
-    """Yield groups of neighbouring image regions that known models do not explain well, at least one of them badly."""
+def _groups(scene: Scene, parts: Sequence[Part], most: float) -> Iterator[list[Part]]:
+    """Yield groups of neighbouring image regions that known models explain with lower scores than ``most``, at least one of them
+    badly."""
     limits = scene.limits
-    left = [p for p in parts if p.score < limits["full"] * rarity(p.mask, limits)]
+    left = [p for p in parts if p.score < most * rarity(p.mask, limits)]
     boxes = {id(p): _box(scene, p.mask) for p in left}
     while left:
         group = [left.pop(0)]
@@ -48,6 +97,12 @@ def _groups(scene: Scene, parts: Sequence[Part]) -> Iterator[list[Part]]:
             left = [p for p in left if not any(p is q for q in near)]
         if len(group) > 1 and any(p.score < bad(p.mask, limits) for p in group):
             yield group
+
+
+def beside(scene: Scene, part: Part, others: Sequence[Part], most: float) -> list[Part]:
+    """Return those of other regions of a picture whose boxes are at most so far [m] from a region's."""
+    own = _box(scene, part.mask)
+    return [p for p in others if p is not part and _apart(own, _box(scene, p.mask)) < most]
 
 
 def _box(scene: Scene, mask: Mask) -> tuple[np.ndarray, np.ndarray]:

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from cramlite.model import Floats, Pose, Value
 
 from ..pose.estimate import COARSE, FINE, MIDDLE, PoseHypothesis, allowed, best, hypotheses, without_duplicates
-from ..pose.icp import PoseBatch, register, spread
+from ..pose.icp import PoseBatch, RegistrationStage, register, spread
 from ..pose.model import Floats32, PoseModel
 from ..pose.outline import Outline
 from ..pose.prior import Alignment, Prior
@@ -67,9 +67,8 @@ def started(region: Region, appearance: Appearance, prior: Prior) -> Started | N
     if seen is None:
         return None
     view = scene.picture.view
-    large = model.diameter > scene.limits["large_m"]
     reach = max(COARSE.reach[0], scene.limits["far"] * model.diameter)
-    stage = replace(COARSE, reach=(reach, COARSE.reach[1]), iterations=(2 if large else 1) * COARSE.iterations)
+    stage = replace(COARSE, reach=(reach, COARSE.reach[1]), iterations=(2 if _is_large(scene, model) else 1) * COARSE.iterations)
     starts = register(model, seen[0], starts_for(view.camera, model, prior, seen[0]), stage, seen[1])
     starts = allowed(view, prior, starts)
     starts = slid(model, seen[1], starts) if len(starts) and region.is_covered else starts
@@ -82,6 +81,15 @@ def started(region: Region, appearance: Appearance, prior: Prior) -> Started | N
         order = free
     order = order[: int(scene.limits["yaws"])]
     return Started(appearance, starts.pick(order), float(scores[order[0]])) if len(order) else None
+
+
+def _is_large(scene: Scene, model: PoseModel) -> bool:
+    return model.diameter > scene.limits["large_m"]
+
+
+def _fine(scene: Scene, model: PoseModel) -> RegistrationStage:
+    """Return the last stage of registration; in its short reach a large model takes more iterations."""
+    return replace(FINE, iterations=int(scene.limits["slow"]) * FINE.iterations) if _is_large(scene, model) else FINE
 
 
 def _possible(scene: Scene, appearance: Appearance, starts: PoseBatch, order: Any) -> Any:
@@ -128,7 +136,7 @@ def full_readings(region: Region, ranked: Ranked, prior: Prior) -> list[Reading]
         return []
     model, view, kept = appearance.surface, scene.picture.view, int(scene.limits["poses"])
     starts = best(model, *seen, slid(model, seen[1], best(model, *seen, ranked.starts, kept, 300)), kept, 300)
-    starts = allowed(view, prior, register(model, seen[0], starts, FINE, seen[1]))
+    starts = allowed(view, prior, register(model, seen[0], starts, _fine(scene, model), seen[1]))
     scored = hypotheses(view, starts, _scored(model, seen, starts))
     return [_by_print(region, appearance, seen, h) for h in without_duplicates(model, scored)]
 
@@ -142,7 +150,7 @@ def _by_print(region: Region, appearance: Appearance, seen: tuple[Floats32, Outl
     model, scene = appearance.surface, region.scene
     poses, fits = _turned(scene, seen, model, found.pose)
     k, colour = best_by_print(scene.picture, region.mask, appearance, poses, fits)
-    again = register(model, seen[0], pose_batch(scene, [poses[k]]), FINE, seen[1])
+    again = register(model, seen[0], pose_batch(scene, [poses[k]]), _fine(scene, model), seen[1])
     refined = hypotheses(scene.picture.view, again, _scored(model, seen, again))
     pose, fit = poses[k], float(fits[k])
     if refined and refined[0].score >= fit:
@@ -156,7 +164,7 @@ def again(region: Region, appearance: Appearance, pose: Pose, reasons: tuple[str
     seen, model, scene = region.seen, appearance.surface, region.scene
     if seen is None:
         return None
-    starts = register(model, seen[0], pose_batch(scene, [pose]), FINE, seen[1])
+    starts = register(model, seen[0], pose_batch(scene, [pose]), _fine(scene, model), seen[1])
     scored = hypotheses(scene.picture.view, starts, _scored(model, seen, starts))
     if not scored:
         return None

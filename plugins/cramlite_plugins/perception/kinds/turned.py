@@ -1,0 +1,66 @@
+"""Furniture turned to where it explains what is beside it, too: the handles of a box are often regions of their own."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from msgspec.structs import replace
+
+from cramlite.model import Pose
+
+from .interpret import claimed
+from .joined import beside, union
+from .joint_search import settled
+from .reading import Part, Reading, Scene, bad
+from .region import Region
+from .registered import Started, again, coarse_reading, full_readings, pose_batch, standing
+
+TURNS = 4
+"""Number of turns of furniture about the vertical that are tried: a box looks alike from that many sides."""
+
+
+def turned(scene: Scene, parts: Sequence[Part]) -> list[Part]:
+    """Return parts of a picture, with furniture turned about the vertical where it explains its unexplained neighbours, too."""
+    found = list(parts)
+    for part in (p for p in parts if p.readings and p.readings[0].appearance.model.furniture and _stands(scene, p)):
+        near = beside(scene, part, [p for p in found if not _stands(scene, p)], scene.limits["handle_m"])
+        if near and (one := _with(scene, part, near)) is not None:
+            found = [p for p in found if p is not part and not any(p is n and (n.mask & one.mask).any() for n in near)] + [one]
+    return found
+
+
+def _with(scene: Scene, part: Part, near: Sequence[Part]) -> Part | None:
+    """Return furniture as it explains some of its neighbours, too; None if it does so no better than it explains itself."""
+    whole = union([part, *near])
+    other = _turned(Region(scene, whole), part.readings[0])
+    if other is None:
+        return None
+    one = claimed(scene, Part(whole, (other,)), [p.mask for p in near])
+    if not any((p.mask & one.mask).any() for p in near):
+        return None
+    own = again(Region(scene, one.mask), other.appearance, other.pose, other.reasons)
+    if own is None or own.score < bad(one.mask, scene.limits):
+        return None
+    rivals = [r for r in part.readings if r.appearance.model.name != own.appearance.model.name]
+    return Part(one.mask, (replace(own, joints=other.joints), *rivals))
+
+
+def _stands(scene: Scene, part: Part) -> bool:
+    return part.score >= bad(part.mask, scene.limits)
+
+
+def _turned(region: Region, reading: Reading) -> Reading | None:
+    """Return a better explanation of a region by the same model, turned about the vertical, with its joints as the picture shows them;
+    None if there is none."""
+    scene, now = region.scene, again(region, reading.appearance, reading.pose, ())
+    filed = next(a for a in scene.appearances if a.model.name == reading.appearance.model.name and a.as_filed)
+    middle = reading.pose.apply(filed.surface.centre)
+    there, back = Pose(tuple(middle)), Pose(tuple(-middle))
+    ways = [there * Pose.from_rotvec((0, 0, 0), (0, 0, 2 * math.pi * k / TURNS)) * back * reading.pose for k in range(TURNS)]
+    ranked = coarse_reading(region, Started(filed, pose_batch(scene, ways), 1.0))
+    found = full_readings(region, ranked, standing(filed)) if ranked is not None else []
+    best = max(found, key=lambda r: r.score, default=None)
+    if best is None or (now is not None and best.score <= now.score):
+        return None
+    return settled(region, best) if len(filed.moved) else best
