@@ -143,9 +143,7 @@ def _around(arm: Arm, thing: str, at: Pose, width: float, room: float = 0.0) -> 
             there = refusal(bare.why(there), collision=bare.collision(there))
         off = there if isinstance(there, Refused) else arm.at(Leg(before, opening=opening), there)
         if not isinstance(off, Refused):
-            return Place(
-                at, before, opening, tuple(at.rotate((0, 0, 1))), thing=thing, grip=GripFacts(width)
-            )
+            return Place(at, before, opening, tuple(at.rotate((0, 0, 1))), thing=thing, grip=GripFacts(width))
         refused = off
     return refused
 

@@ -12,7 +12,7 @@ from helpers.properties import examples
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cramlite_plugins.locations.placing.positions import around, beside, free_area, positions
+from cramlite_plugins.locations.placing.positions import around, beside, free_area, inwards, positions
 
 SHELF = shapely.box(-0.15, -0.1, 0.15, 0.1)
 
@@ -48,6 +48,15 @@ def test_nothing_free_has_no_positions_and_a_sliver_has_one() -> None:
 def test_one_side_of_a_line() -> None:
     half = beside(SHELF, (0.0, 2.0), 0.1)
     assert half.bounds[1] == 0.05 and half.area == shapely.box(-0.15, 0.05, 0.15, 0.1).area
+
+
+def test_inwards_a_place_has_more_room_the_farther_it_is_from_the_anchor() -> None:
+    area = shapely.box(0.0, 0.0, 0.4, 0.2).union(shapely.box(1.0, 0.0, 1.2, 0.2))
+    found = list(inwards(area, (0.9, 0.1)))
+    assert found == [(1.0, 0.1), (1.025, 0.1), (1.05, 0.1), (1.075, 0.1)]
+    assert list(inwards(shapely.Polygon(), (0.0, 0.0))) == []
+    bent = shapely.box(0.0, 0.0, 0.4, 0.1).union(shapely.box(0.0, 0.0, 0.1, 0.4)).union(shapely.Point(0.05, 0.05).buffer(0.09))
+    assert all(bent.covers(shapely.Point(p)) for p in inwards(bent, (0.4, 0.4)))
 
 
 def test_around_a_point_the_side_of_another_one_is_first_and_what_is_not_free_is_left_out() -> None:

@@ -26,6 +26,7 @@ Offset = tuple[float, float]
 FIRST = 16
 """Number of positions in the first round; each further round has twice as many."""
 AROUND = 0.1  # distance from the position straight beside a thing within which others are tried first [m]
+QUARTERS = (0.0, 0.25, 0.5, 0.75)
 SMALL = 1e-6
 """Least size of a part of an area in which more than the middle is tried [m2]."""
 
@@ -54,7 +55,7 @@ def positions_on(query: Query, now: Pose) -> Iterator[Offset]:
     first: Iterator[Offset] = iter(())
     if _beside(query, now) is not None:
         near = free.intersection(shapely.Point(best).buffer(AROUND))
-        first = itertools.islice(positions(near, best), FIRST)
+        first = itertools.islice(itertools.chain(inwards(near, best), positions(near, best)), FIRST)
     elif not query.depth and query.where == Where():
         first = beside_where_it_stood(query, free, radius(query, now))
     return itertools.chain(first, positions(free, best))
@@ -265,6 +266,20 @@ def positions(area: Any, anchor: Offset) -> Iterator[Offset]:
     for parts in zip(*rounds, strict=True) if rounds else ():
         points = [_rounded(p) for part in parts for p in part.tolist()]
         yield from sorted(points, key=lambda p: (round(math.dist(p, anchor), 4), p))
+
+
+def inwards(area: Any, anchor: Offset) -> Iterator[Offset]:
+    """Generate positions from the one of an area that is nearest to an anchor towards the middle of its
+    piece, in quarters: each has more room than the one before, and is farther from the anchor."""
+    if area.is_empty:
+        return
+    piece = min(shapely.get_parts(area), key=lambda p: float(p.distance(shapely.Point(anchor))))
+    begin = np.asarray(shapely.shortest_line(shapely.Point(anchor), piece).coords[-1])
+    way = np.asarray(shapely.maximum_inscribed_circle(piece).coords[0]) - begin
+    for share in QUARTERS:
+        point = _rounded(begin + share * way)
+        if area.covers(shapely.Point(point).buffer(ROUNDED)) or share == 0:
+            yield point
 
 
 def around(area: Any, middle: Offset, distance: float, to: Offset) -> Iterator[Offset]:
