@@ -161,7 +161,7 @@ def look(
 
 
 def mapped(scenario: Scenario, world: World) -> World:
-    """Return what is known of a world before any picture: its furniture, without that which the scenario's camera is to find."""
+    """Return the world that is known before any picture: its furniture, but for pieces that the scenario's camera is to find."""
     found = set(scenario.spec.camera.finds if scenario.spec.camera else ())
     found |= {t.name for t in world.things if t.joint is not None and t.joint.parent in found}
     return replace(world, things=tuple(t for t in world.things if t.furniture and t.name not in found))

@@ -146,7 +146,7 @@ def corrected(world: World, knowledge: Knowledge, noise: float, deep: float | No
     simulator = knowledge.simulator
     if not noise or not isinstance(simulator, Correcting):
         return world
-    apart, said = simulator.put_apart(world, knowledge.robots_of(world), noise, deep, staying)
+    apart, said = simulator.put_apart(world, knowledge.robots_of(world), noise, deep, staying=staying)
     return replace(apart, notes=(*apart.notes, *said))
 
 

@@ -35,7 +35,7 @@ REACH = ((0.15, 1.05), (-0.75, 0.75))
 DEEP, HIGH = 0.05, 0.60
 """Depth below the table, and height above it, to which things are looked for [m]."""
 SOLID = 0.5
-"""Thickness of the table for perception [m]: what is deeper in it than a thin board would be comes out at no other side."""
+"""Thickness of the table for perception [m]: no pose is so deep in it that it comes out at the other side."""
 BIN, THICK, LEVEL = 0.004, 0.012, 0.9
 """Bin of heights [m], how far points of the table lie from the commonest height, and the least share of the vertical in its normal."""
 SMALL = 0.06

@@ -11,6 +11,8 @@ from cramlite.model import Camera, Intrinsics, Pose, Thing, View, World
 from cramlite_plugins.objects.products_and_fixtures import make
 from cramlite_plugins.simulation.camera.depth_camera import look
 
+from .as_a_user import cramlite
+
 CHEST = """<mujoco><worldbody><body name="chest">
   <geom type="box" size=".1 .09 .005" pos="0 0 .005" rgba=".55 .35 .2 1"/>
   <geom type="box" size=".1 .09 .005" pos="0 0 .125" rgba=".55 .35 .2 1"/>
@@ -35,6 +37,13 @@ def write_chest(folder: Path) -> None:
     for name, text in (("chest", CHEST), ("cube", CUBE)):
         (folder / name).mkdir(parents=True)
         (folder / name / f"{name}.xml").write_text(text)
+
+
+def engine_with_chest(folder: Path) -> Engine:
+    """Return an engine that knows both kinds, from a library that the command line made in a folder."""
+    write_chest(folder / "kinds")
+    assert cramlite("library", "add", folder / "kinds", "--out", folder / "lib", "--up", "z").returncode == 0
+    return Engine(models=[folder / "lib"])
 
 
 def chest(engine: Engine, opened: float) -> Thing:

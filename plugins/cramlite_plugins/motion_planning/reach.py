@@ -66,8 +66,8 @@ def make_scene(
         opening: of the fingers [m]; the believed one by default.
         clearance: to everything else [m]; the planner's own by default, and more to what is not surely known.
         pushes: things that the held thing and what that carries may touch, and the gripper may not.
-        wider: thing -> what is kept from it beyond the clearance [m], where ``clearance`` is None; by default
-            what ``uncertainty_margins`` says.
+        wider: thing -> distance to it beyond the clearance [m], where ``clearance`` is None; by default
+            ``uncertainty_margins``.
     """
     poses = {name: e.pose for name, e in belief.poses.items() if belief.world.thing(name).movable}
     held = belief.in_hand()

@@ -27,7 +27,7 @@ def planned(
     scene: PlanningScene, belief: Belief, context: Context, goals: Sequence[Joints], *,
     seed: int, speed: float, acceleration: float,
 ) -> tuple[Path | Refused, str]:  # fmt: skip
-    """Plan a path from where the arm is, and say in words what it keeps from things.
+    """Plan a path from where the arm is, and name the distances that it keeps.
 
     It has room for the errors of the proof's twins, if such a path is found.
 

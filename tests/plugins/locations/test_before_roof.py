@@ -4,58 +4,32 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from helpers.overhang import FRONT, holding, overhang
 from msgspec.structs import replace
 
-from cramlite import Engine
 from cramlite.model import (
     Belief,
     Estimate,
-    Feature,
     Geom,
-    GripFacts,
-    Held,
     Location,
     Place,
     Pose,
-    RobotMount,
     Thing,
-    World,
-    initial_belief,
 )
 from cramlite.plugin import Context, Grounding, Unresolvable
 from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.locations.kinds import ground
-from cramlite_plugins.objects.products_and_fixtures import block, table
+from cramlite_plugins.objects.products_and_fixtures import block
 from cramlite_plugins.robots.ur5e import UR5E
 
-MOUNT = RobotMount("arm", "ur5e")
 BEFORE = Location("before(shelf)", "before", "shelf", {"region": "below"})
 PUSHED = Location("pushed_in(it)", "pushed_in", "it", {"begin": "before(shelf)"})
-FRONT = 0.25  # of the room under the shelf, along y [m]
 HIGH = 0.056  # of the thing [m]
-
-
-def _shelf(room: float = 0.08, floor: float = 0.0) -> Thing:
-    """A board on three sides so high over the table; below it there is room 0.3 m wide and 0.17 m deep, on a floor so high."""
-    board = Geom("box", (0.16, 0.09, 0.003), Pose((0.0, 0.0, room + 0.003)))
-    sides = (Geom("box", (0.005, 0.09, room / 2), Pose((s * 0.155, 0.0, room / 2))) for s in (-1, 1))
-    back = Geom("box", (0.16, 0.002, room / 2), Pose((0.0, 0.088, room / 2)))
-    base = [Geom("box", (0.15, 0.09, floor / 2), Pose((0.0, 0.0, floor / 2)))] if floor else []
-    below = Feature(
-        "below", "cram:Cavity", Pose((0.0, 0.0, 0.9 * room)), {"width": 0.3, "depth": 0.17, "height": 0.9 * room}
-    )
-    return Thing("shelf", "cram:Shelf", Pose((0.5, FRONT + 0.085, 0.0)), (board, *sides, back, *base), (below,))
 
 
 def _asked(shelf: Thing, *things: Thing) -> tuple[Belief, Context]:
     """A flat box in the hand, from above."""
-    it = Thing("it", "cram:Product", Pose((0.45, 0.0, 0.23)), (Geom("box", (0.05, 0.012, HIGH / 2)),), (), 0.05, 0.95)
-    hand = Pose.from_axes((0.45, 0.0, 0.25), (0.0, 0.0, -1.0), (1.0, 0.0, 0.0))
-    floor = table("table", Pose((0.3, 0.0, 0.0)), (1.2, 1.2, 0.02))
-    start = initial_belief(World((floor, shelf, *things, it), (MOUNT,)), "arm", UR5E.home, 0.04)
-    belief = start.grasped(Held("it", hand.inverse() * it.pose, 0.024)).moved(inverse(UR5E, hand, seed=UR5E.home)[0])
-    bindings = {"shelf": "shelf", "it": "it", "grasp(it)": Place(hand, hand, thing="it", grip=GripFacts(0.024))}
-    return belief, Context(UR5E, MOUNT, bindings, Engine().knowledge.taxonomy)
+    return holding(Geom("box", (0.05, 0.012, HIGH / 2)), Pose((0.45, 0.0, 0.23)), 0.25, 0.0, shelf, *things)
 
 
 def _first(location: Location, belief: Belief, context: Context) -> Place:
@@ -65,7 +39,7 @@ def _first(location: Location, belief: Belief, context: Context) -> Place:
 
 def _set_down() -> tuple[Belief, Context, Place, Pose]:
     """The belief once the thing stands before the shelf, the place where it was let go of, and its pose."""
-    belief, context = _asked(_shelf())
+    belief, context = _asked(overhang())
     place = _first(BEFORE, belief, context)
     assert place.release is not None
     lies = place.pose * belief.payload.tcp_to_thing * place.release.settles
@@ -92,7 +66,7 @@ def test_fingers_that_lean_push_it_in_until_its_origin_is_in_the_region() -> Non
     assert end == pytest.approx((0.0, push.carried.pushed_m + 0.01, 0.0), abs=1e-6)
 
 
-@pytest.mark.parametrize("shelf", [_shelf(floor=0.01), _shelf(room=0.05)])
+@pytest.mark.parametrize("shelf", [overhang(floor=0.01), overhang(room=0.05)])
 def test_no_way_leads_over_an_edge_or_into_less_room(shelf: Thing) -> None:
     with pytest.raises(Unresolvable):
         list(ground(BEFORE, *_asked(shelf)))
@@ -100,5 +74,5 @@ def test_no_way_leads_over_an_edge_or_into_less_room(shelf: Thing) -> None:
 
 def test_what_stands_before_it_is_to_blame() -> None:
     with pytest.raises(Unresolvable) as no:
-        list(ground(BEFORE, *_asked(_shelf(), block("wall", Pose((0.5, 0.23, 0.03)), (0.3, 0.02, 0.06), 1.0))))
+        list(ground(BEFORE, *_asked(overhang(), block("wall", Pose((0.5, 0.23, 0.03)), (0.3, 0.02, 0.06), 1.0))))
     assert ("wall",) in (no.value.blocking or ()) and "not let in:" in no.value.reason

@@ -136,6 +136,15 @@ def test_beside_a_thing_on_a_large_table_the_next_places_are_near_the_first() ->
     assert all(math.dist(first, other) < 0.11 for other in others)
 
 
+def test_where_straight_beside_it_there_is_no_room_the_next_places_come_from_there_and_none_twice() -> None:
+    at = Pose((0.45, -0.35, 0.15))
+    tin, can = (block(name, Pose((0.45, y, 0.175)), (0.05, 0.05, 0.05)) for name, y in (("tin", -0.35), ("can", -0.28)))
+    query = query_on(believed(table("wide", at, (1.0, 1.2, 0.02)), tin, can), "wide", {"left_of": "tin"})
+    found = list(itertools.islice(positions_on(query, held_pose(query.belief, context_of(query.belief))), 60))
+    away = [math.dist(found[0], p) for p in found[:4]]
+    assert away == sorted(away) and 0 < away[1] < 0.03 and len({*found}) == len(found)
+
+
 @pytest.mark.parametrize(("where", "within"), [({}, 0.2), ({"within": 0.05}, 0.05)])
 def test_free_near_a_thing_is_within_a_distance(where: dict[str, float], within: float) -> None:
     flat = block("tin", Pose((0.45 + 0.14, -0.35, 0.15)), (0.002, 0.002, 0.002))

@@ -6,8 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from helpers.as_a_user import cramlite
-from helpers.chest import chest, pictured, write_chest
+from helpers.chest import chest, engine_with_chest, pictured
 
 from cramlite import Engine
 from cramlite.model import Geom, Joint, KindJoint, MeshFile, Pose, Thing, replace
@@ -23,10 +22,7 @@ from cramlite_plugins.shapes.skins import skin_of
 @pytest.fixture(scope="module")
 def engine(tmp_path_factory: pytest.TempPathFactory) -> Engine:
     """An engine that knows a chest with a drawer, and a cube."""
-    folder = tmp_path_factory.mktemp("chests")
-    write_chest(folder / "kinds")
-    assert cramlite("library", "add", folder / "kinds", "--out", folder / "lib", "--up", "z").returncode == 0
-    return Engine(models=[folder / "lib"])
+    return engine_with_chest(tmp_path_factory.mktemp("chests"))
 
 
 def perceived(engine: Engine, *things: Thing) -> Perceived:

@@ -18,14 +18,13 @@ from .at_rest import along_walls
 from .attitudes import lying
 from .checks import WELL_IN
 from .query import Groups, Placement, Query
-from .stable_poses import carried_at, inside_from, put_down, well_in
+from .stable_poses import ABOVE, carried_at, inside_from, put_down, well_in
 from .tilting import ACROSS, BACK, KEPT
 
 # Height of an edge between the floors before and under an overhang, past which fingers push, at most [m]
 EDGE = 0.002
 DEEPER, STEP = 0.03, 0.01  # of an origin in its region than it has to be, and between places [m]
-APART = (0.03, 0.06, 0.1)  # from the overhang to what is set down before it [m]: half of a hand, and more
-ABOVE = 0.06  # stand-off above what is set down [m]
+APART = (0.03, 0.06, 0.1)  # gaps between the overhang and the payload before it [m]: half of a hand, and more
 
 
 def before_roof(asked: list[Query]) -> Groups:

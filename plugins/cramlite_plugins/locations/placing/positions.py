@@ -52,13 +52,15 @@ def positions_on(query: Query, now: Pose) -> Iterator[Offset]:
     if query.under:
         return iter([(0.0, 0.0)])
     free, best = free_for(query, now), anchor(query, now)
-    first: Iterator[Offset] = iter(())
     if _beside(query, now) is not None:
         near = free.intersection(shapely.Point(best).buffer(AROUND))
-        first = itertools.islice(itertools.chain(inwards(near, best), positions(near, best)), FIRST)
-    elif not query.depth and query.where == Where():
+        straight = itertools.chain(inwards(near, best), positions(near, best))
+        tried = dict.fromkeys(itertools.islice(straight, FIRST))
+        return itertools.chain(tried, (p for p in positions(free, best) if p not in tried))
+    if not query.depth and query.where == Where():
         first = beside_where_it_stood(query, free, radius(query, now))
-    return itertools.chain(first, positions(free, best))
+        return itertools.chain(first, positions(free, best))
+    return positions(free, best)
 
 
 def free_for(query: Query, now: Pose) -> Any:

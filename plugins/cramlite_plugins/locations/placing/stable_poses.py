@@ -51,7 +51,7 @@ from the sides of the bowl around it, 35 mm higher a bottle 5 mm from the rim of
 more clearance."""
 # Lowest point above a container's floor when let go, and steps up from there [m]
 OFF_FLOOR, RISE = 0.01, 0.015
-ABOVE = 0.06  # stand-off above a rim [m]
+ABOVE = 0.06  # stand-off above a rim, or above a payload on a floor [m]
 TURNLESS = 1e-6  # what is turned by less is as it was: rounding [rad]
 LET_GO = 0.004
 """Height of the release [m] above the pose that is 3 to 6 mm over the first contact."""

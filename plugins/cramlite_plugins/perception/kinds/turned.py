@@ -1,4 +1,4 @@
-"""Furniture turned to where it explains what is beside it, too: the handles of a box are often regions of their own."""
+"""Furniture turned to where it explains its neighbours, too: the handles of a box are often regions of their own."""
 
 from __future__ import annotations
 
