@@ -112,6 +112,7 @@ class Robot(Value):
         root: frame 0 of ``dh`` in the base frame, which is level: not at its origin, or leaning, where the first axis is or does.
         rotors: inertia of each joint's motor behind its gear, as the controller of an arm with a ``posture`` counts
             it [kg m2]; empty where that is what ``mjcf`` says.
+        looks: returns what cameras see of it as MJCF text, with the names of ``mjcf``; None where that is the same.
 
     Raises:
         ValueError: ``axis_zeros`` is not a finite angle for each joint, ``rotors`` not an inertia for each, or
@@ -141,6 +142,7 @@ class Robot(Value):
     conditioning: float = 0.0
     root: Pose = Pose()
     rotors: tuple[float, ...] = ()
+    looks: Callable[[], str] | None = None
 
     def __post_init__(self) -> None:
         zeros = self.axis_zeros

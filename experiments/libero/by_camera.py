@@ -4,7 +4,6 @@ model, state or goal formula."""
 from __future__ import annotations
 
 import base64
-import os
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -18,13 +17,12 @@ from cramlite_plugins.benchmarks.benchmark_process import PATIENCE
 from cramlite_plugins.benchmarks.benchmark_scene import scene_model, scene_setting
 
 from .connection import Libero
+from .panda import library
 from .placed_kinds import Placed, files_of, scene_of
-from .sight import levelled, pictured, seen
+from .sight import located, pictured, seen
 
 ALLOWED = ("reset", "look", "hello", "step", "check", "end")
 """Requests that this connection sends; a robot cell could answer all but ``reset`` and ``check``, which start and judge an episode."""
-KINDS, USUAL = "CRAMLITE_LIBERO_KINDS", "~/.local/share/cramlite/libero_kinds"
-"""Environment variable that says where the library of known kinds is, and its usual place."""
 ASKED = "asked.json"
 """File of an episode with all requests to the benchmark, and the names of the fields of its answers."""
 
@@ -67,7 +65,7 @@ class LiberoByCamera(Libero):
         said = self.ask({"ask": "look"}, self.patience)
         hello = self.hello()
         mount = RobotMount("robot", "libero_panda", joints=tuple(said["joints"]), opening=min(said["opening"], 0.08))
-        view, table = levelled(pictured(said, self.seed))
+        view, table = located(engine, pictured(said, self.seed), mount)
         library = library_folder()
         found, obstacles = seen(engine, view, table, kinds_of(library), mount)
         folder.mkdir(parents=True, exist_ok=True)
@@ -97,7 +95,7 @@ def library_folder() -> Path:
     Raises:
         UserError: it is not there; says how it is made.
     """
-    folder = Path(os.environ.get(KINDS) or USUAL).expanduser()
+    folder = library()
     if not (folder / "library.yaml").is_file():
         raise UserError(f"There is no library of LIBERO's kinds in '{folder}'; docs/how-to/libero.md#by-camera says how one is made.")
     return folder

@@ -2,7 +2,7 @@
 
 It runs in LIBERO's environment, before any episode: ``~/.local/share/cramlite/libero/bin/python kinds.py FOLDER``. A kind is written as
 LIBERO assembles it: names made unique, masses stated, and the files that it names copied beside it. FOLDER/z and FOLDER/y have those of
-which that axis usually points up, FOLDER/any the others.
+which that axis usually points up, FOLDER/any the others, and FOLDER/robot the meshes of the robot.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from masses import with_masses
+from robot_meshes import write_robot
 
 SUITES = ("libero_spatial", "libero_object", "libero_goal", "libero_10", "libero_90")
 OWN = "kindsownname"
@@ -79,6 +80,8 @@ def main() -> None:
             print(f"{kind}: left out, since LIBERO has no model file of it ({error})")
         else:
             print(f"{kind}: {'a fixture' if fixture else 'an object'}")
+    write_robot(out / "robot")
+    print("robot: the meshes that cameras see of it")
 
 
 if __name__ == "__main__":

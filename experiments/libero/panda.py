@@ -8,7 +8,9 @@ finger; the site that its controller moves is at 97 mm. Its frame is that of cra
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
+from pathlib import Path
 
 from msgspec.structs import replace
 
@@ -19,8 +21,11 @@ from cramlite_plugins.robots.fr3 import DH, FR3, JOINTS
 from cramlite_plugins.robots.fr3 import LINKS as FR3_LINKS
 from cramlite_plugins.robots.franka_hand import HEIGHT, TURN
 from cramlite_plugins.robots.hull import Circle, Hull
+from cramlite_plugins.robots.looks import Skin, covered
 from cramlite_plugins.robots.parallel_gripper import Jaws, actuation_elements, finger
 
+KINDS, USUAL = "CRAMLITE_LIBERO_KINDS", "~/.local/share/cramlite/libero_kinds"
+"""Environment variable that says where the library of known kinds is, and its usual place."""
 FLANGE, SITE = 0.1065, 0.097
 KEPT = 0.1
 """Distance kept from each joint's stops [rad]: joints at rest were seen up to 0.05 rad from the values that ``POSTURE`` predicts (1 % of
@@ -127,6 +132,8 @@ PAD = (0.016, 0.020)
 """Size of a pad in the planning of grasps [m]: the pad and the finger's face beyond it, up to 0.8 mm beyond the tips, which
 so stay off tables. With 16 mm grasps were planned 1.2 mm short of the tips, and a plate that lies flat had a finger pressed onto the table
 beside it, with 21 N."""
+SEEN = {"gripper": "right_gripper", "left_finger": "leftfinger", "right_finger": "rightfinger"}
+"""Bodies of the hand, and the names of their meshes in robosuite."""
 MASS = 0.52
 """Mass of the hand and its fingers [kg]."""
 SLICES = ((0.0, 0.022, 0.0316, 0.104), (0.022, 0.044, 0.0276, 0.1028), (0.044, 0.057, 0.0221, 0.1013), (0.057, HEIGHT, 0.0189, 0.1003))
@@ -157,6 +164,19 @@ def mjcf() -> str:
     return arm_mjcf("libero_panda", TABLE, LINKS, JOINTS, LIMITS, HULLS[:1], gripper_mjcf(LINKS[-1].name))
 
 
+def library() -> Path:
+    """Return the folder with what kinds.py made of LIBERO's files: the library of kinds, and in ``robot`` the robot's visible meshes."""
+    return Path(os.environ.get(KINDS) or USUAL).expanduser()
+
+
+def looks() -> str:
+    """Write the arm and its hand as MJCF text, as LIBERO's cameras see them."""
+    folder, flange = library() / "robot", Pose((0.0, 0.0, -FLANGE))
+    names = {"base_link": "link0", **{link.name: f"link{k}" for k, link in enumerate(LINKS, 1)}}
+    skins = {body: Skin(folder / f"{name}.obj", flange if body == LINKS[-1].name else Pose()) for body, name in (names | SEEN).items()}
+    return covered(mjcf(), skins)
+
+
 HAND = replace(
     FR3.gripper, type="libero_panda_hand", pad=PAD, depth=SITE - HEIGHT, mass=MASS, tcp=TURN * Pose((0.0, 0.0, SITE)),
     force=(5.0, 20.0), speed=(FR3.gripper.speed[0], SPEED),
@@ -164,6 +184,7 @@ HAND = replace(
 PANDA = replace(
     FR3, type="libero_panda", dh=TABLE, limits=LIMITS, velocity=(2.175,) * 4 + (2.61,) * 3, gripper=HAND, mjcf=mjcf, backend="stream",
     pace=2.5, posture=POSTURE, conditioning=CONDITIONING, rotors=ROTORS,
+    looks=looks if (library() / "robot").is_dir() else None,
 )  # fmt: skip
 
 

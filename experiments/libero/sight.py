@@ -2,7 +2,7 @@
 them.
 
 Poses are in the frame of the robot's base, z up. The errors of a stereo camera and of a calibration are added here, by the seed of the
-episode; two angles of the calibration are found again, since a table is level.
+episode; the camera's pose is found again from the robot's own body in the picture, and from the table, which is level.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from msgspec.structs import replace
 from cramlite import Engine, UserError
 from cramlite.model import Camera, Geom, Intrinsics, Pose, RobotMount, Thing, View, World
 from cramlite.perception.active_perception import ask
+from cramlite.perception.camera_check import camera_offset
 from cramlite.perception.own_body import own_depth
 from cramlite.perception.query import ObjectQuery
 from cramlite.perception.recognition import thing_from_percept
@@ -105,11 +106,29 @@ def levelled(view: View) -> tuple[View, float]:
     return view, height
 
 
+def located(engine: Engine, view: View, mount: RobotMount) -> tuple[View, float]:
+    """Correct the pose of a view's camera by the table in the picture, and by the robot, if it is known what this looks like;
+    return the view and the table's height [m].
+
+    Raises:
+        UserError: there is no table in the picture.
+    """
+    level, table = levelled(view)
+    if engine.knowledge.robots[mount.type].looks is None:
+        return level, table
+    offset, _ = camera_offset(level, (), engine.knowledge, _own(engine, level, mount))
+    return levelled(replace(level, camera=offset.camera)) if offset else (level, table)
+
+
+def _own(engine: Engine, view: View, mount: RobotMount) -> Any:
+    return own_depth(World((), (mount,)), Camera(view.camera, intrinsics=view.intrinsics), engine.knowledge)
+
+
 def seen(
     engine: Engine, view: View, table: float, kinds: Sequence[Thing], mount: RobotMount
 ) -> tuple[list[Found], list[Thing]]:
     """Return what a picture shows on a table, without the robot's own pixels: known kinds, and obstacles around what is none."""
-    own = own_depth(World((), (mount,)), Camera(view.camera, intrinsics=view.intrinsics), engine.knowledge)
+    own = _own(engine, view, mount)
     around = Box(*zip(*REACH, (table - DEEP, table + HIGH), strict=True))
     query = ObjectQuery(wanted=("type", "pose", "model"))
     half = (0.6, 1.0, SOLID / 2)

@@ -21,6 +21,7 @@ from cramlite.model import Camera, Intrinsics, Pose, RobotMount, Thing, World
 from cramlite.perception.own_body import own_depth
 from cramlite.perception.recognition import levelled
 from cramlite_plugins.objects.products_and_fixtures import make
+from cramlite_plugins.perception.own_surface import widened
 from cramlite_plugins.simulation.camera.depth_camera import look
 
 LIBERO = ROOT / "experiments" / "libero"
@@ -157,7 +158,7 @@ def test_no_more_is_asked_than_a_cell_answers(monkeypatch: pytest.MonkeyPatch) -
     for more in ("scene", "cameras"):
         with pytest.raises(UserError, match=f"not sent the request '{more}'"):
             benchmark.ask({"ask": more}, 1.0)
-    monkeypatch.setenv(module.KINDS, "/nowhere")
+    monkeypatch.setenv("CRAMLITE_LIBERO_KINDS", "/nowhere")
     with pytest.raises(UserError, match="no library of LIBERO's kinds"):
         module.library_folder()
 
@@ -190,7 +191,7 @@ def test_beside_the_robot_is_the_robot() -> None:
     view = sight.pictured(said(0.012), 0)
     alone, fixed = World((), (MOUNT,)), Camera(view.camera, intrinsics=view.intrinsics, noise=False)
     drawn = np.isfinite(look(alone, engine.knowledge.robots_of(alone), fixed, seed=0).depth)
-    own = np.isfinite(own_depth(alone, fixed, engine.knowledge))
+    own = np.isfinite(widened(own_depth(alone, fixed, engine.knowledge), view.intrinsics))
     assert own[drawn].all()
     assert own.sum() > 1.1 * drawn.sum()
     assert not own.all()

@@ -1,22 +1,28 @@
-"""Expert that finds a camera whose pose differs from the believed one, from the fixtures in its picture.
+"""Expert that finds a camera whose pose differs from the believed one, from the fixtures and the robot in its picture.
 
-Measured points near fixtures are registered to their surfaces, point to plane with Tukey's weights (Chen and Medioni, IVC 10, 1992;
-Beaton and Tukey, Technometrics 16, 1974); what fixtures do not tell, such as a shift along the only table in the picture, stays as
-believed.
+Measured points near fixtures, and near the robot where its joints put it, are registered to their surfaces, point to plane with
+Tukey's weights (Chen and Medioni, IVC 10, 1992; Beaton and Tukey, Technometrics 16, 1974); what these do not tell, such as a shift
+along the only table in the picture, stays as believed.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from cramlite.model import CameraOffset, Floats, Geom, Pose, Value
+from cramlite.model import CameraOffset, Floats, Pose, Value
 from cramlite.plugin import Expert, Inputs, Judged, Parameter, Unresolvable, hookimpl
 
+from .own_surface import OwnSurface
 from .segmentation.surroundings import facing_distances
+
+Surface = Callable[[Floats, Floats], tuple[Floats, Floats]]
+"""Function from points (N, 3) and their camera rays to the signed distances (N,) [m] from a surface's side that faces the camera, and
+its normals there (N, 3), world frame."""
 
 PRIMITIVES = ("box", "cylinder", "capsule", "sphere")
 BLOCK = 40
@@ -24,7 +30,7 @@ BLOCK = 40
 
 
 class _Points(Value, eq=False):
-    """Measured points near fixtures (N, 3), with camera rays, standard deviations [m], and the square block
+    """Measured points near surfaces (N, 3), with camera rays, standard deviations [m], and the square block
     of the image that each is in."""
 
     at: Floats
@@ -34,95 +40,107 @@ class _Points(Value, eq=False):
 
 
 def camera_offset(inputs: Inputs) -> Mapping[str, Any]:
-    """Estimate how far a camera is from its believed pose, from the fixtures in its picture.
+    """Estimate how far a camera is from its believed pose, from the fixtures and the robot in its picture.
 
     Raises:
-        Unresolvable: too little of fixtures is in the picture, or what is there is not where any near pose would see it.
+        Unresolvable: too little of them is in the picture, or what is there is not where any near pose would see it.
     """
     limits, view = inputs.parameters, inputs["view"]
-    solids = [(g, t.pose * g.pose) for t in inputs["fixtures"] if t.joint is None for g in t.geoms if g.shape in PRIMITIVES]
-    points, solids = _near(inputs, solids)
+    points, surfaces = _near(inputs, _surfaces(inputs))
     centre = points.at.mean(axis=0)
     prior = _prior(np.array(view.camera.position) - centre, limits)
-    whole = _registered(points, solids, centre, prior, limits)
-    points, solids = _clear(points, whole, solids, limits)
-    whole = _registered(points, solids, centre, prior, limits)
-    away, j, weight = _linear(points, whole, centre, solids, limits["last_m"])
+    whole = _registered(points, surfaces, centre, prior, limits)
+    points, surfaces = _clear(points, whole, surfaces, limits)
+    whole = _registered(points, surfaces, centre, prior, limits)
+    away, j, weight = _linear(points, whole, centre, surfaces, limits["last_m"])
     used = weight > 0
     if used.mean() < limits["share"]:
-        share = f"{100 * used.mean():.0f} % of {len(used)} points near fixtures are on the fixtures' surfaces"
+        share = f"{100 * used.mean():.0f} % of {len(used)} points near fixtures and robot are on their surfaces"
         raise Unresolvable(f"even at the camera pose that fits best, only {share}")
-    start = np.abs(_linear(points, Pose(), centre, solids, limits["reach_m"])[0])
+    start = np.abs(_linear(points, Pose(), centre, surfaces, limits["reach_m"])[0])
     covariance, open_ = _covariance(points, away, j, weight, prior)
     found = _judged(view.camera, whole, centre, covariance, points, used, limits)
     offset = CameraOffset(*found[:4], float(np.median(start[used])), float(np.median(np.abs(away[used]))), *found[4:], open_)
     return {"camera_offset": Judged(offset, float(used.mean()), _said(offset))}
 
 
-def _near(inputs: Inputs, solids: Sequence[tuple[Geom, Pose]]) -> tuple[_Points, list[tuple[Geom, Pose]]]:
-    """Points of a subsample of the cloud that are within ``reach_m`` of a solid's surface, and the solids
-    that have at least five of these points."""
+def _surfaces(inputs: Inputs) -> list[Surface]:
+    """Surfaces whose places are known: those of fixtures, and that of the robot where it would be seen."""
+    solids = [(g, t.pose * g.pose) for t in inputs["fixtures"] if t.joint is None for g in t.geoms if g.shape in PRIMITIVES]
+    own = OwnSurface.of(inputs["view"], inputs.get("robot"))
+    return [partial(facing_distances, g, p) for g, p in solids] + ([own.distances] if own else [])
+
+
+def _measured(inputs: Inputs) -> Any:
+    """Indices of pixels, ``most`` of all and ``most`` of those on which the robot would be seen."""
+    most, own = int(inputs.parameters["most"]), inputs.get("robot")
+    masks = [inputs["cloud"].mask] + ([np.isfinite(own) & inputs["view"].valid] if own is not None else [])
+    return np.unique(np.concatenate([i[:: max(1, len(i) // most)] for i in map(np.flatnonzero, masks)]))
+
+
+def _near(inputs: Inputs, surfaces: Sequence[Surface]) -> tuple[_Points, list[Surface]]:
+    """Points of a subsample of the picture that are within ``reach_m`` of a surface, and the surfaces that have at least five of
+    these points."""
     cloud, view, limits = inputs["cloud"], inputs["view"], inputs.parameters
-    index = np.flatnonzero(cloud.mask)
-    index = index[:: max(1, len(index) // int(limits["most"]))]
+    index = _measured(inputs)
     at, eye = cloud.points.reshape(-1, 3)[index].astype(float), np.array(view.camera.position)
     rays = at - eye
     rays /= np.linalg.norm(rays, axis=1)[:, None]
     depth = view.depth.reshape(-1)[index].astype(float)
-    distances = [np.abs(facing_distances(g, p, at, rays)[0]) for g, p in solids]
+    distances = [np.abs(surface(at, rays)[0]) for surface in surfaces]
     near = np.min(distances, axis=0) < limits["reach_m"] if distances else np.zeros(len(at), bool)
     if near.sum() < limits["least"]:
-        few = f"{int(near.sum())} of {len(at)} measured points are near fixtures"
+        few = f"{int(near.sum())} of {len(at)} measured points are near fixtures and robot"
         raise Unresolvable(f"{few}; at least {limits['least']:.0f} are needed to locate the camera")
-    kept = [s for s, d in zip(solids, distances, strict=True) if (d < limits["reach_m"]).sum() >= 5]
+    kept = [s for s, d in zip(surfaces, distances, strict=True) if (d < limits["reach_m"]).sum() >= 5]
     row, column = np.divmod(index[near], view.depth.shape[1])
     blocks = (row // BLOCK) * 1000 + column // BLOCK
     spread = np.hypot(limits["rough_m"], limits["noise"] * depth[near] ** 2)
     return _Points(at[near], rays[near], spread, blocks), kept
 
 
-def _registered(points: _Points, solids: Sequence[tuple[Geom, Pose]], centre: Floats, prior: Floats, limits: Mapping[str, float]) -> Pose:
-    """Motion of the camera's points that brings them onto the solids' surfaces, by Gauss-Newton steps.
+def _registered(points: _Points, surfaces: Sequence[Surface], centre: Floats, prior: Floats, limits: Mapping[str, float]) -> Pose:
+    """Motion of the camera's points that brings them onto the surfaces, by Gauss-Newton steps.
 
     Points farther off than a limit have no weight; the limit shrinks from ``reach_m`` to ``last_m``.
     """
     whole = Pose()
     for scale in np.geomspace(limits["reach_m"], limits["last_m"], int(limits["iterations"])):
-        away, j, weight = _linear(points, whole, centre, solids, scale)
+        away, j, weight = _linear(points, whole, centre, surfaces, scale)
         step = np.linalg.solve(j.T @ (weight[:, None] * j) + prior, -j.T @ (weight * away) - prior @ _twist(whole, centre))
         whole = _about(centre, np.asarray(step, float)) * whole
     return whole
 
 
 def _clear(
-    points: _Points, whole: Pose, solids: Sequence[tuple[Geom, Pose]], limits: Mapping[str, float]
-) -> tuple[_Points, list[tuple[Geom, Pose]]]:
-    """Points that a camera sees on fixtures, and the fixtures' solids; solids that other things hide or surround are left out.
+    points: _Points, whole: Pose, surfaces: Sequence[Surface], limits: Mapping[str, float]
+) -> tuple[_Points, list[Surface]]:
+    """Points that a camera sees on surfaces, and these; surfaces that other things hide or surround are left out.
 
-    A solid is kept if most of the points nearest to it lie on its surface.
+    A surface is kept if most of the points nearest to it lie on it.
 
-    Other solids are left out: a thing that hangs on a peg has points near the peg, which do not tell where
+    Others are left out: a thing that hangs on a peg has points near the peg, which do not tell where
     the camera is.
     """
     at, rays = whole.apply(points.at), whole.rotate(points.rays)
-    distances = np.array([np.abs(facing_distances(g, p, at, rays)[0]) for g, p in solids])
+    distances = np.array([np.abs(surface(at, rays)[0]) for surface in surfaces])
     nearest, on = distances.argmin(axis=0), distances.min(axis=0) < limits["last_m"]
-    clear = [k for k in range(len(solids)) if (own := nearest == k).sum() >= limits["part"] and on[own].mean() >= limits["clear"]]
+    clear = [k for k in range(len(surfaces)) if (own := nearest == k).sum() >= limits["part"] and on[own].mean() >= limits["clear"]]
     kept = np.isin(nearest, clear)
     if kept.sum() < limits["least"]:
-        raise Unresolvable(f"things hide or surround the fixtures: {int(kept.sum())} points are on fixtures that nothing hides")
-    return _Points(points.at[kept], points.rays[kept], points.spread[kept], points.blocks[kept]), [solids[k] for k in clear]
+        raise Unresolvable(f"things hide or surround fixtures and robot: {int(kept.sum())} points are on what nothing hides")
+    return _Points(points.at[kept], points.rays[kept], points.spread[kept], points.blocks[kept]), [surfaces[k] for k in clear]
 
 
 def _linear(
-    points: _Points, whole: Pose, centre: Floats, solids: Sequence[tuple[Geom, Pose]], scale: float
+    points: _Points, whole: Pose, centre: Floats, surfaces: Sequence[Surface], scale: float
 ) -> tuple[Floats, Floats, Floats]:
-    """Return the distances of points to the solids' surfaces, the derivatives of these distances by a small rotation
+    """Return the distances of points to the surfaces, the derivatives of these distances by a small rotation
     and shift of the points, and Tukey weights."""
     at, rays = whole.apply(points.at), whole.rotate(points.rays)
     best, normal = np.full(len(at), np.inf), np.zeros((len(at), 3))
-    for geom, pose in solids:
-        away, n = facing_distances(geom, pose, at, rays)
+    for surface in surfaces:
+        away, n = surface(at, rays)
         nearer = np.abs(away) < np.abs(best)
         best[nearer], normal[nearer] = away[nearer], n[nearer]
     j = np.column_stack([np.cross(at - centre, normal), normal])
@@ -187,7 +205,7 @@ def _said(offset: CameraOffset) -> str:
     position, angle = offset.moved.distance(Pose())
     return (
         f"the camera is {1000 * position:.1f} mm (+-{1000 * offset.position:.1f}) and {math.degrees(angle):.2f} deg "
-        f"(+-{math.degrees(offset.angle):.2f}) from where it is believed: fixtures are seen {1000 * offset.before:.1f} mm off, "
+        f"(+-{math.degrees(offset.angle):.2f}) from where it is believed: fixtures and robot are seen {1000 * offset.before:.1f} mm off, "
         f"and {1000 * offset.after:.1f} mm with it moved" + (f"; {offset.open} of 6 directions are undetermined" if offset.open else "")
     )
 
@@ -212,5 +230,5 @@ def experts() -> Iterable[Expert]:
     )
     return [
         Expert("fixture_registration", "how far the camera is from where it is believed", ("view", "cloud", "fixtures"),
-               ("camera_offset",), camera_offset, cost_ms=60.0, parameters=parameters),
+               ("camera_offset",), camera_offset, uses=("robot",), cost_ms=60.0, parameters=parameters),
     ]  # fmt: skip

@@ -18,9 +18,10 @@ from msgspec.structs import replace
 from cramlite import Engine
 from cramlite.cli.perceive import fixtures_of
 from cramlite.engine.scenario_doubts import doubts
-from cramlite.model import Camera, Geom, Pose, Thing, View, World
+from cramlite.model import Camera, Geom, Pose, RobotMount, Thing, View, World
 from cramlite.perception.calibration.recording import written
 from cramlite.perception.camera_check import camera_offset, camera_warning
+from cramlite.perception.own_body import own_depth
 from cramlite.scenario.scenario import read_scenario
 from cramlite.scenario.worlds import camera_of
 
@@ -89,6 +90,21 @@ def test_a_table_alone_leaves_directions_open() -> None:
     assert offset.position > 0.01
 
 
+def test_the_robot_tells_where_its_camera_is() -> None:
+    mount, knowledge = RobotMount("robot", "ur5e", Pose((-0.3, 0.1, 0.0))), engine().knowledge
+    world = World((LOOSE,), (mount,))
+    view = knowledge.simulator.look(world, knowledge.robots, Camera(EYE), seed=0)
+    view = believed(view, Pose.from_rotvec((0.008, 0.0, 0.006), (0.0, 0.01, 0.0)))
+    offset, reason = camera_offset(view, (), knowledge, own_depth(world, Camera(view.camera), knowledge))
+    assert offset is not None and offset.off, reason
+    truth = np.array([[0.35, -0.1, 0.04], [0.2, 0.2, 0.15]])
+    seen = [np.linalg.norm(eye.apply(EYE.inverse().apply(truth)) - truth, axis=1).max() for eye in (view.camera, offset.camera)]
+    assert seen[0] > 0.008 and seen[1] < 0.0025
+    elsewhere = replace(mount, joints=(1.0, -1.2, 1.2, -1.0, -1.6, 0.5))
+    lost, reason = camera_offset(view, (), knowledge, own_depth(replace(world, robots=(elsewhere,)), Camera(view.camera), knowledge))
+    assert lost is None and "robot" in reason
+
+
 def test_no_fixtures_tell_nothing() -> None:
     far = replace(SHELF, pose=Pose((5.0, 5.0, 5.0)))
     offset, reason = camera_offset(picture(TABLE, SHELF, LOOSE), (far,), engine().knowledge)
@@ -137,6 +153,6 @@ def test_resolve_doubts_a_camera_that_is_off(tmp_path: Path) -> None:
     setting = engine().setting(scenario)
     assert setting.look is not None and not any("camera is" in d for d in doubts(scenario, setting, engine().knowledge))
     first = setting.look.pictures[0]
-    off = replace(first, view=believed(first.view, Pose.from_rotvec((0.012, 0.0, 0.0), (0.0, 0.012, 0.0))))
+    off = replace(first, view=believed(first.view, Pose.from_rotvec((0.012, 0.0, 0.0), (0.0, 0.012, 0.0))), robot=None)
     told = doubts(scenario, replace(setting, look=replace(setting.look, pictures=(off,))), engine().knowledge)
     assert any("the camera is " in d and "deg (+-" in d and "a.yaml:" in d for d in told), told

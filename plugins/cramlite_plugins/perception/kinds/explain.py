@@ -40,6 +40,7 @@ def explained(inputs: Inputs) -> Mapping[str, Any]:
     Raises:
         Unresolvable: no known model has a printed texture, or nothing stands out.
     """
+    from ..own_surface import widened
     from ..values import Segment
     from .agreement import Picture
     from .interpret import interpreted
@@ -51,9 +52,9 @@ def explained(inputs: Inputs) -> Mapping[str, Any]:
     if not any(a.printed for a in known):
         raise Unresolvable("no known model has a printed texture")
     view, cloud = inputs["view"], inputs["cloud"]
-    front = cloud.mask & ~_surroundings(inputs, known)
-    scene = Scene(Picture.of(view), cloud.points, tuple(known), inputs.parameters, front, tuple(inputs["fixtures"]),
-                  inputs.get("robot"))  # fmt: skip
+    front, own = cloud.mask & ~_surroundings(inputs, known), inputs.get("robot")
+    robot = None if own is None else widened(own, view.intrinsics)
+    scene = Scene(Picture.of(view), cloud.points, tuple(known), inputs.parameters, front, tuple(inputs["fixtures"]), robot)
     parts = turned(scene, joined(scene, interpreted(scene)))
     if not parts:
         raise Unresolvable(f"nothing stands out from the background: {int(front.sum())} pixels in front of it")

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from scipy import ndimage
 
-from cramlite.model import Floats, Mask, Pose, Thing, Value
+from cramlite.model import Depth, Floats, Mask, Pose, Thing, Value
 
 from ..pose.registration import JointValue
 from .agreement import Picture
@@ -65,7 +65,7 @@ class Scene(Value, eq=False, dict=True):
     limits: Mapping[str, float]
     front: Mask
     fixtures: tuple[Thing, ...] = ()
-    robot: Floats | None = None
+    robot: Depth | None = None
 
     @cached_property
     def beside_edges(self) -> Mask:

@@ -10,6 +10,8 @@ import numpy as np
 from cramlite.model import Thing
 from cramlite.plugin import Expert, Inputs, Parameter, Unresolvable, hookimpl
 
+from ..own_surface import widened
+
 
 def region(inputs: Inputs) -> Mapping[str, Any]:
     """Return an axis-aligned box around the fixtures that the query names as a place, with room for their
@@ -45,7 +47,7 @@ def cloud(inputs: Inputs) -> Mapping[str, Any]:
     mask = view.valid & (view.depth < inputs.parameters["range_m"])
     own = inputs.get("robot")
     if own is not None:
-        mask &= ~_near(own, view.depth, inputs.parameters["robot_m"], inputs.parameters["behind_m"])
+        mask &= ~_near(widened(own, view.intrinsics), view.depth, inputs.parameters["robot_m"], inputs.parameters["behind_m"])
     box = inputs.get("region")
     if box is not None:
         mask &= box.contains(points)

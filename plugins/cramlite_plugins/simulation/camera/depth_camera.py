@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import mujoco
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from cramlite.model import D435, Camera, Intrinsics, Pose, Robot, View, World
@@ -67,7 +68,7 @@ def render(
 
 
 def look(world: World, robots: Mapping[str, Robot], camera: Camera, *, seed: int) -> View:
-    """Render a camera's view of a world at its start.
+    """Render a camera's view of a world at its start, robots as they look.
 
     For a camera on a flange the arm is at the joint positions that the camera states.
 
@@ -76,7 +77,7 @@ def look(world: World, robots: Mapping[str, Robot], camera: Camera, *, seed: int
     """
     from .noise import Noise
 
-    compiled = compile_world(world, robots)
+    compiled = compile_world(world, {name: replace(r, mjcf=r.looks) if r.looks else r for name, r in robots.items()})
     data, pose = compiled.data(), camera.pose
     if camera.mount is not None:
         index = compiled.robots[camera.mount]
