@@ -367,3 +367,18 @@ def test_bad_files_are_refused_in_one_sentence(kind: str, tmp_path: Path) -> Non
 def test_a_file_that_is_not_there_is_refused() -> None:
     with pytest.raises(UserError, match=r"no robot file 'nowhere\.xml'"):
         read_robot("nowhere.xml", "mine", Stated(3.0))
+
+
+def test_cameras_see_the_visual_shapes_of_an_arm(tmp_path: Path) -> None:
+    block = '<geom type="cylinder" size="0.07 0.07" pos="0 0 0.07"/>'
+    box = " ".join(f"{x} {y} {z}" for x in (-0.2, 0.2) for y in (-0.2, 0.2) for z in (0.0, 0.1))
+    mesh = f'<asset><mesh name="cover" vertex="{box}"/></asset>\n  <worldbody>'
+    shown = '<geom type="mesh" mesh="cover" contype="0" conaffinity="0" rgba="1 0 0 1"/>'
+    (tmp_path / "a.xml").write_text(SEVEN.read_text().replace(block, block + shown).replace("<worldbody>", mesh, 1))
+    robot = read_robot(tmp_path / "a.xml", "a", WITH[SEVEN]).robot
+    assert robot.looks is not None
+    solid, seen = (mujoco.MjModel.from_xml_string(text) for text in (robot.mjcf(), robot.looks()))
+    widths = [2 * float(m.geom("base_link/0").rbound.max()) for m in (solid, seen)]
+    assert widths[0] < 0.3 < widths[1]
+    assert solid.joint("j3").range.tolist() == seen.joint("j3").range.tolist()
+    assert read_robot(SEVEN, "seven", WITH[SEVEN]).robot.looks is None

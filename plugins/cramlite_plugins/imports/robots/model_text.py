@@ -104,6 +104,18 @@ def write_model(
     return _text(name, at_zero, chain, table, parts, tool, sorted({*known, *pairs})), said
 
 
+def write_looks(name: str, at_zero: Posed, chain: Chain, table: Table, tool: tuple[str, str]) -> str | None:
+    """Write the MJCF text of an arm as cameras see it, with the purely visual shapes of its file; None if it has none of the arm.
+
+    Args:
+        tool: (element for the flange, elements beside worldbody) of the gripper.
+    """
+    parts = parts_of(at_zero, chain)
+    if all(collides(at_zero.model, g) for part in parts for g in _seen(at_zero, part)):
+        return None
+    return _text(name, at_zero, chain, table, parts, tool, (), seen=True)
+
+
 def _excluded(model: Any, parts: Sequence[RigidPart]) -> Iterator[tuple[str, str]]:
     """Yield the pairs of an arm's rigid parts between which the robot file excludes contacts."""
     owner = {b: p.name for p in parts for b in p.bodies}
@@ -115,18 +127,18 @@ def _excluded(model: Any, parts: Sequence[RigidPart]) -> Iterator[tuple[str, str
 
 def _text(
     name: str, at_zero: Posed, chain: Chain, table: Table, parts: Sequence[RigidPart], tool: tuple[str, str],
-    apart: Iterable[tuple[str, str]],
+    apart: Iterable[tuple[str, str]], *, seen: bool = False,
 ) -> str:  # fmt: skip
     meshes: dict[str, str] = {}
     inner = f'<site name="flange" {_place(at_zero.body(chain.bodies[-1]).inverse() * at_zero.body(chain.base) * table.last)}/>{tool[0]}'
     for k in reversed(range(len(parts))):
         part = parts[k]
         joint = _joint(at_zero.model, chain, table, k - 1) + _inertial(at_zero, part) if k else ""
-        shape = "".join(_geoms(at_zero, part, meshes))
+        shape = "".join(_geoms(at_zero, part, meshes, seen))
         inner = f'<body name="{part.name}" {_place(part.place)} gravcomp="{min(k, 1)}">{joint}{shape}{inner}</body>'
     pairs = (("base_link", parts[1].name), *apart)
     skip = "".join(f'<exclude body1="{a}" body2="{b}"/>' for a, b in pairs)
-    assets = "".join(f'<mesh name="{n}" vertex="{v}"/>' for n, v in meshes.items())
+    assets = "".join(f'<mesh name="{n}" {attributes}/>' for n, attributes in meshes.items())
     return (
         f'<mujoco model="{name}"><compiler angle="radian" autolimits="true"/><asset>{assets}</asset>'
         f"<worldbody>{inner}</worldbody><actuator>{_servos(at_zero.model, chain, table)}</actuator>"
@@ -179,11 +191,23 @@ def _inertial(at_zero: Posed, part: RigidPart) -> str:
     return f'<inertial pos="{numbers(where)}" mass="{mass:.9g}" fullinertia="{numbers(full)}"/>'
 
 
-def _geoms(at_zero: Posed, part: RigidPart, meshes: dict[str, str]) -> Iterator[str]:
-    model, data, back = at_zero.model, at_zero.data, at_zero.body(part.bodies[0]).inverse()
+def _own(at_zero: Posed, part: RigidPart) -> list[int]:
+    """Geoms of a rigid part."""
     own_world = part.bodies[0] > 0 or at_zero.urdf  # an MJCF's world is the room, not the arm's base
-    shown = [g for g in range(model.ngeom) if own_world and int(model.geom_bodyid[g]) in part.bodies]
-    for k, g in enumerate(g for g in shown if collides(model, g)):
+    return [g for g in range(at_zero.model.ngeom) if own_world and int(at_zero.model.geom_bodyid[g]) in part.bodies]
+
+
+def _seen(at_zero: Posed, part: RigidPart) -> list[int]:
+    """Geoms that a camera sees of a rigid part: the purely visual ones, or those that collide if it has no others."""
+    own = _own(at_zero, part)
+    return [g for g in own if not collides(at_zero.model, g)] or own
+
+
+def _geoms(at_zero: Posed, part: RigidPart, meshes: dict[str, str], seen: bool) -> Iterator[str]:
+    """Geoms of a rigid part as MJCF, those that collide or those that are ``seen``; ``meshes`` collects the attributes of meshes."""
+    model, data, back = at_zero.model, at_zero.data, at_zero.body(part.bodies[0]).inverse()
+    chosen = _seen(at_zero, part) if seen else [g for g in _own(at_zero, part) if collides(model, g)]
+    for k, g in enumerate(chosen):
         kind = mujoco.mjtGeom(int(model.geom_type[g])).name.removeprefix("mjGEOM_")
         if kind not in KINDS:
             continue
@@ -192,12 +216,27 @@ def _geoms(at_zero: Posed, part: RigidPart, meshes: dict[str, str]) -> Iterator[
             size[1] += 2 / 3 * size[0]
         if kind == "MESH":
             mesh = f"mesh_{int(model.geom_dataid[g])}"
-            meshes.setdefault(mesh, numbers(hull_of(model, int(model.geom_dataid[g])).ravel()))
+            if mesh not in meshes:
+                meshes[mesh] = (_surface if seen else _hull)(model, int(model.geom_dataid[g]))
         own = f'mesh="{mesh}"' if kind == "MESH" else f'size="{numbers(size)}"'
         place = back * pose_of(data.geom_xpos[g], data.geom_xmat[g])
+        contacts = ' contype="0" conaffinity="0"' if seen else ""
         yield (
-            f'<geom name="{part.name}/{k}" type="{KINDS[kind]}" {own} {_place(place)} rgba="{numbers(model.geom_rgba[g])}" mass="0"/>'
+            f'<geom name="{part.name}/{k}" type="{KINDS[kind]}" {own} {_place(place)} rgba="{numbers(model.geom_rgba[g])}" mass="0"'
+            f"{contacts}/>"
         )
+
+
+def _hull(model: Any, mesh: int) -> str:
+    return f'vertex="{numbers(hull_of(model, mesh).ravel())}"'
+
+
+def _surface(model: Any, mesh: int) -> str:
+    """Vertices and triangles of a mesh, in the frame of its inertia, as MJCF attributes."""
+    corner, face = int(model.mesh_vertadr[mesh]), int(model.mesh_faceadr[mesh])
+    points = model.mesh_vert[corner : corner + int(model.mesh_vertnum[mesh])]
+    faces = model.mesh_face[face : face + int(model.mesh_facenum[mesh])]
+    return f'inertia="shell" vertex="{" ".join(f"{v:.7g}" for v in points.ravel())}" face="{" ".join(map(str, faces.ravel()))}"'
 
 
 def hull_of(model: Any, mesh: int) -> Floats:

@@ -21,7 +21,7 @@ from ..scenes.source import Source, read_source
 from .chain import Chain, find_chain
 from .dh_table import Table, reach_of, table_of
 from .hand_file import Hand, Mjcf, read_hand
-from .model_text import numbers, posed, write_model
+from .model_text import numbers, posed, write_looks, write_model
 
 GRIPPERS: Mapping[str, tuple[Gripper, Mjcf]] = {
     "franka_hand": (franka_hand.FRANKA_HAND, franka_hand.gripper_mjcf),
@@ -64,7 +64,8 @@ def read_robot(path: Path | str, name: str, stated: Stated) -> ImportedRobot:
     sensor = stated.sensor or ("flange" if _has_force_sensor(source.model) else None)
     reach = round(reach_of(table, chain.limits), 3)
     gripper = replace(hand.gripper, tcp=table.tool * hand.gripper.tcp)
-    robot = _robot(name, chain, table, gripper, stated, parked, reach, sensor, text)
+    seen = write_looks(name, at_zero, chain, table, tool)
+    robot = replace(_robot(name, chain, table, gripper, stated, parked, reach, sensor, text), looks=(lambda: seen) if seen else None)
     found = (*_found(path, chain, robot, where), *hand.found)
     servos = _servos(source.model, chain, text, bool(stated.torques))
     notes = (*_leaning(chain, table.base), *servos, *_missing(chain, robot, stated, where), *hand.notes, *overlaps)
