@@ -30,7 +30,7 @@ from .setting import Setting
 
 if TYPE_CHECKING:
     from ..model.view import Points
-    from ..model.world.world import Thing
+    from ..model.world.thing import Thing
     from ..planning.search.state import State
     from ..plugin.catalogue import Knowledge
     from ..plugin.protocols import Candidate

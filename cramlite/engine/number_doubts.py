@@ -10,7 +10,8 @@ from ..model.world.thing_boxes import around, box
 
 if TYPE_CHECKING:
     from ..model.robot import Robot
-    from ..model.world.world import Thing, World
+    from ..model.world.thing import Thing
+    from ..model.world.world import World
     from ..scenario.pose_spec import PoseSpec
     from ..scenario.scenario import Scenario
 

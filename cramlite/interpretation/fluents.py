@@ -15,7 +15,8 @@ from msgspec import field
 from ..base.errors import PluginError, nearest
 from ..base.value import Value
 from ..model.entity_name import EntityName, thing_of
-from ..model.world.world import Thing, World
+from ..model.world.thing import Thing
+from ..model.world.world import World
 from ..ontology.taxonomy import Taxonomy
 
 EFFECTOR = "gripper"

@@ -9,7 +9,7 @@ from functools import cached_property
 from ..base.value import Value
 from ..interpretation.fluents import SymbolicWorld
 from ..model.world.colour_words import COLOURS, colour_of
-from ..model.world.world import Thing
+from ..model.world.thing import Thing
 from ..ontology.foundation import OBJECT
 from ..ontology.prefixes import local_name
 from ..ontology.taxonomy import Synonyms, words_of

@@ -18,7 +18,7 @@ from .tree import Link, Noun
 
 if TYPE_CHECKING:
     from ..interpretation.fluents import GoalPhrase
-    from ..model.world.world import Feature
+    from ..model.world.thing import Feature
 
 NEAR = "near"
 """Word for "next to" in the goal language."""

@@ -147,20 +147,22 @@ if TYPE_CHECKING:
         Points as Points,
         View as View,
     )
-    from .world.world import (
-        GRAVITY as GRAVITY,
-        Camera as Camera,
+    from .world.thing import (
         Contact as Contact,
-        Disturbance as Disturbance,
         Feature as Feature,
         Filling as Filling,
         Geom as Geom,
-        InHand as InHand,
         Inertia as Inertia,
         MeshFile as MeshFile,
+        Thing as Thing,
+    )
+    from .world.world import (
+        GRAVITY as GRAVITY,
+        Camera as Camera,
+        Disturbance as Disturbance,
+        InHand as InHand,
         Physics as Physics,
         RobotMount as RobotMount,
-        Thing as Thing,
         World as World,
     )
 

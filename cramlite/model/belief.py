@@ -11,7 +11,8 @@ from ..base.value import Value
 from .entity_name import EntityName, thing_of
 from .geometry import Pose
 from .program.swing import Swing
-from .world.world import Feature, Thing, World
+from .world.thing import Feature, Thing
+from .world.world import World
 
 
 class Estimate(Value):

@@ -17,7 +17,7 @@ from msgspec import field
 
 from ..base.value import Value
 from .geometry import Floats, Pose, Vector3
-from .world.world import Geom
+from .world.thing import Geom
 
 
 class Entity(Value):

@@ -9,8 +9,8 @@ import numpy as np
 
 from ..base.value import Value
 from .geometry import Floats, Pose, Vector3
+from .world.thing import Geom
 from .world.thing_boxes import around, box
-from .world.world import Geom
 
 UPRIGHT = 0.9
 """Smallest vertical component of the z axis of a part (a unit vector) relative to which a path may be given: a tilt of 26 deg."""

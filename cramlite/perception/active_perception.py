@@ -18,7 +18,8 @@ from ..base.value import Value
 from ..model.belief import Estimate, Relation, initial_belief
 from ..model.designators import Action, Location
 from ..model.geometry import Pose
-from ..model.world.world import Camera, Thing, World
+from ..model.world.thing import Thing
+from ..model.world.world import Camera, World
 from ..ontology.foundation import BEARS
 from ..ontology.prefixes import local_name
 from ..plugin.expert import RELATIONS, Judged

@@ -11,7 +11,7 @@ from .query import ObjectQuery
 
 if TYPE_CHECKING:
     from ..model.view import CameraOffset, Depth, View
-    from ..model.world.world import Thing
+    from ..model.world.thing import Thing
     from ..plugin.catalogue import Knowledge
 
 OFFSET = "camera_offset"

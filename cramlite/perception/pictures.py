@@ -9,7 +9,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     from ..model.view import View
-    from ..model.world.world import Thing
+    from ..model.world.thing import Thing
     from .result import Perceived
 
 COLOURS = ((42, 110, 187), (214, 106, 20), (40, 140, 80), (150, 70, 170), (190, 150, 20), (205, 60, 105), (20, 150, 160),

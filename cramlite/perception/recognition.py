@@ -10,7 +10,8 @@ from msgspec.structs import replace
 
 from ..model.belief import Estimate, Relation
 from ..model.geometry import Pose, vector3
-from ..model.world.world import Thing, World
+from ..model.world.thing import Thing
+from ..model.world.world import World
 from ..plugin.expert import UNKNOWN
 from .result import Perceived, Percept
 

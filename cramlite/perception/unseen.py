@@ -8,7 +8,7 @@ import numpy as np
 
 from ..model.geometry import Pose
 from ..model.view import Depth, Intrinsics, Mask, Points
-from ..model.world.world import Geom, Thing
+from ..model.world.thing import Geom, Thing
 from ..ontology.foundation import BEARS, OBJECT
 from ..ontology.taxonomy import Taxonomy
 from .active_perception import Picture

@@ -10,7 +10,8 @@ from msgspec.structs import replace
 from ..model.control_flow import Compound
 from ..model.designators import Action, Designator, Object
 from ..model.plan import Plan
-from ..model.world.world import Thing, World
+from ..model.world.thing import Thing
+from ..model.world.world import World
 from ..ontology.foundation import BEARS
 from .query import ObjectQuery, query_from
 

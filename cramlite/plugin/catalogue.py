@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from ..model.robot_file import RobotFile
     from ..model.run.readings import Watch
     from ..model.run.rollout import Rollout
-    from ..model.world.world import Thing, World
+    from ..model.world.thing import Thing
+    from ..model.world.world import World
     from ..ontology.taxonomy import Taxonomy
     from .demonstration import RecordScript
     from .episode_hooks import EpisodeHooks

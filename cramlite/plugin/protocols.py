@@ -30,7 +30,8 @@ if TYPE_CHECKING:
     from ..model.run.run_record import RunRecord
     from ..model.run.verdict import Cost, Finding
     from ..model.view import View
-    from ..model.world.world import Camera, Thing, World
+    from ..model.world.thing import Thing
+    from ..model.world.world import Camera, World
     from ..ontology.taxonomy import Taxonomy
     from .demonstration import Shown
 

@@ -14,7 +14,7 @@ from ..perception.pictures import colour, depth_image, depth_range, overlay
 
 if TYPE_CHECKING:
     from ..model.view import View
-    from ..model.world.world import Thing
+    from ..model.world.thing import Thing
     from ..perception.result import Perceived, Percept
 
 CLOUD = 9000  # points of the cloud on the page: what a browser turns without a jerk

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from ..model.world.imported_scene import ImportedScene, StatedJoint
-    from ..model.world.world import Thing
+    from ..model.world.thing import Thing
     from ..ontology.taxonomy import Taxonomy
     from ..plugin.catalogue import Knowledge
     from .scenario import Scenario, WorldFileSpec

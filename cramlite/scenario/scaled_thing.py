@@ -6,7 +6,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from ..model.geometry import Pose, vector3
-from ..model.world.world import Feature, Geom, Inertia, Thing
+from ..model.world.thing import Feature, Geom, Inertia, Thing
 
 
 def scaled(thing: Thing, factor: float) -> Thing:

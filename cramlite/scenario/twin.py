@@ -17,7 +17,8 @@ from ..model.entity_name import thing_of
 from ..model.twins.error_model import ErrorModel, declared
 from ..model.twins.error_sources import Around
 from ..model.twins.twin_drawing import Draw, Drawing
-from ..model.world.world import Disturbance, Thing, World
+from ..model.world.thing import Thing
+from ..model.world.world import Disturbance, World
 from .twin_places import Sight, place
 
 if TYPE_CHECKING:

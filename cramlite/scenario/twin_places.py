@@ -18,8 +18,9 @@ from ..base.value import Value
 from ..model.geometry import Pose, Vector3, vector3
 from ..model.twins.error_model import ErrorModel
 from ..model.twins.twin_drawing import DEG, MM, Drawing
+from ..model.world.thing import Feature, Thing
 from ..model.world.thing_boxes import Box, around, boxes
-from ..model.world.world import Feature, Thing, World
+from ..model.world.world import World
 from .scaled_thing import scaled
 
 if TYPE_CHECKING:

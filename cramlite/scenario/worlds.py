@@ -15,7 +15,8 @@ from ..base.errors import PluginError, UserError, nearest
 from ..base.resources import find_scenario
 from ..base.seeds import whole_seed
 from ..model.geometry import Pose
-from ..model.world.world import Camera, Physics, RobotMount, Thing, World
+from ..model.world.thing import Thing
+from ..model.world.world import Camera, Physics, RobotMount, World
 from ..plugin.protocols import Correcting
 from .faults import faulty
 from .imported_world import imported_world

@@ -16,7 +16,8 @@ from ..base.value import Value
 from ..model.belief import Belief, Estimate, Held
 from ..model.designators import Action, Late, Location, Motion, Object
 from ..model.geometry import Pose
-from ..model.world.world import Feature, Filling, Geom, RobotMount, Thing, World
+from ..model.world.thing import Feature, Filling, Geom, Thing
+from ..model.world.world import RobotMount, World
 from ..ontology.foundation import OBJECT
 from ..planning.search.alternatives import HOOKS
 from ..plugin.catalogue import Knowledge

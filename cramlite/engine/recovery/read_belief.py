@@ -11,8 +11,9 @@ from msgspec.structs import replace
 
 from ...model.fault import FaultKind
 from ...model.run.rollout import world_after_run
+from ...model.world.thing import Thing
 from ...model.world.thing_boxes import Box, boxes
-from ...model.world.world import InHand, RobotMount, Thing
+from ...model.world.world import InHand, RobotMount
 from ...scenario.faults import left_over
 from ...scenario.worlds import corrected
 from ..setting import with_load

@@ -25,7 +25,7 @@ from ...model.program.steps import (
     walk,
 )
 from ...model.run.readings import Deviation
-from ...model.world.world import Geom
+from ...model.world.thing import Geom
 from ..proof.proof import load_on_the_flange
 
 if TYPE_CHECKING:
@@ -34,7 +34,8 @@ if TYPE_CHECKING:
     from ...model.program.program import Program
     from ...model.program.steps import AnyStep, Joints
     from ...model.run.readings import Notice
-    from ...model.world.world import Thing, World
+    from ...model.world.thing import Thing
+    from ...model.world.world import World
     from ...plugin.protocols import Candidate
     from ..setting import Setting
     from .expectation import RunWatch

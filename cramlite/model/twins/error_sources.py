@@ -18,8 +18,9 @@ from ...base.value import Value
 from ..geometry import Vector3, vector3
 from ..robot import Robot
 from ..sensor_errors import SensorErrors
+from ..world.thing import Inertia, Thing
 from ..world.thing_boxes import extents
-from ..world.world import Inertia, Thing, World
+from ..world.world import World
 from .twin_drawing import DEG, MM, Drawing
 
 FURTHEST, WIDEST, LATEST = 0.5, 3.2, 1.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import colorsys
 from collections import Counter
 
-from .world import Thing
+from .thing import Thing
 
 HUES = (("red", 12), ("orange", 38), ("yellow", 68), ("green", 165), ("cyan", 195), ("blue", 255), ("purple", 295),
         ("pink", 345), ("red", 360))  # fmt: skip

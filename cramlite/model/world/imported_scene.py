@@ -8,7 +8,7 @@ from msgspec import field
 
 from ...base.value import Value
 from ..geometry import Pose
-from .world import Thing
+from .thing import Thing
 
 
 class StatedJoint(Value):

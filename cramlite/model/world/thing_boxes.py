@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..geometry import Pose, Vector3
-from .world import Geom, Thing
+from .thing import Geom, Thing
 
 CENTRED = 0.5
 """Largest offset of a thing's middle from the axis of its joint, as a share of half its width, at which the thing counts as turning in

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from ...base.value import Value
 from ...interpretation.fluents import EFFECTOR, Fact, Pattern, matches
 from ...model.entity_name import thing_of
-from ...model.world.world import Thing
+from ...model.world.thing import Thing
 from ...plugin.task_type import TaskType
 from ...scenario.scenario import ObjectSpec
 from ...scenario.task_specs import TaskSpec, WhereSpec

@@ -274,7 +274,7 @@ def move_joint(person: Performer, world: World, thing: Thing, share: float) -> N
         raise UserError(f"'{thing.name}' ({thing.type}) is neither a drawer nor a door: it has no joint to open or close")
     grasp(person, world, thing)
     now = person.pose(thing.name)
-    by = joint.lower + share * (joint.upper - joint.lower) - joint.value - joint.between(thing.pose, now)
+    by = joint.value_at(share) - joint.value - joint.between(thing.pose, now)
     path = [hand_for(person, thing.name, joint.moved(now, s * by)) for s in np.linspace(0.0, 1.0, 17)[1:]]
     person.follow(path, person.between(1.5, 2.5))
     person.wait(person.between(0.1, 0.3))
@@ -347,7 +347,4 @@ def is_inside(person: Performer, thing: Thing, into: Thing) -> bool:
 def opened(person: Performer, thing: Thing) -> float:
     """Return the opening of a drawer or a door, as a share of its range."""
     joint = thing.joint
-    if joint is None:
-        return 0.0
-    value = joint.value + joint.between(thing.pose, person.pose(thing.name))
-    return (value - joint.lower) / (joint.upper - joint.lower)
+    return 0.0 if joint is None else joint.share(joint.value + joint.between(thing.pose, person.pose(thing.name)))
