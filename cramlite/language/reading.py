@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from itertools import combinations
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from ..base.errors import UserError
-from ..base.value import Value
 from ..model.entity_name import thing_of
 from .english import TOP_WORD
+from .meanings import ASIDES, OR, Literal, Meanings, Row
 from .mentions import Mentions, Referents
 from .nouns import RANKED, spoken
 from .places import Places, meaningful
@@ -20,32 +18,7 @@ from .refusal import ABSENT, FALSE, OPEN, UNREAD, Refusal, listed
 from .tree import Clause, Link, Noun
 
 if TYPE_CHECKING:
-    from ..interpretation.fluents import Fluents, GoalCondition, GoalPhrase
-
-
-class Literal(Value):
-    """Goal of a sentence, with the words from which it was understood.
-
-    Args:
-        goal: in the words of goals.
-        origins: words of the sentence, each with what it was taken for.
-    """
-
-    goal: str
-    origins: tuple[tuple[str, str], ...] = ()
-
-    def __str__(self) -> str:
-        said = ", ".join(f"'{words}' = {meant}" for words, meant in self.origins)
-        return f"{self.goal}" + (f"  ({said})" if said else "")
-
-
-class _Row(NamedTuple):
-    """Goal for which one clause of a sentence asks, with the things that it is about."""
-
-    clause: Clause
-    phrase: GoalPhrase
-    themes: tuple[str, ...]
-    literal: Literal
+    from ..interpretation.fluents import Fluents, GoalPhrase
 
 
 class Reading:
@@ -56,14 +29,14 @@ class Reading:
 
     def __init__(self, resolver: Resolver, fluents: Fluents, *, free: bool = False) -> None:
         self._free = free
-        self._its, self._fluents, self._places = resolver, fluents, Places(resolver)
+        self._its, self._places, self._meanings = resolver, Places(resolver), Meanings(resolver, fluents)
         self._mentions = Mentions()
         self._announced: frozenset[str] = frozenset()
         self.at = 0
 
     def literals(self, clauses: Sequence[Clause]) -> tuple[Literal, ...]:
         """Return the goals that the parts of a sentence ask for, except a goal that a later part replaces."""
-        found: list[_Row] = []
+        found: list[Row] = []
         for number, clause in enumerate(clauses):
             self.at = number
             if clause.relation in ASIDES:
@@ -74,7 +47,7 @@ class Reading:
             if clause.told and any(OR in row.literal.goal for row in rows):
                 raise Refusal(UNREAD, f"'{clause.theme.said}' does not say which thing the statement is about")
             if clause.given:
-                self._check_given(rows)
+                self._meanings.check_given(rows)
                 continue
             if clause.either:
                 found = self._alternative(clause, rows, found, clauses[number - 1])
@@ -83,21 +56,22 @@ class Reading:
                 same = [f for f in found if f.themes == row.themes and f.clause is not row.clause and f.literal.goal != row.literal.goal]
                 moved = self._free and row.clause.place is not None and clause.relation == "phrase"
                 same = [f for f in same if moved and f.clause.place is not None]
-                if (clause.theme.pronoun or clause.theme.elided) and any(not self._superseded(f, row, clauses, number) for f in same):
+                refers = clause.theme.pronoun or clause.theme.elided
+                if refers and any(not self._meanings.superseded(f, row, clauses, number) for f in same):
                     raise Refusal(
                         FALSE, f"'{row.literal.goal}' is a second goal for {listed([*row.themes], 'and')}; use a verb for each goal"
                     )
-                found = [*(f for f in found if not self._superseded(f, row, clauses, number)), row]
-        found = self._without_left(self._without_told(found))
+                found = [*(f for f in found if not self._meanings.superseded(f, row, clauses, number)), row]
+        found = self._meanings.without_left(self._meanings.without_told(found))
         if not found:
             raise Refusal(UNREAD, "the sentence names things, and states no goal for them")
         if left := sorted(self._announced - self._mentions.every):
             raise Refusal(UNREAD, f"the sentence names {listed(left, 'and')}, and states no goal for it")
-        self._check(clauses, found)
+        self._meanings.check(clauses, found)
         goals = {row.literal.goal: row.literal for row in found}
         return tuple(one for goal, one in goals.items() if not any(other.startswith(f"{goal} ") and OR not in other for other in goals))
 
-    def _alternative(self, clause: Clause, rows: Sequence[_Row], found: Sequence[_Row], before: Clause) -> list[_Row]:
+    def _alternative(self, clause: Clause, rows: Sequence[Row], found: Sequence[Row], before: Clause) -> list[Row]:
         """Return the goals, with another one as an alternative to the last of them: "hold the block or put
         it on the shelf"."""
         if len(rows) != 1 or not found or found[-1].clause is not before:
@@ -105,24 +79,6 @@ class Reading:
         last, other = found[-1].literal, rows[0].literal
         both = Literal(f"{last.goal}{OR}{other.goal}", (*last.origins, *other.origins))
         return [*found[:-1], found[-1]._replace(clause=replace(before, either=True), literal=both)]
-
-    def _without_told(self, found: Sequence[_Row]) -> list[_Row]:
-        """Return the goals without the statements that come earlier in the sentence than a request and are
-        already true in the scene."""
-        asked = max((k for k, row in enumerate(found) if not row.clause.told), default=-1)
-        return [row for k, row in enumerate(found) if not (row.clause.told and k < asked and self._so(row))]
-
-    def _without_left(self, found: Sequence[_Row]) -> list[_Row]:
-        """Return the goals without those that a thing shall leave a place, if another goal takes it elsewhere."""
-        meant = [(row, self._meaning(row)) for row in found]
-        gone = {row.themes for row, one in meant if one is not None and one.needs and row.clause.place is not None}
-        leaves = [row for row, one in meant if one is not None and one.without and not (one.needs or one.shown)]
-        return [row for row in found if not (row.themes in gone and any(row is other for other in leaves))]
-
-    def _so(self, row: _Row) -> bool:
-        """Check whether a statement in the sentence is true in the present scene; a denial is true if what it denies is not."""
-        meaning = self._meaning(row._replace(clause=replace(row.clause, denied=False)))
-        return meaning is not None and self._its.true(meaning) != row.clause.denied
 
     def _overhear(self, clause: Clause) -> None:
         """Remember the things that an aside (a remark in the sentence) names, for later pronouns.
@@ -155,37 +111,7 @@ class Reading:
             self._mentions = replace(self._mentions, words=clause.theme.members[0].words, earlier=self._mentions.words)
             self._mention(clause, groups[0], tuple(n for group in groups[1:] for n in group))
 
-    def _check(self, clauses: Sequence[Clause], found: Sequence[_Row]) -> None:
-        """Refuse parts of a sentence that name a thing but ask for nothing, and goals that contradict each
-        other."""
-        clauses = [c for c in clauses if c.relation not in ASIDES]
-        for clause, after in zip(clauses, (*clauses[1:], None), strict=True):
-            nouns = [n for n in (after.theme, after.place, after.beside and after.beside.nouns[0]) if n] if after is not None else []
-            if not (clause.phrases or clause.told or clause.relation == "swap") and not any(n.pronoun or n.elided for n in nouns):
-                raise Refusal(UNREAD, f"the sentence names '{clause.theme.said}', and states no goal for it")
-        goals = {row.literal.goal for row in found}
-        for low, high in ((g.split(), h.split()) for g, h in combinations(sorted(goals), 2)):
-            if low[1:2] == high[1:2] == ["on"] and low[2:] == high[:1] and high[2:] == low[:1]:
-                raise Refusal(FALSE, f"{low[0]} and {high[0]} cannot be on each other")
-        for goal in sorted(g for g in goals if f"not {g}" in goals):
-            raise Refusal(FALSE, f"the sentence asks for '{goal}' and also for its opposite")
-        meant = [(row, self._meaning(row)) for row in found]
-        held = {row.themes for row, one in meant if one is not None and any(self._fluents[f[0]].in_hand for f in one.needs)}
-        if len(held) > 1:
-            names = listed(sorted(n for group in held for n in group), "and")
-            raise Refusal(FALSE, f"{names} cannot all be held in one hand; say where they shall go")
-        for (row, one), (other, two) in combinations(meant, 2):
-            if one is not None and two is not None and row.themes == other.themes and self._fluents.clash(self._its.scene, one, two):
-                raise Refusal(FALSE, f"'{row.literal.goal}' and '{other.literal.goal}' cannot both hold in the end")
-
-    def _check_given(self, rows: Sequence[_Row]) -> None:
-        """Refuse a conditional request ("if ...") whose condition does not hold."""
-        for row in rows:
-            meaning = self._meaning(row._replace(clause=replace(row.clause, denied=False)))
-            if OR in row.literal.goal or meaning is None or self._its.true(meaning) == row.clause.denied:
-                raise Refusal(ABSENT, f"the condition '{row.literal.goal}' does not hold, so nothing is asked for")
-
-    def _swapped(self, clause: Clause) -> list[_Row]:
+    def _swapped(self, clause: Clause) -> list[Row]:
         """Return the goals of two things that exchange their places."""
         themes = self._its.things(clause.theme, lambda n: self._its.scene.world.thing(n).movable, self._mentions)
         if len(themes.names) != 2 or themes.some:
@@ -203,7 +129,7 @@ class Reading:
             *self._rows(clause, mine, [(other, self._places.said(mine, (other, here)))], 0, origins),
         ]
 
-    def _clause(self, clause: Clause) -> Iterable[_Row]:
+    def _clause(self, clause: Clause) -> Iterable[Row]:
         if clause.relation == "swap":
             return self._swapped(clause)
         if clause.relation == "together":
@@ -240,7 +166,7 @@ class Reading:
         left = tuple(n for n in themes.names if n not in put)
         return replace(themes, names=left) if clause.theme.pronoun and left else themes
 
-    def _together(self, clause: Clause) -> list[_Row]:
+    def _together(self, clause: Clause) -> list[Row]:
         """Return the goals for several things that shall stand side by side: each further thing next to the
         first."""
         named = self._its.things(clause.theme, lambda n: self._its.scene.world.thing(n).movable, self._mentions).names
@@ -252,7 +178,7 @@ class Reading:
             parts.append(replace(clause, theme=other, relation="phrase", beside=beside) if parts else near)
         return [row for part in parts for row in self._clause(part)]
 
-    def _paired(self, clause: Clause, place: Noun) -> list[_Row]:
+    def _paired(self, clause: Clause, place: Noun) -> list[Row]:
         """Return the goals of things with a place each: "the tin and the can in the drawer and the basket,
         respectively"."""
         if len(clause.theme.members) != len(place.members) or not place.members:
@@ -269,13 +195,13 @@ class Reading:
 
         return self._its.things(clause.theme, about, self._mentions)
 
-    def _unary(self, clause: Clause, phrase: GoalPhrase, themes: Referents) -> list[_Row]:
+    def _unary(self, clause: Clause, phrase: GoalPhrase, themes: Referents) -> list[Row]:
         amount = (clause.amount,) if clause.amount else ()
         goals = [(n, self._places.said(phrase, (n, *amount))) for n in themes.names]
         origins = ((clause.said, _verb_of(phrase)), (clause.theme.said, themes.listed))
         return self._rows(clause, phrase, goals, themes.some, origins)
 
-    def _placed(self, clause: Clause, phrase: GoalPhrase, themes: Referents, places: Referents) -> list[_Row]:
+    def _placed(self, clause: Clause, phrase: GoalPhrase, themes: Referents, places: Referents) -> list[Row]:
         if not (themes.names and places.names):
             raise Refusal(FALSE, f"'{clause.said}' is about no thing that the scene has")
         if clause.words and " ".join(clause.words) in _OPEN_WAYS and not phrase.suits(self._its.scene, themes.names[0], places.names[0]):
@@ -314,7 +240,7 @@ class Reading:
             raise Refusal(ABSENT, f"{listed([*themes.names], 'and')} {at}, so it cannot be taken from there")
         return themes
 
-    def _spots(self, clause: Clause, themes: Referents) -> list[_Row]:
+    def _spots(self, clause: Clause, themes: Referents) -> list[Row]:
         """Return the goals of a request to put things beside or under other things."""
         assert clause.place is not None
         phrase = clause.phrases[0]
@@ -339,7 +265,7 @@ class Reading:
 
     def _rows(
         self, clause: Clause, phrase: GoalPhrase, goals: Sequence[tuple[str, str]], some: int, origins: tuple[tuple[str, str], ...]
-    ) -> list[_Row]:
+    ) -> list[Row]:
         kept = tuple((words, meant) for words, meant in origins if words and words != meant)
         goals = [(theme, f"not {goal}" if clause.denied else goal) for theme, goal in goals if goal]
         if not goals:
@@ -348,8 +274,8 @@ class Reading:
             raise Refusal(OPEN, f"'{clause.theme.said}' leaves open for which of several things the goal is denied; name the things")
         if some:
             goal = OR.join(g for _, g in goals) if some == 1 else self._number(clause, goals, some)
-            return [_Row(clause, phrase, tuple(t for t, _ in goals), Literal(goal, kept))]
-        return [_Row(clause, phrase, (theme,), Literal(goal, kept)) for theme, goal in goals]
+            return [Row(clause, phrase, tuple(t for t, _ in goals), Literal(goal, kept))]
+        return [Row(clause, phrase, (theme,), Literal(goal, kept)) for theme, goal in goals]
 
     def _number(self, clause: Clause, goals: Sequence[tuple[str, str]], some: int) -> str:
         """Return the goal for a number of things of one class, "two cans on the tray"; refuse it if the
@@ -382,48 +308,6 @@ class Reading:
         named = clause.theme.words
         return carrier if named and labels.fits(carrier, named) > labels.fits(name, named) else name
 
-    def _superseded(self, before: _Row, row: _Row, clauses: Sequence[Clause], number: int) -> bool:
-        """Check whether a later goal makes an earlier one superfluous: the earlier one is only a step
-        towards the later one, or contradicts it."""
-        if before.themes != row.themes or before.clause is row.clause:
-            return False
-        one, other = (self._meaning(r) for r in (before, row))
-        if one is None or other is None:
-            return False
-        if before.clause.told and self._its.true(one):
-            return True  # "the tin is on the tray: pick it up" says where it is
-        if before.clause.told and not row.clause.told and row.clause.theme.pronoun and self._fluents.clash(self._its.scene, one, other):
-            raise Refusal(ABSENT, f"the sentence says that '{before.literal.goal}' holds already, and it does not")
-        means = not (one.needs or one.shown) or any(self._fluents[f[0]].in_hand for f in one.needs)
-        if means and (other.needs or other.shown):
-            return True
-        apart = clauses.index(before.clause) < number - 1 or row.clause.later
-        if not apart or not self._fluents.clash(self._its.scene, one, other):
-            return False
-        if not self._fluents.clash(self._its.scene, replace(one, without=frozenset()), replace(other, without=frozenset())):
-            raise Refusal(FALSE, f"'{before.literal.goal}' and '{row.literal.goal}' cannot both hold in the end")
-        return True
-
-    def _meaning(self, row: _Row) -> GoalCondition | None:
-        """Return the facts that a part of a goal requires; None for a denial, an alternative ("or"), or a
-        free choice of things."""
-        if row.clause.denied or row.clause.either:
-            return None
-        goal = row.literal.goal.split()
-        goal = [row.themes[0], *goal[3:]] if goal[1] == "of" else goal  # "2 of Tin on tray"
-        names = [w for w in goal if thing_of(w) in self._its.scene.types]
-        slots = len([w for w in row.phrase.form.split() if w.isupper()])
-        slots -= bool(row.clause.amount)
-        things = [*names[:slots], *([row.clause.amount] if row.clause.amount else [])]
-        try:
-            return row.phrase.meaning(self._its.scene, *things)
-        except (UserError, KeyError, TypeError):
-            return None
-
-
-OR = " or "
-ASIDES = ("aside", "ahead", "same", "going")
-"""Relations of clauses that ask for no goal: asides, announcements, repeated names, and places to which the robot should go."""
 _OPEN_WAYS = frozenset({"to", "towards", "at", "over to", "toward", "there"})
 """Prepositions that name a place, but not whether the thing goes on it or into it."""
 

@@ -12,7 +12,8 @@ from .clauses import ClauseParser
 from .frames import Frames
 from .free import FreeParser
 from .labels import Labels
-from .reading import Literal, Reading
+from .meanings import Literal
+from .reading import Reading
 from .reference import Resolver
 from .refusal import ABSENT, OPEN, UNKNOWN, Refusal, listed
 from .space import Space, view_of

@@ -72,7 +72,7 @@ def understand(sentence: str, scene: SymbolicWorld, knowledge: Knowledge, view: 
 
 def _checked(sentence: str, goals: tuple[str, ...], grounder: Grounder, where: str) -> Understood:
     """Return the goals that a plugin read from a sentence, checked to be about things of the scene."""
-    from ..language.reading import Literal
+    from ..language.meanings import Literal
     from ..language.sentence import NotUnderstood, Understood
 
     try:
