@@ -133,14 +133,12 @@ def _refused(trace: Trace) -> str:
 
 def _check_program(path: Path, plugins: PluginChoice) -> int:
     from ..plugin.catalogue import Knowledge
-    from .program_input import read_text
+    from .program_input import naming, read_text
 
     text = read_text(path)
     simulator = Knowledge(plugins.registry()).simulator
-    try:
+    with naming(path):
         doubts = list(simulator.inspect(text))
-    except UserError as error:
-        raise UserError(f"{path}: {error}") from error
     for line, doubt in doubts:
         print(f"{path}:{line}: {doubt}")
     said = counted(len(doubts), "doubt") if doubts else "no doubts"

@@ -239,6 +239,4 @@ def _show(examined: list[Examined]) -> None:
 def add_commands(add: Add) -> None:
     """Add the command ``doctor``, with its arguments, to the command line."""
     doctor = add("doctor", _doctor)
-    doctor.add_argument(
-        "--json", action="store_true", help="print as JSON: what, state and found of each line"
-    )
+    doctor.add_argument("--json", action="store_true", help="print as JSON: what, state and found of each line")

@@ -21,9 +21,9 @@ from ..plugin.selection import INSTALLED, PluginChoice
 from ..scenario.faults import faulty, read_fault_text
 from ..scenario.worlds import read_world
 from .arguments import Add, add_seed, duration, plugin_choice
-from .execution_files import write_run
 from .judge import add_purpose, judged_json, judged_text, purpose_of, refuse
 from .program_input import naming, read_text, robots_world
+from .run_files import write_run
 from .texts import findings_text, rollout_json, rollout_text
 
 

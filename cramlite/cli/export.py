@@ -18,7 +18,7 @@ from ..plugin.catalogue import Knowledge
 from ..plugin.exporting import require_absent, require_installed, write_new
 from ..plugin.protocols import Exporter
 from .arguments import Add, plugin_choice
-from .program_input import recorded
+from .program_input import in_its_world, recorded
 from .progress import Progress
 from .signals import interruptible
 
@@ -45,10 +45,8 @@ def run_record(run: Path, world: str | None, knowledge: Knowledge, seed: int = 0
     """
     rollout = recorded(run, world, knowledge, seed)
     program, code = program_and_code(run)
-    try:
+    with in_its_world():
         return record_of(rollout, knowledge, run.resolve().name, program, code)
-    except (KeyError, IndexError, ValueError) as error:
-        raise UserError(f"The run was not in this world ({error}); give the one it was in with --world.") from error
 
 
 def program_and_code(run: Path) -> tuple[Program | None, Code | None]:
@@ -87,7 +85,5 @@ def add_commands(add: Add) -> None:
     )
     export.add_argument("--to", required=True, metavar="FORMAT", help="gif, mp4, csv, mcap, rerun, btcpp, or what a plugin adds")
     export.add_argument("--out", type=Path, help="file or folder to write; default RUN/FORMAT")
-    export.add_argument(
-        "--world", help="a run directory, its world.json, or a scenario, where RUN holds no world"
-    )
+    export.add_argument("--world", help="a run directory, its world.json, or a scenario, where RUN holds no world")
     export.add_argument("--seed", type=int, default=0, help="seed of a scenario's world; default 0")

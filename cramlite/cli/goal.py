@@ -74,9 +74,7 @@ def add_commands(add: Add) -> None:
     """Add the command ``goal``, with its arguments, to the command line."""
     goal = add("goal", _goal)
     goal.add_argument("scenario", help="a scenario file with a goal, or the name of a shipped one")
-    goal.add_argument(
-        "--seed", type=int, default=0, help="0 (default) is the world as written; others vary it"
-    )
+    goal.add_argument("--seed", type=int, default=0, help="0 (default) is the world as written; others vary it")
     add_say(goal)
     goal.add_argument("--plans", type=int, default=1, help="number of plans that are printed; default 1")
     goal.add_argument("--pddl", type=Path, metavar="DIR", help="write domain.pddl and problem.pddl there, and do not plan")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 
 from ..base.errors import UserError
@@ -31,9 +30,8 @@ def _interpret(arguments: argparse.Namespace) -> int:
         write_interpretation_page(arguments.html, episode, found)
         print(f"The picture of '{episode.name}' is in {arguments.html}.")
     else:
-        repairs = episode.repairs
-        data = found.to_json() | {"repairs": repairs_json(repairs)} if arguments.json else None
-        print(as_json(data) if data is not None else interpretation_text(found, repairs))
+        data = found.to_json() | {"repairs": repairs_json(episode.repairs)} if arguments.json else None
+        print(as_json(data) if data is not None else interpretation_text(found, episode.repairs))
     warn_of(engine.registry.faults)
     return 0
 
@@ -57,8 +55,7 @@ def _tasks(arguments: argparse.Namespace) -> int:
     registry = plugin_choice(arguments).registry()
     tasks = Knowledge(registry).tasks.values()
     print(as_json(tasks_json(tasks)) if arguments.json else tasks_text(tasks))
-    for fault in dict.fromkeys(str(f) for f in registry.faults):
-        print(f"cramlite: warning: {fault}", file=sys.stderr)
+    warn_of(registry.faults)
     return 0
 
 

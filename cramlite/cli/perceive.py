@@ -11,7 +11,8 @@ from ..base.errors import NoSolution, UserError
 from ..base.json_text import as_json
 from ..base.resources import find_scenario
 from ..engine.engine import Engine
-from ..model.world.world import Camera, Thing
+from ..model.world.thing import Thing
+from ..model.world.world import Camera
 from ..perception.active_perception import Look, Picture, ask, pictures
 from ..perception.camera_check import camera_warning
 from ..perception.query import ObjectQuery, parse_query

@@ -79,6 +79,15 @@ def recorded(run: Path, world: str | None, knowledge: Knowledge, seed: int = 0) 
     return load_rollout(file, read_world(world or str(own), knowledge, seed))
 
 
+@contextmanager
+def in_its_world() -> Iterator[None]:
+    """Name the option --world where a recorded run and the world that was given for it do not fit."""
+    try:
+        yield
+    except (KeyError, IndexError, ValueError) as error:
+        raise UserError(f"The run was not in this world ({error}); give the one it was in with --world.") from error
+
+
 def program_of(run: Path, *, typed: bool = False) -> list[str]:
     """Return the lines of the program text in a run directory; none where it holds no text that can be read.
 

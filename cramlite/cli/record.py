@@ -39,12 +39,8 @@ def add_commands(add: Add) -> None:
     """Add the command ``record``, with its arguments, to the command line."""
     record = add("record", _record)
     record.add_argument("scenario", help="a scenario file, or the name of a shipped one")
-    record.add_argument(
-        "--seed", type=int, default=0, help="how the person moves, and the changes of vary; default 0"
-    )
-    record.add_argument(
-        "--out", type=Path, required=True, help="folder for the episode; must not exist or be empty"
-    )
+    record.add_argument("--seed", type=int, default=0, help="how the person moves, and the changes of vary; default 0")
+    record.add_argument("--out", type=Path, required=True, help="folder for the episode; must not exist or be empty")
     record.add_argument(
         "--tasks", default="",
         help="tasks with commas between, each with what fills its roles in order, or as Role=thing: "

@@ -28,8 +28,8 @@ from ..scenario.faults import faulty, read_fault_text
 from ..scenario.scenario import Scenario, read_scenario
 from ..scenario.worlds import read_world
 from .arguments import plugin_choice
-from .execution_files import write_run
 from .program_input import read_text
+from .run_files import write_run
 from .texts import rollout_json, rollout_text
 
 

@@ -272,9 +272,7 @@ def add_commands(add: Add) -> None:
     resolve = add("resolve", _resolve)
     resolve.add_argument("scenario", help="a scenario file, or the name of a shipped one")
     resolve.add_argument("--out", type=Path, help="run directory; default runs/SCENARIO-SEED")
-    resolve.add_argument(
-        "--seed", type=int, default=0, help="0 (default) is the world as written; others vary it"
-    )
+    resolve.add_argument("--seed", type=int, default=0, help="0 (default) is the world as written; others vary it")
     resolve.add_argument("--backend", help="code writer; default the robot's native language")
     resolve.add_argument("--demonstration", type=Path, help="another episode than the scenario's")
     resolve.add_argument(

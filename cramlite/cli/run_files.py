@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from msgspec import json, to_builtins
+from msgspec.structs import replace
 
+from ..base.errors import UserError
 from ..base.json_text import as_json
 from ..base.run_directory import RunDirectory, content_key
 from ..engine.proof.intent import FILE as INTENT
@@ -15,7 +18,7 @@ from ..planning.diagnosis import how_it_ended, nearest_miss
 from ..planning.goal_parts import goal_answers
 from ..planning.what_to_try import what_to_try
 from ..version import VERSION
-from .texts import rollout_json
+from .texts import rollout_json, warn_of
 
 if TYPE_CHECKING:
     from ..engine.engine import Engine
@@ -23,8 +26,11 @@ if TYPE_CHECKING:
     from ..engine.picture_checks import PictureChecks
     from ..engine.setting import Setting
     from ..engine.solution import Solution
+    from ..model.episode import Event
+    from ..model.run.rollout import Rollout
     from ..model.run.twin_verdict import TwinVerdict
     from ..planning.trace import Trace
+    from ..plugin.catalogue import Knowledge
     from ..scenario.scenario import Scenario
 
 
@@ -92,6 +98,26 @@ def write_execution(run: RunDirectory, execution: Execution, engine: Engine) -> 
     save_rollout(candidate.ran, run.path / place / "rollout.npz")
     if not (run.path / place / "episode").exists():
         engine.knowledge.episodes.write(candidate.episode, run.path / place / "episode")
+
+
+def write_run(
+    out: Path, rollout: Rollout, name: str, knowledge: Knowledge, *, episode: bool, events: Sequence[Event] = ()
+) -> None:
+    """Write a recorded run into a folder: result, recording, world and episode."""
+    from ..model.run.rollout import save_rollout
+
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        (out / "execution.json").write_text(as_json(rollout_json(rollout)), encoding="utf-8", newline="\n")
+        save_rollout(rollout, out / "rollout.npz")
+        (out / "world.json").write_bytes(json.format(json.encode(rollout.world), indent=1))
+    except OSError as error:
+        raise UserError(f"'{out}' cannot be written: {error.strerror}.") from error
+    if episode:
+        found = knowledge.episodes.detect(rollout, name)
+        whole = replace(found, events=tuple(sorted((*found.events, *events), key=lambda e: e.start)))
+        knowledge.episodes.write(whole, out / "episode")
+        warn_of(knowledge.registry.faults)
 
 
 def solution_summary(solution: Solution, run: RunDirectory, engine: Engine, seed: int) -> dict[str, Any]:

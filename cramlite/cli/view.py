@@ -14,7 +14,7 @@ from ..base.errors import UserError
 from ..model.run.rollout import Rollout
 from ..plugin.catalogue import Knowledge
 from .arguments import Add, duration, plugin_choice
-from .program_input import program_of, recorded
+from .program_input import in_its_world, program_of, recorded
 
 if TYPE_CHECKING:
     from .viewer import Viewer
@@ -74,11 +74,10 @@ def viewer_of(rollout: Rollout, knowledge: Knowledge, program: Sequence[str], ho
     step = 1 / RATE
     times = np.arange(rollout.times[0], rollout.times[-1] + step / 2, step)
     samples = np.searchsorted(rollout.times, times).clip(0, len(rollout.times) - 1)
-    try:
-        scene = knowledge.simulator.scene(rollout, knowledge.robots_of(rollout.world), [int(k) for k in samples])
-    except (KeyError, IndexError, ValueError) as error:
-        raise UserError(f"The run was not in this world ({error}); give the one it was in with --world.") from error
-    return Viewer(scene, rollout, [int(k) for k in samples], program, host, free_port(host, port))
+    shown = [int(k) for k in samples]
+    with in_its_world():
+        scene = knowledge.simulator.scene(rollout, knowledge.robots_of(rollout.world), shown)
+    return Viewer(scene, rollout, shown, program, host, free_port(host, port))
 
 
 def free_port(host: str, first: int, tries: int = 100) -> int:

@@ -149,21 +149,19 @@ class Tools:
 
     async def list_things(self, ctx: Context[Any, Any], scenario: Named, seed: int = 0) -> Answer:
         """List the things of a scenario: class, pose in the world [m, quaternion w first], whether each can be moved; and relations."""
-        return await self._work(ctx, lambda say, stop: _data(things_answer(self._engine, self._read(scenario), seed)))
+        return await self._about(ctx, things_answer, scenario, seed)
 
     async def list_goals(self, ctx: Context[Any, Any], scenario: Named, seed: int = 0) -> Answer:
         """List the forms that goals can have in a scenario, its own goal, and the first plan that achieves it."""
-        return await self._work(ctx, lambda say, stop: _data(goals_answer(self._engine, self._read(scenario), seed)))
+        return await self._about(ctx, goals_answer, scenario, seed)
 
     async def check(self, ctx: Context[Any, Any], scenario: Named, seed: int = 0) -> Answer:
         """Check whether a scenario can be used; an error says why not."""
-        return await self._work(ctx, lambda say, stop: _data(check_answer(self._engine, self._read(scenario), seed)))
+        return await self._about(ctx, check_answer, scenario, seed)
 
     async def interpret(self, ctx: Context[Any, Any], episode: str) -> Answer:
         """Name the tasks that each action of a recorded episode may have been."""
-        return await self._work(
-            ctx, lambda say, stop: _data(interpret_answer(self._engine, self._files.episode(episode)))
-        )
+        return await self._work(ctx, lambda say, stop: _data(interpret_answer(self._engine, self._files.episode(episode))))
 
     async def resolve(self, ctx: Context[Any, Any], scenario: Named, seed: int = 0, goal: list[str] | None = None, say: str = "") -> Answer:
         """Prove a program for a scenario in simulation, and give the name of its run. It is not executed;
@@ -224,8 +222,9 @@ class Tools:
         except CramliteError as error:
             raise ToolError(str(error)) from error
 
-    def _read(self, scenario: Named) -> Scenario:
-        return self._files.read(scenario)
+    async def _about(self, ctx: Context[Any, Any], answer: Callable[[Engine, Scenario, int], Answer], scenario: Named, seed: int) -> Answer:
+        """Answer a question about a scenario in the world of a seed."""
+        return await self._work(ctx, lambda say, stop: _data(answer(self._engine, self._files.read(scenario), seed)))
 
     def _resolved(self, scenario: Named, seed: int, goal: tuple[str, ...], say: Say, stop: Stop) -> Answer:
         proven = self._runs.prove(scenario, seed, say, stop, goal)

@@ -356,7 +356,6 @@ def _close_quietly(out: IO[str]) -> None:
 
 
 def _serve(arguments: argparse.Namespace) -> int:
-
     return serve(Engine.with_plugins(plugin_choice(arguments)))
 
 
