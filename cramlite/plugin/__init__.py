@@ -82,6 +82,7 @@ if TYPE_CHECKING:
         Judged as Judged,
     )
     from .grounding import (
+        Answer as Answer,
         Answers as Answers,
         Context as Context,
         Grounding as Grounding,

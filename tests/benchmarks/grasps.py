@@ -19,7 +19,7 @@ from msgspec.structs import replace
 
 from cramlite.base.wilson import wilson_interval
 from cramlite.model import Geom, Pose, Thing
-from cramlite_plugins.locations import antipodal, grips
+from cramlite_plugins.locations.pinching import antipodal, grips
 from cramlite_plugins.shapes import ray_casting as rays
 
 GRIPPER = flying_gripper.GRIPPER

@@ -32,8 +32,8 @@ from cramlite.experiment.figure import Number
 from cramlite.model import GRAVITY, Held, Location, Place, Pose, RobotMount, Thing, Value, initial_belief, pair_friction
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.kinematics.inverse import inverse
-from cramlite_plugins.locations import grips
 from cramlite_plugins.locations.kinds import ground
+from cramlite_plugins.locations.pinching import grips
 from cramlite_plugins.motions.grip_force import MARGIN, grip_force, grip_of
 from cramlite_plugins.simulation.model.compile import Compiled, compile_world
 

@@ -47,6 +47,14 @@ class Joint(Value):
         step = Pose((0.0, 0.0, by)) if self.kind == "slide" else Pose.from_rotvec((0.0, 0.0, along), (0, 0, by))
         return thing * self.pose * step * self.pose.inverse()
 
+    def value_at(self, share: float) -> float:
+        """Return the value at a share of the range: 0 at its lower end, 1 at its upper one [m, rad]."""
+        return self.lower + share * (self.upper - self.lower)
+
+    def share(self, value: float) -> float:
+        """Return the share of the range, from its lower end, at which a value is; the inverse of ``value_at``."""
+        return (value - self.lower) / (self.upper - self.lower)
+
     @property
     def closed(self) -> float:
         """Value at which the thing is closed: the lower end, or the rest of its spring, if that is between the ends [m, rad]."""

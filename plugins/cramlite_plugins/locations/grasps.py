@@ -13,6 +13,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Sequence
+from functools import partial
 
 import numpy as np
 from msgspec.structs import replace
@@ -23,6 +24,7 @@ from cramlite.model import (
     GripFacts,
     Gripper,
     Held,
+    Joints,
     Location,
     Place,
     Pose,
@@ -31,17 +33,17 @@ from cramlite.model import (
     Value,
     pair_friction,
 )
-from cramlite.plugin import Context, Grounding, Refused, Unresolvable
+from cramlite.plugin import Answer, Context, Grounding, Refused
 
 from ..motion_planning.postures import CLEARANCE
-from ..motion_planning.reach import SIGMAS, bound, reference_pose, shift, tcp
+from ..motion_planning.reach import SIGMAS, bound, reference_pose, shift, tcp, unfit
 from ..motions import grip_force
 from ..shapes import ray_casting as rays
 from ..shapes.bounds import centre_of_mass
-from . import antipodal, rim_pinches
-from .from_aside import slants
-from .grips import AGAIN, SLACK, Grip, ranked, too_wide, varied, why_none
-from .hand_room import HandRoom, Taken
+from .pinching import antipodal, rim_pinches
+from .pinching.grips import AGAIN, SLACK, Grip, ranked, too_wide, varied, why_none
+from .pinching.hand_room import HandRoom, Taken
+from .places import slants
 from .placing.for_later import suits_later
 from .reached import Arm, Leg
 
@@ -94,21 +96,19 @@ class Grasp(Value):
         return at, Leg(self.before, opening=opening, said="at the pre-grasp", where=Stage.BEFORE)
 
 
-def grasps(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+def grasps(location: Location, belief: Belief, context: Context) -> Iterator[Answer]:
     """Generate grasps of a thing that the arm reaches, best first."""
     thing, gripper = belief.thing(bound(context, location.of)), context.robot.gripper
     reference_pose(belief, location, context)
     grips = ranked(thing, gripper, pair_friction(belief.world.physics.pad_friction, thing.least_friction))
     rims = rim_pinches.pinches(thing, belief, context)
     if not grips and not rims:
-        raise Unresolvable(
-            why_none(thing, gripper), (location.of or "",), blocking=(), remedy=too_wide(thing, gripper)
-        )
+        raise unfit(location, why_none(thing, gripper), too_wide(thing, gripper))
     arm = Arm(belief, context)
     ordered = _in_order(grips, thing, belief, context, HandRoom.about(thing, belief, arm.scene()))
     if not ordered and not rims:
         reason = f"at each of {len(grips)} grips of '{thing.name}' the hand would be inside it"
-        raise Unresolvable(reason, (location.of or "",), blocking=(), remedy=too_wide(thing, gripper))
+        raise unfit(location, reason, too_wide(thing, gripper))
     pinched_at = rim_pinches.places(rims, thing, arm)
     for cost, grasp in sorted(ordered, key=lambda found: found[1].tight) if rims else ordered:
         if grasp.tight:  # of what lies flat these are hundreds, and the hand is in what carries it
@@ -116,24 +116,23 @@ def grasps(location: Location, belief: Belief, context: Context) -> Iterator[Gro
         led = arm.led(grasp.legs(thing.name, grasp.opening))
         if isinstance(led, Refused):
             yield led.of(grasp.name)
-            if (
-                led.where is Stage.BEFORE
-            ):  # wider fingers have less room at the thing, from wherever they come
-                yield from _from_aside(
-                    grasp, thing.name, cost, next(_openings(grasp, thing, belief, gripper)), arm
-                )
+            if led.where is Stage.BEFORE:  # wider fingers have less room there, from wherever they come
+                widest = next(_openings(grasp, thing, belief, gripper))
+                yield from _from_aside(grasp, thing.name, cost, widest, arm)
             continue
-        openings = _openings(grasp, thing, belief, gripper)
-        wide = (
-            o
-            for o in openings
-            if all(arm.of(g).free(q) for g, q in zip(grasp.legs(thing.name, o), led, strict=True))
-        )
-        place = _place(grasp, grasp.before, next(wide, grasp.opening), thing.name)
+        fits = partial(_fits, grasp, thing.name, led, arm)
+        wide = next(filter(fits, _openings(grasp, thing, belief, gripper)), grasp.opening)
+        place = _place(grasp, grasp.before, wide, thing.name)
         yield Grounding(place, _says(grasp), cost, key=grasp.name, anew=True)
     yield from pinched_at
     if broad := too_wide(thing, gripper):
         yield Refused("across its wide sides", broad.says, blocking=(), remedy=broad)
+
+
+def _fits(grasp: Grasp, thing: str, led: Sequence[Joints], arm: Arm, opening: float) -> bool:
+    """Whether the hand, opened by ``opening`` [m], is free at a grasp and at its pre-grasp."""
+    legs = grasp.legs(thing, opening)
+    return all(arm.of(leg).free(joints) for leg, joints in zip(legs, led, strict=True))
 
 
 def _place(grasp: Grasp, before: Pose, opening: float, thing: str) -> Place:
@@ -171,12 +170,10 @@ def _openings(grasp: Grasp, thing: Thing, belief: Belief, gripper: Gripper) -> I
     that is 4 mm from where it is believed to be, and turned by 5 deg, is pushed by a pad that passes it by 5
     mm.
     """
-    hand, most = antipodal.Hands.at([grasp.grip.pose]), gripper.opening[1]
-    if (
-        belief.poses[thing.name].sigma > 0
-        and antipodal.clear(rays.body(thing.geoms), hand, np.array([most]), gripper).all()
-    ):
-        yield most
+    hand, most = antipodal.Hands.at([grasp.grip.pose]), np.array([gripper.opening[1]])
+    doubted = belief.poses[thing.name].sigma > 0
+    if doubted and antipodal.clear(rays.body(thing.geoms), hand, most, gripper).all():
+        yield gripper.opening[1]
     yield grasp.grip.width + grasp.grip.slack
 
 
@@ -192,10 +189,8 @@ def _in_order(
     loads, found = _loads(grips, thing, belief, context), []
     doubt = SIGMAS * belief.poses[thing.name].sigma
     for grip, load in zip(grips, loads.tolist(), strict=True):
-        ways = (
-            (grip.name, pose * grip.pose),
-            (f"{grip.name}, turned half way", pose * grip.pose * HALF_TURN),
-        )
+        straight = pose * grip.pose
+        ways = ((grip.name, straight), (f"{grip.name}, turned half way", straight * HALF_TURN))
         tight = PER_TIGHT * max(0.0, doubt - (most - grip.width) / 2)
         turned = sorted((here.distance(at)[1], name, at) for name, at in ways)
         for k, (angle, name, at) in enumerate(turned):
@@ -204,9 +199,8 @@ def _in_order(
             found.append((cost, grip, Grasp(grip, at, min(grip.width + SLACK, most), load, name)))
     hands, openings = antipodal.Hands.at([g.at for *_, g in found]), np.array([g.opening for *_, g in found])
     own = room.meets(room.own, hands, openings, 0.0)
-    up = antipodal.Hands(
-        hands.positions + LIFTED * belief.base().inverse().rotate((0.0, 0.0, 1.0)), hands.turns
-    )
+    high = LIFTED * belief.base().inverse().rotate((0.0, 0.0, 1.0))
+    up = antipodal.Hands(hands.positions + high, hands.turns)
     others = room.in_a_hole(hands, most)  # when it opens around what is threaded
     for there in (hands, hands.moved(-STANDOFF), up):
         others |= room.meets(room.others, there, openings, CLEARANCE)
@@ -217,9 +211,8 @@ def _in_order(
         if not it:
             alike.setdefault((bad, f[1].late, no), []).append(f)
     order = itertools.product((False, True), (0, 1, 2), (False, True))
-    return [
-        (cost, replace(grasp, tight=key[-1])) for key in order for cost, grasp in varied(alike.get(key, ()))
-    ]
+    ranked = ((key[-1], *one) for key in order for one in varied(alike.get(key, ())))
+    return [(cost, replace(grasp, tight=no)) for no, cost, grasp in ranked]
 
 
 def _loads(grips: Sequence[Grip], thing: Thing, belief: Belief, context: Context) -> Floats:

@@ -10,7 +10,7 @@ import importlib
 from collections.abc import Iterable, Mapping
 
 from cramlite.model import Belief, Location, Stand, Value
-from cramlite.plugin import Context, Grounding, LocationKind, Refused, hookimpl
+from cramlite.plugin import Answer, Context, LocationKind, hookimpl
 
 from .parameters import (
     Along,
@@ -29,8 +29,6 @@ from .parameters import (
     Where,
 )
 
-Groundings = Iterable[Grounding | Refused]
-
 
 class Lazy(Value):
     """Function of a sibling module, which is imported when the function is first called."""
@@ -38,11 +36,10 @@ class Lazy(Value):
     module: str
     function: str
 
-    def __call__(self, location: Location, belief: Belief, context: Context) -> Groundings:
+    def __call__(self, location: Location, belief: Belief, context: Context) -> Iterable[Answer]:
         """Import the function that grounds locations of this kind, and call it."""
-        found: Groundings = getattr(importlib.import_module(f".{self.module}", __package__), self.function)(
-            location, belief, context
-        )
+        function = getattr(importlib.import_module(f".{self.module}", __package__), self.function)
+        found: Iterable[Answer] = function(location, belief, context)
         return found
 
 
@@ -172,29 +169,37 @@ KINDS: Mapping[str, LocationKind] = {
         LocationKind(
             "handle",
             "The hand around the handle, straight or tilted about the bar, as wide open as obstacles allow.",
-            Lazy("handles", "handle_grasps"),
+            Lazy("jointed.handles", "handle_grasps"),
             JOINTED,
             Handle,
         ),
         LocationKind(
             "opened",
             "A path along the joint, held or pushed, open.",
-            Lazy("handles", "joint_way"),
+            Lazy("jointed.handles", "joint_way"),
             JOINTED,
             JointWay,
         ),
         LocationKind(
-            "turned", "A path about the joint, held, by a turn.", Lazy("handles", "turn_on"), JOINTED, Turned
+            "turned",
+            "A path about the joint, held, by a turn.",
+            Lazy("jointed.handles", "turn_on"),
+            JOINTED,
+            Turned,
         ),
         LocationKind(
             "closed",
             "A path along the joint, held or pushed, all but shut.",
-            Lazy("handles", "joint_way"),
+            Lazy("jointed.handles", "joint_way"),
             JOINTED,
             JointWay,
         ),
         LocationKind(
-            "stop", "A path along the joint, on to its stop.", Lazy("handles", "joint_way"), JOINTED, JointWay
+            "stop",
+            "A path along the joint, on to its stop.",
+            Lazy("jointed.handles", "joint_way"),
+            JOINTED,
+            JointWay,
         ),
         LocationKind(
             "front",
@@ -247,7 +252,7 @@ KINDS: Mapping[str, LocationKind] = {
 }
 
 
-def ground(location: Location, belief: Belief, context: Context) -> Groundings:
+def ground(location: Location, belief: Belief, context: Context) -> Iterable[Answer]:
     """Ground a location whose relation, such as "near", this package defines."""
     return KINDS[location.relation].ground(location, belief, context)
 

@@ -8,13 +8,13 @@ what it is put onto, the thing turns back between the pads as it swung when it w
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import Belief, Floats, Held, Location, Pose, Swing, Thing, thing_of
-from cramlite.plugin import Context, Grounding, Refused
+from cramlite.plugin import Answer, Context, Grounding, Refused
 
 from ..motion_planning.reach import bound, collision_free_ik, make_scene, shift
 from ..shapes.bounds import corners
@@ -29,12 +29,10 @@ that creep down a flattening rim would press the near side down and the far one 
 PRESSED = 0.003  # below its first contact the edge of a hanging thing is led [m]: so far off may an arm be
 EDGE = 0.0005  # points that are no higher than this over the lowest one touch as well [m]
 
-Spots = Callable[[Location, Belief, Context], Iterator[Grounding | Refused]]
+Spots = Callable[[Location, Belief, Context], Iterator[Answer]]
 
 
-def laid_down(
-    location: Location, belief: Belief, context: Context, spots: Spots
-) -> Iterator[Grounding | Refused]:
+def laid_down(location: Location, belief: Belief, context: Context, spots: Spots) -> Iterator[Answer]:
     """Yield placements that lay down a payload which hangs from the fingers, each with the path on which it
     turns.
 
@@ -48,7 +46,7 @@ def laid_down(
         yield answer if isinstance(answer, Refused) else _led(answer, location, belief, context)
 
 
-def hung(answer: Grounding | Refused, held: Held) -> Grounding | Refused:
+def hung(answer: Answer, held: Held) -> Answer:
     """Change a placement such that a hanging payload is released as it hangs, without being turned in the
     hand before."""
     if isinstance(answer, Refused) or held.swing is None:
@@ -63,7 +61,7 @@ def hung(answer: Grounding | Refused, held: Held) -> Grounding | Refused:
     return replace(answer, value=led)
 
 
-def _led(answer: Grounding, location: Location, belief: Belief, context: Context) -> Grounding | Refused:
+def _led(answer: Grounding, location: Location, belief: Belief, context: Context) -> Answer:
     """Placement with the path that lays the payload down, or the refusal if the arm cannot follow that
     path."""
     held, place = belief.payload, answer.value
@@ -77,10 +75,8 @@ def _led(answer: Grounding, location: Location, belief: Belief, context: Context
     settles = (hand * swing.start).inverse() * lies * held.swing.start * place.release.settles
     shares, way = rolled(thing, hand, swing, below)
     before, seed = shift(way[0], (0.0, 0.0, ABOVE)), belief.joints
-    for share, hand, touch in (
-        (1.0, before, ()),
-        *((s, h, (onto,)) for s, h in zip(shares, way, strict=True)),
-    ):
+    touching = ((s, h, (onto,)) for s, h in zip(shares, way, strict=True))
+    for share, hand, touch in ((1.0, before, ()), *touching):
         there = replace(belief, held=replace(held, tcp_to_thing=swing.at(share)))
         scene = make_scene(there, context, touch, clearance=0.0, hand=False)
         found = collision_free_ik(scene, context, hand, seed)
@@ -125,8 +121,7 @@ def rolled(
     floor = float(corners(thing, now)[:, 2].min())
     for k in range(1, count + 1):
         at = swing.at(k / count)
-        turned = Pose((0.0, 0.0, 0.0), (Pose((0.0, 0.0, 0.0), lies.quaternion) * at).quaternion)
-        now = _resting(thing, turned, now, floor)
+        now = _resting(thing, Pose.at((0.0, 0.0, 0.0), lies * at), now, floor)
         over = max(0.0, -room_under(thing, now, *below)) if below else 0.0
         now = shift(now, (0.0, 0.0, over))
         shares.append(k / count)
@@ -141,7 +136,7 @@ def _resting(thing: Thing, turned: Pose, before: Pose, floor: float) -> Pose:
     low = points[:, 2].min()
     edge = points[:, 2] < low + EDGE
     by = corners(thing, before)[edge].mean(axis=0) - points[edge].mean(axis=0)
-    return Pose((float(by[0]), float(by[1]), floor - float(low)), turned.quaternion)
+    return Pose.at((by[0], by[1], floor - low), turned)
 
 
 def _angle(swing: Swing) -> float:
@@ -151,7 +146,5 @@ def _angle(swing: Swing) -> float:
 def dropped(thing: Thing, hand: Pose, swing: Swing) -> float:
     """Return how much farther below the hand the payload's lowest point is when it hangs than when it lies
     [m]."""
-    lowest: Sequence[float] = [
-        float(np.min(corners(thing, hand * at)[:, 2])) for at in (swing.start, swing.end)
-    ]
-    return lowest[0] - lowest[1]
+    lying, hanging = (float(corners(thing, hand * at)[:, 2].min()) for at in (swing.start, swing.end))
+    return lying - hanging

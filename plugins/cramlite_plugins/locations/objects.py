@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from msgspec.structs import replace
 
 from cramlite.model import Belief, EntityName, Late, Object, Remedy, Thing, thing_of
-from cramlite.plugin import Answers, Context, Grounding, Refused, hookimpl
+from cramlite.plugin import Answer, Answers, Context, Grounding, Refused, hookimpl
 
 from ..motion_planning.too_far import too_far
 
@@ -26,7 +26,7 @@ def resolve_object(designator: Object | Late, belief: Belief, context: Context) 
     return _candidates(designator.query if isinstance(designator, Late) else designator, belief, context)
 
 
-def _candidates(wanted: Object, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+def _candidates(wanted: Object, belief: Belief, context: Context) -> Iterator[Answer]:
     answers = [_grounded(entity, wanted, belief, context) for entity in _entities(wanted, belief, context)]
     yield from (a for a in answers if isinstance(a, Refused))
     yield from sorted((a for a in answers if isinstance(a, Grounding)), key=lambda a: (a.cost, str(a.value)))
@@ -43,42 +43,28 @@ def _entities(wanted: Object, belief: Belief, context: Context) -> list[str]:
     return [t.name for t in belief.world.things]
 
 
-def _grounded(entity: str, wanted: Object, belief: Belief, context: Context) -> Grounding | Refused:
+def _grounded(entity: str, wanted: Object, belief: Belief, context: Context) -> Answer:
     """Ground an object designator by an entity; or refuse the entity by the first check that it fails.
 
     The later that check comes, the nearer a miss the refusal is.
     """
     there = [t.name for t in belief.world.things]
     if thing_of(entity) not in there:  # it was taken away since the task was given
-        return Refused(
-            entity,
-            f"no thing of this name is in the believed world, which has {', '.join(there) or 'nothing'}",
-            blocking=(),
-        )
+        reason = f"no thing of this name is in the believed world, which has {', '.join(there) or 'nothing'}"
+        return Refused(entity, reason, blocking=())
     fit = _fit(entity, wanted, belief, context)
     if isinstance(fit, Refused):
         return fit
-    gap, reach = (
-        _gap(belief.thing(entity), belief),
-        context.robot.reach + math.hypot(*context.robot.gripper.tcp.position),
-    )
-    if gap > reach:
-        reason = (
-            f"nearest point at {gap:.2f} m > {reach:.2f} m reach of arm '{context.robot.type}' with gripper"
-        )
-        numbers = {"gap_m": gap, "limit_m": reach}
-        return Refused(
-            entity,
-            reason,
-            4,
-            numbers=numbers,
-            blocking=(),
-            remedy=too_far(entity, gap - reach, context.robot),
-        )
-    return fit
+    gap, robot = _gap(belief.thing(entity), belief), context.robot
+    reach = robot.reach + math.hypot(*robot.gripper.tcp.position)
+    if gap <= reach:
+        return fit
+    reason = f"nearest point at {gap:.2f} m > {reach:.2f} m reach of arm '{robot.type}' with gripper"
+    numbers, remedy = {"gap_m": gap, "limit_m": reach}, too_far(entity, gap - reach, robot)
+    return Refused(entity, reason, 4, numbers=numbers, blocking=(), remedy=remedy)
 
 
-def _fit(entity: str, wanted: Object, belief: Belief, context: Context) -> Grounding | Refused:
+def _fit(entity: str, wanted: Object, belief: Belief, context: Context) -> Answer:
     """Grounding of an object designator by an entity of the wanted class, or with the wanted features and
     affordances; else the refusal with what the entity lacks."""
     classes, feature, thing = context.taxonomy, belief.feature(entity), belief.thing(entity)
@@ -87,17 +73,13 @@ def _fit(entity: str, wanted: Object, belief: Belief, context: Context) -> Groun
     if taken is not None:
         few = _too_few(wanted, belief, context)
         remedy = Remedy(f"few {wanted.name}", f"'{wanted.name}' has nothing left{few}") if few else None
-        return Refused(
-            entity, f"the entity has another role already: {taken}{few}", because=(taken,), remedy=remedy
-        )
+        reason = f"the entity has another role already: {taken}{few}"
+        return Refused(entity, reason, because=(taken,), remedy=remedy)
     has = [own] if feature else [f.type for f in belief.world.features_of(thing.name)]
     for need in wanted.features:
         if not any(classes.is_a(f, need) for f in has):
-            return Refused(
-                entity,
-                f"{own} without the {need} that the tasks need; it has {', '.join(has) or 'no features'}",
-                1,
-            )
+            reason = f"{own} without the {need} that the tasks need; it has {', '.join(has) or 'no features'}"
+            return Refused(entity, reason, 1)
     for need in wanted.affords:
         if not classes.affords(own, need):
             return Refused(entity, f"{own} does not afford {need}", 2)
@@ -110,7 +92,7 @@ def _too_few(wanted: Object, belief: Belief, context: Context) -> str:
     """Remark that more things are needed if all things of the wanted kind play other roles; "" if one is
     free, or the world has none."""
     kinds = wanted.types or wanted.like
-    taken = {v for k, v in context.bindings.items() if k != wanted.name and isinstance(v, str)}
+    taken = _taken(wanted, context)
     fitting = [t.name for t in belief.world.things if _meets(t, kinds, wanted, belief, context)]
     if not fitting or wanted.part_of or any(name not in taken for name in fitting):
         return ""
@@ -122,20 +104,16 @@ def _too_few(wanted: Object, belief: Belief, context: Context) -> str:
 def _meets(thing: Thing, kinds: tuple[str, ...], wanted: Object, belief: Belief, context: Context) -> bool:
     """Whether a thing has the wanted features and affordances, and one of the wanted classes if there are
     any."""
-    classes = context.taxonomy
-    return (
-        (not kinds or any(classes.is_a(thing.type, k) for k in kinds))
-        and all(
-            any(classes.is_a(f.type, need) for f in belief.world.features_of(thing.name))
-            for need in wanted.features
-        )
-        and all(classes.affords(thing.type, need) for need in wanted.affords)
-    )
+    classes, has = context.taxonomy, [f.type for f in belief.world.features_of(thing.name)]
+    if kinds and not any(classes.is_a(thing.type, k) for k in kinds):
+        return False
+    lacks = any(not any(classes.is_a(f, need) for f in has) for need in wanted.features)
+    return not lacks and all(classes.affords(thing.type, need) for need in wanted.affords)
 
 
 def _classed(
     entity: str, own: str, wanted: Object, belief: Belief, context: Context, *, part: bool
-) -> Grounding | Refused:
+) -> Answer:
     """Grounding of a designator by an entity: asked for by name, of a wanted class, or a substitute with the
     needed features and affordances; else a refusal."""
     if wanted.entity:
@@ -153,9 +131,8 @@ def _classed(
         )
         return Refused(entity, f"{own} is no {kinds}", 3, remedy=Remedy(f"kind {wanted.name}", say))
     needs = ", ".join((*wanted.features, *wanted.affords))
-    return Grounding(
-        entity, f"substitute: {own} is no {types[0]}, but has the {needs} that the tasks need", SUBSTITUTE
-    )
+    reason = f"substitute: {own} is no {types[0]}, but has the {needs} that the tasks need"
+    return Grounding(entity, reason, SUBSTITUTE)
 
 
 def _classes(wanted: Object, belief: Belief, context: Context) -> tuple[str, ...]:
@@ -164,12 +141,16 @@ def _classes(wanted: Object, belief: Belief, context: Context) -> tuple[str, ...
     A class that only the designator's name suggests counts if the world has a thing of that class which plays
     no other role.
     """
-    taken = {
-        v for k, v in context.bindings.items() if k != wanted.name and isinstance(v, str)
-    }  # others stand for places and looks
+    taken = _taken(wanted, context)
     free = [t.type for t in belief.world.things if t.name not in taken]
     there = any(context.taxonomy.is_a(t, like) for t in free for like in wanted.like)
     return wanted.types or (wanted.like if there else ())
+
+
+def _taken(wanted: Object, context: Context) -> set[str]:
+    """Names of the entities that play other roles."""
+    others = (v for k, v in context.bindings.items() if k != wanted.name)
+    return {v for v in others if isinstance(v, str)}  # the rest are places and looks
 
 
 def _gap(thing: Thing, belief: Belief) -> float:
@@ -177,8 +158,5 @@ def _gap(thing: Thing, belief: Belief) -> float:
     thing if the robot can drive."""
     if belief.at is not None or (belief.held and belief.held.thing == thing.name):
         return 0.0
-    centre = belief.pose(thing.name).position
-    radius = max(
-        (math.dist((0, 0, 0), g.pose.position) + g.bounding_radius for g in thing.geoms), default=0.0
-    )
-    return math.hypot(*centre) - radius
+    radii = (math.dist((0, 0, 0), g.pose.position) + g.bounding_radius for g in thing.geoms)
+    return math.hypot(*belief.pose(thing.name).position) - max(radii, default=0.0)

@@ -9,19 +9,8 @@ from collections.abc import Iterator
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import (
-    Belief,
-    Floats,
-    Location,
-    PegFit,
-    Place,
-    Pose,
-    Remedy,
-    Thing,
-    Value,
-    vector3,
-)
-from cramlite.plugin import Context, Grounding, Refused, Unresolvable
+from cramlite.model import Belief, Floats, Location, PegFit, Place, Pose, Remedy, Thing, Value, vector3
+from cramlite.plugin import Answer, Context, Grounding, Refused, Unresolvable
 
 from ..motion_planning.reach import bound, causes, held_pose, taken_at, traverse
 from ..shapes import ray_casting
@@ -100,16 +89,11 @@ def extract(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         raise Unresolvable(where, causes(location, context))
     rest = peg.length - peg.along
     steps = (peg.to_middle, peg.axis * rest, peg.over_tip, peg.axis * CLEAR)
-    yield traverse(
-        location,
-        belief,
-        context,
-        np.cumsum(steps, axis=0),
-        f"{1000 * rest:.0f} mm along the peg, over its tip",
-    )
+    said = f"{1000 * rest:.0f} mm along the peg, over its tip"
+    yield traverse(location, belief, context, np.cumsum(steps, axis=0), said)
 
 
-def insert(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+def insert(location: Location, belief: Belief, context: Context) -> Iterator[Answer]:
     """Generate the path of a payload's hole onto a peg, for each way to turn it: in front of the peg's tip,
     at the tip, past the tip's bend, along the peg, and down onto it.
 
@@ -132,7 +116,7 @@ def insert(location: Location, belief: Belief, context: Context) -> Iterator[Gro
             name = f"{side} of the hole along the peg, {1000 * depth:.0f} mm onto it"
             yield Candidate(name, place, tuple(_legs(location, context, corners)), key=side, anew=True)
 
-    answers = list[Grounding | Refused]()
+    answers = list[Answer]()
     for answer in reached(candidates(), Arm(belief, context)):
         answers.append(answer)
         yield answer
@@ -165,10 +149,8 @@ def _feet(peg: Peg, owner: str, belief: Belief) -> tuple[str, ...]:
 def _reaches(pose: Pose, thing: Thing, peg: Peg) -> bool:
     inverse = pose.inverse()
     root, down = np.asarray(inverse.apply(peg.root)), np.asarray(inverse.rotate(-peg.axis))
-    return any(
-        low <= SHORT and high >= -GAP
-        for low, high, _ in ray_casting.spans(ray_casting.body(thing.geoms), root, down)
-    )
+    met = ray_casting.spans(ray_casting.body(thing.geoms), root, down)
+    return any(low <= SHORT and high >= -GAP for low, high, _ in met)
 
 
 def _ways_round(peg: Peg, belief: Belief, context: Context) -> Iterator[tuple[str, Pose]]:
@@ -185,14 +167,12 @@ def _ways_round(peg: Peg, belief: Belief, context: Context) -> Iterator[tuple[st
     facing = math.copysign(1.0, float(now.rotation[:, 2] @ peg.axis)) * peg.axis
     first = Pose.from_axes((0.0, 0.0, 0.0), facing, now.rotation[:, 0] if peg.side is None else peg.side)
     count = TURNS if peg.side is None else 4
-    turned = [
-        first * Pose.from_rotvec((0.0, 0.0, 0.0), (0.0, 0.0, math.tau * k / count)) for k in range(count)
-    ]
+    turns = ((0.0, 0.0, math.tau * k / count) for k in range(count))
+    turned = [first * Pose.from_rotvec((0.0, 0.0, 0.0), turn) for turn in turns]
     for pose in sorted(turned, key=lambda p: -float(p.rotation[:, 0] @ now.rotation[:, 0])):
-        degrees = math.degrees(
-            math.acos(max(-1.0, min(1.0, float(pose.rotation[:, 0] @ now.rotation[:, 0]))))
-        )
-        around = math.copysign(degrees, float(np.cross(now.rotation[:, 0], pose.rotation[:, 0]) @ peg.axis))
+        was, x = now.rotation[:, 0], pose.rotation[:, 0]
+        degrees = math.degrees(math.acos(max(-1.0, min(1.0, float(x @ was)))))
+        around = math.copysign(degrees, float(np.cross(was, x) @ peg.axis))
         yield f"{around:+.0f} deg round", pose
 
 
@@ -215,10 +195,9 @@ def _legs(location: Location, context: Context, corners: list[Pose]) -> Iterator
     On all legs but the first the payload may touch the peg, but the hand may not.
     """
     near = Leg(corners[0], (bound(context, location.of),), clearance=0.0, hand=False)
-    for stage, pose in zip(
-        ("before the tip", "at the tip", "past its bend", "on the peg", "let down"), corners, strict=True
-    ):
-        yield replace(near, pose=pose, said=stage) if pose is not corners[0] else Leg(pose, said=stage)
+    yield Leg(corners[0], said="before the tip")
+    stages = ("at the tip", "past its bend", "on the peg", "let down")
+    yield from (replace(near, pose=p, said=said) for said, p in zip(stages, corners[1:], strict=True))
 
 
 def _unmoved(belief: Belief, context: Context) -> bool:
@@ -246,16 +225,10 @@ def find_peg(location: Location, belief: Belief, context: Context) -> Peg:
     if radial <= PLAY:
         diameter, thickness = hole.size["diameter"], 2 * peg.size["radius"]
         reason = f"a hole of {1000 * diameter:.1f} mm does not move on a peg of {1000 * thickness:.1f} mm"
-        short = thickness + 2 * PLAY - diameter
-        wider = Remedy(
-            f"hole {held.name}",
-            f"the hole of '{held.name}' lacks {1000 * short:.1f} mm for the peg of '{owner.name}': take a "
-            "wider hole or a thinner peg",
-            short,
-        )
-        raise Unresolvable(
-            reason, causes(location, context), {"hole_m": diameter, "peg_m": thickness}, remedy=wider
-        )
+        short, numbers = thickness + 2 * PLAY - diameter, {"hole_m": diameter, "peg_m": thickness}
+        lacks = f"the hole of '{held.name}' lacks {1000 * short:.1f} mm for the peg of '{owner.name}'"
+        wider = Remedy(f"hole {held.name}", f"{lacks}: take a wider hole or a thinner peg", short)
+        raise Unresolvable(reason, causes(location, context), numbers, remedy=wider)
     base, length = belief.pose(owner.name), peg.size["length"]
     root = base * peg.pose
     end = root.apply((0, 0, length))

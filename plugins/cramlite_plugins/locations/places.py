@@ -1,4 +1,5 @@
-"""Hand poses and paths that need no search for grasps: home, straight back, straight up, along a surface."""
+"""Hand poses and paths that need no search for grasps: home, straight back, straight up, oblique, along a
+surface."""
 
 from __future__ import annotations
 
@@ -9,20 +10,20 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Collision, Location, Place, Pose, Swing
-from cramlite.plugin import Context, Grounding, Refused, Unresolvable
+from cramlite.model import Belief, Collision, Floats, Location, Place, Pose, Swing
+from cramlite.plugin import Answer, Context, Grounding, Refused, Unresolvable
 
 from ..kinematics.forward import forward
 from ..motion_planning.reach import led_here, shift, tcp, traverse
-from .from_aside import slants
 from .laying_down import dropped
 from .parameters import Along, Back, Up, asked
 from .reached import Arm, Candidate, Leg, reached
 
-Groundings = Iterator[Grounding | Refused]
 # Retreat distances that are tried [m]: the longest frees the pads of a 2F-85, 38 mm long
 BACK = (0.12, 0.08, 0.05)
 DIRECTIONS = (0.0, 180.0, 90.0, -90.0)  # of a slide, in the base frame [deg]
+ANGLES = (180.0, 90.0, -90.0, 0.0)
+"""Sideways directions of oblique ways in the base frame, the one towards the robot first [deg]."""
 SHARES = (1.0, 0.7, 0.4)  # of its height that a lift leads aside, where straight up something is in the way
 OFF = 0.03  # what it lay on a thing hangs when it is lifted [m]: room for the path that goes on from there
 ALONG = (0.1, 0.2, 0.3, 0.45, 0.65, 1.0)
@@ -30,7 +31,7 @@ ALONG = (0.1, 0.2, 0.3, 0.45, 0.65, 1.0)
 may touch its support."""
 
 
-def home(location: Location, belief: Belief, context: Context) -> Groundings:
+def home(location: Location, belief: Belief, context: Context) -> Iterator[Answer]:
     """Generate a single answer for a location: the robot's home joint position and the TCP pose there."""
     pose = forward(context.robot, context.robot.home)
     yield Grounding(
@@ -40,7 +41,7 @@ def home(location: Location, belief: Belief, context: Context) -> Groundings:
     )
 
 
-def retreat(location: Location, belief: Belief, context: Context) -> Groundings:
+def retreat(location: Location, belief: Belief, context: Context) -> Iterator[Answer]:
     """Generate poses to which the hand can retreat from where it is: back along its pointing direction, or
     up."""
     yield from _reachable(ways_back(tcp(belief, context), asked(location, Back).straight), belief, context)
@@ -58,7 +59,7 @@ def ways_back(here: Pose, straight: bool = False) -> list[tuple[str, Pose]]:
     return [(f"{d * 1000:.0f} mm {way}", shift(here, v * d)) for way, v in ways for d in BACK]
 
 
-def lift(location: Location, belief: Belief, context: Context) -> Groundings:
+def lift(location: Location, belief: Belief, context: Context) -> Iterator[Answer]:
     """Generate lifts of the hand and its payload: straight up, then up and aside."""
     height, here = asked(location, Up).height_m, tcp(belief, context)
     if belief.held is not None and belief.held.swing is not None:
@@ -71,7 +72,9 @@ def lift(location: Location, belief: Belief, context: Context) -> Groundings:
         yield from _out_from_under(here, heights, belief, context)
 
 
-def _until_it_hangs(here: Pose, height: float, belief: Belief, swing: Swing, context: Context) -> Groundings:
+def _until_it_hangs(
+    here: Pose, height: float, belief: Belief, swing: Swing, context: Context
+) -> Iterator[Answer]:
     """Yield lifts that are high enough for a payload that swings down in the hand to come off its support."""
     needed = dropped(belief.world.thing(belief.payload.thing), here, swing) + OFF
     hanging = replace(belief, held=replace(belief.payload, tcp_to_thing=swing.end))
@@ -82,7 +85,9 @@ def _until_it_hangs(here: Pose, height: float, belief: Belief, swing: Swing, con
     yield from _reachable(ways, hanging, context)
 
 
-def _out_from_under(here: Pose, heights: Sequence[float], belief: Belief, context: Context) -> Groundings:
+def _out_from_under(
+    here: Pose, heights: Sequence[float], belief: Belief, context: Context
+) -> Iterator[Answer]:
     """Yield lifts up and aside along which hand and payload are free; those that keep the clearance come
     first.
 
@@ -105,14 +110,28 @@ def _out_from_under(here: Pose, heights: Sequence[float], belief: Belief, contex
             yield Grounding(Place(place, place), name, 0.1 * (first + len(done) - 1), key=name)
 
 
-def _reachable(options: list[tuple[str, Pose]], belief: Belief, context: Context) -> Groundings:
+def slants(rise: float, share: float = 1.0) -> Iterator[tuple[str, Floats]]:
+    """Generate named displacements (3,) of the hand [m]: up by ``rise``, and by ``share`` times ``rise`` to
+    one of several sides.
+
+    With ``share`` 1 they are ways at 45 deg to and from a place under an overhang, such as under the handle
+    of an open drawer, or in a drawer that is half shut.
+    """
+    for angle in ANGLES:
+        way: Floats = rise * np.array(
+            [share * math.cos(math.radians(angle)), share * math.sin(math.radians(angle)), 1.0]
+        )
+        yield f"aside at {angle:.0f} deg", way
+
+
+def _reachable(options: list[tuple[str, Pose]], belief: Belief, context: Context) -> Iterator[Answer]:
     """Groundings of the named poses that the arm reaches free of collision, in order, and refusals of the
     others."""
     ends = (Candidate(name, Place(pose, pose), (Leg(pose),)) for name, pose in options)
     yield from reached(ends, Arm(belief, context), led_here(context))
 
 
-def slide(location: Location, belief: Belief, context: Context) -> Groundings:
+def slide(location: Location, belief: Belief, context: Context) -> Iterator[Answer]:
     """Generate straight paths along a surface."""
     distance = asked(location, Along).distance_m
     for k, angle in enumerate(DIRECTIONS):

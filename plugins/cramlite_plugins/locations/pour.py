@@ -13,7 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from cramlite.model import Belief, Feature, Location, Place, Pose, Thing
-from cramlite.plugin import Context, Grounding, Refused, Unresolvable
+from cramlite.plugin import Answer, Context, Unresolvable
 
 from ..motion_planning.reach import bound, held_pose
 from ..shapes.bounds import lowest
@@ -28,7 +28,7 @@ SHORT = 0.3
 STEP = math.radians(6)  # between two poses of a path [rad]
 
 
-def pour(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+def pour(location: Location, belief: Belief, context: Context) -> Iterator[Answer]:
     """Generate paths on which the payload tilts over another vessel."""
     entity = bound(context, location.of)
     if belief.held is None:
@@ -95,8 +95,7 @@ def tilted(
         turn = Pose.from_rotvec((0, 0, 0), (-angle * float(way[1]), angle * float(way[0]), 0.0)) * stand
         below = float(turn.rotate(rim)[2]) - lowest(source, turn)
         up = np.array([0.0, 0.0, max(asked.height_m, CLEAR + below)])
-        place = over + up - turn.rotate(rim)
-        yield Pose((float(place[0]), float(place[1]), float(place[2])), turn.quaternion)
+        yield Pose.at(over + up - turn.rotate(rim), turn)
 
 
 def radius(cavity: Feature, azimuth: float) -> float:

@@ -14,7 +14,7 @@ from typing import Any
 from msgspec.structs import replace
 
 from cramlite.model import Belief, Joints, Pose, Stage, Value
-from cramlite.plugin import Context, Grounding, Refused
+from cramlite.plugin import Answer, Context, Grounding, Refused
 
 from ..kinematics.reach import reach_shortfall
 from ..motion_planning.cartesian import plan_straight_line
@@ -53,9 +53,8 @@ class Leg(Value):
 
     def refused(self, no: Refused) -> Refused:
         """Return a refusal with the stage of the motion, such as "at the grasp", put before its reason."""
-        return replace(
-            no, reason=f"{self.said}: {no.reason}" if self.said else no.reason, where=self.where or no.where
-        )
+        said = f"{self.said}: {no.reason}" if self.said else no.reason
+        return replace(no, reason=said, where=self.where or no.where)
 
 
 class Candidate(Value):
@@ -127,9 +126,8 @@ class Arm:
         """
         if (no := self._hand_met(leg)) is not None:
             return leg.refused(no)
-        there = collision_free_ik(
-            self.of(leg), self.context, leg.pose, self.belief.joints if seed is None else seed
-        )
+        begin = self.belief.joints if seed is None else seed
+        there = collision_free_ik(self.of(leg), self.context, leg.pose, begin)
         if not isinstance(there, Refused) and leg.along:
             line = plan_straight_line(self.of(leg), self.context.robot, there, leg.along)
             there = line if isinstance(line, Refused) else there
@@ -166,7 +164,7 @@ class Arm:
 
 def reached(
     candidates: Iterable[Candidate | Refused], arm: Arm, because: tuple[str, ...] | None = None
-) -> Iterator[Grounding | Refused]:
+) -> Iterator[Answer]:
     """Yield the places that an arm reaches, and why it does not reach the others.
 
     Args:

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from cramlite.model import Belief, Floats, Location, Place, Pose, ShownPath, Thing, foot
-from cramlite.plugin import Context, Grounding, Refused, Unresolvable
+from cramlite.plugin import Answer, Context, Unresolvable
 
 from ..motion_planning.reach import bound, held_pose, reference_pose, shift, taken_at
 from .parameters import Followed, asked
@@ -23,7 +23,7 @@ STARTS = 4
 """Number of places on a closed path from which a motion along it may start."""
 
 
-def followed(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+def followed(location: Location, belief: Belief, context: Context) -> Iterator[Answer]:
     """Generate ways along a shown path; along a closed path one full round, from several starts and in both
     directions."""
     path, entity = asked(location, Followed).path, bound(context, location.of)
@@ -34,38 +34,28 @@ def followed(location: Location, belief: Belief, context: Context) -> Iterator[G
         return
     frame = path.anchor.frame((f.type, f.pose, f.size) for f in about.features)
     if frame is None:
-        raise Unresolvable(
-            f"'{about.name}' has no {path.anchor.part}, relative to which the path was demonstrated",
-            (location.of or "",),
-        )
-    pose, hand, under = (
-        reference_pose(belief, location, context) * frame[0],
-        belief.payload.tcp_to_thing.inverse(),
-        foot(thing.geoms),
-    )
+        reason = f"'{about.name}' has no {path.anchor.part}, relative to which the path was demonstrated"
+        raise Unresolvable(reason, (location.of or "",))
+    pose, under = reference_pose(belief, location, context) * frame[0], foot(thing.geoms)
+    hand = belief.payload.tcp_to_thing.inverse()
     touching = (about.name,) if path.touching else ()
     turns = TURNS if path.heading is None else _aimed(thing, now, path.heading + _yaw(pose))
 
     def candidates() -> Iterator[Candidate]:
         for degrees, (name, corners) in itertools.product(turns, ways(path)):
-            turned = Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(degrees))) * Pose(
-                (0, 0, 0), now.quaternion
-            )
-            below = np.asarray(turned.rotate(under))
-            places = [
-                np.asarray(pose.apply((x * frame[1], y * frame[1], z))) - below
-                for x, y, z in corners.tolist()
-            ]
-            way = tuple(Pose(tuple(p.tolist()), turned.quaternion) * hand for p in places)
+            turned = Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(degrees))) * now
+            below, size = turned.rotate(under), frame[1]
+            places = (pose.apply((x * size, y * size, z)) - below for x, y, z in corners.tolist())
+            way = tuple(Pose.at(place, turned) * hand for place in places)
             before = shift(way[0], (0.0, 0.0, path.stand_off))
             legs = (
                 Leg(before, along=way[:1], touching=touching),
                 Leg(way[0], touching, clearance=0.0, along=way[1:]),
             )
-            rounds = path.times if path.closed else 1
             place = Place(
-                way[0], before, path=way[1:], approach=(0.0, 0.0, -1.0), thing=about.name, rounds=rounds
-            )
+                way[0], before, path=way[1:], approach=(0.0, 0.0, -1.0), thing=about.name,
+                rounds=path.times if path.closed else 1,
+            )  # fmt: skip
             yield Candidate(f"{name}, turned by {degrees:+.0f} deg", place, legs)
 
     yield from reached(candidates(), Arm(belief, context), taken_at(belief, context))
@@ -73,7 +63,7 @@ def followed(location: Location, belief: Belief, context: Context) -> Iterator[G
 
 def _in_place(
     path: ShownPath, payload: Thing, now: Pose, belief: Belief, context: Context
-) -> Iterator[Grounding | Refused]:
+) -> Iterator[Answer]:
     """Generate repeated motions along a path from the payload's present place, with the path turned to
     several headings."""
     hand = belief.payload.tcp_to_thing.inverse()
@@ -83,11 +73,8 @@ def _in_place(
             corners = path.corners @ Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(degrees))).rotation.T
             way = tuple(shift(now, c) * hand for c in corners)
             place = Place(way[0], way[0], path=way[1:], thing=payload.name, rounds=path.times)
-            yield Candidate(
-                f"about its own place, headed {degrees:+.0f} deg",
-                place,
-                (Leg(way[0], clearance=0.0, along=way[1:]),),
-            )
+            legs = (Leg(way[0], clearance=0.0, along=way[1:]),)
+            yield Candidate(f"about its own place, headed {degrees:+.0f} deg", place, legs)
 
     yield from reached(candidates(), Arm(belief, context), taken_at(belief, context))
 

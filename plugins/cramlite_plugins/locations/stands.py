@@ -17,7 +17,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from cramlite.model import Belief, Location, Pose, Stand, Value, Vector3, thing_of
-from cramlite.plugin import Context, Grounding, Refused, Unresolvable
+from cramlite.plugin import Answer, Context, Grounding, Refused, Unresolvable
 
 from ..motion_planning.base_planner import CLEARANCES, Ground, at, level
 from ..motion_planning.reach import bound
@@ -49,7 +49,7 @@ class Target(Value):
     grasped: bool
 
 
-def stands(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+def stands(location: Location, belief: Belief, context: Context) -> Iterator[Answer]:
     """Generate poses of the platform from which the arm reaches a thing."""
     destination = thing_of(bound(context, location.of))
     if belief.held is not None and belief.held.thing == destination:
@@ -66,9 +66,8 @@ def stands(location: Location, belief: Belief, context: Context) -> Iterator[Gro
             continue
         what = " and ".join(f"'{t.thing}'" for t in targets)
         seen = ", in view of its camera" if context.camera is not None and context.camera.mount else ""
-        reason = (
-            f"{name}: {what} within reach{seen}, {math.dist(here.position, stand.position):.2f} m from here"
-        )
+        far = math.dist(here.position, stand.position)
+        reason = f"{name}: {what} within reach{seen}, {far:.2f} m from here"
         yield Grounding(Stand(stand, destination), reason, cost, key=name)
 
 
@@ -80,13 +79,12 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[Targe
             thing = thing_of(entity)
             if thing in belief.poses and thing not in found:
                 graspable = belief.held is None and belief.world.thing(thing).movable
-                found[thing] = Target(
-                    role.name, thing, graspable and not any(t.grasped for t in found.values())
-                )
-    destination = thing_of(str(context.bindings[location.of])) if location.of else ""
-    return list(found.values()) or [
-        Target(location.of or "", destination, belief.world.thing(destination).movable)
-    ]
+                grasped = graspable and not any(t.grasped for t in found.values())
+                found[thing] = Target(role.name, thing, grasped)
+    if found:
+        return list(found.values())
+    destination = thing_of(bound(context, location.of))
+    return [Target(location.of or "", destination, belief.world.thing(destination).movable)]
 
 
 def _around(target: Pose, base: Pose) -> list[tuple[float, str, Pose]]:
@@ -100,9 +98,8 @@ def _around(target: Pose, base: Pose) -> list[tuple[float, str, Pose]]:
         turn = bearing + math.pi - math.radians(aside)
         way = math.dist(place[:2], base.position[:2])
         cost = PER_METRE * way + abs(distance - BEST) + PER_RADIAN * abs(math.radians(aside))
-        name = f"{distance:.2f} m away at {math.degrees(bearing):.0f} deg" + (
-            f", target {aside:+.0f} deg aside" if aside else ""
-        )
+        name = f"{distance:.2f} m away at {math.degrees(bearing):.0f} deg"
+        name += f", target {aside:+.0f} deg aside" if aside else ""
         found.append((cost, name, Pose(place, (math.cos(turn / 2), 0.0, 0.0, math.sin(turn / 2)))))
     return sorted(found, key=lambda f: (round(f[0], 6), f[1]))
 
@@ -128,14 +125,8 @@ def _checked(
 def _gap(stand: Pose, thing: str, there: Belief, context: Context) -> float:
     """Distance from the platform's outline to a thing's [m]."""
     assert context.robot.platform is not None
-    length, width, _ = context.robot.platform.size
-    low, high = _box(there, thing)
-    return apart(
-        stand,
-        ((-length / 2, -width / 2, 0.0), (length / 2, width / 2, 0.0)),
-        there.poses[thing].pose,
-        (low, high),
-    )
+    x, y, _ = (side / 2 for side in context.robot.platform.size)
+    return apart(stand, ((-x, -y, 0.0), (x, y, 0.0)), there.poses[thing].pose, _box(there, thing))
 
 
 def _grasp(target: Target, there: Belief, context: Context) -> str:
@@ -153,15 +144,13 @@ def _over(target: Target, there: Belief, context: Context) -> str:
     arm, point = Arm(there, context), np.asarray(_middle(there, target).position)
     ahead = np.array([point[0], point[1], 0.0]) / max(float(np.hypot(point[0], point[1])), 1e-6)
     turns = [(math.cos(a), math.sin(a), 0.0) for a in (math.tau * k / TURNS for k in range(TURNS))]
-    tries = [((0.0, 0.0, -1.0), x) for x in turns] + [
-        (tuple(ahead), (0.0, 0.0, 1.0)),
-        (tuple(ahead), (ahead[1], -ahead[0], 0.0)),
-    ]
+    tries = [((0.0, 0.0, -1.0), x) for x in turns]
+    tries += [(tuple(ahead), x) for x in ((0.0, 0.0, 1.0), (ahead[1], -ahead[0], 0.0))]
     poses = (Pose.from_axes(tuple(point - OVER * np.asarray(approach)), approach, x) for approach, x in tries)
     return _none(reached((Candidate("over it", pose, (Leg(pose),)) for pose in poses), arm), "")
 
 
-def _none(answers: Iterable[Grounding | Refused], otherwise: str) -> str:
+def _none(answers: Iterable[Answer], otherwise: str) -> str:
     """Return the reason of the first refusal if no answer is a grounding, or ``otherwise`` if there are no
     answers; "" if an answer is a grounding."""
     first = ""

@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator
 
 from cramlite.model import Belief, Location, Place, Pose, Stage, thing_of
-from cramlite.plugin import Context, Grounding, Refused, Unresolvable
+from cramlite.plugin import Answer, Context, Unresolvable
 
 from ..motion_planning.reach import bound, shift
 from .reached import Arm, Candidate, Leg, reached
@@ -18,7 +18,7 @@ ABOVE, ALMOST = 0.06, 0.005  # finger tips above the surface at the stand-off, a
 DOWN = Pose((0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0))  # the tool's z axis down, its x axis ahead
 
 
-def touch(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+def touch(location: Location, belief: Belief, context: Context) -> Iterator[Answer]:
     """Generate places of the fingers' tips above a surface."""
     entity = bound(context, location.of)
     surface = belief.feature(entity, "vrps:SurfaceFeature")
@@ -34,13 +34,11 @@ def _turned(entity: str, at: Pose, facing: float) -> Iterator[Candidate]:
     """Hand poses over the middle of a surface, turned about the vertical."""
     thing = thing_of(entity)
     for yaw in YAWS:
-        turn = Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(facing + yaw))) * DOWN
-        pose = Pose(at.position, turn.quaternion)
+        pose = Pose.at(at.position, Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(facing + yaw))) * DOWN)
         place = Place(pose, shift(pose, (0, 0, ABOVE)), approach=(0.0, 0.0, -1.0), thing=thing)
         legs = (
             Leg(place.before, said="above it", where=Stage.BEFORE),
             Leg(pose, (thing,), said="at it", where=Stage.POSE),
         )
-        yield Candidate(
-            f"turned {yaw:+.0f} deg", place, legs, f"the finger tips touch the middle of '{entity}'"
-        )
+        said = f"the finger tips touch the middle of '{entity}'"
+        yield Candidate(f"turned {yaw:+.0f} deg", place, legs, said)

@@ -7,9 +7,10 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from cramlite.model import Belief, Feature, Floats, Intrinsics, Location, Place, Pose, Thing, thing_of
-from cramlite.plugin import Context, Grounding, Refused, Unresolvable
+from cramlite.plugin import Answer, Context, Refused, Unresolvable
 
 from ..motion_planning.reach import bound
 from ..shapes.bounds import box_around
@@ -18,7 +19,7 @@ from .placing.visibility import hidden_by
 from .reached import Arm, Candidate, Leg, reached
 
 
-def looking_at(eye: tuple[float, float, float], target: tuple[float, float, float]) -> Pose:
+def looking_at(eye: ArrayLike, target: ArrayLike) -> Pose:
     """Return the optical frame of a camera at ``eye`` [m] that looks at ``target`` [m], its image upright."""
     forward = np.subtract(target, eye)
     right = np.cross(forward, (0.0, 0.0, 1.0))
@@ -36,20 +37,17 @@ COST = 0.05  # of each viewpoint that comes before
 BELOW = 0.08  # what hangs from a peg is about that far below it [m]
 
 
-def views(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+def views(location: Location, belief: Belief, context: Context) -> Iterator[Answer]:
     """Generate hand poses from which the camera on the flange sees certain things."""
     if context.camera is None or context.camera.mount is None:
-        raise Unresolvable(
-            "the robot has no camera on its flange; the scenario's 'camera' says where one is", ("",)
-        )
+        reason = "the robot has no camera on its flange; the scenario's 'camera' says where one is"
+        raise Unresolvable(reason, ("",))
     around = asked(location, Sight).around or (bound(context, location.of),)
     points = np.array([p for name in around for p in _points(belief, name)])
     heights = INTO if all(_cavity(belief.thing(name)) for name in around) else HEIGHTS
-    eyes = (
-        _candidate(k, name, eye, points, around, belief, context)
-        for k, (name, eye) in enumerate(_eyes(points.mean(axis=0), heights))
-    )
-    yield from reached(eyes, Arm(belief, context))
+    eyes = enumerate(_eyes(points.mean(axis=0), heights))
+    found = (_candidate(k, name, eye, points, around, belief, context) for k, (name, eye) in eyes)
+    yield from reached(found, Arm(belief, context))
 
 
 def _candidate(
@@ -58,7 +56,7 @@ def _candidate(
     """Proposal to bring the camera to a point; a refusal if something to be seen is outside of the picture or
     hidden."""
     assert context.camera is not None
-    optical = _optical(eye, points.mean(axis=0))
+    optical = looking_at(eye, points.mean(axis=0))
     if not _in_view(context.camera.intrinsics, optical, points):
         return Refused(name, "not all of the thing would be in view", 1)
     if reason := _hidden(eye, around, belief):
@@ -93,9 +91,8 @@ def _cavity(thing: Thing) -> Feature | None:
 def _floor(opening: Pose, size: Mapping[str, float]) -> Floats:
     """Middle and corners (5, 3) of the inner part of a cavity's cross-section half way up, which the camera
     looks at; ``opening`` is the pose of its opening, z outwards."""
-    x, y = (
-        FLOOR * (size[side] / 2 if side in size else size.get("radius", 0.0)) for side in ("width", "depth")
-    )
+    sides = (size[side] / 2 if side in size else size.get("radius", 0.0) for side in ("width", "depth"))
+    x, y = (FLOOR * side for side in sides)
     corners = [(0, 0), (x, y), (x, -y), (-x, y), (-x, -y)]
     points: Floats = opening.apply([(a, b, -size.get("height", 0.0) / 2) for a, b in corners])
     return points
@@ -109,12 +106,6 @@ def _eyes(target: Floats, heights: Sequence[float]) -> Iterator[tuple[str, Float
         a, h = towards + math.radians(side), math.radians(height)
         way = np.array([math.cos(a) * math.cos(h), math.sin(a) * math.cos(h), math.sin(h)])
         yield f"{distance:.2f} m, {side:+.0f} deg aside, {height:.0f} deg above", target + distance * way
-
-
-def _optical(eye: Floats, target: Floats) -> Pose:
-    return looking_at(
-        (float(eye[0]), float(eye[1]), float(eye[2])), (float(target[0]), float(target[1]), float(target[2]))
-    )
 
 
 def _in_view(camera: Intrinsics, optical: Pose, points: Floats) -> bool:

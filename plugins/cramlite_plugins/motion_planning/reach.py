@@ -9,7 +9,18 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import ArrayLike
 
-from cramlite.model import Belief, EntityName, Location, Motion, Place, Pose, World, enclosing_names, thing_of
+from cramlite.model import (
+    Belief,
+    EntityName,
+    Location,
+    Motion,
+    Place,
+    Pose,
+    Remedy,
+    World,
+    enclosing_names,
+    thing_of,
+)
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..kinematics.forward import forward
@@ -215,6 +226,11 @@ def causes(location: Location, context: Context) -> tuple[str, ...]:
         *(name for name, value in context.bindings.items() if isinstance(value, Place)),
         location.of or "",
     )
+
+
+def unfit(location: Location, reason: str, remedy: Remedy | None = None) -> Unresolvable:
+    """Return the refusal of a location because of its reference object alone: nothing is in the way."""
+    return Unresolvable(reason, (location.of or "",), blocking=(), remedy=remedy)
 
 
 def taken_at(belief: Belief, context: Context) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from cramlite.model import Pose
-from cramlite_plugins.locations.placing.checks import falls
+from cramlite_plugins.locations.placing.checks.shapes import falls
 from cramlite_plugins.locations.placing.query import Placement
 
 ANY: Any = None  # it is about the hand alone

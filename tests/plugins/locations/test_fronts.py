@@ -13,9 +13,9 @@ from cramlite import Engine
 from cramlite.model import Belief, Location, Pose, Robot, RobotMount, World, initial_belief
 from cramlite.plugin import Context, Grounding, Refused
 from cramlite_plugins.kinematics.inverse import inverse
-from cramlite_plugins.locations.antipodal import FINGER
-from cramlite_plugins.locations.handles import LEFT, ajar, along_joint, lever
+from cramlite_plugins.locations.jointed.handles import LEFT, ajar, along_joint, lever
 from cramlite_plugins.locations.kinds import ground
+from cramlite_plugins.locations.pinching.antipodal import FINGER
 from cramlite_plugins.locations.pushing.along_joint import NEARER
 from cramlite_plugins.locations.pushing.straight import BEHIND
 from cramlite_plugins.motion_planning.cartesian import COARSE, JointPath, plan_straight_line

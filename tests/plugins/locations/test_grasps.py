@@ -17,10 +17,10 @@ from msgspec.structs import replace
 from cramlite import Engine
 from cramlite.model import Belief, Estimate, Geom, Location, Pose, RobotMount, Thing, World, initial_belief
 from cramlite.plugin import Context, Grounding
-from cramlite_plugins.locations import antipodal, grips
 from cramlite_plugins.locations.grasps import PER_TIGHT, Grasp, _in_order, _openings
-from cramlite_plugins.locations.hand_room import HandRoom
 from cramlite_plugins.locations.kinds import ground
+from cramlite_plugins.locations.pinching import antipodal, grips
+from cramlite_plugins.locations.pinching.hand_room import HandRoom
 from cramlite_plugins.locations.reached import Arm
 from cramlite_plugins.objects.products_and_fixtures import block, product
 from cramlite_plugins.objects.vessels import bottle, can

@@ -1,12 +1,19 @@
-"""Places of the hand at no thing: what refuses a lift goes back to where the arm was led before."""
+"""Places of the hand at no thing: what refuses a lift goes back to where the arm was led before; oblique ways."""
 
 from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from cramlite import Engine
 from cramlite.model import Geom, Held, Location, Place, Pose, RobotMount, Thing, World, initial_belief
 from cramlite.plugin import Context, Grounding, Refused
 from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.locations.kinds import ground
+from cramlite_plugins.locations.places import slants
 from cramlite_plugins.objects.products_and_fixtures import block
 from cramlite_plugins.robots.ur5e import UR5E
 
@@ -43,3 +50,17 @@ def test_out_from_under_what_hangs_over_a_thing_lifts_lead_away_from_that() -> N
     assert len(found) > 1
     free = _asides()  # straight up is free: one to each side
     assert free == [f"100 mm up, and 100 mm aside at {a} deg" for a in (180, 90, -90, 0)]
+
+
+@given(st.floats(0.01, 0.5))
+def test_each_way_leads_up_by_the_rise_and_as_far_aside(rise: float) -> None:
+    for _, way in slants(rise):
+        assert way[2] == pytest.approx(rise)
+        assert math.hypot(way[0], way[1]) == pytest.approx(rise)
+
+
+def test_four_sides_the_robots_own_first() -> None:
+    ways = [tuple(way.round(9)[:2]) for _, way in slants(0.1)]
+    assert ways[0] == (-0.1, 0.0)
+    assert set(ways) == {(-0.1, 0.0), (0.1, 0.0), (0.0, 0.1), (0.0, -0.1)}
+    assert next(said for said, _ in slants(0.1)) == "aside at 180 deg"

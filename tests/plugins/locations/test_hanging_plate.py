@@ -27,9 +27,9 @@ from cramlite.model import (
 )
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.locations.kinds import ground
+from cramlite_plugins.locations.pinching.rim_pinches import rim_pinches
 from cramlite_plugins.locations.placing.edge_first import edge_first
 from cramlite_plugins.locations.placing.query import queries
-from cramlite_plugins.locations.rim_pinches import rim_pinches
 from cramlite_plugins.objects.furniture import cabinet
 from cramlite_plugins.objects.products_and_fixtures import block, table
 from cramlite_plugins.robots.fr3 import FR3

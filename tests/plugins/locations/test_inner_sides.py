@@ -13,9 +13,9 @@ from cramlite import Engine
 from cramlite.model import Action, Belief, Held, Location, Object, Pose, RobotMount, Thing, World, initial_belief
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.kinematics.inverse import inverse
-from cramlite_plugins.locations.antipodal import FINGER
-from cramlite_plugins.locations.handles import BEGUN, CLOSER, OPENED, PUSHED_ON, along_joint, lever
+from cramlite_plugins.locations.jointed.handles import BEGUN, CLOSER, OPENED, PUSHED_ON, along_joint, lever
 from cramlite_plugins.locations.kinds import ground
+from cramlite_plugins.locations.pinching.antipodal import FINGER
 from cramlite_plugins.locations.pushing.along_joint import INSIDE
 from cramlite_plugins.motion_planning.cartesian import COARSE, JointPath, plan_straight_line
 from cramlite_plugins.motion_planning.reach import tcp

@@ -28,7 +28,7 @@ from cramlite.model import (
     initial_belief,
 )
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
-from cramlite_plugins.locations.joint_obstacles import driven_along
+from cramlite_plugins.locations.jointed.joint_obstacles import driven_along
 from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.motion_planning import reach
 from cramlite_plugins.objects.furniture import cabinet, door, drawer

@@ -24,8 +24,8 @@ from cramlite.model import (
 )
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.kinematics.inverse import inverse
+from cramlite_plugins.locations.jointed.room_to_close import first_met, opens_beside
 from cramlite_plugins.locations.kinds import ground
-from cramlite_plugins.locations.room_to_close import first_met, opens_beside
 from cramlite_plugins.objects.furniture import cabinet, drawer
 from cramlite_plugins.objects.products_and_fixtures import block
 from cramlite_plugins.robots.fr3 import FR3

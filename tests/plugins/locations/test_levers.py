@@ -10,8 +10,8 @@ from msgspec.structs import replace
 from cramlite import Engine, find_scenario, read_scenario
 from cramlite.model import Action, Belief, Estimate, Location, Motion, Object
 from cramlite.plugin import Context, Unresolvable
-from cramlite_plugins.locations.handles import check_way
-from cramlite_plugins.locations.levers import BEYOND, freeing, lever_of
+from cramlite_plugins.locations.jointed.handles import check_way
+from cramlite_plugins.locations.jointed.levers import BEYOND, freeing, lever_of
 from cramlite_plugins.shapes.carried_along import carried_along
 
 ENGINE = Engine()

@@ -28,7 +28,7 @@ from msgspec.structs import replace
 
 from cramlite.model import Belief, Geom, Pose, Thing
 from cramlite.plugin import Refused
-from cramlite_plugins.locations.placing.checks import clear, inside
+from cramlite_plugins.locations.placing.checks.shapes import clear, inside
 from cramlite_plugins.locations.placing.driver import ARM, OUTLINE
 from cramlite_plugins.locations.placing.positions import INSET, anchor, radius
 from cramlite_plugins.locations.placing.query import Placement, standing_on

@@ -34,8 +34,10 @@ from cramlite.model import (
 from cramlite.plugin import Grounding, Refused, Unresolvable
 from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.locations.kinds import ground
-from cramlite_plugins.locations.placing import checks, stable_poses
+from cramlite_plugins.locations.placing import stable_poses
+from cramlite_plugins.locations.placing.checks import hand, order, shapes
 from cramlite_plugins.locations.placing.query import Obstacle, Query
+from cramlite_plugins.locations.placing.visibility import visible
 from cramlite_plugins.locations.reached import Arm
 from cramlite_plugins.motion_planning.too_far import too_far
 from cramlite_plugins.motions.gripping import release_opening
@@ -49,16 +51,16 @@ from cramlite_plugins.simulation.model.compile import compile_world
 
 def test_supported_means_the_centre_of_mass_is_above() -> None:
     wanted = query_on(believed())
-    assert not checks.supported(spot_at((0.45, -0.35, 0.22)), wanted)
-    assert not checks.supported(spot_at((0.59, -0.35, 0.22)), wanted)
-    assert "10 mm beyond the edge of 'shelf'" in checks.supported(spot_at((0.61, -0.35, 0.22)), wanted)
+    assert not shapes.supported(spot_at((0.45, -0.35, 0.22)), wanted)
+    assert not shapes.supported(spot_at((0.59, -0.35, 0.22)), wanted)
+    assert "10 mm beyond the edge of 'shelf'" in shapes.supported(spot_at((0.61, -0.35, 0.22)), wanted)
 
 
 def test_inside_means_all_of_it_is_over_the_opening() -> None:
     box = basket("box", Pose((0.4, -0.4, 0.0)), (0.12, 0.10, 0.1))
     wanted = query_on(believed(box), "box")
-    assert not checks.inside(spot_at((0.4, -0.4, 0.1)), wanted)
-    said = checks.inside(spot_at((0.44, -0.4, 0.1)), wanted)
+    assert not shapes.inside(spot_at((0.4, -0.4, 0.1)), wanted)
+    said = shapes.inside(spot_at((0.44, -0.4, 0.1)), wanted)
     assert isinstance(said, Refused) and "it takes 40 mm of the 100 mm width of 'box' and sticks out by 10 mm" in said.reason
     assert said.remedy is None, "elsewhere it fits"
 
@@ -69,7 +71,7 @@ def test_an_opening_that_is_too_small_says_what_the_best_turn_needs() -> None:
     for width, says in ((0.05, "needs 42 x 42 mm at its best turn, the opening of 'box' is 30 x 60 mm"), (0.063, "")):
         wanted = query_on(believed(basket("box", Pose((0.4, -0.4, 0.0)), (width, 0.08, 0.1))), "box")
         spot = spot_at((0.4, -0.4, 0.1))
-        said = checks.inside(replace(spot, thing=turned), wanted)
+        said = shapes.inside(replace(spot, thing=turned), wanted)
         assert isinstance(said, Refused)
         assert (said.remedy.says if said.remedy else "").startswith(f"'it' {says}" if says else "")
         assert bool(said.remedy) == bool(says)
@@ -78,23 +80,23 @@ def test_an_opening_that_is_too_small_says_what_the_best_turn_needs() -> None:
 def test_near_and_beside_are_measured_from_middle_to_middle() -> None:
     tin = block("tin", Pose((0.45, -0.45, 0.19)), (0.05, 0.05, 0.08))
     near = query_on(believed(tin), where={"near": "tin", "within": 0.12})
-    assert not checks.near(spot_at((0.45, -0.35, 0.22)), near)
-    assert "150 mm from 'tin', up to 120 mm are near" in checks.near(spot_at((0.45, -0.30, 0.22)), near)
+    assert not shapes.near(spot_at((0.45, -0.35, 0.22)), near)
+    assert "150 mm from 'tin', up to 120 mm are near" in shapes.near(spot_at((0.45, -0.30, 0.22)), near)
     rolls = replace(spot_at((0.45, -0.35, 0.22)), lies=Pose((0.45, -0.30, 0.2)))
-    assert "150 mm from 'tin'" in checks.near(rolls, near), "where it comes to rest"
+    assert "150 mm from 'tin'" in shapes.near(rolls, near), "where it comes to rest"
     for side, good, bad in (
         ("left_of", (0.45, -0.35, 0.2), (0.45, -0.55, 0.2)), ("right_of", (0.45, -0.55, 0.2), (0.45, -0.35, 0.2)),
         ("behind", (0.55, -0.45, 0.2), (0.35, -0.45, 0.2)), ("in_front_of", (0.35, -0.45, 0.2), (0.55, -0.45, 0.2)),
     ):  # fmt: skip
         wanted = query_on(believed(tin), where={side: "tin"})
-        assert not checks.beside(spot_at(good), wanted)
-        assert "at least 20 mm is needed" in checks.beside(spot_at(bad), wanted)
+        assert not shapes.beside(spot_at(good), wanted)
+        assert "at least 20 mm is needed" in shapes.beside(spot_at(bad), wanted)
 
 
 def test_reachable_asks_the_arm_alone() -> None:
     wanted = query_on(believed())
-    assert not checks.reachable(spot_at((0.45, -0.35, 0.25)), wanted)
-    refused = checks.reachable(spot_at((1.2, -0.35, 0.25)), wanted)
+    assert not hand.reachable(spot_at((0.45, -0.35, 0.25)), wanted)
+    refused = hand.reachable(spot_at((1.2, -0.35, 0.25)), wanted)
     assert isinstance(refused, Refused) and "wrist centre at 1.316 m > 0.917 m" in refused.reason
     assert refused.remedy is not None and "0.40 m out of reach" in refused.remedy.says
 
@@ -107,9 +109,9 @@ def test_what_is_hardly_out_of_reach_says_so_in_millimetres() -> None:
 def test_collision_free_names_what_is_in_the_way() -> None:
     tin = block("tin", Pose((0.45, -0.35, 0.23)), (0.05, 0.05, 0.16))
     wanted = query_on(believed(tin))
-    refused = checks.collision_free(spot_at((0.46, -0.34, 0.25)), wanted)
+    refused = hand.collision_free(spot_at((0.46, -0.34, 0.25)), wanted)
     assert isinstance(refused, Refused) and "'tin'" in refused.reason and refused.blocking == (("tin",),)
-    assert not checks.collision_free(spot_at((0.45, -0.23, 0.25)), query_on(believed()))
+    assert not hand.collision_free(spot_at((0.45, -0.23, 0.25)), query_on(believed()))
 
 
 def test_where_something_is_over_an_opening_the_way_down_needs_room_too() -> None:
@@ -118,9 +120,9 @@ def test_where_something_is_over_an_opening_the_way_down_needs_room_too() -> Non
     far = replace(spot, before=replace(spot.pose, position=(0.45, 0.25, 0.28)))
     post = query_on(believed(block("post", Pose((0.45, -0.05, 0.4)), (0.02, 0.02, 0.8))))
     covered = replace(post, covers=(Obstacle("post", shapely.box(-1.0, -1.0, 1.0, 1.0)),))
-    refused = checks.room(far, covered)
+    refused = hand.room(far, covered)
     assert isinstance(refused, Refused) and "on its way down" in refused.reason and refused.where is Stage.BEFORE
-    assert not checks.room(far, post) and not checks.room(spot, covered)
+    assert not hand.room(far, post) and not hand.room(spot, covered)
 
 
 def test_a_refusal_names_its_check_and_where_on_the_way_it_objects() -> None:
@@ -128,7 +130,7 @@ def test_a_refusal_names_its_check_and_where_on_the_way_it_objects() -> None:
     far = replace(spot.pose, position=(0.46, -0.34, 0.6))
     tin = query_on(believed(block("tin", Pose((0.45, -0.35, 0.23)), (0.05, 0.05, 0.16))))
     for before, at, where in ((far, spot.pose, Stage.POSE), (spot.pose, far, Stage.BEFORE)):
-        no = checks.first_objection(replace(spot, before=before, pose=at), tin, checks.REACHED)
+        no = order.first_objection(replace(spot, before=before, pose=at), tin, order.REACHED)
         assert no is not None and (no.check, no.where) == ("collision-free", where)
 
 
@@ -150,11 +152,11 @@ def test_visible_means_that_others_do_not_hide_it() -> None:
     eye = (0.45, -1.2, 0.25)
     screen = block("screen", Pose((0.45, -0.55, 0.25)), (0.3, 0.02, 0.3))
     spot = spot_at((0.45, -0.35, 0.22))
-    assert not checks.visible(spot, query_on(believed(), where={"visible_from": eye}))
-    assert not checks.visible(spot, query_on(believed(screen)))
-    said = checks.visible(spot, query_on(believed(screen), where={"visible_from": eye}))
+    assert not visible(spot, query_on(believed(), where={"visible_from": eye}))
+    assert not visible(spot, query_on(believed(screen)))
+    said = visible(spot, query_on(believed(screen), where={"visible_from": eye}))
     assert "0 % of it is seen, 50 % is needed; 'screen' hides most" in said
-    assert "none is fixed" in checks.visible(spot, query_on(believed(), where={"visible_from": "camera"}))
+    assert "none is fixed" in visible(spot, query_on(believed(), where={"visible_from": "camera"}))
 
 
 def test_a_camera_looks_one_way() -> None:
@@ -164,7 +166,7 @@ def test_a_camera_looks_one_way() -> None:
     towards = Pose.from_axes((0.45, -1.2, 0.25), (0, 1, 0), (1, 0, 0))
     away = Pose.from_axes((0.45, -1.2, 0.25), (1, 0, 0), (0, -1, 0))
     for pose, sees in ((towards, True), (away, False)):
-        said = checks.visible(
+        said = visible(
             spot_at((0.45, -0.35, 0.22)), replace(wanted, arm=Arm(wanted.belief, replace(wanted.context, camera=Camera(pose))))
         )
         assert (not said) == sees
@@ -272,18 +274,18 @@ def into_pot(height: float, gap: float = 0.005, opening: float = 0.04) -> Query:
 
 @pytest.mark.parametrize(("height", "meets"), [(0.03, False), (0.09, True)])
 def test_the_hand_may_not_be_the_first_to_meet_what_a_thing_is_put_into(height: float, meets: bool) -> None:
-    refused = checks.hand_off(spot_at((0.45, -0.35, 0.24)), into_pot(height))
+    refused = hand.hand_off(spot_at((0.45, -0.35, 0.24)), into_pot(height))
     assert (isinstance(refused, Refused) and "'pot'" in refused.reason) == meets
-    assert not checks.hand_off(spot_at((0.45, -0.35, 0.24)), replace(into_pot(height), settles=False))
+    assert not hand.hand_off(spot_at((0.45, -0.35, 0.24)), replace(into_pot(height), settles=False))
 
 
 def test_fingers_open_as_wide_as_there_is_room() -> None:
     wide, narrow = into_pot(0.09, 0.04), into_pot(0.09, 0.04, 0.085)
     at = spot_at((0.45, -0.35, 0.24))
     assert wide.openings == pytest.approx((0.085, 0.07, 0.05))
-    assert checks.opened(at, wide) == pytest.approx(0.07)
-    assert isinstance(checks.opened(at, narrow), Refused)
-    refused = checks.room_to_open(at, narrow)
+    assert hand.opened(at, wide) == pytest.approx(0.07)
+    assert isinstance(hand.opened(at, narrow), Refused)
+    refused = hand.room_to_open(at, narrow)
     assert isinstance(refused, Refused) and refused.reason.startswith("with open fingers")
 
 
@@ -293,9 +295,9 @@ def test_what_sinks_into_a_hollow_needs_no_level_support(height: float, stays: b
     belief = believed(pot(height))
     slope = Surface(Pose((0.45, -0.35, 0.17)), shapely.box(0.03, -0.01, 0.04, 0.01))  # it touches on one side alone
     wanted = replace(query_on(belief, "shelf"), entity="pot", target=slope, under=belief.world.thing("pot"))
-    assert (checks.supported(spot_at((0.45, -0.35, 0.24)), wanted) == "") == stays
-    assert checks.supported(spot_at((0.45, -0.35, 0.24)), replace(wanted, under=None))
-    assert checks.supported(spot_at((0.45 + 0.02, -0.35, 0.24)), wanted)  # beside its middle
+    assert (shapes.supported(spot_at((0.45, -0.35, 0.24)), wanted) == "") == stays
+    assert shapes.supported(spot_at((0.45, -0.35, 0.24)), replace(wanted, under=None))
+    assert shapes.supported(spot_at((0.45 + 0.02, -0.35, 0.24)), wanted)  # beside its middle
 
 
 def test_a_place_says_how_wide_the_fingers_open_when_they_let_go() -> None:
@@ -315,5 +317,5 @@ def test_between_near_walls_less_clearance_is_kept(play: float, clearance: float
     """Else a mug was let go of above the rim of a compartment, fell 120 mm, and was thrown out by another simulator's physics."""
     query = query_on(believed(block("box", Pose((0.45, -0.35, 0.2)), (0.2, 0.2, 0.1))), "box")
     opening = shapely.box(-0.02 - play / 2, -0.1, 0.02 + play / 2, 0.1)
-    found = checks.snug(replace(query, target=Surface(query.target.pose, opening)), query.target.pose)
+    found = shapes.snug(replace(query, target=Surface(query.target.pose, opening)), query.target.pose)
     assert found.clearance == (None if clearance is None else pytest.approx(clearance, abs=1e-6))

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from cramlite.model import Belief, Feature, Geom, Location, Place, Pose, Release, Thing
 from cramlite.plugin import Grounding, Unresolvable
 from cramlite_plugins.locations.kinds import ground
-from cramlite_plugins.locations.placing.checks import inside
+from cramlite_plugins.locations.placing.checks.shapes import inside
 from cramlite_plugins.locations.placing.positions import free_for, positions_on, radius
 from cramlite_plugins.locations.placing.query import GAP, Placement, openings, queries
 from cramlite_plugins.locations.placing.ways_out import beside_content

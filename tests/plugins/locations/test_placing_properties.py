@@ -19,7 +19,7 @@ from msgspec.structs import replace
 from cramlite.model import Belief, Location, Place, Pose, Thing
 from cramlite.plugin import Grounding, Refused, Unresolvable
 from cramlite_plugins.locations.kinds import ground
-from cramlite_plugins.locations.placing.checks import first_objection
+from cramlite_plugins.locations.placing.checks.order import first_objection
 from cramlite_plugins.locations.placing.driver import CHECKS
 from cramlite_plugins.locations.placing.query import Placement, queries
 from cramlite_plugins.locations.placing.ways_out import prepared

@@ -10,8 +10,8 @@ from cramlite import Engine
 from cramlite.model import Action, Belief, Location, Motion, Object, Place, Pose, RobotMount, World, initial_belief
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.kinematics.inverse import inverse
+from cramlite_plugins.locations.jointed.room_to_close import first_met
 from cramlite_plugins.locations.kinds import ground
-from cramlite_plugins.locations.room_to_close import first_met
 from cramlite_plugins.motions.gripping import LET_GO
 from cramlite_plugins.objects.furniture import WALL, cabinet, door
 from cramlite_plugins.objects.products_and_fixtures import block

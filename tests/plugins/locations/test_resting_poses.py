@@ -15,7 +15,7 @@ from cramlite.model import Belief, Feature, Held, Location, Pose, RobotMount, Th
 from cramlite.plugin import Context, Grounding, Unresolvable
 from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.parameters import Where
-from cramlite_plugins.locations.placing import checks
+from cramlite_plugins.locations.placing.checks import shapes
 from cramlite_plugins.locations.placing.query import Placement
 from cramlite_plugins.objects.products_and_fixtures import table
 from cramlite_plugins.objects.rack import rack
@@ -76,5 +76,5 @@ def test_over_a_region_that_leans_it_is_where_it_rests_and_not_where_it_is_let_g
     there = lean * Pose((0.0, y, 0.01))
     lifted = Pose((there.position[0], there.position[1], there.position[2] + 0.02))
     wanted = replace(query_on(believed()), target=Surface(lean, shapely.box(-0.1, -0.015, 0.1, 0.015)), where=Where(region="left"))
-    said = checks.over_region(Placement("here", lifted, lifted, lifted, 0.02), wanted)
+    said = shapes.over_region(Placement("here", lifted, lifted, lifted, 0.02), wanted)
     assert beside in said and bool(said) is bool(beside)

@@ -9,7 +9,7 @@ import pytest
 
 from cramlite.model import Geom, Pose, Thing
 from cramlite_plugins.locations.laying_down import LEFT, OVER, dropped, released, rolled
-from cramlite_plugins.locations.rim_pinches import LEANS, RimPinch, rim_pinches
+from cramlite_plugins.locations.pinching.rim_pinches import LEANS, RimPinch, rim_pinches
 from cramlite_plugins.robots.fr3 import FR3
 from cramlite_plugins.shapes.bounds import corners
 from cramlite_plugins.shapes.nesting import room_under

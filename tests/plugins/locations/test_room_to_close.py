@@ -26,12 +26,12 @@ from cramlite.model import (
 )
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.kinematics.inverse import inverse
-from cramlite_plugins.locations.handles import LEFT
+from cramlite_plugins.locations.jointed.handles import LEFT
+from cramlite_plugins.locations.jointed.room_to_close import first_met
 from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.later import CLOSING, moves
 from cramlite_plugins.locations.placing import floors, sideways
 from cramlite_plugins.locations.placing.demands import TIGHT
-from cramlite_plugins.locations.room_to_close import first_met
 from cramlite_plugins.objects.furniture import cabinet, door, drawer
 from cramlite_plugins.objects.products_and_fixtures import block
 from cramlite_plugins.robots.ur5e import UR5E

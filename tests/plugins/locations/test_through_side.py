@@ -27,9 +27,9 @@ from cramlite.model import (
 )
 from cramlite.plugin import Context, Grounding, Unresolvable
 from cramlite_plugins.kinematics.inverse import inverse
-from cramlite_plugins.locations.antipodal import Hands
-from cramlite_plugins.locations.hand_room import Taken
 from cramlite_plugins.locations.kinds import ground
+from cramlite_plugins.locations.pinching.antipodal import Hands
+from cramlite_plugins.locations.pinching.hand_room import Taken
 from cramlite_plugins.locations.placing.for_later import suits_later
 from cramlite_plugins.locations.placing.query import queries
 from cramlite_plugins.locations.placing.ways_out import WAYS

@@ -16,8 +16,8 @@ from cramlite.plugin import Unresolvable
 from ...motion_planning.reach import shift
 from ...shapes import ray_casting as rays
 from ...shapes.bounds import corners
-from ..from_aside import slants
-from .checks import let_in
+from ..places import slants
+from .checks.hand import let_in
 from .demands import LOWS, over_floor
 from .query import Placement, Query, covers, is_roofed
 from .stable_poses import heights
@@ -44,9 +44,8 @@ def check_open(asked: Sequence[Query]) -> None:
         Unresolvable: there is no way out: a door is shut, or what is over an opening is on all sides.
     """
     first = asked[0]
-    doors = [
-        t.name for t in first.belief.world.things if t.joint is not None and t.name in first.belief.poses
-    ]
+    things, known = first.belief.world.things, first.belief.poses
+    doors = [t.name for t in things if t.joint is not None and t.name in known]
     if doors and all(math.isfinite(q.room) for q in asked):
         amid = (
             replace(q, target=replace(q.target, pose=q.target.pose * Pose((0.0, 0.0, q.room / 2))))
@@ -59,11 +58,8 @@ def check_open(asked: Sequence[Query]) -> None:
         return
     if all(around):
         names = tuple(dict.fromkeys(name for one in around for name in one))
-        said = (
-            f"no hand comes into '{first.entity}': {' and '.join(map(repr, names))} are on all sides of "
-            f"{what}"
-        )
-        raise Unresolvable(said, blocking=names)
+        said = f"no hand comes into '{first.entity}': {' and '.join(map(repr, names))} are on all sides"
+        raise Unresolvable(f"{said} of {what}", blocking=names)
 
 
 def closed_in(query: Query, by: Sequence[str] = (), far: float = HAND) -> tuple[str, ...]:
@@ -77,23 +73,20 @@ def closed_in(query: Query, by: Sequence[str] = (), far: float = HAND) -> tuple[
         far: how long ways are [m].
     """
     x, y, x1, y1 = (bound / 2 for bound in query.target.area.bounds)
-    starts = query.target.pose.apply(
-        np.array([(0.0, 0.0, 0.0), (x, y, 0.0), (x, y1, 0.0), (x1, y, 0.0), (x1, y1, 0.0)])
-    )
+    spots = ((0.0, 0.0), (x, y), (x, y1), (x1, y), (x1, y1))
+    starts = query.target.pose.apply(np.array([(*spot, 0.0) for spot in spots]))
     directions = _directions()
     points, ways = np.repeat(starts, DIRECTIONS, axis=0), np.tile(directions, (len(starts), 1))
     stopped, around = np.zeros(len(points), dtype=bool), list[str]()
     for name in sorted(by or query.belief.poses.keys() - {query.thing.name}):
         to = query.belief.pose(name).inverse()
-        low, high = rays.intervals(
-            rays.body(query.belief.world.thing(name).geoms), to.apply(points), to.rotate(ways)
-        )
+        body = rays.body(query.belief.world.thing(name).geoms)
+        low, high = rays.intervals(body, to.apply(points), to.rotate(ways))
         met = ((low < far) & (high > 0.0)).any(axis=1)
         around += [name] if met.any() else []
         stopped |= met
-    blocked = (directions @ directions.T > BESIDE).astype(np.float32) @ stopped.reshape(
-        len(starts), DIRECTIONS
-    ).T.astype(np.float32)
+    beside, met_from = directions @ directions.T > BESIDE, stopped.reshape(len(starts), DIRECTIONS)
+    blocked = beside.astype(np.float32) @ met_from.T.astype(np.float32)
     return tuple(around) if (blocked > 0).all() else ()
 
 

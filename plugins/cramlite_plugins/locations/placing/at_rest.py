@@ -19,17 +19,8 @@ from ...simulation.resting import let_down, resting_pose, rests
 from .query import Query
 
 QUARTER = math.pi / 2
-SIDES_DOWN = tuple(
-    Pose.from_rotvec((0.0, 0.0, 0.0), v)
-    for v in (
-        (0, 0, 0),
-        (QUARTER, 0, 0),
-        (-QUARTER, 0, 0),
-        (0, QUARTER, 0),
-        (0, -QUARTER, 0),
-        (math.pi, 0, 0),
-    )
-)
+TURNS = ((0, 0, 0), (QUARTER, 0, 0), (-QUARTER, 0, 0), (0, QUARTER, 0), (0, -QUARTER, 0), (math.pi, 0, 0))
+SIDES_DOWN = tuple(Pose.from_rotvec((0.0, 0.0, 0.0), turn) for turn in TURNS)
 """Turns of a thing by which each side of the box around it comes to face down."""
 SHARES = (0.0, 0.15, -0.15, 0.3, -0.3, 0.45, -0.45)
 """Release positions of a thing above its support, from the support's middle, as shares of its length and
@@ -133,15 +124,10 @@ def must_lean(query: Query, now: Pose) -> str:
     """
     if not (query.depth or query.lowest) or not query.where.region:
         return ""
-    below, (x, y, top) = query.whole, query.target.pose.position
-    height, _ = resting_height(query.thing, Pose((x, y, top), now.quaternion), [(below, query.at)])
-    by = (
-        height
-        + support(query.thing, Pose((0.0, 0.0, 0.0), now.quaternion), (0.0, 0.0, -1.0))
-        - top
-        + query.depth
-        - query.lowest
-    )
+    below, top = query.whole, query.target.pose.position[2]
+    height, _ = resting_height(query.thing, Pose.at(query.target.pose.position, now), [(below, query.at)])
+    foot = support(query.thing, Pose.at((0.0, 0.0, 0.0), now), (0.0, 0.0, -1.0))
+    by = height + foot - top + query.depth - query.lowest
     if by >= 0 or not math.isfinite(by):
         return ""
     return (
@@ -160,9 +146,8 @@ def leaning(query: Query, now: Pose) -> Iterator[Pose]:
     below, at = query.whole, query.at
     let_go = (let_down(query.thing, start, below, at) for start in _starts(query, now))
     for pose in islice((p for p in let_go if p is not None and _stands(query, p)), LEANING_DROPS):
-        if all(
-            end is not None and _inside(query, end) for end in rests(query.thing, pose, below, at, ASTRAY)
-        ):
+        ends = rests(query.thing, pose, below, at, ASTRAY)
+        if all(end is not None and _inside(query, end) for end in ends):
             yield pose
 
 
@@ -182,14 +167,13 @@ def _starts(query: Query, now: Pose) -> Iterator[Pose]:
         for k in sorted(range(math.ceil(room[0] / PITCH), math.floor(room[1] / PITCH) + 1), key=abs):
             to = np.zeros(3)
             to[narrow] = PITCH * k
-            there = query.target.pose.apply(to - (low + high) / 2)
-            yield Pose(tuple(there.tolist()), turned.quaternion)
+            yield Pose.at(query.target.pose.apply(to - (low + high) / 2), turned)
 
 
 def along_walls(query: Query, now: Pose) -> list[Pose]:
     """Return orientations, turned about the vertical, in which the payload's outline is parallel to the walls
     and fits between them; the nearest to the present one first."""
-    frame, here = query.target.pose, Pose((0.0, 0.0, 0.0), now.quaternion)
+    frame, here = query.target.pose, Pose.at((0.0, 0.0, 0.0), now)
     a, b = shapely.get_coordinates(shapely.minimum_rotated_rectangle(footprint(query.thing, here)))[:2]
     x, y, _ = frame.rotate((1.0, 0.0, 0.0))
     apart = math.atan2(y, x) - math.atan2(*(b - a)[::-1])
@@ -202,8 +186,8 @@ def along_walls(query: Query, now: Pose) -> list[Pose]:
 def extent(query: Query, turned: Pose) -> tuple[Floats, Floats]:
     """Return the lowest and highest corner (3,) [m] of the turned payload along the opening's axes, from
     the payload's origin."""
-    to = Pose((0.0, 0.0, 0.0), query.target.pose.quaternion).inverse()
-    points = corners(query.thing, to * Pose((0.0, 0.0, 0.0), turned.quaternion))
+    to = Pose.at((0.0, 0.0, 0.0), query.target.pose).inverse()
+    points = corners(query.thing, to * Pose.at((0.0, 0.0, 0.0), turned))
     return points.min(axis=0), points.max(axis=0)
 
 
@@ -216,6 +200,5 @@ def _stands(query: Query, pose: Pose) -> bool:
 def _inside(query: Query, end: Pose) -> bool:
     """Whether the origin of a payload at rest is inside its region by at least ``SURE``."""
     x, y, z = map(float, query.target.pose.inverse().apply(end.position))
-    return SURE - query.depth <= z <= RIM - SURE and bool(
-        query.target.area.buffer(-SURE).covers(shapely.Point(x, y))
-    )
+    area = query.target.area.buffer(-SURE)
+    return SURE - query.depth <= z <= RIM - SURE and bool(area.covers(shapely.Point(x, y)))

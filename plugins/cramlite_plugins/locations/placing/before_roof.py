@@ -16,7 +16,7 @@ from ...shapes.bounds import corners, lowest, support
 from ...shapes.roofs import open_sides
 from .at_rest import along_walls
 from .attitudes import lying
-from .checks import WELL_IN
+from .checks.shapes import WELL_IN
 from .query import Groups, Placement, Query
 from .stable_poses import ABOVE, carried_at, inside_from, put_down, well_in
 from .tilting import ACROSS, BACK, KEPT

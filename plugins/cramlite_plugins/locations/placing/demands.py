@@ -19,13 +19,14 @@ from ...motions.gripping import LET_GO, fallen
 from ...shapes.bounds import corners
 from ...shapes.itself import Itself
 from ...shapes.roofs import roofed
+from ..jointed.room_to_close import first_met, opens_beside
 from ..later import retracts_from
 from ..places import ways_back
 from ..pushing.back_in import ways_in
 from ..pushing.farther_in import clearing_way, level_ahead
 from ..reached import Arm, Leg
-from ..room_to_close import first_met, opens_beside
-from .checks import Check, first_objection, lowered
+from .checks.hand import lowered
+from .checks.order import Check, first_objection
 from .query import Placement, Query
 
 # Cost of a place that comes after all others, since it leaves little room for what is to be closed
@@ -56,23 +57,18 @@ def stops(query: Query, turned: Pose, offset: tuple[float, float] = (0.0, 0.0)) 
 def over_floor(query: Query, turned: Pose, offset: tuple[float, float], over: float) -> Pose:
     """Return the pose in the base frame of a thing with a given orientation, its outline's middle over a
     position of an opening, its lowest point at a height over the floor [m]."""
-    points = corners(query.thing, Pose((0.0, 0.0, 0.0), turned.quaternion))
+    points = corners(query.thing, Pose.at((0.0, 0.0, 0.0), turned))
     low, high = points.min(axis=0), points.max(axis=0)
-    x, y, z = query.target.pose.apply((*offset, over - query.depth))
-    return Pose(
-        (float(x - (low + high)[0] / 2), float(y - (low + high)[1] / 2), float(z - low[2])), turned.quaternion
-    )
+    foot = np.array([*(low + high)[:2] / 2, low[2]])
+    return Pose.at(query.target.pose.apply((*offset, over - query.depth)) - foot, turned)
 
 
 def _goes_farther_in(placement: Placement, query: Query) -> bool:
     """Whether the hand that put the payload under a roof can push it on until it is clear of what later
     tasks close."""
-    ahead = (
-        level_ahead(placement.pose)
-        if math.isfinite(query.room) and retracts_from(query.thing.name, query.context)
-        else None
-    )
-    if ahead is None:
+    if not (math.isfinite(query.room) and retracts_from(query.thing.name, query.context)):
+        return False
+    if (ahead := level_ahead(placement.pose)) is None:
         return False
     after, base = let_go(placement, query), query.belief.base()
     way = clearing_way(query.thing.name, base.rotate(ahead), after, query.context)
@@ -102,10 +98,8 @@ def let_go(placement: Placement, query: Query) -> Belief:
 def _let_go(placement: Itself[Placement], query: Itself[Query]) -> Belief:
     belief, to = query.it.belief, query.it.entity
     pose = fallen(belief, belief.base() * placement.it.rests)
-    there = ("in" if query.it.depth else "on", query.it.thing.name, thing_of(to))
-    return belief.released(Estimate(pose, 0.0, "predicted: let go there"), query.it.held.opening).related(
-        there
-    )
+    after = belief.released(Estimate(pose, 0.0, "predicted: let go there"), query.it.held.opening)
+    return after.related(("in" if query.it.depth else "on", query.it.thing.name, thing_of(to)))
 
 
 def room_to_leave(placement: Placement, query: Query) -> str | Refused:
@@ -130,9 +124,7 @@ def _blocked(placement: Placement, query: Query) -> Refused | None:
     collision."""
     after, thing, opening = Arm(let_go(placement, query), query.context), query.thing.name, query.openings[-1]
     found = list[Refused]()
-    for name, pose in reversed(
-        ways_back(lowered(placement, query))
-    ):  # the shortest first, which has most room
+    for name, pose in reversed(ways_back(lowered(placement, query))):  # the shortest, with most room, first
         there = after.at(Leg(pose, (thing,), opening, 0.0))
         if not isinstance(there, Refused):
             return None
@@ -147,18 +139,12 @@ def _remedy(no: Refused, query: Query) -> Remedy | None:
     if no.collision is None or thing_of(query.entity) not in {thing_of(name) for name in no.collision.pair}:
         return None
     into, more = query.belief.thing(query.entity), max(1.0, 1000 * no.collision.depth)
-    heights = [room for _, room in roofed(into, query.belief.pose(into.name))]
-    what = (
-        f"the opening of '{query.entity}' is {1000 * max(heights):.0f} mm high, and"
-        if heights
-        else f"beside '{query.entity}'"
-    )
+    what, heights = f"beside '{query.entity}'", [room for _, room in roofed(into, query.at)]
+    if heights:
+        what = f"the opening of '{query.entity}' is {1000 * max(heights):.0f} mm high, and"
     says = f"{what} the hand needs at least {more:.0f} mm more room to come back from '{query.thing.name}'"
-    return Remedy(
-        f"leave {query.entity}",
-        f"{says}: take it from another side, or name another place",
-        no.collision.depth,
-    )
+    cure = "take it from another side, or name another place"
+    return Remedy(f"leave {query.entity}", f"{says}: {cure}", no.collision.depth)
 
 
 def pushed_in(placement: Placement, query: Query) -> str | Refused:

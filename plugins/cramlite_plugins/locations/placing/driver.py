@@ -11,12 +11,14 @@ import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import Belief, CarriedAlong, Location, Place, Pose, Stage
-from cramlite.plugin import Context, Grounding, Refused, Unresolvable
+from cramlite.plugin import Answer, Context, Grounding, Refused, Unresolvable
 
 from ...motion_planning.reach import bound, led_by, taken_at
 from ..laying_down import hung, laid_down
 from .access import check_open
-from .checks import REACHED, SHAPES, SIDES, first_objection, lowered, opened
+from .checks.hand import lowered, opened
+from .checks.order import REACHED, SHAPES, first_objection
+from .checks.shapes import SIDES
 from .demands import DEMANDS, OUT_OF_THE_WAY, TIGHT, is_tight
 from .query import AS_LET_GO, Found, Placement, Query, is_roofed, queries
 from .ways_out import HUNG, LAID, WAYS, WayOut
@@ -30,11 +32,8 @@ ALONE = {kind: {**shapes, **OUT_OF_THE_WAY} for kind, shapes in SHAPES.items()}
 """Checks of the payload alone, whatever holds it, by kind of stable pose."""
 CHECKS = {kind: {**alone, **REACHED, **DEMANDS} for kind, alone in ALONE.items()}
 
-Answer = Grounding | Refused
-Answers = Iterator[Answer]
 
-
-def onto(location: Location, belief: Belief, context: Context) -> Answers:
+def onto(location: Location, belief: Belief, context: Context) -> Iterator[Answer]:
     """Generate placements on a thing; a payload that hangs from the fingers is laid down, or released as it
     hangs.
 
@@ -48,9 +47,8 @@ def onto(location: Location, belief: Belief, context: Context) -> Answers:
     stuck, found = list[Unresolvable](), False
     laid = laid_down(location, belief, context, partial(placements, ways=LAID))
     hanging = (hung(answer, held) for answer in placements(location, belief, context, HUNG))
-    for answers in (
-        (laid, hanging) if belief.thing(bound(context, location.of)).furniture else (hanging, laid)
-    ):
+    lies_first = belief.thing(bound(context, location.of)).furniture
+    for answers in (laid, hanging) if lies_first else (hanging, laid):
         try:
             for answer in answers:
                 found = found or isinstance(answer, Grounding)
@@ -62,7 +60,9 @@ def onto(location: Location, belief: Belief, context: Context) -> Answers:
     yield from (Refused("as it hangs", no.reason, because=no.because, blocking=no.blocking) for no in stuck)
 
 
-def placements(location: Location, belief: Belief, context: Context, ways: Sequence[WayOut] = ()) -> Answers:
+def placements(
+    location: Location, belief: Belief, context: Context, ways: Sequence[WayOut] = ()
+) -> Iterator[Answer]:
     """Generate placements on or in a thing, by all ways to bring the payload there, or only by some: from
     above, through a side, tilted.
 
@@ -74,9 +74,7 @@ def placements(location: Location, belief: Belief, context: Context, ways: Seque
         check_open(asked)
     except Unresolvable as shut:
         raise _merged([shut], location) from None
-    tasks = (
-        led_by(location, context) if is_roofed(asked[0]) else ()
-    )  # these have another way in there: toppling
+    tasks = led_by(location, context) if is_roofed(asked[0]) else ()  # have another way in there: toppling
     ranked = [(rank, way) for way in ways or WAYS[location.relation] if (rank := way.rank(asked)) is not None]
     for rank, way in sorted(ranked, key=lambda one: one[0]):
         try:
@@ -94,15 +92,11 @@ def _merged(stuck: list[Unresolvable], location: Location, tasks: tuple[str, ...
     because = dict.fromkeys(name for no in stuck for name in (location.of or "", *no.because, *tasks))
     blocking = dict.fromkeys(name for no in stuck for name in no.blocking or ())
     remedy = next((no.remedy for no in stuck if no.remedy is not None), None)
-    return Unresolvable(
-        "; ".join(dict.fromkeys(no.reason for no in stuck)),
-        tuple(because),
-        blocking=tuple(blocking),
-        remedy=remedy,
-    )
+    reason = "; ".join(dict.fromkeys(no.reason for no in stuck))
+    return Unresolvable(reason, tuple(because), blocking=tuple(blocking), remedy=remedy)
 
 
-def _by(way: WayOut, cost: float, asked: list[Query]) -> Answers:
+def _by(way: WayOut, cost: float, asked: list[Query]) -> Iterator[Answer]:
     """Placements by one way to bring the payload to its target; those that leave little room for closing a
     thing later come last.
 
@@ -135,11 +129,8 @@ def _by(way: WayOut, cost: float, asked: list[Query]) -> Answers:
     if not passed and way.endless:
         raise _no_room(refused, asked[0], there)
     if way.endless and work <= 0:
-        count = found + len(refused)
-        said = (
-            f"{count} placements were looked at, as many as the {asked[0].context.samples} samples of a "
-            "query allow"
-        )
+        looked = f"{found + len(refused)} placements were looked at"
+        said = f"{looked}, as many as the {asked[0].context.samples} samples of a query allow"
         if not found:
             nearest = _nearest(refused)
             said = f"{said}; none fits: {nearest.value}: {nearest.reason}"
@@ -190,12 +181,8 @@ def place_at(placement: Placement, query: Query) -> Place:
     opening = opened(placement, query) if placement.opens and len(query.openings) > 1 else query.openings[0]
     let_go = pose * query.held.tcp_to_thing
     settles = let_go.inverse() * placement.lies if placement.lies else AS_LET_GO
-    release = query.release(
-        height,
-        opening if placement.opens and not isinstance(opening, Refused) else None,
-        settles,
-        placement.pushed is None,
-    )
+    wide = opening if placement.opens and not isinstance(opening, Refused) else None
+    release = query.release(height, wide, settles, placement.pushed is None)
     way = np.subtract(placement.begins.position, placement.before.position)
     x, y, z = (way / np.linalg.norm(way)).tolist() if placement.led else (0.0, 0.0, -1.0)
     return Place(
@@ -210,17 +197,14 @@ def _no_room(refused: list[Refused], query: Query, there: Iterable[str]) -> Unre
     what it depends on."""
     named = {thing for name in (*SIDES, "near") if (thing := getattr(query.where, name))}
     named |= {*there, *(name for no in refused for name in no.blocking or () if isinstance(name, str))}
-    bindings = query.context.bindings
-    put = (
-        n for n, v in bindings.items() if isinstance(v, Place) and v.thing in named and v.release is not None
-    )
-    about = (n for n, v in bindings.items() if v in (query.thing.name, *named))
+    bindings = query.context.bindings.items()
+    places = [(n, v) for n, v in bindings if isinstance(v, Place)]
+    put = (n for n, v in places if v.thing in named and v.release is not None)
+    about = (n for n, v in bindings if v in (query.thing.name, *named))
     first = {r.passed: f"{r.value}: {r.reason}" for r in reversed(refused)}
     said = "; ".join(first[passed] for passed in sorted(first, reverse=True))
     turned = any(r.check == "falls" for r in refused)  # another grip turns the hand another way
-    grips = (
-        n for n, v in bindings.items() if turned and isinstance(v, Place) and v.thing == query.thing.name
-    )
+    grips = (n for n, v in places if turned and v.thing == query.thing.name)
     lacks = min((r.remedy for r in refused if r.remedy is not None), key=lambda r: r.missing, default=None)
     reason = f"none of {len(refused)} placements fits; {said}"
     return Unresolvable(reason, (*put, *about, *grips), blocking=tuple(sorted(named)), remedy=lacks)
@@ -233,10 +217,8 @@ def _blocked(way: WayOut, refused: list[Refused], query: Query) -> Unresolvable:
     own = any(nearest.check in alone for alone in ALONE.values()) or not nearest.check
     by_hand = way.by_hand and nearest.check not in OUT_OF_THE_WAY
     grasps = taken_at(query.belief, query.context) if by_hand or not own else ()
-    blocking = dict.fromkeys(name for no in refused for name in no.blocking or ())
-    return Unresolvable(
-        f"{way.name}: {nearest.reason}", grasps, blocking=tuple(blocking), remedy=nearest.remedy
-    )
+    blocking = tuple(dict.fromkeys(name for no in refused for name in no.blocking or ()))
+    return Unresolvable(f"{way.name}: {nearest.reason}", grasps, blocking=blocking, remedy=nearest.remedy)
 
 
 def _nearest(refused: Sequence[Refused]) -> Refused:

@@ -22,7 +22,7 @@ from ...shapes.bounds import centre_of_mass, support
 from ...shapes.nesting import room_under
 from ..reached import Arm
 from .attitudes import far_edge_down
-from .checks import at_rest
+from .checks.rest import at_rest
 from .positions import positions_on
 from .query import Found, Groups, Placement, Query, standing_on
 from .stable_poses import Rest, about_vertical, put_down, standing_at, with_middle
@@ -86,12 +86,10 @@ def _let_fall(rest: Rest, now: Pose, turn: float, name: str) -> Iterator[Found]:
     query, lies = rest.query, rest.thing
     heading = math.atan2(lies.position[1], lies.position[0]) + math.radians(turn)
     ahead, leaning = np.array([math.cos(heading), math.sin(heading), 0.0]), about_vertical(now, heading)
-    leaning = shift(
-        leaning, lies.apply(centre_of_mass(query.thing)) - leaning.apply(centre_of_mass(query.thing))
-    )
-    leaning = shift(
-        leaning, (support(query.thing, lies, ahead) - support(query.thing, leaning, ahead)) * ahead
-    )
+    centre = centre_of_mass(query.thing)
+    leaning = shift(leaning, lies.apply(centre) - leaning.apply(centre))
+    farther = support(query.thing, lies, ahead) - support(query.thing, leaning, ahead)
+    leaning = shift(leaning, farther * ahead)
     thing = shift(leaning, (0.0, 0.0, HIGH - room_under(query.thing, leaning, query.whole, query.at)))
     pose = query.hand(thing)
     placement = Placement(name, thing, pose, shift(pose, (0.0, 0.0, ABOVE)), HIGH, "dropped", reorients=True)

@@ -14,9 +14,9 @@ from cramlite.plugin import Context
 from ...motion_planning.reach import tcp
 from ...shapes.bounds import corners, height
 from ...shapes.roofs import has_own_roof
-from ..hand_room import Taken
 from ..later import brings
 from ..parameters import Where
+from ..pinching.hand_room import Taken
 from ..reached import Arm
 from .access import COVERS
 from .attitudes import POINTS_DOWN, sides_down
@@ -43,9 +43,8 @@ def suits_later(thing: Thing, belief: Belief, context: Context, taken: Taken) ->
 def leans(thing: Thing, belief: Belief, context: Context, taken: Taken) -> NDArray[np.bool_] | None:
     """Check which grasps (n) are those of leaning hands; None if no later task brings the thing into an
     opening that is too covered for a way straight from above."""
-    narrow = [
-        name for name in belief.poses if name != thing.name and _too_narrow(thing, name, belief, context)
-    ]
+    others = (name for name in belief.poses if name != thing.name)
+    narrow = [name for name in others if _too_narrow(thing, name, belief, context)]
     if not narrow:
         return None  # later tasks are not looked at, so that what follows from this holds whatever they are
     later = any(onto.thing in narrow for onto, *_ in brings(thing.name, belief, context))

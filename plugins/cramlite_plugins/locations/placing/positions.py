@@ -18,7 +18,7 @@ from ...shapes.bounds import centre_of_mass, support
 from ...shapes.surfaces import filled, footprint, inset, standing
 from ..later import goes_on, puts_into
 from ..parameters import Where
-from .checks import ASIDE, OFF_WALLS, SIDES
+from .checks.shapes import ASIDE, OFF_WALLS, SIDES
 from .query import GAP, Query, lying_in
 
 Offset = tuple[float, float]
@@ -68,11 +68,9 @@ def free_for(query: Query, now: Pose) -> Any:
     wants it."""
     wide, area, where = radius(query, now), query.target.area, query.where
     _, least = inset(standing(query.thing, now), area)
-    cores = (
-        [area.buffer(-wide - BESIDE_WALLS), area.buffer(-wide)]
-        if query.depth
-        else [area.convex_hull.buffer(-least - ROUNDED)]
-    )
+    cores = [area.convex_hull.buffer(-least - ROUNDED)]
+    if query.depth:
+        cores = [area.buffer(-wide - BESIDE_WALLS), area.buffer(-wide)]
     grown = [o.area.buffer(radius(query, now, o.top)) for o in query.obstacles]
     found = [free_area(core, grown, 0.0) for core in cores]
     free = next((a for a in found if not a.is_empty), found[-1])
@@ -80,14 +78,11 @@ def free_for(query: Query, now: Pose) -> Any:
     for side, (axis, sign) in SIDES.items():
         if other := getattr(where, side):
             way = sign * query.target.pose.rotation[axis, :2]
-            aside = (
-                sign * (query.belief.pose(other).position[axis] - query.target.pose.position[axis]) + ASIDE
-            )
-            free = beside(free, (float(way[0]), float(way[1])), aside)
+            apart = query.belief.pose(other).position[axis] - query.target.pose.position[axis]
+            free = beside(free, (float(way[0]), float(way[1])), sign * apart + ASIDE)
     if where.near:
-        free = free.intersection(
-            shapely.Point(*to.apply(query.belief.pose(where.near).position)[:2]).buffer(where.within)
-        )
+        there = to.apply(query.belief.pose(where.near).position)[:2]
+        free = free.intersection(shapely.Point(*there).buffer(where.within))
     return free
 
 
@@ -140,9 +135,8 @@ def anchor(query: Query, now: Pose) -> Offset:
         at = to.apply(query.belief.pose(other).position)[:2]
     elif query.belief.at is not None:
         low, high = np.reshape(query.target.area.bounds, (2, 2))
-        at = np.clip(
-            to.apply((0.0, 0.0, 0.0))[:2], np.minimum(low + INSET, 0.0), np.maximum(high - INSET, 0.0)
-        )
+        base = to.apply((0.0, 0.0, 0.0))[:2]
+        at = np.clip(base, np.minimum(low + INSET, 0.0), np.maximum(high - INSET, 0.0))
     return float(at[0]), float(at[1])
 
 
@@ -170,9 +164,8 @@ def _with_room(query: Query, now: Pose) -> Offset:
     if puts_into(query.entity, query.belief, query.context):
         x, y, _ = query.target.pose.inverse().apply((0.0, 0.0, 0.0)).tolist()
         a, b, c, _ = rectangle(query, now)
-        return corner(
-            query.target.area.buffer(-BESIDE_WALLS), left, (math.dist(a, b), math.dist(b, c)), (x, y)
-        )
+        sides = math.dist(a, b), math.dist(b, c)
+        return corner(query.target.area.buffer(-BESIDE_WALLS), left, sides, (x, y))
     return roomiest(left) if lying else (0.0, 0.0)
 
 
@@ -240,13 +233,8 @@ def beside(area: Any, axis: Offset, least: float) -> Any:
         return area
     along = along / length
     across, start = np.array([-along[1], along[0]]), along * least / length
-    half = [
-        start + across * far,
-        start - across * far,
-        start - across * far + along * far,
-        start + across * far + along * far,
-    ]
-    return area.intersection(shapely.Polygon(half))
+    low, high = start - across * far, start + across * far
+    return area.intersection(shapely.Polygon([high, low, low + along * far, high + along * far]))
 
 
 def positions(area: Any, anchor: Offset) -> Iterator[Offset]:
@@ -261,9 +249,8 @@ def positions(area: Any, anchor: Offset) -> Iterator[Offset]:
         return
     nearest = shapely.shortest_line(shapely.Point(anchor), area).coords[-1]
     middles = [shapely.maximum_inscribed_circle(p).coords[0] for p in shapely.get_parts(area) if p.area > 0]
-    yield from dict.fromkeys(
-        [_rounded(nearest), *sorted(map(_rounded, middles), key=lambda p: (math.dist(p, anchor), p))]
-    )
+    middles = sorted(map(_rounded, middles), key=lambda p: (math.dist(p, anchor), p))
+    yield from dict.fromkeys([_rounded(nearest), *middles])
     rounds = [_rounds(p) for p in shapely.get_parts(area) if p.area > SMALL]
     for parts in zip(*rounds, strict=True) if rounds else ():
         points = [_rounded(p) for part in parts for p in part.tolist()]
@@ -350,20 +337,14 @@ def corner(area: Any, left: Any, sides: tuple[float, float], near: Offset) -> Of
     """
     x, y = sides
     found = [(*p, *turned) for turned in dict.fromkeys(((x, y), (y, x))) for p in _corners(area, turned)]
-    boxes = {
-        f: shapely.box(f[0] - f[2] / 2, f[1] - f[3] / 2, f[0] + f[2] / 2, f[1] + f[3] / 2) for f in found
-    }
-    discs = {
-        f: _largest(left.difference(box))
-        for f, box in boxes.items()
-        if box.intersection(left).area > 0.9 * box.area
-    }
+    boxes = ((a, b, shapely.box(a - u / 2, b - v / 2, a + u / 2, b + v / 2)) for a, b, u, v in found)
+    fits = ((a, b, box) for a, b, box in boxes if box.intersection(left).area > 0.9 * box.area)
+    discs = [((a, b), _largest(left.difference(box))) for a, b, box in fits]
     if not discs:
         return roomiest(left)
-    best = max(discs.values())
-    return min(
-        (f[:2] for f in discs if discs[f] >= best - ALIKE), key=lambda p: (round(math.dist(p, near), 3), p)
-    )
+    best = max(disc for _, disc in discs)
+    equal = (spot for spot, disc in discs if disc >= best - ALIKE)
+    return min(equal, key=lambda p: (round(math.dist(p, near), 3), p))
 
 
 def _corners(area: Any, sides: tuple[float, float]) -> list[Offset]:
@@ -378,7 +359,5 @@ def _corners(area: Any, sides: tuple[float, float]) -> list[Offset]:
 
 def _largest(area: Any) -> float:
     """Radius of the largest disc in an area [m]."""
-    return max(
-        (float(shapely.maximum_inscribed_circle(p).length) for p in shapely.get_parts(area) if p.area > 0),
-        default=0.0,
-    )
+    circles = (shapely.maximum_inscribed_circle(p) for p in shapely.get_parts(area) if p.area > 0)
+    return max((float(circle.length) for circle in circles), default=0.0)

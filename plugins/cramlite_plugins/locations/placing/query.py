@@ -18,13 +18,13 @@ from cramlite.plugin import Context, Refused, Unresolvable
 
 from ...motion_planning.cartesian import interpolate
 from ...motion_planning.planning_scene import PlanningScene
-from ...motion_planning.reach import bound, held_pose, reference_pose, shift, uncertainty_margins
+from ...motion_planning.reach import bound, held_pose, reference_pose, shift, uncertainty_margins, unfit
 from ...motions.gripping import DROPPED, LET_GO, release_opening
 from ...shapes.bounds import box_around, corners, height, near
 from ...shapes.roofs import has_own_roof, roof_over, roofed, stands_under
 from ...shapes.surfaces import FLAT, Surface, footprint, outline, stated_surface, surfaces
-from ..grips import SLACK, WIDE
 from ..parameters import Where, asked
+from ..pinching.grips import SLACK, WIDE
 from ..reached import Arm, Leg
 
 PARTS, STRAIGHTEN = (0.0, 0.1, 0.2, 0.3, 0.45, 0.7, 1.0), (0.25, 0.5, 0.75)
@@ -259,11 +259,8 @@ def queries(location: Location, belief: Belief, context: Context) -> list[Query]
     entity, into = bound(context, location.of), location.relation != "on"
     if belief.held is None:
         raise Unresolvable("the hand holds no payload that could be placed")
-    thing, pose, where = (
-        belief.thing(entity),
-        reference_pose(belief, location, context),
-        asked(location, Where),
-    )
+    thing, pose = belief.thing(entity), reference_pose(belief, location, context)
+    where = asked(location, Where)
     region = where.region or EntityName.parse(entity).part
     found = openings(thing, pose, region) if into else [(s, 0.0) for s in surfaces(thing, pose, region)]
     uneven = not into and not found and thing.furniture
@@ -272,7 +269,7 @@ def queries(location: Location, belief: Belief, context: Context) -> list[Query]
     if not found:
         what = "cavity to put anything in" if into else "level face that looks upwards, to put anything on"
         called = f", called {region!r}" if region else ""
-        raise Unresolvable(f"'{entity}' has no {what}{called}", (location.of or "",), blocking=())
+        raise unfit(location, f"'{entity}' has no {what}{called}")
     held, arm = belief.world.thing(belief.held.thing), Arm(belief, context)
     bare = [Query(held, entity, s, arm, where, depth=d, uneven=uneven) for s, d in found]
     if into or uneven:
@@ -306,12 +303,8 @@ def openings(thing: Thing, pose: Pose, region: str = "") -> list[tuple[Surface, 
     if cavity is None:
         return []
     size = cavity.size
-    half = [size.get(name, math.inf) / 2 for name in ("width", "depth")]
-    area = (
-        shapely.Point(0, 0).buffer(size["radius"])
-        if "radius" in size
-        else shapely.box(-half[0], -half[1], *half)
-    )
+    x, y = (size.get(name, math.inf) / 2 for name in ("width", "depth"))
+    area = shapely.Point(0, 0).buffer(size["radius"]) if "radius" in size else shapely.box(-x, -y, x, y)
     return [(Surface(pose * cavity.pose, area), size["height"])]
 
 
@@ -332,12 +325,8 @@ def standing_on(query: Query) -> tuple[Obstacle, ...]:
 def lying_in(query: Query, sure: bool = False) -> tuple[Obstacle, ...]:
     """Return the outlines of a cavity's contents, widened by ``GAP`` and, unless ``sure``, by the uncertainty
     of their places."""
-    belief, to, margins = (
-        query.belief,
-        query.target.pose.inverse(),
-        {} if sure else uncertainty_margins(query.belief),
-    )
-    found = []
+    belief, to, found = query.belief, query.target.pose.inverse(), []
+    margins = {} if sure else uncertainty_margins(belief)
     for name in belief.poses:
         area = footprint(belief.world.thing(name), to * belief.pose(name), -query.depth, 0.0)
         if not area.is_empty and query.target.area.covers(area):

@@ -21,13 +21,13 @@ from ...shapes.box_overlaps import overlaps
 from ...shapes.roofs import has_a_roof, open_sides
 from ...shapes.standing_up import stood_up
 from ...shapes.surfaces import Surface, footprint, surfaces
-from ..antipodal import Hands
-from ..hand_room import HandRoom, Taken
 from ..later import brings
+from ..pinching.antipodal import Hands
+from ..pinching.hand_room import HandRoom, Taken
 from ..pushing.contacts import STEEP
 from ..reached import Arm
 from .attitudes import attitudes
-from .checks import at_rest
+from .checks.rest import at_rest
 from .floors import ASIDE, HIGH, Floor, levels
 from .query import Groups, Placement, Query, roof_above
 from .stable_poses import TURNLESS, about_vertical, as_asked, check_turn
@@ -70,9 +70,8 @@ def sideways(asked: list[Query]) -> Groups:
                 none = False
                 yield iter([(there, placement)])
     if found and none:
-        yield Refused(
-            "anywhere", "the bounding boxes of hand and payload fit nowhere on the floor of the target"
-        )
+        said = "the bounding boxes of hand and payload fit nowhere on the floor of the target"
+        yield Refused("anywhere", said)
     if not found:
         raise _too_high(first, max(low, default=0.0), height(first.thing, upright) + 2 * HIGH)
 
@@ -285,10 +284,8 @@ def _any_met(
 ) -> NDArray[np.bool_]:
     """Whether a box of a payload's parts overlaps a thing, for each chosen pose (``rows``) shifted by a
     vector (n, 3) [m]."""
-    met = [
-        overlaps(around.others, m[rows] + by, t[rows], half + CLEARANCE).any(axis=1) for m, t, half in parts
-    ]
-    return np.asarray(np.any(met, axis=0))
+    met = (overlaps(around.others, m[rows] + by, t[rows], half + CLEARANCE) for m, t, half in parts)
+    return np.asarray(np.any([one.any(axis=1) for one in met], axis=0))
 
 
 def _boxes(thing: Thing, now: Pose) -> list[tuple[Floats, Floats, Floats]]:
@@ -300,11 +297,8 @@ def _boxes(thing: Thing, now: Pose) -> list[tuple[Floats, Floats, Floats]]:
         Of each the centre (3,), axes as columns (3, 3), and halved side lengths (3,), in the base frame [m].
     """
     low, high = box_around(thing.geoms)
-    parts = (
-        [(now * g.pose, np.asarray(g.half_extents, float)) for g in thing.geoms]
-        if len(thing.geoms) <= PIECES
-        else []
-    )
+    few = thing.geoms if len(thing.geoms) <= PIECES else ()
+    parts = ((now * g.pose, np.asarray(g.half_extents, float)) for g in few)
     whole = now.apply((low + high) / 2), now.rotation, (high - low) / 2
     return [whole, *((np.asarray(p.position), p.rotation, half) for p, half in parts)]
 

@@ -28,7 +28,7 @@ from ...shapes.surfaces import footprint, resting_height
 from ...shapes.tipping_over import tipped_over
 from ..parameters import Where
 from .at_rest import CLOSE, DROPS, PALM_UP, is_uneven, leaning, must_lean, resting_poses
-from .checks import OFF_WALLS, WELL_IN, clear, near, supported
+from .checks.shapes import OFF_WALLS, WELL_IN, clear, near, supported
 from .opening import TURNS, lacking
 from .positions import Offset, free_for, middle, positions_on, rectangle
 from .query import Placement, Query
@@ -230,17 +230,13 @@ def stood(query: Query, now: Pose, offset: Offset, yaw: float) -> Pose:
         facing = math.atan2(to[1], to[0]) - math.atan2(ahead[1], ahead[0])
     turned = about_vertical(now, facing + math.radians(yaw))
     x, y = target[:2] - middle(query, turned)
-    return Pose(
-        (float(x), float(y), float(target[2]) + support(query.thing, turned, (0, 0, -1))), turned.quaternion
-    )
+    return Pose.at((x, y, target[2] + support(query.thing, turned, (0, 0, -1))), turned)
 
 
 def about_vertical(pose: Pose, angle: float) -> Pose:
     """Return the orientation of a pose, turned about the vertical by an angle [rad], as a pose at the
     origin."""
-    return Pose(
-        (0, 0, 0), (Pose.from_rotvec((0, 0, 0), (0, 0, angle)) * Pose((0, 0, 0), pose.quaternion)).quaternion
-    )
+    return Pose.at((0, 0, 0), Pose.from_rotvec((0, 0, 0), (0, 0, angle)) * pose)
 
 
 def heights(query: Query, now: Pose) -> list[tuple[float, float]]:
@@ -252,10 +248,8 @@ def heights(query: Query, now: Pose) -> list[tuple[float, float]]:
         return list(NESTED if query.under else ONTO)
     gripper, hand = query.context.robot.gripper, query.hand(now)
     ball = math.hypot(*gripper.tcp.position) + gripper.pad[1]  # about the TCP, that holds the hand
-    low, high = (
-        -query.depth + OFF_FLOOR,
-        ball - (hand.position[2] + support(query.thing, now, (0.0, 0.0, -1.0))),
-    )
+    low = -query.depth + OFF_FLOOR
+    high = ball - (hand.position[2] + support(query.thing, now, (0.0, 0.0, -1.0)))
     return [(float(h), max(ABOVE - float(h), ABOVE)) for h in np.arange(low, max(high, 0.0) + RISE, RISE)]
 
 
@@ -278,8 +272,7 @@ def as_asked(now: Pose, where: Where) -> Pose:
     angle = math.atan2(sine, axis * float(up[2]))
     if sine < TURNLESS:  # half a turn is as short about any level axis
         way, sine = now.rotate((1.0, 0.0, 0.0)), 1.0
-    turned = Pose.from_rotvec((0, 0, 0), way / sine * angle) * Pose((0, 0, 0), now.quaternion)
-    return Pose(now.position, turned.quaternion)
+    return Pose.at(now.position, Pose.from_rotvec((0, 0, 0), way / sine * angle) * now)
 
 
 def check_turn(query: Query, asked: Pose) -> None:
@@ -333,7 +326,7 @@ def toppled(query: Query, upright: Pose, out: Floats, lean: float) -> Iterator[t
         out: level unit vector (3,).
     """
     tilt = math.radians(lean) * np.cross((0.0, 0.0, 1.0), out)
-    turned = Pose((0.0, 0.0, 0.0), (Pose.from_rotvec((0.0, 0.0, 0.0), tilt) * upright).quaternion)
+    turned = Pose.at((0.0, 0.0, 0.0), Pose.from_rotvec((0.0, 0.0, 0.0), tilt) * upright)
     over = tipped_over(query.thing, turned)
     if over is None or over[1] < BEYOND or (low := _floor(query, over[0])) is None:
         return
@@ -342,11 +335,8 @@ def toppled(query: Query, upright: Pose, out: Floats, lean: float) -> Iterator[t
         by[2] = low - lowest(query.thing, turned)
         lies = shift(over[0], by)
         if well_in(query, lies):
-            said = (
-                f"leaning out by {lean:.0f} deg, to lie {1000 * deep:.0f} mm in, at {100 * share:+.0f} % "
-                "across"
-            )
-            yield shift(turned, by), lies, said
+            said = f"leaning out by {lean:.0f} deg, to lie {1000 * deep:.0f} mm in"
+            yield shift(turned, by), lies, f"{said}, at {100 * share:+.0f} % across"
 
 
 def well_in(query: Query, lies: Pose) -> bool:

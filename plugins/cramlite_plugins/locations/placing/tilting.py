@@ -20,13 +20,11 @@ from ...shapes.roofs import open_sides
 from ...shapes.standing_up import stood_up
 from .access import COVERS, RISE
 from .at_rest import along_walls, extent
-from .checks import OFF_WALLS, room
+from .checks.hand import room
+from .checks.shapes import OFF_WALLS
 from .demands import LOWS, over_floor, stops
 from .query import Groups, Placement, Query, covers
-from .stable_poses import (
-    about_vertical,
-    toppled,
-)
+from .stable_poses import about_vertical, toppled
 
 TILTS = (25.0, 30.0, 20.0)
 """Leans of a payload from upright [deg]: between handles and wall a bowl of 107 mm has more room the more
@@ -73,17 +71,14 @@ def tilted(asked: list[Query]) -> Groups:
         none = False
         yield iter([(query, placement)])
     if none:
-        yield Refused(
-            "tilted", "hand and tilted payload fit nowhere between the target's overhang and its walls"
-        )
+        said = "hand and tilted payload fit nowhere between the target's overhang and its walls"
+        yield Refused("tilted", said)
 
 
 def _check_empty(query: Query, does: str) -> None:
     if query.thing.filling is not None or query.held.carries:
-        raise Unresolvable(
-            f"'{query.thing.name}' holds something that would fall out as it {does}",
-            taken_at(query.belief, query.context),
-        )
+        reason = f"'{query.thing.name}' holds something that would fall out as it {does}"
+        raise Unresolvable(reason, taken_at(query.belief, query.context))
 
 
 def _in_the_way(query: Query) -> Refused | None:
@@ -107,9 +102,8 @@ def _leaning_in(query: Query) -> Iterator[Placement]:
             low, left = next(((low, pose) for low, pose in lows if not _met(query, pose)), (0.0, None))
             lies = left and stood_up(query.thing, left)
             for back, over in product(FARTHER, OVER) if left else ():
-                at = over_floor(
-                    query, _lean(towards, tilt) * turned, _moved(query, offset, -back * towards), low + over
-                )
+                farther = _moved(query, offset, -back * towards)
+                at = over_floor(query, _lean(towards, tilt) * turned, farther, low + over)
                 x, y = (1000 * v for v in offset)
                 said = f"({x:+.0f} {y:+.0f}) mm from its middle, let down leaning by {tilt:.0f} deg"
                 name = f"{said}, {1000 * back:.0f} mm farther out, {1000 * over:.0f} mm higher"
@@ -149,11 +143,8 @@ def _under(query: Query) -> list[Floats]:
     over = shapely.union_all([o.area for o in query.covers]).intersection(query.target.area).centroid
     middle = query.target.area.centroid
     to = query.target.pose.rotate((over.x - middle.x, over.y - middle.y, 0.0))
-    axes = [
-        sign * query.target.pose.rotate(axis)
-        for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
-        for sign in (1.0, -1.0)
-    ]
+    signs = product(np.eye(3)[:2], (1.0, -1.0))
+    axes = [sign * query.target.pose.rotate(axis) for axis, sign in signs]
     return sorted((a for a in axes if a @ to > LEAST), key=lambda a: -float(a @ to))
 
 

@@ -18,28 +18,21 @@ from cramlite.plugin import Refused, Unresolvable
 
 from ...kinematics.inverse import inverse
 from ...motion_planning.reach import shift
-from ..from_aside import slants
 from ..parameters import Where
+from ..places import slants
 from .access import COVERS, covered, goes_in_upright
 from .at_rest import CLOSE
 from .attitudes import lying
 from .before_roof import before_roof
-from .checks import SHAPES, at_rest, first_objection, snug
+from .checks.order import SHAPES, first_objection
+from .checks.rest import at_rest
+from .checks.shapes import snug
 from .demands import stops
 from .edge_first import edge_first
 from .positions import free_for, positions_along, positions_on, radius
 from .query import Found, Groups, Placement, Query, covers, is_roofed, lying_in, standing_on
 from .sideways import sideways
-from .stable_poses import (
-    Rest,
-    check_turn,
-    put_down,
-    stable_poses,
-    standing_at,
-    stood,
-    turns,
-    with_middle,
-)
+from .stable_poses import Rest, check_turn, put_down, stable_poses, standing_at, stood, turns, with_middle
 from .tilting import tilted, toppling
 
 PER_HEIGHT = 0.01  # cost of each height above the lowest
@@ -113,12 +106,8 @@ def _from_above(rest: Rest) -> Iterator[Found]:
         yield query, straight
         if rest.kind == "in" and _may_be_there(straight, query):
             for side, way in slants(above):
-                yield (
-                    query,
-                    replace(
-                        straight, name=f"{name}, from {side}", before=shift(pose, way), led=True, aside=True
-                    ),
-                )
+                said, before = f"{name}, from {side}", shift(pose, way)
+                yield query, replace(straight, name=said, before=before, led=True, aside=True)
 
 
 def _may_be_there(placement: Placement, query: Query) -> bool:

@@ -10,11 +10,11 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from cramlite.model import Belief, Joint, Joints, Location, Place, Pose, Thing
-from cramlite.plugin import Context, Grounding, Refused, Unresolvable
+from cramlite.plugin import Answer, Context, Grounding, Refused
 
 from ...motion_planning.cartesian import COARSE, plan_straight_line
-from ...motion_planning.reach import bound, collision_free_ik, make_scene, shift, tcp
-from ..handles import ajar, along_joint, check_way, way_along
+from ...motion_planning.reach import bound, collision_free_ik, make_scene, shift, tcp, unfit
+from ..jointed.handles import ajar, along_joint, check_way, way_along
 from ..parameters import InnerSide, asked
 from ..reached import Arm, Candidate, Leg, reached
 from .contacts import DOWN, UPRIGHT, at_front, at_inner_side, upon
@@ -27,25 +27,20 @@ LAST = 10.0  # cost of what comes after all else
 INSIDE = 0.025  # the stand-off behind a door that stands ajar, where there is less room [m]
 
 
-def before_front(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+def before_front(location: Location, belief: Belief, context: Context) -> Iterator[Answer]:
     """Generate TCP poses of closed fingers that face the part of a drawer's or a door's front that sticks out
     most at its handle."""
     entity = bound(context, location.of)
     thing, handle = belief.thing(entity), belief.feature(entity, "cram:Handle")
     if handle is None or thing.joint is None:
-        raise Unresolvable(
-            f"'{entity}' has no handle and joint: nobody knows where its front is",
-            (location.of or "",),
-            blocking=(),
-        )
+        raise unfit(location, f"'{entity}' has no handle and joint: nobody knows where its front is")
     check_way(location, thing, belief, context)
     fronts = at_front(thing, thing.joint, handle, belief.pose(thing.name), context.robot.gripper)
-    yield from _pushing(
-        thing, thing.joint, _nearer_first(fronts, tcp(belief, context)), belief, context, None
-    )
+    spots = _nearer_first(fronts, tcp(belief, context))
+    yield from _pushing(thing, thing.joint, spots, belief, context, None)
 
 
-def behind_door(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+def behind_door(location: Location, belief: Belief, context: Context) -> Iterator[Answer]:
     """Generate TCP poses of closed fingers behind a door that stands ajar, over its upper edge, for pushing
     it open.
 
@@ -54,11 +49,7 @@ def behind_door(location: Location, belief: Belief, context: Context) -> Iterato
     entity = bound(context, location.of)
     thing, handle = belief.thing(entity), belief.feature(entity, "cram:Handle")
     if handle is None or thing.joint is None or thing.joint.kind != "hinge":
-        raise Unresolvable(
-            f"'{entity}' is no door with a handle: it has no side to be pushed open from",
-            (location.of or "",),
-            blocking=(),
-        )
+        raise unfit(location, f"'{entity}' is no door with a handle: it has no side to be pushed open from")
     spots = at_inner_side(thing, thing.joint, handle, belief.pose(thing.name), context.robot.gripper)
     yield from _pushing(thing, thing.joint, spots, belief, context, asked(location, InnerSide).least)
 
@@ -70,7 +61,7 @@ def _pushing(
     belief: Belief,
     context: Context,
     least: float | None,
-) -> Iterator[Grounding | Refused]:
+) -> Iterator[Answer]:
     """Ground hand poses that push a thing along its joint until it is all but shut, or open by the share
     ``least`` of the joint's range.
 
@@ -139,37 +130,24 @@ def _follows(
     return line if isinstance(line, Refused) else None
 
 
-def atop_handle(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+def atop_handle(location: Location, belief: Belief, context: Context) -> Iterator[Answer]:
     """Generate TCP poses of closed fingers over the bar of a drawer's handle, for moving the drawer by
     pressing on the bar.
 
     They point down and towards the front.
     """
     entity = bound(context, location.of)
-    thing, handle, shut = (
-        belief.thing(entity),
-        belief.feature(entity, "cram:Handle"),
-        context.robot.gripper.opening[0],
-    )
-    out = (
-        belief.pose(thing.name).rotate(handle.pose.rotate((0.0, 0.0, 1.0)))
-        if handle is not None
-        else (0.0, 0.0, 1.0)
-    )
-    if handle is None or thing.joint is None or thing.joint.kind != "slide" or abs(out[2]) > 1.0 - UPRIGHT:
-        raise Unresolvable(
-            f"'{entity}' has no handle of a drawer that could be pressed on from above",
-            (location.of or "",),
-            blocking=(),
-        )
+    thing, bar = belief.thing(entity), belief.feature(entity, "cram:Handle")
+    pose, gripper = belief.pose(thing.name), context.robot.gripper
+    slides = thing.joint is not None and thing.joint.kind == "slide"
+    if bar is None or not slides or abs((pose * bar.pose).rotation[2, 2]) > 1.0 - UPRIGHT:
+        raise unfit(location, f"'{entity}' has no handle of a drawer that could be pressed on from above")
     check_way(location, thing, belief, context)
-    bar, pose, gripper = handle, belief.pose(thing.name), context.robot.gripper
+    shut = gripper.opening[0]
 
     def tilted(turns: tuple[float, float]) -> Candidate:
-        at, name = (
-            upon(thing, bar, pose, turns, gripper),
-            f"upon its handle, tilted {turns[0]:+.0f} deg, turned {turns[1]:.0f} deg",
-        )
+        at = upon(thing, bar, pose, turns, gripper)
+        name = f"upon its handle, tilted {turns[0]:+.0f} deg, turned {turns[1]:.0f} deg"
         place = Place(at, at * Pose((0.0, 0.0, -BEHIND)), shut, tuple(at.rotate((0, 0, 1))), thing=thing.name)
         return Candidate(name, place, (Leg(at, (thing.name,), shut), Leg(place.before, (), shut)))
 

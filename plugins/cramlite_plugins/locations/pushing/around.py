@@ -86,11 +86,9 @@ def way_straight(start: Point, end: Point, met: Met) -> list[Point] | Refused:
 
 def _between(start: Point, end: Point) -> Iterator[Point]:
     """Points of a straight way at most STEP apart, without its start and with its end."""
-    parts = math.ceil(math.dist(start, end) / STEP)
-    return (
-        (start[0] + k / parts * (end[0] - start[0]), start[1] + k / parts * (end[1] - start[1]))
-        for k in range(1, parts + 1)
-    )
+    parts, (x, y) = math.ceil(math.dist(start, end) / STEP), start
+    shares = (k / parts for k in range(1, parts + 1))
+    return ((x + share * (end[0] - x), y + share * (end[1] - y)) for share in shares)
 
 
 def _spot(start: Point, cell: Side) -> Point:
@@ -125,11 +123,8 @@ def _traced(
     if stopped:
         return replace(stopped[0], blocking=all_of(stopped))
     ways = [(b[0] - a[0], b[1] - a[1]) for a, b in pairs]
-    return [
-        _spot(start, cell)
-        for cell, way, after in zip(cells[1:], ways, [*ways[1:], None], strict=True)
-        if way != after
-    ]
+    turns = zip(cells[1:], ways, [*ways[1:], None], strict=True)
+    return [_spot(start, cell) for cell, way, after in turns if way != after]
 
 
 def ways_around(
@@ -190,9 +185,8 @@ def met_alone(belief: Belief, context: Context, entity: str) -> Met:
     What moves the thing is left out.
     """
     thing, pose = belief.thing(entity), belief.pose(entity)
-    others = [
-        (t, belief.pose(t.name)) for t in belief.world.things if t.name in belief.poses and t.name != entity
-    ]
+    beside = (t for t in belief.world.things if t.name in belief.poses and t.name != entity)
+    others = [(t, belief.pose(t.name)) for t in beside]
     owner = resting_height(thing, pose, others)[1]
     under, meets = [(t, at) for t, at in others if t.name == owner], _meets(belief, context, entity, pose)
     known = _known(Itself(belief.world), Itself(belief.poses), belief.relations, belief.base(), entity)

@@ -13,8 +13,8 @@ from collections.abc import Iterator
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, CarriedAlong, Floats, Location, Place
-from cramlite.plugin import Context, Grounding, Refused
+from cramlite.model import Belief, CarriedAlong, Floats, Location, Place, vector3
+from cramlite.plugin import Answer, Context, Grounding, Refused
 
 from ...motion_planning.reach import bound, reference_pose, shift
 from ..parameters import Begun, asked
@@ -36,7 +36,7 @@ LEANS = (0.0, 30.0, 45.0, 60.0)  # of a hand whose fingers point ahead, from poi
 AHEAD = 0.1  # of a thing, a point that gives the way [m]
 
 
-def pushed_in(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+def pushed_in(location: Location, belief: Belief, context: Context) -> Iterator[Answer]:
     """Generate poses of the fingers behind a thing that was released, from which they push it along the
     hand's approach.
 
@@ -49,13 +49,7 @@ def pushed_in(location: Location, belief: Belief, context: Context) -> Iterator[
         if isinstance(found, Refused):
             yield replace(found.of(turn), because=(begin,))  # elsewhere the arm may have room
         else:
-            yield Grounding(
-                found,
-                f"push '{entity}' in, {turn}",
-                0.1 * k,
-                key=turn,
-                anew=True,
-            )
+            yield Grounding(found, f"push '{entity}' in, {turn}", 0.1 * k, key=turn, anew=True)
 
 
 def _way(begin: str, entity: str, belief: Belief, context: Context) -> tuple[Floats, float]:
@@ -79,14 +73,12 @@ def ways_in(
     thing, pose = belief.thing(entity), belief.pose(entity)
     way = np.array([*ahead[:2], 0.0]) / math.hypot(*ahead[:2])
     back, on = (0.0, far) if far else (CAME_OUT, FURTHER)
-    there, x, y = shift(pose, AHEAD * way), float(way[0]), float(way[1])
-    for _, near, opening, turn in hands_behind(
-        thing, pose, APART, context.robot.gripper, SPOT, there, (0.0,), LEANS
-    ):
-        gap = free_ahead(thing, pose, near, way, opening, context.robot.gripper)
+    there, gripper = shift(pose, AHEAD * way), context.robot.gripper
+    for _, near, opening, turn in hands_behind(thing, pose, APART, gripper, SPOT, there, (0.0,), LEANS):
+        gap = free_ahead(thing, pose, near, way, opening, gripper)
         at, end = shift(near, -back * way), shift(near, (gap + on) * way)
         before, along = shift(at, (0.0, 0.0, ABOVE)), CarriedAlong(far)
-        place = Place(at, before, opening, (x, y, 0.0), (end,), thing=entity, carried=along)
+        place = Place(at, before, opening, vector3(way), (end,), thing=entity, carried=along)
         yield f"hand {turn}", _not_led(place, belief, context) or place
 
 

@@ -8,15 +8,14 @@ import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from msgspec.structs import replace
 
 from cramlite.model import Feature, Floats, Gripper, Joint, Pose, Thing
 from cramlite.plugin import Unresolvable
 
 from ...shapes.bounds import support
 from ...shapes.ray_casting import body, intervals, spans
-from ..antipodal import FINGER
-from ..handles import lever
+from ..jointed.handles import lever
+from ..pinching.antipodal import FINGER
 
 GAP = 0.01  # from fingers to the thing behind which they are [m]
 ALMOST = 0.003  # from fingers to a face, where feeling begins [m]
@@ -105,9 +104,9 @@ def hands_behind(
         back, left, right = (support(thing, pose, v) for v in (-ahead, across, -across))
         opening = min(gripper.opening[1], max(gripper.opening[0], apart * (left + right)))
         start = -(back + GAP + reach) * ahead + (left - right) / 2 * across
-        x, y, z = (float(v) for v in start + (low + LOW * (top - low) + under) * UP)
+        at = Pose.at(start + (low + LOW * (top - low) + under) * UP, hand)
         leaning = f", leaning by {lean:.0f} deg" if lean else ""
-        yield way, replace(hand, position=(x, y, z)), opening, f"turned {turn:.0f} deg{leaning}"
+        yield way, at, opening, f"turned {turn:.0f} deg{leaning}"
 
 
 def hands_in(thing: Thing, pose: Pose, gripper: Gripper, way: Floats, last: Floats) -> Iterator[Hand]:
@@ -125,25 +124,17 @@ def hands_in(thing: Thing, pose: Pose, gripper: Gripper, way: Floats, last: Floa
     for spot, turn in itertools.product(AMID, EIGHTHS):
         ahead, across, hand = _axes(last, turn)
         left, right, front, back = (support(thing, pose, v) for v in (across, -across, ahead, -ahead))
-        x, y, _ = (
-            float(v) for v in ((left - right) / 2 + spot[1]) * across + ((front - back) / 2 + spot[0]) * ahead
-        )
-        floor = _floor(thing, pose, replace(hand, position=(x, y, support(thing, pose, UP))), gripper)
+        x, y, _ = ((left - right) / 2 + spot[1]) * across + ((front - back) / 2 + spot[0]) * ahead
+        floor = _floor(thing, pose, Pose.at((x, y, support(thing, pose, UP)), hand), gripper)
         if floor is not None:
-            rim, aside = (
-                True,
-                f", {1000 * spot[0]:+.0f} {1000 * spot[1]:+.0f} mm from its middle" if any(spot) else "",
-            )
-            at = replace(hand, position=(x, y, floor + OVER + gripper.pad[1] / 2))
+            rim, where = True, f", {1000 * spot[0]:+.0f} {1000 * spot[1]:+.0f} mm from its middle"
+            at = Pose.at((x, y, floor + OVER + gripper.pad[1] / 2), hand)
             gap = max(free_ahead(thing, pose, at, ahead, closed, gripper) - PLAY, 0.0)
-            x, y, z = (float(v) for v in np.asarray(at.position) + gap * ahead)
-            yield way, replace(at, position=(x, y, z)), closed, f"turned {turn:.0f} deg{aside}"
+            said = f"turned {turn:.0f} deg{where if any(spot) else ''}"
+            yield way, Pose.at(at.position + gap * ahead, at), closed, said
     if not rim:
-        raise Unresolvable(
-            f"'{thing.name}' has no hollow at its middle: fingers lowered there meet no rim to push",
-            (),
-            blocking=(),
-        )
+        reason = f"'{thing.name}' has no hollow at its middle: fingers lowered there meet no rim to push"
+        raise Unresolvable(reason, (), blocking=())
 
 
 def towards(pose: Pose, area: Feature, frame: Pose, share: float) -> Floats:
@@ -158,11 +149,9 @@ def towards(pose: Pose, area: Feature, frame: Pose, share: float) -> Floats:
 
 def sides(area: Feature) -> list[float]:
     """Side lengths of a rectangular area, or of the inscribed square of a round one [m]."""
-    return (
-        [area.size["radius"] * math.sqrt(2)] * 2
-        if "radius" in area.size
-        else [area.size["width"], area.size["depth"]]
-    )
+    if "radius" in area.size:
+        return [area.size["radius"] * math.sqrt(2)] * 2
+    return [area.size["width"], area.size["depth"]]
 
 
 def _axes(way: Floats, turn: float) -> tuple[Floats, Floats, Pose]:
@@ -215,11 +204,8 @@ def at_front(
 
     Fingers that may slip off come last, and after them those much nearer to the hinge than the handle is.
     """
-    loose, near, far = (
-        list[tuple[Pose, str]](),
-        list[tuple[Pose, str]](),
-        NEAR_HINGE * lever(joint, handle.pose),
-    )
+    loose, near = list[tuple[Pose, str]](), list[tuple[Pose, str]]()
+    far = NEAR_HINGE * lever(joint, handle.pose)
     over = AT_BAR if joint.kind == "hinge" else FROM_ABOVE
     for spot, tilt, turn in itertools.chain(itertools.product(SPOTS, TILTS, TURNS), itertools.product(*over)):
         at, firm = _against(thing, handle, pose, spot, (tilt, turn), gripper, joint.kind == "hinge")
@@ -247,9 +233,8 @@ def at_inner_side(
     """
     near, far = list[tuple[Pose, str]](), NEAR_HINGE * lever(joint, handle.pose)
     out, up = _facing(pose * handle.pose, inner=True)
-    side = math.copysign(
-        1.0, np.cross(up, out) @ np.subtract((pose * joint.pose).position, (pose * handle.pose).position)
-    )
+    to_hinge = np.subtract((pose * joint.pose).position, (pose * handle.pose).position)
+    side = math.copysign(1.0, np.cross(up, out) @ to_hinge)
     for (aside, high), tilt, turn in itertools.product(*OVER_EDGE):
         at, _ = _against(thing, handle, pose, (side * aside, high), (tilt, turn), gripper, True, inner=True)
         name = (
@@ -296,9 +281,7 @@ def _against(
         return Pose.at(point + out * (far + ahead + ALMOST), hand), True
     across = [OFF * way / np.linalg.norm(way) for way in (level, np.cross(out, level))]
     points = [point, *(point + sign * way for way in across for sign in (1.0, -1.0))]
-    reach, *beside = (
-        _clear_of(thing, pose, replace(hand, position=tuple(p.tolist())), out, gripper) for p in points
-    )
+    reach, *beside = (_clear_of(thing, pose, Pose.at(p, hand), out, gripper) for p in points)
     return Pose.at(point + out * (reach + ALMOST), hand), min(beside) > reach - FIRM
 
 
@@ -306,9 +289,7 @@ def _facing(handle: Pose, inner: bool) -> tuple[Floats, Floats]:
     """Direction away from the front of a drawer or door (or from its inner side), and the direction up along
     the front, as unit vectors."""
     out = np.asarray(handle.rotate((0.0, 0.0, -1.0 if inner else 1.0)))
-    return out, np.array([0.0, 0.0, 1.0]) if abs(out[2]) < UPRIGHT else np.asarray(
-        handle.rotate((0.0, 1.0, 0.0))
-    )
+    return out, UP if abs(out[2]) < UPRIGHT else np.asarray(handle.rotate((0.0, 1.0, 0.0)))
 
 
 def _clear_of(thing: Thing, pose: Pose, hand: Pose, out: Floats, gripper: Gripper) -> float:
@@ -317,30 +298,25 @@ def _clear_of(thing: Thing, pose: Pose, hand: Pose, out: Floats, gripper: Grippe
     across, thick = np.linspace(-0.5, 0.5, 3) * gripper.pad[0], np.linspace(-FINGER, FINGER, 5)
     along = np.linspace(-gripper.depth, gripper.pad[1] / 2, 6)
     fingers, to = np.array(list(itertools.product(across, thick, along))), pose.inverse()
-    _, high = intervals(
-        body(thing.geoms), to.apply(hand.apply(fingers)), np.tile(to.rotate(out), (len(fingers), 1))
-    )
-    return max(
-        float(high.max()), -gripper.depth
-    )  # where they are beside all of it, no farther in than to the palm
+    rays = to.apply(hand.apply(fingers)), np.tile(to.rotate(out), (len(fingers), 1))
+    _, high = intervals(body(thing.geoms), *rays)
+    return max(float(high.max()), -gripper.depth)  # beside all of it, no farther in than to the palm
 
 
 def upon(thing: Thing, handle: Feature, pose: Pose, turns: tuple[float, float], gripper: Gripper) -> Pose:
     """Return the TCP pose of closed fingers above a handle's bar: their lowest edge is ``ALMOST`` [m]
     above the top of the bar's middle."""
-    up, middle = np.array([0.0, 0.0, 1.0]), np.asarray((pose * handle.pose).position)
-    hand = _turned(pose.rotate(handle.pose.rotate(up)), up, turns)
-    met = spans(body(thing.geoms), np.asarray(handle.pose.position), pose.inverse().rotate(up))
+    hand = _turned(pose.rotate(handle.pose.rotate(UP)), UP, turns)
+    met = spans(body(thing.geoms), np.asarray(handle.pose.position), pose.inverse().rotate(UP))
     top = max((end for begin, end, _ in met if begin <= 0.0), default=0.0)
-    down = np.sign(np.round(hand.inverse().rotate(-up), 3))
+    down = np.sign(np.round(hand.inverse().rotate(-UP), 3))
     edge = hand.rotate(down * (gripper.pad[0] / 2, 0.0, gripper.pad[1] / 2))
-    return Pose.at(middle + up * (top + ALMOST) - edge, hand)
+    return Pose.at((pose * handle.pose).position + UP * (top + ALMOST) - edge, hand)
 
 
 def _turned(out: Floats, up: Floats, turns: tuple[float, float]) -> Pose:
     """Orientation of a hand that points at the front of a drawer or door, tilted about the front's level
     axis, then turned about the hand's own axis [deg]."""
-    tilted = Pose.from_axes((0, 0, 0), -out, np.cross(up, out)) * Pose.from_rotvec(
-        (0, 0, 0), (math.radians(turns[0]), 0, 0)
-    )
-    return tilted * Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(turns[1])))
+    tilt, turn = map(math.radians, turns)
+    tilted = Pose.from_axes((0, 0, 0), -out, np.cross(up, out)) * Pose.from_rotvec((0, 0, 0), (tilt, 0, 0))
+    return tilted * Pose.from_rotvec((0, 0, 0), (0, 0, turn))

@@ -13,13 +13,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from cramlite.model import Belief, Floats, Location, Place, Pose, thing_of
-from cramlite.plugin import Context, Grounding, Refused, Unresolvable
+from cramlite.plugin import Answer, Context, Grounding, Refused, Unresolvable
 
 from ...motion_planning.reach import bound, make_scene, shift, tcp
 from ...motions.gripping import LET_GO
 from ...shapes.carried_along import gone_along
 from ...shapes.surfaces import resting_height
-from ..room_to_close import first_met
+from ..jointed.room_to_close import first_met
 from .contacts import STEEP
 from .straight import gap_before, pushed_straight
 
@@ -29,7 +29,7 @@ FARTHEST = 0.06  # in [m]: three times what a mug in a microwave needs, whose ha
 BACK = 0.12  # distance that hands go back from a released payload, as elsewhere [m]
 
 
-def off(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+def off(location: Location, belief: Belief, context: Context) -> Iterator[Answer]:
     """Generate a place for the hand, moved back horizontally from the thing that it released, at which its
     closed fingers touch nothing.
 
@@ -37,24 +37,20 @@ def off(location: Location, belief: Belief, context: Context) -> Iterator[Ground
     """
     entity, ahead = bound(context, location.of), _ahead(belief, context)
     way, here = _needed(entity, ahead, belief, context), tcp(belief, context)
-    shut = make_scene(belief, context, (), context.robot.gripper.opening[0], LET_GO)
+    closed = context.robot.gripper.opening[0]
+    shut = make_scene(belief, context, (), closed, LET_GO)
     for back in np.arange(STEP, BACK, STEP).tolist():
         there = shift(here, -back * ahead)
         no = shut.met(belief.base() * there)
         if no is None:
             said = f"{1000 * back:.0f} mm back, to push '{entity}' farther in by {1000 * way:.0f} mm"
-            yield Grounding(
-                Place(there, there, context.robot.gripper.opening[0], thing=entity), said, key="off"
-            )
+            yield Grounding(Place(there, there, closed, thing=entity), said, key="off")
             return
-    yield Refused(
-        "off",
-        f"closed fingers collide up to {1000 * BACK:.0f} mm straight back from '{entity}': "
-        f"{no.reason if no else ''}",
-    )
+    said = f"closed fingers collide up to {1000 * BACK:.0f} mm straight back from '{entity}'"
+    yield Refused("off", f"{said}: {no.reason if no else ''}")
 
 
-def deeper(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+def deeper(location: Location, belief: Belief, context: Context) -> Iterator[Answer]:
     """Generate the place to which the fingers push a released thing, straight ahead, so that it is clear
     of the thing that a later task closes."""
     entity, ahead = bound(context, location.of), _ahead(belief, context)
@@ -65,11 +61,8 @@ def deeper(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     if isinstance(there, Refused):
         yield there.of("in")
     else:
-        yield Grounding(
-            there,
-            f"push '{entity}' farther in by {1000 * way:.0f} mm, from {1000 * gap:.0f} mm in front of it",
-            key="in",
-        )
+        said = f"push '{entity}' farther in by {1000 * way:.0f} mm, from {1000 * gap:.0f} mm in front of it"
+        yield Grounding(there, said, key="in")
 
 
 def _ahead(belief: Belief, context: Context) -> Floats:
@@ -81,12 +74,9 @@ def _ahead(belief: Belief, context: Context) -> Floats:
     hand = tcp(belief, context)
     if (level := level_ahead(hand)) is not None:
         return level
-    down = hand.rotate((0.0, 0.0, 1.0))[2] < 0
-    raise Unresolvable(
-        f"the hand points {'down' if down else 'up'}; only a level hand can push a thing farther in",
-        (),
-        blocking=(),
-    )
+    way = "down" if hand.rotate((0.0, 0.0, 1.0))[2] < 0 else "up"
+    reason = f"the hand points {way}; only a level hand can push a thing farther in"
+    raise Unresolvable(reason, (), blocking=())
 
 
 def level_ahead(hand: Pose) -> Floats | None:
@@ -107,14 +97,12 @@ def _needed(entity: str, ahead: Floats, belief: Belief, context: Context) -> flo
     name = thing_of(entity)
     met = first_met(name, belief, context, LET_GO)
     if met is None:
-        raise Unresolvable(
-            f"'{entity}' is not in the way of a drawer or door that a later task closes", (), blocking=()
-        )
+        reason = f"'{entity}' is not in the way of a drawer or door that a later task closes"
+        raise Unresolvable(reason, (), blocking=())
     way = clearing_way(name, ahead, belief, context)
     if way is None:
-        raise Unresolvable(
-            f"'{entity}' cannot be pushed in so far that it is out of the way: {met.reason}", (), blocking=()
-        )
+        reason = f"'{entity}' cannot be pushed in so far that it is out of the way: {met.reason}"
+        raise Unresolvable(reason, (), blocking=())
     return way
 
 

@@ -10,8 +10,20 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, CarriedAlong, Feature, Floats, Held, Location, Place, Pose, Thing, thing_of
-from cramlite.plugin import Context, Grounding, Refused, Unresolvable
+from cramlite.model import (
+    Belief,
+    CarriedAlong,
+    Feature,
+    Floats,
+    Held,
+    Location,
+    Place,
+    Pose,
+    Thing,
+    thing_of,
+    vector3,
+)
+from cramlite.plugin import Answer, Context, Grounding, Refused, Unresolvable
 
 from ...motion_planning.cartesian import plan_straight_line
 from ...motion_planning.reach import bound, causes, collision_free_ik, make_scene, reference_pose, shift, tcp
@@ -49,7 +61,7 @@ SHORT = 1e-6  # [m]: no way at all
 SPOT = Feature("spot", "vrps:SurfaceFeature", size={"radius": 0.0})  # a region that is a point
 
 
-def beside(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+def beside(location: Location, belief: Belief, context: Context) -> Iterator[Answer]:
     """Generate one place beside each of the four upright faces of a thing; first that from which it is pushed
     straight away from the robot."""
     entity = bound(context, location.of)
@@ -67,9 +79,8 @@ def beside(location: Location, belief: Belief, context: Context) -> Iterator[Gro
         at = Pose.from_axes((float(point[0]), float(point[1]), height), (0, 0, -1), way)
         before, name = shift(at, -BEHIND * way), f"towards ({way[0]:+.2f} {way[1]:+.2f})"
         place = Place(at, before, shut, (float(way[0]), float(way[1]), 0.0), thing=thing.name)
-        return Candidate(
-            name, place, (Leg(before, (), shut), Leg(at, (thing.name,), shut)), f"'{entity}' {name}"
-        )
+        legs = Leg(before, (), shut), Leg(at, (thing.name,), shut)
+        return Candidate(name, place, legs, f"'{entity}' {name}")
 
     yield from reached(map(towards_the_side, _ways(pose)), Arm(belief, context))
 
@@ -85,7 +96,7 @@ def _ways(pose: Pose) -> list[Floats]:
     return sorted(ways, key=lambda w: -round(float(w @ out), 6))
 
 
-def beyond(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+def beyond(location: Location, belief: Belief, context: Context) -> Iterator[Answer]:
     """Generate the place at which a push ends: a given distance ahead of the hand, in the direction in
     which the push began."""
     entity, distance = bound(context, location.of), asked(location, Along).distance_m
@@ -97,7 +108,7 @@ def beyond(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     yield Grounding(Place(end, end, thing=entity), f"{1000 * distance:.0f} mm on", key="on")
 
 
-def behind(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+def behind(location: Location, belief: Belief, context: Context) -> Iterator[Answer]:
     """Generate hand poses on the side of a thing opposite to its goal region; those that push to the region's
     middle come first.
 
@@ -114,14 +125,10 @@ def behind(location: Location, belief: Belief, context: Context) -> Iterator[Gro
         if isinstance(hand, Refused):
             return hand
         way, at, opening, turn = hand
-        name, before = (
-            f"by ({1000 * way[0]:+.0f} {1000 * way[1]:+.0f}) mm, hand {turn}",
-            shift(at, ABOVE * UP),
-        )
-        x, y, _ = (float(v) for v in way + pose.position)
-        place = Place(
-            at, before, opening, (0.0, 0.0, -1.0), thing=thing.name, carried=CarriedAlong(to_m=(x, y))
-        )
+        name = f"by ({1000 * way[0]:+.0f} {1000 * way[1]:+.0f}) mm, hand {turn}"
+        before, (x, y, _) = shift(at, ABOVE * UP), vector3(way + pose.position)
+        along = CarriedAlong(to_m=(x, y))
+        place = Place(at, before, opening, (0.0, 0.0, -1.0), thing=thing.name, carried=along)
         legs = Leg(before, (), opening), Leg(at, (entity,) if wanted.inside else (), opening)
         return Candidate(name, place, legs, f"'{entity}' {name}", anew=True)
 
@@ -175,14 +182,12 @@ def _directions(pose: Pose, belief: Belief, context: Context) -> list[Point]:
     named = (entity for task in context.later for entity in task.entities.values())
     about = [belief.pose(n).position[:2] for n in dict.fromkeys(map(thing_of, named)) if n in belief.poses]
     off = np.asarray(pose.position[:2]) - np.mean(about, axis=0) if about else np.array([1.0, 0.0])
-    ways = [
-        (math.cos(angle), math.sin(angle))
-        for angle in np.linspace(0.0, math.tau, DIRECTIONS, endpoint=False).tolist()
-    ]
+    angles = np.linspace(0.0, math.tau, DIRECTIONS, endpoint=False).tolist()
+    ways = [(math.cos(angle), math.sin(angle)) for angle in angles]
     return sorted(ways, key=lambda way: -round(float(np.dot(way, off)), 6))
 
 
-def pushed_to(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+def pushed_to(location: Location, belief: Belief, context: Context) -> Iterator[Answer]:
     """Generate paths on which a thing is pushed to its region: straight, or with "around" past obstacles by
     way of corners."""
     entity, wanted = bound(context, location.of), asked(location, PushedThing)
@@ -192,32 +197,22 @@ def pushed_to(location: Location, belief: Belief, context: Context) -> Iterator[
         return
     assert begun.carried is not None and begun.carried.to_m is not None
     to = begun.carried.to_m
-    there = pushed_straight(
-        belief, context, entity, [to], gap_before(belief, context, entity, to, begun.opening or 0.0)
-    )
+    gap = gap_before(belief, context, entity, to, begun.opening or 0.0)
+    there = pushed_straight(belief, context, entity, [to], gap)
     if isinstance(there, Refused):
         yield _stopped(there, wanted, entity)
     else:
-        yield Grounding(
-            there,
-            f"push it {1000 * there.carried.pushed_m if there.carried else 0.0:.0f} mm straight on",
-            key="on",
-        )
+        far = there.carried.pushed_m if there.carried else 0.0
+        yield Grounding(there, f"push it {1000 * far:.0f} mm straight on", key="on")
 
 
 def _stopped(no: Refused, wanted: PushedThing, entity: str, way: str = "on") -> Refused:
     """Refuse a push that obstacles block; the cause is where they and the hand are, not the arm's joint
     positions."""
-    return replace(
-        no.of(way),
-        reason=f"'{entity}' cannot be pushed on: {no.reason}",
-        because=(wanted.begin,),
-    )
+    return replace(no.of(way), reason=f"'{entity}' cannot be pushed on: {no.reason}", because=(wanted.begin,))
 
 
-def _around(
-    wanted: PushedThing, belief: Belief, context: Context, entity: str
-) -> Iterator[Grounding | Refused]:
+def _around(wanted: PushedThing, belief: Belief, context: Context, entity: str) -> Iterator[Answer]:
     """Yield paths of a pushed thing around obstacles that the arm can follow; if it can follow none, a
     refusal.
 
@@ -236,10 +231,8 @@ def _around(
         if isinstance(there, Refused):
             yield _stopped(there, wanted, entity, key)
         else:
-            followed = True
-            yield Grounding(
-                there, f"a way with {len(corners) - 1} corners, free up to {key}", 0.1 * k, key=key
-            )
+            followed, said = True, f"a way with {len(corners) - 1} corners, free up to {key}"
+            yield Grounding(there, said, 0.1 * k, key=key)
     if not followed and (shorter := on_a_shorter_way((x, y), left, alone, hand)):
         yield _stopped(shorter, wanted, entity)
 
@@ -289,19 +282,16 @@ def pushed_straight(
     here, pose = tcp(belief, context), belief.pose(entity)
     ways = [np.array([x - pose.position[0], y - pose.position[1], 0.0]) for x, y in corners]
     ahead = ways[0] / max(float(np.linalg.norm(ways[0])), SHORT)
-    held = Held(
-        entity, here.inverse() * shift(pose, LIFT - gap * ahead), 0.0, carries=carried_along(belief, entity)
-    )
+    before = here.inverse() * shift(pose, LIFT - gap * ahead)
+    held = Held(entity, before, 0.0, carries=carried_along(belief, entity))
     scene = make_scene(belief.grasped(held), context, [entity], clearance=CLEAR)
     path = tuple(shift(here, way + gap * ahead) for way in ways)
     found = plan_straight_line(scene, context.robot, belief.joints, path)
     if isinstance(found, Refused):
         return found
     length = float(np.linalg.norm(ways[-1]))
-    x, y, _ = (float(v) for v in ways[-1] / max(length, SHORT))
-    return Place(
-        path[-1], path[-1], approach=(x, y, 0.0), path=path, thing=entity, carried=CarriedAlong(length)
-    )
+    way, along = vector3(ways[-1] / max(length, SHORT)), CarriedAlong(length)
+    return Place(path[-1], path[-1], approach=way, path=path, thing=entity, carried=along)
 
 
 def _region(thing: Thing, pose: Pose, name: str, belief: Belief) -> tuple[Feature, Pose]:
@@ -312,14 +302,15 @@ def _region(thing: Thing, pose: Pose, name: str, belief: Belief) -> tuple[Featur
         Unresolvable: nothing has such an area.
     """
     low = -support(thing, pose, -UP)
-    named = [
-        (t, f) for t in belief.world.things for f in t.features if f.name == name and t.name in belief.poses
+    areas = [
+        (f, belief.pose(t.name) * f.pose)
+        for t in belief.world.things
+        for f in t.features
+        if f.name == name and t.name in belief.poses and f.type == "vrps:SurfaceFeature"
     ]
-    areas = [(f, belief.pose(t.name) * f.pose) for t, f in named if f.type == "vrps:SurfaceFeature"]
     if not areas:
-        raise Unresolvable(
-            f"nothing has an area called '{name}' that '{thing.name}' could be pushed to", (), blocking=()
-        )
+        reason = f"nothing has an area called '{name}' that '{thing.name}' could be pushed to"
+        raise Unresolvable(reason, (), blocking=())
     return min(areas, key=lambda one: abs(one[1].position[2] - low))
 
 

@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 
 from cramlite.model import Belief, Feature, Floats, Geom, Pose, Thing, Value
 
-from ..motion_planning.planning_scene import PlanningScene
-from ..shapes import ray_casting as rays
-from ..shapes.bounds import box_around
-from ..shapes.box_overlaps import overlaps
+from ...motion_planning.planning_scene import PlanningScene
+from ...shapes import ray_casting as rays
+from ...shapes.bounds import box_around
+from ...shapes.box_overlaps import overlaps
 from .antipodal import Hands
 
 HOLE = "vrps:Hole"
@@ -76,10 +76,7 @@ class HandRoom(Value, dict=True):
     @classmethod
     def about(cls, thing: Thing, belief: Belief, scene: PlanningScene) -> HandRoom:
         """Return the shapes around a thing, where it is believed to be, for hands that grasp it."""
-        pose, (low, high) = belief.pose(thing.name), box_around(thing.geoms)
-        near = _around(
-            pose.apply((low + high) / 2), float(np.linalg.norm(high - low)) / 2 + AROUND, thing.name, belief
-        )
+        pose, near = belief.pose(thing.name), _around(thing, 0.5, thing.name, belief)
         own = [replace(g, pose=pose * g.pose) for g in thing.geoms]
         columns = [replace(g, pose=pose * g.pose) for g in map(_column, thing.features) if g is not None]
         return cls(scene, rays.body(own), rays.body(near), rays.body(columns))
@@ -88,11 +85,7 @@ class HandRoom(Value, dict=True):
     def amid(cls, whole: str, payload: str, belief: Belief, scene: PlanningScene) -> HandRoom:
         """Return the shapes that a hand must not hit when it puts a payload on or in a thing: the thing's and
         those around it."""
-        thing, pose = belief.world.thing(whole), belief.pose(whole)
-        low, high = box_around(thing.geoms)
-        near = _around(
-            pose.apply((low + high) / 2), float(np.linalg.norm(high - low)) + AROUND, payload, belief
-        )
+        near = _around(belief.world.thing(whole), 1.0, payload, belief)
         return cls(scene, rays.body([]), rays.body(near), rays.body([]))
 
     def in_a_hole(self, hands: Hands, opening: float) -> NDArray[np.bool_]:
@@ -125,15 +118,21 @@ class HandRoom(Value, dict=True):
         return self._kept[opening]
 
 
-def _around(centre: Floats, reach: float, without: str, belief: Belief) -> list[Geom]:
-    """Return the geoms that are near to a point, in the base frame, except those of one thing."""
+def _around(thing: Thing, share: float, without: str, belief: Belief) -> list[Geom]:
+    """Return the geoms near a thing, in the base frame, except those of the thing ``without``.
+
+    Args:
+        share: of the diagonal of the box around the thing, by which they may be farther from its middle than
+            ``AROUND``.
+    """
+    low, high = box_around(thing.geoms)
+    centre, reach = belief.pose(thing.name).apply((low + high) / 2), share * float(np.linalg.norm(high - low))
     base, every = belief.base().inverse(), []
     for other in belief.world.things:
         at = belief.pose(other.name) if other.name in belief.poses else base * other.pose
         every += [replace(g, pose=at * g.pose) for g in other.geoms if other.name != without]
-    return [
-        g for g in every if np.linalg.norm(np.asarray(g.pose.position) - centre) < reach + g.bounding_radius
-    ]
+    most = reach + AROUND
+    return [g for g in every if np.linalg.norm(g.pose.position - centre) < most + g.bounding_radius]
 
 
 def _reaches_into(shape: rays.Body, hands: Hands, part: Part, distance: float) -> NDArray[np.bool_]:
@@ -152,11 +151,9 @@ def _column(hole: Feature) -> Geom | None:
     if hole.type != HOLE or "diameter" not in hole.size:
         return None
     half = hole.size["diameter"] / 2
-    return (
-        Geom("box", (half, half, AROUND), hole.pose)
-        if "width" in hole.size
-        else Geom("cylinder", (half, AROUND), hole.pose)
-    )
+    if "width" in hole.size:
+        return Geom("box", (half, half, AROUND), hole.pose)
+    return Geom("cylinder", (half, AROUND), hole.pose)
 
 
 def _parts_of(scene: Any) -> list[Part]:
@@ -165,11 +162,8 @@ def _parts_of(scene: Any) -> list[Part]:
     tool = Pose.from_matrix(data.site_xmat[scene.index.tcp].reshape(3, 3)).rotation
     at, found = data.site_xpos[scene.index.tcp], []
     for g in np.flatnonzero(scene.moved[:, -1] > 0).tolist():
-        turn, place, box = (
-            tool.T @ data.geom_xmat[g].reshape(3, 3),
-            tool.T @ (data.geom_xpos[g] - at),
-            model.geom_aabb[g],
-        )
+        turn, place = tool.T @ data.geom_xmat[g].reshape(3, 3), tool.T @ (data.geom_xpos[g] - at)
+        box = model.geom_aabb[g]
         boxes = [_Box(place + turn @ box[:3], turn, box[3:].copy())]
         if model.geom_type[g] == mujoco.mjtGeom.mjGEOM_MESH:
             boxes.append(_along_tool(place + _corners(model, g) @ turn.T))

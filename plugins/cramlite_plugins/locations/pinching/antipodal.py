@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from cramlite.model import Floats, Geom, Gripper, Pose, Value
 
-from ..shapes.box_overlaps import overlaps
-from ..shapes.convex import hull_planes
-from ..shapes.ray_casting import Body, Span, intervals, inverse
-from ..shapes.segment_casting import SKIN, crosses
+from ...shapes.box_overlaps import overlaps
+from ...shapes.convex import hull_planes
+from ...shapes.ray_casting import Body, Span, intervals, inverse
+from ...shapes.segment_casting import SKIN, crosses
 
 FINGER = 0.020  # thickness of pad and finger, from the data sheet's drawing [m]
 PALM = 0.0375  # radius of the palm [m]
@@ -132,14 +132,12 @@ def clear(shape: Body, hands: Hands, openings: Floats, gripper: Gripper) -> NDAr
     free = np.ones(len(openings), bool)
     for side in (1.0, -1.0):
         fingers = hands.moved((reach - SAMPLES) / 2, side * (openings + FINGER) / 2)
-        met = overlaps(
-            shape, fingers.positions, fingers.turns, np.array([half, FINGER / 2, (reach + SAMPLES) / 2])
-        )
-        for row, geom in zip(*np.nonzero(met), strict=True):
+        box = np.array([half, FINGER / 2, (reach + SAMPLES) / 2])
+        met = overlaps(shape, fingers.positions, fingers.turns, box)
+        for row, k in zip(*np.nonzero(met), strict=True):
+            geom = shape.geoms[k]
             if free[row]:
-                free[row] = shape.geoms[geom].shape != "box" and not _meets(
-                    shape.geoms[geom], fingers, row, _finger(gripper)
-                )
+                free[row] = geom.shape != "box" and not _meets(geom, fingers, row, _finger(gripper))
     palms = hands.moved(-(SAMPLES + gripper.depth) / 2)
     met = overlaps(shape, palms.positions, palms.turns, np.array([PALM, PALM, (SAMPLES - gripper.depth) / 2]))
     for row, geom in zip(*np.nonzero(met), strict=True):
@@ -295,10 +293,9 @@ def coverage(shape: Body, hands: Hands, widths: Floats, gripper: Gripper) -> Flo
     low, high = intervals(shape, points.reshape(-1, 3), np.repeat(hands.closing, len(grid), axis=0))
     inner = np.repeat(widths, len(grid))
     between = (high > -inner[:, None] / 2) & (low < inner[:, None] / 2)
-    met = np.where(between, high, -np.inf).max(axis=1, initial=-np.inf) - np.where(between, low, np.inf).min(
-        axis=1, initial=np.inf
-    )
-    return np.asarray((met > inner - 0.004).reshape(-1, len(grid)).mean(axis=1))
+    far = np.where(between, high, -np.inf).max(axis=1, initial=-np.inf)
+    near = np.where(between, low, np.inf).min(axis=1, initial=np.inf)
+    return np.asarray((far - near > inner - 0.004).reshape(-1, len(grid)).mean(axis=1))
 
 
 def _slants(geom: Geom, contacts: Floats, ways: Floats) -> Floats:

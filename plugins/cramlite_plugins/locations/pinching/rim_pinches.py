@@ -36,12 +36,12 @@ from cramlite.model import (
     pair_friction,
     vector3,
 )
-from cramlite.plugin import Context, Grounding, Refused
+from cramlite.plugin import Answer, Context
 
-from ..motion_planning.reach import tcp
-from ..shapes.bounds import centre_of_mass
-from ..shapes.convex import hull_planes
-from .reached import Arm, Candidate, Leg, reached
+from ...motion_planning.reach import shift, tcp
+from ...shapes.bounds import centre_of_mass
+from ...shapes.convex import hull_planes
+from ..reached import Arm, Candidate, Leg, reached
 
 SLOPES = math.radians(8.0), math.radians(50.0)
 """Least and greatest slope from level of a rim that is pinched [rad]: a flatter rim gives the finger tips
@@ -120,14 +120,11 @@ def rim_pinches(thing: Thing, pose: Pose, gripper: Gripper, friction: float) -> 
 def _rim(geom: Geom, pose: Pose, centre: Floats) -> Rim | None:
     """Return a part of a thing as a rim; None where it is too thick, too short or too long, or does not
     rise away from the thing's middle."""
-    slab = _slab(geom, pose)
-    if (
-        slab is None
-        or slab[1] > THICKEST
-        or not SLOPES[0] < (slope := math.acos(min(1.0, float(slab[0][2])))) < SLOPES[1]
-    ):
+    if (slab := _slab(geom, pose)) is None or slab[1] > THICKEST:
         return None
     normal, thick, corners = slab
+    if not SLOPES[0] < (slope := math.acos(min(1.0, float(normal[2])))) < SLOPES[1]:
+        return None
     out = _level(-normal)
     up = out * math.cos(slope) + np.array([0.0, 0.0, math.sin(slope)])
     half, middle = float(np.ptp(corners @ up)) / 2, corners.mean(axis=0)
@@ -189,14 +186,10 @@ def _centred(rim: Rim, at: Pose, pose: Pose, tips: float) -> tuple[Rim, Pose]:
     edge, face = hand.apply(rim.edge), hand.apply(rim.middle + rim.thick / 2 * rim.normal)
     up, inwards = hand.rotate(rim.up), -hand.rotate(out)
     steep = up[1] / up[2]
-    met = (
-        face[1] - (face[2] - tips) * steep
-    )  # where the slope is at the height of the tips, across the fingers
-    moves = inwards[1] - inwards[2] * steep
-    by = -(edge[1] + met) / (inwards[1] + moves)
-    shift = -out * max(float(by), 0.0)
-    moved = Pose(tuple(np.add(pose.position, shift).tolist()), pose.quaternion)
-    return replace(rim, middle=rim.middle + shift), moved
+    # where the slope is at the height of the tips, across the fingers
+    met, moves = face[1] - (face[2] - tips) * steep, inwards[1] - inwards[2] * steep
+    by = -out * max(float(-(edge[1] + met) / (inwards[1] + moves)), 0.0)
+    return replace(rim, middle=rim.middle + by), shift(pose, by)
 
 
 def _swing(rim: Rim, pose: Pose, at: Pose) -> Swing:
@@ -207,16 +200,12 @@ def _swing(rim: Rim, pose: Pose, at: Pose) -> Swing:
     """
     end, hand = rim.middle + rim.half * rim.up, at.inverse()
     up, lies = hand.rotate(rim.up), hand * pose
-    angle = math.atan2(
-        float(np.cross(up, (0.0, 0.0, -1.0))[0]), float(-up[2])
-    )  # about the hand's x, which is level
-    turned = (
-        Pose.from_rotvec((0.0, 0.0, 0.0), (angle, 0.0, 0.0)) * Pose((0.0, 0.0, 0.0), lies.quaternion)
-    ).quaternion
+    # about the hand's x, which is level
+    angle = math.atan2(float(np.cross(up, (0.0, 0.0, -1.0))[0]), float(-up[2]))
+    turned = Pose.from_rotvec((0.0, 0.0, 0.0), (angle, 0.0, 0.0)) * lies
     local = pose.inverse().apply(end)
     held = np.array([float(hand.apply(end)[0]), 0.0, float(hand.apply(rim.edge)[2])])
-    off = Pose((0.0, 0.0, 0.0), turned).apply(local)
-    return Swing(lies, Pose(vector3(held - off), turned), tuple(local.tolist()))
+    return Swing(lies, Pose.at(held - turned.rotate(local), turned), vector3(local))
 
 
 def pinches(thing: Thing, belief: Belief, context: Context) -> list[RimPinch]:
@@ -228,7 +217,7 @@ def pinches(thing: Thing, belief: Belief, context: Context) -> list[RimPinch]:
     return sorted(found, key=lambda p: (round(here.distance(p.at)[1], 4), p.name))
 
 
-def places(found: list[RimPinch], thing: Thing, arm: Arm) -> Iterator[Grounding | Refused]:
+def places(found: list[RimPinch], thing: Thing, arm: Arm) -> Iterator[Answer]:
     """Yield the grasps across a rim that the arm reaches, and from which it can lift the thing."""
     return reached((_candidate(pinch, thing.name, arm) for pinch in found), arm)
 
@@ -241,6 +230,5 @@ def _candidate(pinch: RimPinch, thing: str, arm: Arm) -> Candidate:
     )  # fmt: skip
     cost = COST + PER_RADIAN * tcp(arm.belief, arm.context).distance(pinch.at)[1]
     legs = Leg(pinch.at, (thing,), OPENING, 0.0), Leg(before, opening=OPENING)
-    return Candidate(
-        pinch.name, place, legs, f"{pinch.name}: it swings down as it is lifted", cost, anew=True
-    )
+    said = f"{pinch.name}: it swings down as it is lifted"
+    return Candidate(pinch.name, place, legs, said, cost, anew=True)

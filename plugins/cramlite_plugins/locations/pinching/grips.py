@@ -18,9 +18,9 @@ from msgspec.structs import replace
 
 from cramlite.model import Floats, Geom, Gripper, Pose, Remedy, Thing, Value
 
-from ..shapes import ray_casting as rays
-from ..shapes.bounds import centre_of_mass, corners
-from ..shapes.convex import hull_planes
+from ...shapes import ray_casting as rays
+from ...shapes.bounds import centre_of_mass, corners
+from ...shapes.convex import hull_planes
 from . import antipodal
 from . import pinch_lines as surfaces
 
@@ -206,9 +206,7 @@ def _of_geom(geom: Geom, gripper: Gripper) -> Iterator[Grip]:
 def too_wide(thing: Thing, gripper: Gripper) -> Remedy | None:
     """Return the remedy if a side of a thing is wider than the hand opens; None if no side is."""
     limit = gripper.opening[1] - LEAST_SLACK
-    sides = (
-        sorted(float(side) for side in np.ptp(corners(thing, Pose((0, 0, 0))), axis=0)) if thing.geoms else []
-    )
+    sides = sorted(np.ptp(corners(thing, Pose()), axis=0).tolist()) if thing.geoms else []
     wide = [side for side in sides if side > limit]
     if not wide:
         return None
@@ -256,20 +254,15 @@ def _checked(
     rows = np.flatnonzero(fits)
     hands, widths = proposed.of(rows).moved(0.0, found.low[rows] + found.width[rows] / 2), found.width[rows]
     if len(shape.geoms) > MANY:
-        kinds = [
-            grips[k].ends for k in rows.tolist()
-        ]  # those by the ends of the pads are less than a cell behind others
+        kinds = [grips[k].ends for k in rows.tolist()]  # by ends of the pads: less than a cell behind others
         _, first = np.unique(np.column_stack([_cells(hands), kinds]), axis=0, return_index=True)
         first.sort()
         rows, hands, widths = rows[first], hands.of(first), widths[first]
     free = np.flatnonzero(antipodal.clear(shape, hands, np.minimum(widths + SLACK, most), gripper))
     rows, hands, widths = rows[free], hands.of(free), widths[free]
     covered = antipodal.coverage(shape, hands, widths, gripper)
-    wide = np.minimum(widths + WIDE, most)
-    slacks = (
-        np.where(antipodal.clear(shape, hands, wide, gripper), wide, np.minimum(widths + SLACK, most))
-        - widths
-    )
+    narrow, wide = np.minimum(widths + SLACK, most), np.minimum(widths + WIDE, most)
+    slacks = np.where(antipodal.clear(shape, hands, wide, gripper), wide, narrow) - widths
     off = np.einsum("nij,ni->nj", hands.turns, centre - hands.positions)
     levers = np.abs(off[:, 0]) + 0.3 * np.maximum(0.0, np.abs(off[:, 1]) - widths / 2)
     hung = antipodal.caught(shape, hands, widths, gripper)
@@ -313,9 +306,8 @@ def _of_box(geom: Geom, gripper: Gripper) -> Iterator[Grip]:
 
 def _leaning(grip: Grip, lean: float) -> Grip:
     turn = Pose.from_rotvec((0.0, 0.0, 0.0), (0.0, lean, 0.0))
-    return replace(
-        grip, pose=grip.pose * turn, name=f"{grip.name}, leaning {math.degrees(lean):+.0f} deg", lean=lean
-    )
+    name = f"{grip.name}, leaning {math.degrees(lean):+.0f} deg"
+    return replace(grip, pose=grip.pose * turn, name=name, lean=lean)
 
 
 def _grip(

@@ -4,13 +4,15 @@ the door."""
 from __future__ import annotations
 
 import math
+from functools import partial
 
 from msgspec.structs import replace
 
 from cramlite.model import Belief, Estimate, Location, Pose, Thing
 from cramlite.plugin import Context, Refused, Unresolvable
 
-from ..shapes.joint_values import joint_value
+from ...motion_planning.reach import unfit
+from ...shapes.joint_values import joint_value
 from .joint_obstacles import met_on_its_way
 
 STEP = math.radians(5.0)
@@ -29,7 +31,7 @@ def lever_of(location: Location, thing: Thing, belief: Belief) -> Thing:
     for mounted in belief.world.mounted_on(thing.name):
         if mounted.feature("cram:Handle") is not None:
             return mounted
-    raise Unresolvable(f"no lever is mounted on '{thing.name}'", (location.of or "",), blocking=())
+    raise unfit(location, f"no lever is mounted on '{thing.name}'")
 
 
 def freeing(
@@ -50,12 +52,9 @@ def freeing(
     """
     assert lever.joint is not None
     joint, begin = lever.joint, joint_value(belief, lever.name, now)
-    if _met(lever, begin, least, now, belief, context) is None:
-        raise Unresolvable(
-            f"'{lever.joint.parent}' can be opened with '{lever.name}' as it is",
-            (location.of or "",),
-            blocking=(),
-        )
+    met_at = partial(_met, lever, least, now, belief, context)
+    if met_at(begin) is None:
+        raise unfit(location, f"'{lever.joint.parent}' can be opened with '{lever.name}' as it is")
     found = list[float]()
     for end in (joint.upper, joint.lower):
         way = end - begin
@@ -63,20 +62,19 @@ def freeing(
             begin + math.copysign(min(k * STEP, abs(way)), way)
             for k in range(1, math.ceil(abs(way) / STEP) + 1)
         )
-        free = next((v for v in values if _met(lever, v, least, now, belief, context) is None), None)
+        free = next((v for v in values if met_at(v) is None), None)
         if free is not None:
             found.append(min(max(free + math.copysign(BEYOND, way), joint.lower), joint.upper))
     if not found:
-        met = _met(lever, joint.upper, least, now, belief, context)
-        reason = (
-            f"however far '{lever.name}' is turned, '{joint.parent}' is stopped {met.reason if met else ''}"
-        )
+        met = met_at(joint.upper)
+        said = met.reason if met else ""
+        reason = f"however far '{lever.name}' is turned, '{joint.parent}' is stopped {said}"
         raise Unresolvable(reason, (location.of or "",), blocking=met.blocking if met else ())
     return found
 
 
 def _met(
-    lever: Thing, value: float, least: float, now: Pose, belief: Belief, context: Context
+    lever: Thing, least: float, now: Pose, belief: Belief, context: Context, value: float
 ) -> Refused | None:
     """Refusal of a door's opening motion with the door's lever turned to a joint value; None if nothing is
     in the way."""
@@ -85,7 +83,5 @@ def _met(
     assert door.joint is not None
     turned = Estimate(lever.joint.moved(now, value - joint_value(belief, lever.name, now)))
     there = joint_value(belief, door.name, belief.poses[door.name].pose)
-    goal = door.joint.lower + least * (door.joint.upper - door.joint.lower)
-    return met_on_its_way(
-        door, there, goal, replace(belief, held=None, poses={**belief.poses, lever.name: turned}), context
-    )
+    free = replace(belief, held=None, poses={**belief.poses, lever.name: turned})
+    return met_on_its_way(door, there, door.joint.value_at(least), free, context)

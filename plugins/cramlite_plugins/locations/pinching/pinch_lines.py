@@ -14,8 +14,8 @@ import numpy as np
 
 from cramlite.model import Floats, Geom, Gripper, Pose, Value
 
-from ..shapes import ray_casting as rays
-from ..shapes.convex import hull_planes
+from ...shapes import ray_casting as rays
+from ...shapes.convex import hull_planes
 from . import antipodal
 
 LINES = 48  # contact pairs that are looked at from all sides

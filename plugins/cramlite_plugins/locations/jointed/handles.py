@@ -22,18 +22,18 @@ from cramlite.model import (
     Pose,
     Thing,
 )
-from cramlite.plugin import Context, Grounding, Refused, Unresolvable
+from cramlite.plugin import Answer, Context, Grounding, Refused, Unresolvable
 
-from ..motion_planning.reach import bound, causes, held_pose, led_by, tcp
-from ..motion_planning.space import refusal
-from ..shapes import ray_casting as rays
-from ..shapes.bounds import box_around
-from ..shapes.joint_values import joint_value
-from .antipodal import Hands, pinches
+from ...motion_planning.reach import bound, causes, held_pose, led_by, tcp, unfit
+from ...motion_planning.space import refusal
+from ...shapes import ray_casting as rays
+from ...shapes.bounds import box_around
+from ...shapes.joint_values import joint_value
+from ..parameters import Handle, JointWay, Turned, asked
+from ..pinching.antipodal import Hands, pinches
+from ..reached import Arm, Leg
 from .joint_obstacles import driven_along, met_on_its_way
 from .levers import freeing, lever_of
-from .parameters import Handle, JointWay, Turned, asked
-from .reached import Arm, Leg
 
 # How much farther out the pads also take it, where their ends come too near to the front behind [m]
 TIPS = 0.006
@@ -78,43 +78,33 @@ TURNED = (0.97, 0.6, 0.4)
 counts as on from a fifth of its range."""
 
 
-def handle_grasps(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+def handle_grasps(location: Location, belief: Belief, context: Context) -> Iterator[Answer]:
     """Generate grasps of a handle with the fingers across its bar: straight onto it, turned by 180 deg,
     tilted about the bar, and leaning along it."""
     entity = bound(context, location.of)
     door = belief.thing(entity)
-    lever = lever_of(location, door, belief) if asked(location, Handle).lever else None
+    said = asked(location, Handle)
+    lever = lever_of(location, door, belief) if said.lever else None
     if lever is not None:  # before any pose of the hand is tried
-        freeing(
-            location,
-            lever,
-            asked(location, Handle).least or 1.0,
-            belief.poses[lever.name].pose,
-            belief,
-            context,
-        )
+        freeing(location, lever, said.least or 1.0, belief.poses[lever.name].pose, belief, context)
     thing = lever or door
     handle = belief.feature(thing.name, "cram:Handle")
     if handle is None or thing.joint is None:
         lacks = "cram:Handle to hold it by" if handle is None else "joint to open it by"
-        raise Unresolvable(f"'{entity}' has no {lacks}", (location.of or "",), blocking=())
+        raise unfit(location, f"'{entity}' has no {lacks}")
     if lever is None:
         check_way(location, thing, belief, context)
-    arm, late = Arm(belief, context), list[Grounding | Refused]()
+    arm, late = Arm(belief, context), list[Answer]()
     tilted = itertools.product(TILTS, (0.0, 180.0), (0.0,), (0.0, TIPS))
     ways = [*tilted, *itertools.product((0.0,), (0.0, 180.0), LEANS, (TIPS,))]
     for k, (tilt, turn, lean, back) in enumerate(ways):
         across = _across(thing.joint, handle, tilt, turn, lean)
         width = 2 * handle.size["radius"] if tilt == 0.0 else _thickness(thing, across)
-        said = (
-            f", tilted {tilt:+.0f} deg" if tilt else "",
-            f", leaning {lean:+.0f} deg" if lean else "",
-            ", by the tips" if back else "",
-        )
-        name, at = (
-            f"across the handle, turned {turn:.0f} deg{''.join(said)}",
-            belief.pose(thing.name) * across * Pose((0, 0, -back)),
-        )
+        name = f"across the handle, turned {turn:.0f} deg"
+        name += f", tilted {tilt:+.0f} deg" if tilt else ""
+        name += f", leaning {lean:+.0f} deg" if lean else ""
+        name += ", by the tips" if back else ""
+        at = belief.pose(thing.name) * across * Pose((0, 0, -back))
         found = _around(arm, thing.name, at, width, ROOM)
         if isinstance(found, Place):
             yield _held(name, found, 0.1 * k)
@@ -160,32 +150,24 @@ def check_way(location: Location, thing: Thing, belief: Belief, context: Context
     if joint is None or share is None:
         return
     value = joint_value(belief, thing.name, belief.base() * belief.pose(thing.name))
-    goal = joint.lower + share * (joint.upper - joint.lower)
-    opens = said.least is not None
+    goal, opens = joint.value_at(share), said.least is not None
     met = met_on_its_way(thing, value, goal, belief, context) if (goal > value) is opens else None
-    if met is not None and (met.in_the_way or opens):
-        drives = context.limits.may_push and not isinstance(
-            driven_along(thing, value, goal, belief, context), Refused
-        )
-        if drives and asked(location, Handle).drives:
-            return
-        put = (
-            n
-            for n, v in context.bindings.items()
-            if isinstance(v, Place) and v.thing in met.in_the_way and v.leaves_thing
-        )
-        levers = belief.world.mounted_on(thing.name)  # one of them may free the way
-        ways = (
-            led_by(location, context) if drives or levers else ()
-        )  # else moving what is in the way is all that helps
-        raise met.impossible(met.reason, (location.of or "", *put, *ways))
+    if met is None or not (met.in_the_way or opens):
+        return
+    free = context.limits.may_push and driven_along(thing, value, goal, belief, context)
+    drives = context.limits.may_push and not isinstance(free, Refused)
+    if drives and said.drives:
+        return
+    places = ((n, v) for n, v in context.bindings.items() if isinstance(v, Place))
+    put = (n for n, v in places if v.thing in met.in_the_way and v.leaves_thing)
+    # a lever may free the way; else moving what is in the way is all that helps
+    ways = led_by(location, context) if drives or belief.world.mounted_on(thing.name) else ()
+    raise met.impossible(met.reason, (location.of or "", *put, *ways))
 
 
 def _held(name: str, place: Place, cost: float) -> Grounding:
-    said = (
-        f"{name}: {1000 * (place.grip.width_m if place.grip else 0.0):.0f} mm wide, open "
-        f"{1000 * (place.opening or 0.0):.0f} mm"
-    )
+    width, opening = place.grip.width_m if place.grip else 0.0, place.opening or 0.0
+    said = f"{name}: {1000 * width:.0f} mm wide, open {1000 * opening:.0f} mm"
     return Grounding(place, said, cost, key=name)
 
 
@@ -210,26 +192,23 @@ def _thickness(thing: Thing, across: Pose) -> float:
     return met if met > 0.0 else float(high[1] - low[1])
 
 
-def joint_way(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+def joint_way(location: Location, belief: Belief, context: Context) -> Iterator[Answer]:
     """Generate paths on which the hand moves a thing along its joint to the goal: holding its handle, or with
     closed fingers against its front."""
     thing, joint, now, there = _jointed(location, belief, context)
     if (said := asked(location, JointWay)).lever and location.relation == "opened":
-        for k, goal in enumerate(
-            freeing(location, thing, said.share or 1.0, belief.base() * now, belief, context)
-        ):
-            yield _led(thing, joint, belief, context, now, _share(joint, goal), 0.0, 0.1 * k)
+        goals = freeing(location, thing, said.share or 1.0, belief.base() * now, belief, context)
+        for k, goal in enumerate(goals):
+            yield _led(thing, joint, belief, context, now, joint.share(goal), 0.1 * k)
         return
-    held, pressed = (
-        belief.held is not None,
-        PRESSED if location.relation != "opened" and asked(location, JointWay).turned else 0.0,
-    )
-    for k, share in enumerate(_shares(location, joint, now.inverse() * tcp(belief, context), held, there)):
-        led = _led(thing, joint, belief, context, now, share, pressed, 0.1 * k)
-        yield _driving(led, thing, now, belief, context) if asked(location, JointWay).drives else led
+    pressed = PRESSED if location.relation != "opened" and said.turned else 0.0
+    hand, held = now.inverse() * tcp(belief, context), belief.held is not None
+    for k, share in enumerate(_shares(location, joint, hand, held, there)):
+        led = _led(thing, joint, belief, context, now, share, 0.1 * k, pressed)
+        yield _driving(led, thing, now, belief, context) if said.drives else led
 
 
-def turn_on(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+def turn_on(location: Location, belief: Belief, context: Context) -> Iterator[Answer]:
     """Generate the hand's path that turns a held thing about its joint by a given angle, from its present
     joint value."""
     thing, joint, now, there = _jointed(location, belief, context)
@@ -237,15 +216,10 @@ def turn_on(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     share = there + by / (joint.upper - joint.lower)
     if joint.kind != "hinge" or not 0.0 <= share <= 1.0:
         left = math.degrees((1.0 - there if by > 0 else there) * (joint.upper - joint.lower))
-        said = (
-            f"{math.degrees(abs(by)):.0f} deg are asked for, {left:.0f} deg are left"
-            if joint.kind == "hinge"
-            else "it slides"
-        )
-        raise Unresolvable(
-            f"'{thing.name}' cannot be turned as asked: {said}", causes(location, context), blocking=()
-        )
-    yield _led(thing, joint, belief, context, now, share, 0.0, 0.0)
+        said = f"{math.degrees(abs(by)):.0f} deg are asked for, {left:.0f} deg are left"
+        reason = f"'{thing.name}' cannot be turned as asked: {said if joint.kind == 'hinge' else 'it slides'}"
+        raise Unresolvable(reason, causes(location, context), blocking=())
+    yield _led(thing, joint, belief, context, now, share, 0.0)
 
 
 def _jointed(location: Location, belief: Belief, context: Context) -> tuple[Thing, Joint, Pose, float]:
@@ -255,23 +229,15 @@ def _jointed(location: Location, belief: Belief, context: Context) -> tuple[Thin
     thing = belief.thing(entity)
     thing = lever_of(location, thing, belief) if location.parameters.get("lever") else thing
     held = belief.held is not None and belief.held.thing == thing.name
-    by_lever = belief.held is not None and belief.held.thing in {
-        t.name for t in belief.world.mounted_on(thing.name)
-    }
-    if thing.joint is None or (belief.held is not None and not held and not by_lever):
-        raise Unresolvable(
-            f"'{entity}' must have a joint, and the hand must hold no other thing",
-            causes(location, context),
-            blocking=(),
-        )
+    levers = {t.name for t in belief.world.mounted_on(thing.name)}
+    if thing.joint is None or (belief.held and not held and belief.held.thing not in levers):
+        reason = f"'{entity}' must have a joint, and the hand must hold no other thing"
+        raise Unresolvable(reason, causes(location, context), blocking=())
     now = held_pose(belief, context) if held else belief.pose(thing.name)
-    there = joint_value(belief, thing.name, belief.base() * now) - thing.joint.lower
-    return thing, thing.joint, now, there / (thing.joint.upper - thing.joint.lower)
+    return thing, thing.joint, now, thing.joint.share(joint_value(belief, thing.name, belief.base() * now))
 
 
-def _driving(
-    led: Grounding, thing: Thing, now: Pose, belief: Belief, context: Context
-) -> Grounding | Refused:
+def _driving(led: Grounding, thing: Thing, now: Pose, belief: Belief, context: Context) -> Answer:
     """Path of a drawer with the distance that it pushes each loose thing ahead of it; or a refusal with the
     obstacles."""
     there, place = Estimate(belief.base() * now), led.value
@@ -301,18 +267,10 @@ def _shares(location: Location, joint: Joint, hand: Pose, held: bool, there: flo
     if location.relation == "opened":
         return TURNED if said.turned else OPENED
     if said.lever:
-        return (_share(joint, joint.rest),)
-    if (
-        location.relation == "stop" or said.turned
-    ):  # a knob is off at its stop, where others may want it exactly
+        return (joint.share(joint.rest),)
+    if location.relation == "stop" or said.turned:  # others may want a knob that is off exactly at its stop
         return (0.0,)
     return (CLOSED if held else ajar(joint, hand),)
-
-
-def _share(joint: Joint, value: float) -> float:
-    """Convert a joint value [m, rad] to a share of the joint's range: 0 at its lower limit, 1 at its upper
-    limit."""
-    return (value - joint.lower) / (joint.upper - joint.lower)
 
 
 def ajar(joint: Joint, hand: Pose) -> float:
@@ -337,13 +295,12 @@ def _led(
     context: Context,
     now: Pose,
     share: float,
-    pressed: float,
     cost: float,
+    pressed: float = 0.0,
 ) -> Grounding:
     """Path on which a hand moves a thing along its joint to a share of the joint's range; if the joint stops
     there, the hand goes on by ``pressed`` [m, rad]."""
-    goal = joint.lower + share * (joint.upper - joint.lower)
-    value = joint_value(belief, thing.name, belief.base() * now)
+    goal, value = joint.value_at(share), joint_value(belief, thing.name, belief.base() * now)
     path, way = _corners(joint, now, tcp(belief, context), goal - pressed - value), goal - value
     said = f"'{thing.name}' from {value:.3f} to {goal:.3f} {'m' if joint.kind == 'slide' else 'rad'}"
     place = Place(path[-1], path[-1], path=path, thing=thing.name, carried=CarriedAlong(joint=way))
@@ -355,8 +312,8 @@ def along_joint(thing: Thing, belief: Belief, hand: Pose, share: float) -> tuple
     share of its range."""
     assert thing.joint is not None
     joint, now = thing.joint, belief.pose(thing.name)
-    goal = joint.lower + share * (joint.upper - joint.lower)
-    return _corners(joint, now, hand, goal - joint_value(belief, thing.name, belief.base() * now))
+    value = joint_value(belief, thing.name, belief.base() * now)
+    return _corners(joint, now, hand, joint.value_at(share) - value)
 
 
 def way_along(joint: Joint, now: Pose, hand: Pose) -> Floats:

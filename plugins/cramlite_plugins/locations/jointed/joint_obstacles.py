@@ -13,11 +13,11 @@ from msgspec.structs import replace
 from cramlite.model import Belief, Floats, Held, Pose, Thing
 from cramlite.plugin import Context, Refused, checkpoint
 
-from ..motion_planning.reach import make_scene
-from ..motion_planning.space import all_of
-from ..shapes.bounds import lowest
-from ..shapes.carried_along import carried_along, gone_along
-from ..shapes.surfaces import standing
+from ...motion_planning.reach import make_scene
+from ...motion_planning.space import all_of
+from ...shapes.bounds import lowest
+from ...shapes.carried_along import carried_along, gone_along
+from ...shapes.surfaces import standing
 
 STEPS = 0.005, math.radians(1.0)  # between the values of a joint that are looked at [m, rad]
 AHEAD = 0.005  # step of the ways on which a drawer meets a thing [m]
@@ -41,9 +41,8 @@ def met_on_its_way(
         return None
     gone, first = min(met.items(), key=lambda found: found[0])
     far = f"{1000 * gone:.0f} mm" if thing.joint.kind == "slide" else f"{math.degrees(gone):.0f} deg"
-    return replace(
-        first, reason=f"after {far} of its own motion {first.reason}", blocking=all_of(met.values())
-    )
+    said = f"after {far} of its own motion {first.reason}"
+    return replace(first, reason=said, blocking=all_of(met.values()))
 
 
 def _met(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> dict[float, Refused]:
@@ -53,13 +52,8 @@ def _met(thing: Thing, value: float, goal: float, belief: Belief, context: Conte
     The result is empty if something touches the thing at the start.
     """
     assert thing.joint is not None
-    joint, now, way, step = (
-        thing.joint,
-        belief.pose(thing.name),
-        goal - value,
-        STEPS[thing.joint.kind == "hinge"],
-    )
-    count = max(1, math.ceil(abs(way) / step))
+    joint, now, way = thing.joint, belief.pose(thing.name), goal - value
+    count = max(1, math.ceil(abs(way) / STEPS[joint.kind == "hinge"]))
     poses = [belief.base() * joint.moved(now, way * k / count) for k in range(count + 1)]
     met = {abs(way) * k / count: no for k, no in enumerate(_met_at(poses, thing.name, belief, context)) if no}
     return {} if 0.0 in met else met
@@ -96,22 +90,15 @@ def driven_along(
         if thing.joint.kind != "slide" or abs(line[2]) > LEVEL or not names or names & found.keys():
             return first
         if inside := next((name for name in sorted(names) if belief.relates("in", name)), ""):
-            return replace(
-                first,
-                reason=(
-                    f"{first.reason}; '{inside}' is in '{belief.relates('in', inside)}', and not pushed out "
-                    "of it"
-                ),
-            )
+            said = f"'{inside}' is in '{belief.relates('in', inside)}', and not pushed out of it"
+            return replace(first, reason=f"{first.reason}; {said}")
         if tips := next((name for name in sorted(names) if _tips(name, thing, line, after)), ""):
             return replace(first, reason=f"{first.reason}; pushed along, '{tips}' would tip over")
         found |= dict.fromkeys(names, abs(goal - value) - gone + AHEAD)
         for name in names:
             after = gone_along(after, name, line * found[name])
-    into = (
-        _driven_into(name, line * way, (thing.name, *found), belief, after, context)
-        for name, way in found.items()
-    )
+    along = (thing.name, *found)
+    into = (_driven_into(name, line * way, along, belief, after, context) for name, way in found.items())
     return next((no for no in into if no), None) or found
 
 

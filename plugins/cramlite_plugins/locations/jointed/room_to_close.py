@@ -15,11 +15,11 @@ from msgspec.structs import replace
 from cramlite.model import Belief, Held, Joint, Pose, Thing
 from cramlite.plugin import Context, Refused
 
-from ..motion_planning.reach import make_scene
-from ..shapes.carried_along import carried_along
-from ..shapes.joint_values import joint_value
+from ...motion_planning.reach import make_scene
+from ...shapes.carried_along import carried_along
+from ...shapes.joint_values import joint_value
+from ..later import CLOSING, OPENING, moves
 from .handles import ajar
-from .later import CLOSING, OPENING, moves
 
 HAND = 0.05  # around what has opened, for fingers that take hold of a thing beside or below it [m]
 SHUT = 0.05  # share of its range up to which a thing counts as closed
@@ -66,8 +66,7 @@ def _met(
     assert moving.joint is not None
     joint, at, here = moving.joint, after.poses[moving.name].pose, after.poses[put].pose
     value, end = joint_value(after, moving.name, at), _end(moving, kind, clearance)
-    shut = joint.lower + SHUT * (joint.upper - joint.lower)
-    if value <= shut if kind == CLOSING else value >= end:
+    if value <= joint.value_at(SHUT) if kind == CLOSING else value >= end:
         return None
     along = put in carried_along(after, moving.name)
     beside = [
@@ -97,7 +96,7 @@ def _end(moving: Thing, kind: str, clearance: float | None) -> float:
     assert moving.joint is not None
     joint, handle = moving.joint, moving.feature("cram:Handle")
     left = ajar(joint, handle.pose) if handle and clearance is None else 0.0
-    return joint.lower + (left if kind == CLOSING else OPENED) * (joint.upper - joint.lower)
+    return joint.value_at(left if kind == CLOSING else OPENED)
 
 
 def _on_its_way(joint: Joint, at: Pose, value: float, end: float) -> Iterator[tuple[float, Pose]]:
