@@ -15,7 +15,7 @@ from cramlite.plugin import Context, Refused, Unresolvable
 
 from ...kinematics.reach import reach_gap, reach_shortfall
 from ...motion_planning.postures import CLEARANCE
-from ...motion_planning.reach import shift, taken_at
+from ...motion_planning.reach import SIGMAS, shift, taken_at
 from ...shapes.bounds import box_around, centre_of_mass, corners, height, lowest, support
 from ...shapes.box_overlaps import overlaps
 from ...shapes.roofs import has_a_roof, open_sides
@@ -111,9 +111,21 @@ def _floors(
             query.thing, now, query.whole, query.region, query.belief, query.depth > 0
         ):
             low.append(over)
+            more = _raised(query, surface, over - tall)
             there = replace(query, target=surface, under=query.whole, settles=True) if query.roof else query
             for out in open_sides(whole, at, surface, tall / 2 - HIGH) if tall <= over else ():
-                yield there, Floor(whole, at, surface, over, out, high)
+                yield there, Floor(whole, at, surface, over - more, out, high + more)
+
+
+def _raised(query: Query, floor: Surface, spare: float) -> float:
+    """How much higher above a floor a level way is for the errors of the proof's twins [m]: as far as these move
+    floor and payload, up to the middle of the ``spare`` height under the roof."""
+    errors = query.context.errors
+    if errors is None or spare <= 0:
+        return 0.0
+    deep = float(np.ptp(np.reshape(floor.area.bounds, (2, 2)), axis=0).max())
+    away = math.hypot(errors.sigma(query.whole.name, deep), errors.sigma(query.thing.name, deep / 2))
+    return min(SIGMAS * away, spare / 2)
 
 
 def _too_high(query: Query, room: float, needed: float) -> Unresolvable:
