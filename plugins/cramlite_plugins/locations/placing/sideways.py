@@ -118,7 +118,7 @@ def _floors(
 
 
 def _raised(query: Query, floor: Surface, spare: float) -> float:
-    """How much higher above a floor a level way is for the errors of the proof's twins [m]: as far as these move
+    """How much higher above a floor a level way is for the errors of twins [m]: as far as these move
     floor and payload, up to the middle of the ``spare`` height under the roof."""
     errors = query.context.errors
     if errors is None or spare <= 0:
