@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from cramlite.model import MoveJoints, MoveLinear, Parallel, Pose, Program, SetGripper, SetPayload, typed_code
+from cramlite.model import MoveJoints, MoveLinear, Parallel, Pose, Program, Robot, SetGripper, SetPayload, typed_code
 from cramlite_plugins.backends.stream.arm import StreamedArm
 from cramlite_plugins.backends.stream.messages import Action, Hello, State
 from cramlite_plugins.robots.ur5e import UR5E
@@ -24,10 +24,12 @@ SPRING = replace(HELLO, lag=0.14, inertia=1 / 12.0**2)
 """One that follows as robosuite's OSC_POSE does: 2 / w is 3.3 periods."""
 
 
-def led(swing: Callable[[int], float] = lambda _: 0.0, hello: Hello = HELLO) -> tuple[list[float], StreamedArm]:
-    """Lengths of the deltas on a way of 150 mm along x, planned with 1 m/s; the tool is off by ``swing`` [m] along y."""
+def led(
+    swing: Callable[[int], float] = lambda _: 0.0, hello: Hello = HELLO, robot: Robot = UR5E, way: float = WAY
+) -> tuple[list[float], StreamedArm]:
+    """Lengths of the deltas on a way along x, planned with 1 m/s; the tool is off by ``swing`` [m] along y."""
     nominal, sent = NominalArm(UR5E), list[float]()
-    q = np.array(UR5E.home)
+    q = np.array(hello.joints)
 
     def step(action: Action) -> State:
         nonlocal q
@@ -39,10 +41,10 @@ def led(swing: Callable[[int], float] = lambda _: 0.0, hello: Hello = HELLO) -> 
         q = found
         return State(joints=tuple(q.tolist()), opening=0.08)
 
-    arm = StreamedArm(UR5E, hello, step)
+    arm = StreamedArm(robot, hello, step)
     here = arm.kinematics.forward(arm.q)
     x, y, z = here.position
-    motion = arm.move_linear(Pose((x + WAY, y, z), here.quaternion), 1.0, 5.0)
+    motion = arm.move_linear(Pose((x + way, y, z), here.quaternion), 1.0, 5.0)
     while arm.motion is motion:
         arm.cycle()
     return sent, arm
@@ -53,6 +55,15 @@ def test_a_motion_is_as_fast_as_the_process_takes_it_and_not_faster() -> None:
     assert max(sent) <= MOST[0] * (1 + 1e-6)
     assert len(sent) <= 1.15 * WAY / MOST[0] + 1  # 15 periods of the largest delta, and what 32 parts of the speed leave
     assert np.mean(sent[1:-1]) > 0.9 * MOST[0]
+
+
+def test_an_arm_comes_slowly_near_a_singularity_and_leaves_it_at_full_speed() -> None:
+    """On a way of 200 mm its smallest singular value falls from .25 to .13; then most of it back again."""
+    careful, free = replace(UR5E, conditioning=0.2), replace(HELLO, most=None)
+    slowly, arm = led(hello=free, robot=careful, way=-0.2)
+    back = replace(free, joints=tuple(arm.q.tolist()))
+    assert len(slowly) >= 1.3 * len(led(hello=free, way=-0.2)[0])
+    assert len(led(hello=back, robot=careful, way=0.15)[0]) == len(led(hello=back, way=0.15)[0])
 
 
 @pytest.mark.parametrize(("before", "more"), [(0.001, 0), (0.0005, 0), (-0.0021, 1)])

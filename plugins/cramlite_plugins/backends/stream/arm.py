@@ -10,6 +10,7 @@ from msgspec.structs import replace
 
 from cramlite.model import Floats, Pose, Robot
 
+from ...kinematics.forward import conditioning
 from ...simulation.controller.commanded_arm import CommandedArm
 from ...simulation.controller.gripper_order import GripperOrder
 from ...simulation.controller.protective_stop import ProtectiveStop, Safety, SafetyWatch
@@ -31,6 +32,10 @@ ASTRAY = 0.10
 """A tool that is further off its path than this has left it [m]; at 0.3 m/s, an arm with a lag of 0.16 s is 50 mm behind."""
 SLOWEST, HALVINGS = 0.1, 8
 """Least pace of a motion whose deltas are too large for the process, and number of bisections that find the pace."""
+CALM = 2.0
+"""Conditioning, in units of the least that the robot keeps, below which the arm comes nearer to a singularity the more slowly: one that
+treats position and rotation of its tool apart hardly brakes there. Three programs for LIBERO with motions that ended at 1.02 to 1.14 ran
+into a singularity so (stuck, or with 64 N on a thing), and no longer do."""
 BEYOND = 0.15
 """Largest excess of an encoder's value over its joint's range [rad]: the range is where motions are planned, not where the stop is. An arm
 that is led by its tool alone, as by robosuite's OSC_POSE, keeps its elbow where it likes: it was seen 35 mrad outside."""
@@ -59,7 +64,7 @@ class StreamedArm(CommandedArm):
         self.force_gain = min(1.0, CYCLE / self.period)
         self.watch = SafetyWatch(Safety(), robot, np.ones(len(robot.joints)), self.period)
         self.tare = np.zeros(6)
-        self.clock = self.late = 0.0
+        self.clock = self.late = self.distance = 0.0
         self.under_way = False
         self.response = Response(hello.lag, hello.inertia, self.period, len(robot.joints))
 
@@ -146,9 +151,21 @@ class StreamedArm(CommandedArm):
         return replace(hand, delta=(x, y, z, rx, ry, rz))
 
     def _pace(self, correction: Floats) -> float:
+        """Share of the planned speed at which the arm goes on."""
+        if self.motion is None or self.force_mode is not None:
+            return 1.0
+        return min(self._accepted(correction), max(self._calm(), SLOWEST))
+
+    def _calm(self) -> float:
+        """Share of the planned speed at which the arm may come nearer to a singularity."""
+        kept, before = CALM * self.arm.conditioning, self.distance
+        self.distance = conditioning(self.arm, self.q.tolist()) if kept else 0.0
+        return min(1.0, self.distance / kept) if self.distance < before else 1.0
+
+    def _accepted(self, correction: Floats) -> float:
         """Largest share of the planned speed at which the robot process accepts the next pose change of the
         running motion, found by HALVINGS bisections."""
-        if self.hello.most is None or self.motion is None or self.force_mode is not None or self._fits(1.0, correction):
+        if self.hello.most is None or self._fits(1.0, correction):
             return 1.0
         low, high = SLOWEST, 1.0
         for _ in range(HALVINGS):
