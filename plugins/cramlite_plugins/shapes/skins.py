@@ -59,9 +59,7 @@ class Skin(Value, eq=False, dict=True):
         return np.asarray(cross / np.maximum(np.linalg.norm(cross, axis=1, keepdims=True), 1e-15))
 
     def colours_at(self, points: Floats, normals: Floats) -> Floats:
-        """Return the colours (N, 3), 0 to 255, of a surface at points (N, 3) [m] with normals (N, 3).
-
-        """
+        """Return the colours (N, 3), 0 to 255, of a surface at points (N, 3) [m] with normals (N, 3)."""
         import trimesh
 
         if not len(points):
