@@ -10,9 +10,9 @@ from typing import Any, Literal
 
 from pydantic import Field, ValidationError, model_validator
 
+from ..base.rate import wilson_interval
 from ..base.run_directory import write_whole
 from ..base.spec import Spec
-from ..base.wilson import wilson_interval
 from ..base.yaml_file import explain_validation, load_yaml
 
 DIGITS = 3

@@ -19,7 +19,7 @@ import numpy as np
 from figure import add_figure, rate, value, write
 
 from cramlite import Engine
-from cramlite.base.wilson import wilson_interval
+from cramlite.base.rate import wilson_interval
 from cramlite.model import Pose, Thing, Value, View, World, replace
 from cramlite.perception.active_perception import ask
 from cramlite.perception.query import parse_query

@@ -25,7 +25,7 @@ from figure import add_figure, rate, value, write
 from kitchen_drawing import SIX, drawn_kitchen
 
 from cramlite import Engine, data_folder
-from cramlite.base.wilson import wilson_interval
+from cramlite.base.rate import wilson_interval
 from cramlite.experiment.figure import Number
 
 sys.path.insert(0, str(data_folder("experiments")))

@@ -19,7 +19,7 @@ import yaml
 from figure import add_figure, rate, write
 from msgspec import json
 
-from cramlite.base.wilson import wilson_interval
+from cramlite.base.rate import wilson_interval
 from cramlite.experiment.benchmark.results import EpisodeResult
 from cramlite.experiment.figure import Number
 

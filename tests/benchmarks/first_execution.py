@@ -27,8 +27,8 @@ from figure import add_figure, rate, write
 from msgspec.structs import replace
 
 from cramlite import Engine, find_scenario, read_scenario
+from cramlite.base.rate import wilson_interval
 from cramlite.base.seeds import derive_seed
-from cramlite.base.wilson import wilson_interval
 from cramlite.engine.setting import Setting
 from cramlite.engine.solution import Solution
 from cramlite.experiment.demonstrations.spec import read_experiment

@@ -17,7 +17,7 @@ import numpy as np
 from figure import add_figure, rate, write
 from msgspec.structs import replace
 
-from cramlite.base.wilson import wilson_interval
+from cramlite.base.rate import wilson_interval
 from cramlite.model import Geom, Pose, Thing
 from cramlite_plugins.locations.pinching import antipodal, grips
 from cramlite_plugins.shapes import ray_casting as rays

@@ -18,7 +18,7 @@ from msgspec.structs import replace
 
 from cramlite import Engine, Trace, data_folder, read_scenario
 from cramlite.base.errors import CramliteError
-from cramlite.base.wilson import wilson_interval
+from cramlite.base.rate import wilson_interval
 from cramlite.experiment.figure import Number
 from cramlite.planning.search.budget import budget_of
 

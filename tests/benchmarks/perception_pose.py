@@ -33,7 +33,7 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "experiments" / "pose_recipes
 import paper_registration
 import pose_views
 
-from cramlite.base.wilson import wilson_interval
+from cramlite.base.rate import wilson_interval
 from cramlite.plugin import UserError
 from cramlite_plugins.perception.pose import libraries as pose_libraries
 from cramlite_plugins.perception.pose.estimate import PoseHypothesis, estimate

@@ -21,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from helpers.own_worlds import SIBLINGS, own_world
 
 from cramlite import Engine, Trace, read_scenario
-from cramlite.base.wilson import wilson_interval
+from cramlite.base.rate import wilson_interval
 
 
 def resolved(engine: Engine, recording: Path, seed: int, kind: str) -> tuple[str, str]:

@@ -24,7 +24,7 @@ import numpy as np
 from figure import add_figure, rate, value, write
 from seeds import Row
 
-from cramlite.base.wilson import wilson_interval
+from cramlite.base.rate import wilson_interval
 from cramlite.experiment.figure import Number
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"

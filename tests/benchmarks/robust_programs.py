@@ -17,7 +17,7 @@ from figure import add_figure, rate, write
 from msgspec.structs import replace
 
 from cramlite import Engine, find_scenario, read_scenario
-from cramlite.base.wilson import wilson_interval
+from cramlite.base.rate import wilson_interval
 from cramlite.model import (
     AnyStep,
     ErrorModel,

@@ -17,7 +17,7 @@ from pathlib import Path
 
 from figure import add_figure, rate, value, write
 
-from cramlite.base.wilson import wilson_interval
+from cramlite.base.rate import wilson_interval
 from cramlite.experiment.figure import Number
 
 Row = dict[str, object]

@@ -19,7 +19,7 @@ from msgspec.structs import replace
 
 from cramlite import Engine, UserError, find_scenario, read_scenario
 from cramlite.base.pulse import Stopped, pulse
-from cramlite.base.wilson import wilson_interval
+from cramlite.base.rate import wilson_interval
 from cramlite.engine.proof.executor_group import ExecutorGroup
 from cramlite.engine.proof.twin_proof import doubt, twin_seed
 from cramlite.engine.setting import Setting

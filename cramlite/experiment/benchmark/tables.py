@@ -6,9 +6,8 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from statistics import median, quantiles
 
-from ...base.rate import Rate
+from ...base.rate import Rate, newcombe_interval
 from ...base.value import Value
-from ...base.wilson import newcombe_interval
 from .results import EpisodeResult, in_time, plain_reason
 from .spec import BenchmarkExperiment, PublishedSpec
 

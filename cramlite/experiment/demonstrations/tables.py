@@ -7,9 +7,8 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import ClassVar
 
-from ...base.rate import Rate
+from ...base.rate import Rate, Z
 from ...base.value import Value
-from ...base.wilson import Z
 from .results import CandidateResult, DemonstrationResult, Execution, Program
 from .spec import PublishedSpec
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections import Counter
 
-from ...base.rate import digits
+from ...base.rate import digits, wilson_interval
 from ...base.value import Value
-from ...base.wilson import wilson_interval
 from ..remedy import Remedy
 from ..twins.proof_doubts import ProofDoubts
 from ..twins.twin_drawing import Draw

@@ -25,7 +25,7 @@ from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..kinematics.forward import forward
 from ..kinematics.inverse import inverse, postures, why_no_inverse
-from ..shapes.mounts import mounts
+from ..shapes.joints import mounts
 from .planner import in_the_way
 from .planning_scene import PlanningScene
 from .postures import TOUCH

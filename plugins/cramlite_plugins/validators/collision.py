@@ -11,7 +11,7 @@ from cramlite.model import GRAVITY, Remedy, Rollout, Touch, Value, thing_of
 from cramlite.plugin import HAND, HELD, Allowance, Candidate, Cost, Finding, checkpoint
 
 from ..motions.motion_kinds import LIMIT
-from ..shapes.mounts import mounts
+from ..shapes.joints import mounts
 from .explained import explained_at
 from .grips import pressed_at
 from .movers import moved_by

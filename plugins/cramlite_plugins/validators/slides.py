@@ -11,7 +11,7 @@ import numpy as np
 from cramlite.model import Pose, Rollout, thing_of
 
 from ..shapes.bounds import corners
-from ..shapes.mounts import mounts
+from ..shapes.joints import mounts
 from .grips import Grip
 
 GAP = 0.2

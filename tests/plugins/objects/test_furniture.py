@@ -16,8 +16,7 @@ from cramlite_plugins.objects.controls import latch, lever
 from cramlite_plugins.objects.furniture import cabinet, door, drawer
 from cramlite_plugins.objects.threads import jar, screw_lid
 from cramlite_plugins.robots.arms import robots
-from cramlite_plugins.shapes.joint_values import joint_value
-from cramlite_plugins.shapes.mounts import mounts
+from cramlite_plugins.shapes.joints import joint_value, mounts
 from cramlite_plugins.simulation.model.compile import compile_world
 from cramlite_plugins.simulation.recording.recorder import Recorder
 

@@ -28,7 +28,7 @@ from ...motion_planning.reach import bound, causes, held_pose, led_by, tcp, unfi
 from ...motion_planning.space import refusal
 from ...shapes import ray_casting as rays
 from ...shapes.bounds import box_around
-from ...shapes.joint_values import joint_value
+from ...shapes.joints import joint_value
 from ..parameters import Handle, JointWay, Turned, asked
 from ..pinching.antipodal import Hands, pinches
 from ..reached import Arm, Leg

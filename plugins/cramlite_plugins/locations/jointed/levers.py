@@ -12,7 +12,7 @@ from cramlite.model import Belief, Estimate, Location, Pose, Thing
 from cramlite.plugin import Context, Refused, Unresolvable
 
 from ...motion_planning.reach import unfit
-from ...shapes.joint_values import joint_value
+from ...shapes.joints import joint_value
 from .joint_obstacles import met_on_its_way
 
 STEP = math.radians(5.0)

@@ -17,7 +17,7 @@ from cramlite.plugin import Context, Refused
 
 from ...motion_planning.reach import make_scene
 from ...shapes.carried_along import carried_along
-from ...shapes.joint_values import joint_value
+from ...shapes.joints import joint_value
 from ..later import CLOSING, OPENING, moves
 from .handles import ajar
 

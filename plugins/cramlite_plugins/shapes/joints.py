@@ -1,13 +1,23 @@
-"""Search for the mounts of a drawer or a door: the stated mount, and furniture whose bounding box meets
-the thing's."""
+"""Joints of drawers and doors: values that follow from believed poses, and mounts: the stated one, and
+furniture whose bounding box meets the thing's."""
 
 from __future__ import annotations
 
-from cramlite.model import Thing, World
+from cramlite.model import Belief, Pose, Thing, World
 
 from .bounds import corners
 
 GAP = 0.002  # between the boxes around a drawer and its cabinet at most [m]
+
+
+def joint_value(belief: Belief, thing: str, pose: Pose) -> float:
+    """Return the value of a thing's joint when the thing is at a pose in the world [m, rad]."""
+    start = belief.world.thing(thing)
+    assert start.joint is not None
+    shift = belief.world.carrier_shift(
+        thing, {n: e.pose for n, e in belief.poses.items() if n == start.joint.parent}
+    )
+    return start.joint.value + start.joint.between(shift * start.pose, pose)
 
 
 def mounts(thing: Thing, world: World) -> tuple[str, ...]:
