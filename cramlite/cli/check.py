@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 from ..base.errors import UserError
 from ..base.resources import find_scenario
-from ..plugin.selection import INSTALLED, PluginChoice
 from .arguments import Add, plugin_choice
 from .texts import counted
 
@@ -19,10 +18,11 @@ if TYPE_CHECKING:
     from ..model.plan import Plan
     from ..planning.trace import Trace
     from ..plugin.catalogue import Knowledge
+    from ..plugin.selection import PluginChoice
     from ..scenario.scenario import Scenario
 
 
-def check_file(name: str, plugins: PluginChoice = INSTALLED) -> int:
+def _check(arguments: argparse.Namespace) -> int:
     """Check a scenario, a rule file or a program, and print the findings.
 
     Returns:
@@ -31,14 +31,14 @@ def check_file(name: str, plugins: PluginChoice = INSTALLED) -> int:
     Raises:
         UserError: the first thing that is wrong, with file and line.
     """
-    path = Path(name)
+    path, plugins = Path(arguments.file), plugin_choice(arguments)
     if path.suffix in (".ttl", ".owl", ".rdf", ".nt", ".ofn", ".jsonld"):
         raise UserError(f"'{path}' is an ontology; 'cramlite ontology check {path}' checks it.")
     if path.suffix in (".script", ".urscript", ".urp"):
         return _check_program(path, plugins)
     if path.suffix == ".json":
         return _check_typed(path, plugins)
-    return _check_yaml(find_scenario(name), plugins)
+    return _check_yaml(find_scenario(arguments.file), plugins)
 
 
 def _check_yaml(path: Path, plugins: PluginChoice) -> int:
@@ -171,10 +171,6 @@ def _check_typed(path: Path, plugins: PluginChoice) -> int:
         raise UserError("\n".join([f"{counted(len(found), 'objection')} to the program:", *found]))
     print(f"{path}: a program for '{robot.type}', {counted(len(read.program.steps), 'step')}, no safety rule is violated")
     return 0
-
-
-def _check(arguments: argparse.Namespace) -> int:
-    return check_file(arguments.file, plugins=plugin_choice(arguments))
 
 
 def add_commands(add: Add) -> None:

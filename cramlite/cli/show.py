@@ -7,16 +7,15 @@ from pathlib import Path
 
 from ..base.errors import UserError
 from ..engine.engine import Engine
-from ..plugin.selection import INSTALLED, PluginChoice
 from .arguments import Add, plugin_choice
 
 SIZE = (960, 720)
 """Width and height of the picture [pixel]."""
 
 
-def show_scenario(scenario: Path | str, out: Path, *, seed: int = 0, plugins: PluginChoice = INSTALLED) -> Path:
+def _show(arguments: argparse.Namespace) -> int:
     """Draw the believed world of a scenario at its start as a PNG whose view is fitted to the movable things;
-    return its path.
+    print its path.
 
     Raises:
         UserError: the scenario cannot be used, the file exists, or it cannot be written.
@@ -27,23 +26,19 @@ def show_scenario(scenario: Path | str, out: Path, *, seed: int = 0, plugins: Pl
     from ..engine.start_record import start_record
     from ..scenario.scenario import read_scenario
 
+    out = arguments.out or Path(f"{Path(arguments.scenario).stem}.png")
     if out.exists():
         raise UserError(f"'{out}' exists already and nothing was written; delete it, or choose another place with --out.")
-    read = read_scenario(find_scenario(str(scenario)))
-    engine = Engine.with_plugins(plugins).suited(read)
-    start, knowledge = start_record(engine.setting(read, seed=seed)), engine.knowledge
+    scenario = read_scenario(find_scenario(arguments.scenario))
+    engine = Engine.with_plugins(plugin_choice(arguments)).suited(scenario)
+    start, knowledge = start_record(engine.setting(scenario, seed=arguments.seed)), engine.knowledge
     movable = [t.name for t in start.world.things if t.movable]
     pixels = knowledge.simulator.picture(start, 0, knowledge.robots_of(start.world), SIZE, movable)
     try:
         Image.fromarray(pixels).save(out, "PNG")
     except OSError as error:
         raise UserError(f"'{out}' cannot be written: {error.strerror or error}; choose another place with --out.") from error
-    return out
-
-
-def _show(arguments: argparse.Namespace) -> int:
-    out = arguments.out or Path(f"{Path(arguments.scenario).stem}.png")
-    print(show_scenario(arguments.scenario, out, seed=arguments.seed, plugins=plugin_choice(arguments)))
+    print(out)
     return 0
 
 

@@ -78,9 +78,9 @@ class Store:
         names = sorted(p.parent.name for p in self.trials.glob("*/result.json"))
         return {name: self.read(name, "result", self.result) for name in names}
 
-    def mark(self, trial: str, how: str = BEGUN) -> None:
-        """Write a marker file with this process's id into a trial's folder."""
-        self.write(trial, how, str(os.getpid()))
+    def mark(self, trial: str) -> None:
+        """Write the marker that a trial has begun, with this process's id, into the trial's folder."""
+        self.write(trial, BEGUN, str(os.getpid()))
 
     def unmark(self, trial: str, *marks: str) -> None:
         """Remove marker files from a trial's folder; without names, the marker that the trial has begun."""

@@ -24,7 +24,7 @@ from ..reached import Arm
 from .attitudes import far_edge_down
 from .checks.rest import at_rest
 from .positions import positions_on
-from .query import Found, Groups, Placement, Query, standing_on
+from .query import Found, Groups, Placement, Query
 from .stable_poses import Rest, about_vertical, put_down, standing_at, with_middle
 
 # Of its lowest point over the support where the last line begins, and the stand-off above that [m]
@@ -65,8 +65,7 @@ def _as_it_lay(asked: list[Query]) -> list[Query]:
     swing = belief.payload.swing
     assert swing is not None
     arm = Arm(replace(belief, held=replace(belief.payload, tcp_to_thing=swing.start)), context)
-    bare = [replace(q, arm=arm) for q in asked if math.isinf(q.room)]
-    return with_middle([replace(q, obstacles=standing_on(q)) for q in bare])
+    return with_middle([replace(q, arm=arm) for q in asked if math.isinf(q.room)])
 
 
 def _lying(query: Query, now: Pose, offset: tuple[float, float], arm: Arm) -> Rest:

@@ -31,7 +31,7 @@ from .at_rest import CLOSE, DROPS, PALM_UP, is_uneven, leaning, must_lean, resti
 from .checks.shapes import OFF_WALLS, WELL_IN, clear, near, supported
 from .opening import TURNS, lacking
 from .positions import Offset, free_for, middle, positions_on, rectangle
-from .query import Placement, Query
+from .query import Placement, Query, standing_on
 
 FEW_YAWS = (0.0, 90.0, -45.0)  # away from the middle of a surface [deg]
 # Turns about the vertical that are tried first [deg]
@@ -293,13 +293,14 @@ def check_turn(query: Query, asked: Pose) -> None:
         raise Unresolvable(said, taken_at(query.belief, query.context))
 
 
-def with_middle(level: list[Query]) -> list[Query]:
-    """Return the placing problems to try, one for each surface; on a movable support with a rim, its middle
-    is tried first.
+def with_middle(bare: list[Query]) -> list[Query]:
+    """Return the placing problems to try, one for each surface with the obstacles on it; on a movable support
+    with a rim, its middle is tried first.
 
     Of a movable support with a rim, such as a plate: the middle of its largest surface, then that surface if
     it has room elsewhere.
     """
+    level = [replace(q, obstacles=standing_on(q)) for q in bare]
     first, thing = level[0], level[0].whole
     if thing.furniture or first.where.region or not any(o.name == thing.name for o in first.obstacles):
         return level

@@ -30,7 +30,7 @@ from .checks.shapes import snug
 from .demands import stops
 from .edge_first import edge_first
 from .positions import free_for, positions_along, positions_on, radius
-from .query import Found, Groups, Placement, Query, covers, is_roofed, lying_in, standing_on
+from .query import Found, Groups, Placement, Query, covers, is_roofed, lying_in
 from .sideways import sideways
 from .stable_poses import Rest, check_turn, put_down, stable_poses, standing_at, stood, turns, with_middle
 from .tilting import tilted, toppling
@@ -140,7 +140,7 @@ def prepared(bare: list[Query]) -> list[Query]:
     anywhere.
     """
     if not bare[0].depth:
-        return bare if bare[0].uneven else with_middle([replace(q, obstacles=standing_on(q)) for q in bare])
+        return bare if bare[0].uneven else with_middle(bare)
     anywhere = [covered(q) for q in bare]
     return [*(beside_content(q) for q in anywhere if lying_in(q) or q.covers), *anywhere]
 
