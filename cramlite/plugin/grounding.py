@@ -105,6 +105,7 @@ class Refused(Value):
 
 
 Answer = Grounding | Refused
+"""One answer to a designator: a grounding of it, or the refusal of one."""
 Answers = Iterable[Answer] | None
 """Answers of a ``resolve_...`` hook: ``Grounding`` and ``Refused``, best first, or None for "not mine"."""
 
