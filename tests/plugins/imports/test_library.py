@@ -12,6 +12,7 @@ from helpers.printed_box import printed_box
 
 from cramlite import Engine, UserError
 from cramlite.model import Pose
+from cramlite_plugins.imports.library.mjcf_kind import from_mjcf
 from cramlite_plugins.shapes.skins import skin_of
 
 CABINET = """<mujoco model="chest">
@@ -124,3 +125,15 @@ def test_what_cannot_be_a_library_is_refused_in_one_paragraph(folder: Path, tmp_
     (tmp_path / "lib" / "cube.glb").unlink()
     with pytest.raises(UserError, match=r"names 'cube\.glb', and there is no such file"):
         _ = Engine(models=[tmp_path / "lib"]).knowledge.models
+
+
+def test_a_window_of_a_model_is_not_seen(tmp_path: Path) -> None:
+    model = """<mujoco><worldbody><body name="door">
+      <geom type="box" size=".02 .1 .1" {opacity} mass="1" contype="0" conaffinity="0"/>
+      <geom type="box" size=".03 .02 .1" pos="0 .1 0" rgba=".2 .2 .2 1" mass="1" contype="0" conaffinity="0"/>
+    </body></worldbody></mujoco>"""
+    seen = []
+    for name, opacity in (("window", 'rgba=".4 .4 .4 .25"'), ("board", 'rgba=".4 .4 .4 1"')):
+        (tmp_path / f"{name}.xml").write_text(model.format(opacity=opacity))
+        seen.append(float(np.ptp(from_mjcf(tmp_path / f"{name}.xml", name).mesh.vertices[:, 1])))
+    assert seen == pytest.approx([0.04, 0.22])

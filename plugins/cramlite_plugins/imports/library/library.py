@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from .entries import Entry
     from .mjcf_kind import Draft
 
-VERSION = 4
+VERSION = 5
 """Version of the files of a library; another version makes its kinds anew."""
 FILE = "library.yaml"
 

@@ -23,6 +23,8 @@ RGB = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
 FLAT = int(mujoco.mjtTexture.mjTEXTURE_2D)
 FURNITURE, LOOSE = "soma:DesignedFurniture", "cram:Product"
 """Class of a kind whose joints move no part of it, and of one without joints."""
+OPAQUE = 0.5
+"""Least opacity (alpha) of what a camera sees; through less it sees what is behind."""
 
 
 class Draft(Value, eq=False):
@@ -109,9 +111,11 @@ def _joint(model: Any, joint: int) -> str:
 def _visible(model: Any) -> list[int]:
     """Return the geoms that show a model: the purely visual ones, or all opaque ones if none is purely visual.
 
-    Colliding geoms in the groups of visual ones are shown, too, unless all colliding geoms are in these groups.
+    A window of a model is none of them, since a camera sees what is behind it. Colliding geoms in the groups of visual ones are shown, too,
+    unless all colliding geoms are in these groups.
     """
     seen = [g for g in range(model.ngeom) if model.geom_bodyid[g] and _opacity(model, g) > 0]
+    seen = [g for g in seen if _opacity(model, g) >= OPAQUE] or seen
     shown = [g for g in seen if not collides(model, g)]
     looks = {int(model.geom_group[g]) for g in shown}
     if any(collides(model, g) and int(model.geom_group[g]) not in looks for g in range(model.ngeom)):
