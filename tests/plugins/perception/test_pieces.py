@@ -60,8 +60,10 @@ def test_background_covers_nothing_though_it_is_nearer() -> None:
 
 def test_a_piece_is_claimed_where_most_of_it_is() -> None:
     most = UPPER | region(slice(80, 90), slice(40, 120))
-    assert (given_back(most, [UPPER, LOWER]) == UPPER).all()
-    assert (given_back(UPPER | LOWER, [UPPER, LOWER]) == (UPPER | LOWER)).all()
+    both = UPPER | LOWER
+    assert (given_back(most, [UPPER, LOWER], both) == UPPER).all()
+    assert (given_back(both, [UPPER, LOWER], both) == both).all()
+    assert (given_back(both, [UPPER, LOWER], UPPER) == UPPER).all(), "what is near a thing, and beside it in the picture"
 
 
 @pytest.mark.parametrize(

@@ -86,6 +86,17 @@ def best_by_print(picture: Picture, mask: Mask, appearance: Appearance, poses: S
     return first, colour
 
 
+def silhouette(view: View, appearance: Appearance, pose: Pose) -> Mask:
+    """Return the pixels (height, width) on which a model at a pose is drawn, whatever is before it."""
+    pixels = view.intrinsics.project((view.camera.inverse() * pose).apply(appearance.surface.points))
+    own = np.zeros(view.depth.shape, bool)
+    inside = np.isfinite(pixels).all(1) & (pixels > -0.5).all(1)
+    inside &= (pixels[:, 0] < view.intrinsics.width - 0.5) & (pixels[:, 1] < view.intrinsics.height - 0.5)
+    column, row = np.rint(pixels[inside]).astype(int).T
+    own[row, column] = True
+    return np.asarray(ndimage.binary_closing(own, iterations=CLOSED))
+
+
 def edged(picture: Picture, mask: Mask, appearance: Appearance, pose: Pose) -> float:
     """Return the share of a model's outline at a pose that has an edge of depth or colour beside it, 0 to 1.
 
@@ -93,15 +104,8 @@ def edged(picture: Picture, mask: Mask, appearance: Appearance, pose: Pose) -> f
 
     A thing ends where one of them changes; a piece of a larger face has no edge around it.
     """
-    view, model = picture.view, appearance.surface
-    in_camera = view.camera.inverse() * pose
-    pixels = view.intrinsics.project(in_camera.apply(model.points))
-    inside = np.isfinite(pixels).all(1) & (pixels > -0.5).all(1)
-    inside &= (pixels[:, 0] < view.intrinsics.width - 0.5) & (pixels[:, 1] < view.intrinsics.height - 0.5)
-    column, row = np.rint(pixels[inside]).astype(int).T
-    own = np.zeros(mask.shape, bool)
-    own[row, column] = True
-    own = ndimage.binary_closing(own, iterations=CLOSED)
+    view = picture.view
+    own = silhouette(view, appearance, pose)
     ring = ndimage.binary_dilation(own, iterations=RING) & ~ndimage.binary_dilation(own) & mask
     inner = ndimage.binary_erosion(own, iterations=2) & mask
     if ring.sum() < FEW or not inner.any():

@@ -43,6 +43,7 @@ def explained(inputs: Inputs) -> Mapping[str, Any]:
     from ..own_surface import widened
     from ..values import Segment
     from .agreement import Picture
+    from .bearers import with_bearers
     from .interpret import interpreted
     from .joined import joined
     from .reading import Scene
@@ -55,7 +56,7 @@ def explained(inputs: Inputs) -> Mapping[str, Any]:
     front, own = cloud.mask & ~_surroundings(inputs, known), inputs.get("robot")
     robot = None if own is None else widened(own, view.intrinsics)
     scene = Scene(Picture.of(view), cloud.points, tuple(known), inputs.parameters, front, tuple(inputs["fixtures"]), robot)
-    parts = turned(scene, joined(scene, interpreted(scene)))
+    parts = with_bearers(scene, turned(scene, joined(scene, interpreted(scene))))
     if not parts:
         raise Unresolvable(f"nothing stands out from the background: {int(front.sum())} pixels in front of it")
     segments = tuple(Segment(p.mask) for p in parts)
@@ -181,6 +182,7 @@ PARAMETERS = (
     Parameter("larger_m", 0.015, "flying pixels at both ends make a thing that much larger"),
     Parameter("near", 0.75, "of the best coarse score, above which a second model is registered in full"),
     Parameter("hopeless", 0.08, "coarse score below which no model is registered in full"),
+    Parameter("strip", 0.03, "the same for a strip, whose coarse ranks tell little: below it none of 66 came to more than 0.04 in full"),
     Parameter("good", 0.45, "above it a cluster is one thing"),
     Parameter("bad", 0.35, "below it a model does not explain it"),
     Parameter("gain", 0.05, "by which several things must explain more than one"),
@@ -188,6 +190,9 @@ PARAMETERS = (
     Parameter("loose_m", 0.012, "what can be moved lies on a thing, not in it: errors of both places, and of depth"),
     Parameter("hover_m", 0.006, "half of that: above it a thing stands on something else, or is nowhere"),
     Parameter("hover", 0.8, "of the score of what hovers, where another explanation of the same points stands on known furniture"),
+    Parameter("touches_m", 0.012, "hover_m, and half the distance between a model's points"),
+    Parameter("bears_m", 0.008, "errors of both heights: three times those of poses at 95 %"),
+    Parameter("bearer", 1.4, "of the score of what must bear a thing that hovers: few kinds are as high, so that none fits by chance"),
     Parameter("within", 0.1, "of a model's surface that deep inside of furniture"),
     Parameter("robot_m", 0.05, "depth noise at a metre, links drawn simpler than they are"),
     Parameter("robot", 0.3, "of a model's surface that near to the robot's own"),

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from msgspec.structs import replace
+from scipy import ndimage
 
 from cramlite.model import Floats, Mask
 from cramlite.plugin import checkpoint
@@ -18,7 +19,7 @@ from ..pose.prior import Prior
 from ..pose.score import ENOUGH, score_poses
 from ..pose.starts import slid
 from ..segmentation.clean import voxel_components
-from .agreement import best_by_print, edged
+from .agreement import best_by_print, edged, silhouette
 from .appearance import Appearance, histogram, likeness
 from .joint_search import settled
 from .pieces import given_back, middles, pieces
@@ -38,6 +39,8 @@ from .registered import (
 )
 
 ANY = Prior()
+BESIDE = 2
+"""Pixels beside a model's outline that may still show it: errors of its pose, and half a pixel."""
 
 
 def interpreted(scene: Scene) -> list[Part]:
@@ -126,9 +129,10 @@ def partial(region: Region, number: int, *, furniture: bool = False) -> Iterator
 
     The rest of the cluster does not count against them, and hides nothing. With ``furniture``, only kinds of furniture are looked for.
     """
-    whole, scene = region.seen, region.scene
-    if whole is None:
+    scene = region.scene
+    if region.seen is None:
         return
+    whole = region.seen[0], region.seen[1].strict
     for mask in middles(scene.points, region.mask, number, scene.limits["pixels"]):
         part = Region(scene, mask)
         likely = [a for a in _candidates(part, partly=True) if a.model.furniture or not furniture]
@@ -168,10 +172,11 @@ def read(region: Region) -> Part:
     least = max(hopeless, limits["near"] * quick[0].reading.score) if quick else 1.0
     tried = [q for q in quick[: int(limits["models"])] if q.reading.score >= least]
     found = [r for q in tried for r in full_readings(region, q, standing(q.reading.appearance))]
+    some = [q for q in quick if q.reading.score >= limits["strip"]]
     if _most(found) < region.bad and region.is_covered:  # coarse ranks of a strip tell little
-        others = [q for q in quick[: 2 * int(limits["models"])] if q not in tried]
+        others = [q for q in some[: 2 * int(limits["models"])] if q not in tried]
         found += [r for q in others for r in full_readings(region, q, standing(q.reading.appearance))]
-    if _most(found) < region.bad:
+    if _most(found) < region.bad and (some or not region.is_covered):
         loose = [q.reading.appearance for q in quick[:3] if q.reading.appearance.model.movable]  # what is fixed stands
         begun = [s for a in loose if (s := started(region, a, ANY)) is not None]
         first = max((c for s in begun if (c := coarse_reading(region, s)) is not None), key=lambda q: q.reading.score, default=None)
@@ -300,4 +305,7 @@ def claimed(scene: Scene, part: Part, among: Sequence[Mask]) -> Part:
     away = np.linalg.norm(local - nearest, axis=1)
     own = np.zeros(mask.shape, bool)
     own[mask] = away < scene.limits["owns_m"] + tolerance(view.depth[mask])
-    return Part(given_back(own, among) if own.any() else mask, part.readings)
+    if not own.any():
+        return part
+    drawn = ndimage.binary_dilation(silhouette(view, first.appearance, first.pose), iterations=BESIDE)
+    return Part(given_back(own, among, drawn), part.readings)

@@ -44,14 +44,15 @@ def pieces(view: View, mask: Mask, least: float) -> list[Mask]:
     return found
 
 
-def given_back(own: Mask, among: Sequence[Mask]) -> Mask:
-    """Return the pixels that a thing claims, without pieces of the picture of which it claims only a small share.
+def given_back(own: Mask, among: Sequence[Mask], drawn: Mask) -> Mask:
+    """Return the pixels that a thing claims, without pieces of the picture of which it claims only a small share where it is drawn.
 
-    A piece is given back if the thing claims less than the share ``OWN`` of it.
+    A piece is given back if the thing claims less than the share ``OWN`` of it there: what it stands on is near it, and beside it in the
+    picture.
     """
     kept = own.copy()
     for piece in among:
-        if (own & piece).sum() < OWN * piece.sum():
+        if (own & drawn & piece).sum() < OWN * piece.sum():
             kept &= ~piece
     return kept if kept.any() else own
 

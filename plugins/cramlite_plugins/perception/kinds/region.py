@@ -32,7 +32,7 @@ class Region(Value, eq=False, dict=True):
         clouds = scene_clouds(view, self.mask)
         if not clouds or len(clouds[-1].points) < self.scene.limits["pixels"] / 2:
             return None
-        return clouds[-1].points, Outline.of(view, clouds[-1].mask)
+        return clouds[-1].points, Outline.of(view, clouds[-1].mask, self.scene.beside_edges)
 
     @cached_property
     def is_covered(self) -> bool:

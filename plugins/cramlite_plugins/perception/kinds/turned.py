@@ -14,7 +14,7 @@ from .joined import beside, union
 from .joint_search import settled
 from .reading import Part, Reading, Scene, bad
 from .region import Region
-from .registered import Started, again, coarse_reading, full_readings, pose_batch, standing
+from .registered import Started, again, coarse_reading, full_readings, pose_batch, standing, started
 
 TURNS = 4
 """Number of turns of furniture about the vertical that are tried: a box looks alike from that many sides."""
@@ -51,14 +51,16 @@ def _stands(scene: Scene, part: Part) -> bool:
 
 
 def _turned(region: Region, reading: Reading) -> Reading | None:
-    """Return a better explanation of a region by the same model, turned about the vertical, with its joints as the picture shows them;
-    None if there is none."""
+    """Return a better explanation of a region by the same model, turned about the vertical or found anew, with its joints as the picture
+    shows them; None if there is none."""
     scene, now = region.scene, again(region, reading.appearance, reading.pose, ())
     filed = next(a for a in scene.appearances if a.model.name == reading.appearance.model.name and a.as_filed)
     middle = reading.pose.apply(filed.surface.centre)
     there, back = Pose(tuple(middle)), Pose(tuple(-middle))
     ways = [there * Pose.from_rotvec((0, 0, 0), (0, 0, 2 * math.pi * k / TURNS)) * back * reading.pose for k in range(TURNS)]
-    ranked = coarse_reading(region, Started(filed, pose_batch(scene, ways), 1.0))
+    begun = started(region, filed, standing(filed))
+    starts = pose_batch(scene, ways) if begun is None else begun.starts.joined(pose_batch(scene, ways))
+    ranked = coarse_reading(region, Started(filed, starts, 1.0))
     found = full_readings(region, ranked, standing(filed)) if ranked is not None else []
     best = max(found, key=lambda r: r.score, default=None)
     if best is None or (now is not None and best.score <= now.score):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 from scipy import ndimage
 
@@ -23,6 +24,7 @@ class Outline(Value, eq=False, dict=True):
         intrinsics: of the whole image; row, column: of the crop's first pixel.
         depth: (h, w) of the crop [m]; NaN where unknown.
         mask: (h, w): the object.
+        unsure: (h, w): pixels beside the object that may show it or what is beside it; None if there are none.
     """
 
     intrinsics: Intrinsics
@@ -30,14 +32,22 @@ class Outline(Value, eq=False, dict=True):
     column: int
     depth: Floats32
     mask: Mask
+    unsure: Mask | None = None
 
     @classmethod
-    def of(cls, view: View, mask: Mask) -> Outline:
-        """Crop a view around a non-empty mask."""
+    def of(cls, view: View, mask: Mask, edges: Mask | None = None) -> Outline:
+        """Crop a view around a non-empty mask; of pixels at ``edges`` those next to the mask are unsure."""
         rows, columns = np.flatnonzero(mask.any(1)), np.flatnonzero(mask.any(0))
         r, c = max(0, int(rows[0]) - BORDER), max(0, int(columns[0]) - BORDER)
         area = slice(r, int(rows[-1]) + BORDER + 1), slice(c, int(columns[-1]) + BORDER + 1)
-        return cls(view.intrinsics, r, c, view.depth[area], mask[area])
+        own = mask[area]
+        unsure = None if edges is None else edges[area] & ~own & ndimage.binary_dilation(own, np.ones((3, 3)))
+        return cls(view.intrinsics, r, c, view.depth[area], own, unsure)
+
+    @property
+    def strict(self) -> Outline:
+        """Return the outline without unsure pixels: all beside the mask show something else."""
+        return replace(self, unsure=None)
 
     @cached_property
     def _nearest(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
@@ -56,13 +66,14 @@ class Outline(Value, eq=False, dict=True):
         return np.asarray(ndimage.minimum_filter(others, 3), dtype=np.float32)
 
     def hidden(self, flat: NDArray[np.int64], depth: Floats32) -> Mask:
-        """Check which points of the object are hidden: their pixels show another thing that is at least as near.
+        """Check which points of the object are hidden: their pixels show another thing that is at least as near, or are unsure.
 
         Args:
             flat: (...) flat indices of pixels of the crop.
             depth: (...) of the points that are seen there [m].
         """
-        return np.asarray(self._hiding.reshape(-1)[flat] < depth + tolerance(depth))
+        behind = self._hiding.reshape(-1)[flat] < depth + tolerance(depth)
+        return np.asarray(behind if self.unsure is None else behind | self.unsure.reshape(-1)[flat])
 
     def pixels(self, points: Floats32) -> tuple[Floats32, Floats32, NDArray[np.int64], Mask]:
         """Project points (..., 3) of the camera's optical frame [m] to pixels of the picture's crop around an

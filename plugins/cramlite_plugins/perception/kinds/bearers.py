@@ -1,0 +1,147 @@
+"""Bearers of what hovers: strips of a picture that are seen under a thing, read as the kinds that are as high as its feet stand."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from msgspec.structs import replace
+from scipy.spatial import cKDTree
+
+from cramlite.model import Floats, Value, Vector3
+from cramlite.plugin import checkpoint
+
+from ..pose.estimate import COARSE, best
+from ..pose.icp import PoseBatch, register
+from ..pose.prior import Alignment, Prior
+from ..pose.starts import slid, starts_for
+from .appearance import Appearance, histogram, likeness
+from .interpret import claimed
+from .joined import union
+from .possible import hovers
+from .reading import Part, Reading, Scene, bad
+from .region import Region
+from .registered import Started, coarse_reading, full_readings
+
+UP: Vector3 = (0.0, 0.0, 1.0)
+INNER = 0.03
+"""Distance from a kind's middle within which its hollow is [m], if it has one: what stands on it may have its feet in there."""
+
+
+class Hovering(Value, eq=False):
+    """Thing that touches nothing that is known: its middle, the half width of its outline from above, the height of its lowest point, and
+    that of the known furniture under it [m]."""
+
+    middle: Floats
+    half: float
+    low: float
+    floor: float
+
+    @property
+    def gap(self) -> float:
+        """Return how far it is above the furniture [m]."""
+        return self.low - self.floor
+
+
+def with_bearers(scene: Scene, parts: Sequence[Part]) -> list[Part]:
+    """Return parts of a picture, with what is seen under hovering things read as bearers of their height where that explains it better."""
+    found = list(parts)
+    for part in parts:
+        if (thing := _hovering(scene, part, parts)) is not None:
+            under = [p for p in found if p is not part and _is_under(scene, p, thing)]
+            if under and (one := _bearer(scene, under, thing)) is not None:
+                found = [p for p in found if not any(p is u and (u.mask & one.mask).any() for u in under)] + [one]
+    return found
+
+
+def _hovering(scene: Scene, part: Part, parts: Sequence[Part]) -> Hovering | None:
+    """Return the thing that explains a part of the picture, if it hovers."""
+    if not _stands(scene, part):
+        return None
+    points = _surface(part.readings[0])
+    others = [_surface(p.readings[0])[::3] for p in parts if p is not part and _stands(scene, p)]
+    if not hovers(scene, part.readings[0].appearance, points[::10]) or _touch(points[::10], others, scene.limits["touches_m"]):
+        return None
+    low, high = points.min(axis=0), points.max(axis=0)
+    tops = [t.pose.apply(g.pose.position)[2] + g.half_extents[2] for t in scene.fixtures for g in t.geoms]
+    floor = max((float(top) for top in tops if top < low[2]), default=None)
+    return Hovering((low + high) / 2, float((high - low)[:2].max()) / 2, float(low[2]), floor) if floor is not None else None
+
+
+def _stands(scene: Scene, part: Part) -> bool:
+    return part.score >= bad(part.mask, scene.limits)
+
+
+def _surface(reading: Reading) -> Floats:
+    return reading.pose.apply(reading.appearance.surface.points)
+
+
+def _touch(points: Floats, others: Sequence[Floats], most: float) -> bool:
+    """Whether a point is near one of other surfaces."""
+    return bool(others) and float(cKDTree(np.concatenate(others)).query(points, distance_upper_bound=most)[0].min()) < most
+
+
+def _is_under(scene: Scene, part: Part, thing: Hovering) -> bool:
+    """Whether a part of the picture that nothing explains well is seen under a thing."""
+    points = scene.points[part.mask]
+    if part.score >= scene.limits["good"] or np.percentile(points[:, 2], 90) > thing.middle[2]:
+        return False
+    return bool(np.linalg.norm(points[:, :2] - thing.middle[:2], axis=1).min() < thing.half)
+
+
+def _bearer(scene: Scene, under: Sequence[Part], thing: Hovering) -> Part | None:
+    """Return parts of the picture as the likeliest of the kinds that a thing may stand on; None if none explains them better."""
+    region = Region(scene, union(under))
+    found = [r for a, ups in _as_high(region, thing) for r in _readings(region, a, ups, thing)]
+    found = sorted((replace(r, held=scene.limits["bearer"]) for r in found), key=lambda r: -r.score)
+    if not found or found[0].score < max(region.bad, *(p.score for p in under)):
+        return None
+    return claimed(scene, Part(region.mask, tuple(found)), [p.mask for p in under])
+
+
+def _as_high(region: Region, thing: Hovering) -> list[tuple[Appearance, tuple[Vector3, ...]]]:
+    """Return the kinds that are as high as a thing hovers, and whose colours are like those of a region, with the directions up in which
+    they are."""
+    limits = region.scene.limits
+    high = {id(a): _ups(a, thing.gap, limits["bears_m"]) for a in region.scene.appearances if a.model.movable}
+    own = histogram(region.scene.picture.view.rgb[region.mask].astype(float))
+    alike = [(likeness(own, a), a) for a in region.scene.appearances if high.get(id(a))]
+    least = limits["alike"] * max((share for share, _ in alike), default=0.0)
+    return [(a, high[id(a)]) for share, a in alike if share >= least]
+
+
+def _ups(appearance: Appearance, gap: float, most: float) -> tuple[Vector3, ...]:
+    """Directions of a kind that point up where it bears what is so high, on its rim or in a hollow of its middle."""
+    found = []
+    for up in appearance.up:
+        along = appearance.surface.points @ np.array(up)
+        across = appearance.surface.points - np.outer(along, up)
+        middle = (across.min(axis=0) + across.max(axis=0)) / 2
+        inner = (np.linalg.norm(across - middle, axis=1) < INNER) & (appearance.surface.normals @ np.array(up) > 0)
+        hollow = along[inner].max(initial=along.min()) if inner.any() else along.max()
+        if hollow - along.min() - most < gap < np.ptp(along) + most:
+            found.append(up)
+    return tuple(found)
+
+
+def _readings(region: Region, appearance: Appearance, ups: tuple[Vector3, ...], thing: Hovering) -> list[Reading]:
+    """Explanations of a region by a kind that stands under a thing, with one of some directions up."""
+    checkpoint()
+    seen, model = region.seen, appearance.surface
+    if seen is None:
+        return []
+    prior = Prior((Alignment(ups, (UP,)),))
+    starts = _standing(region.scene, appearance, starts_for(region.scene.picture.view.camera, model, prior, seen[0]), thing)
+    starts = register(model, seen[0], slid(model, seen[1], starts), COARSE, seen[1])
+    ranked = coarse_reading(region, Started(appearance, best(model, *seen, starts, 2 * int(region.scene.limits["yaws"]), 200), 1.0))
+    return full_readings(region, ranked, prior) if ranked is not None else []
+
+
+def _standing(scene: Scene, appearance: Appearance, starts: PoseBatch, thing: Hovering) -> PoseBatch:
+    """Move poses of a kind, turned as they are, to where it stands under a thing."""
+    camera = scene.picture.view.camera
+    surface = appearance.surface.points @ (starts.turn @ camera.rotation.T.astype(np.float32))
+    low, high = surface.min(axis=1), surface.max(axis=1)
+    place = np.column_stack([thing.middle[:2] - (low + high)[:, :2] / 2, thing.floor - low[:, 2]])
+    origins = camera.inverse().apply(place).astype(np.float32)
+    return PoseBatch(starts.turn, -np.einsum("hij,hj->hi", starts.turn, origins))
