@@ -65,12 +65,12 @@ class LiberoByCamera(Libero):
         said = self.ask({"ask": "look"}, self.patience)
         hello = self.hello()
         mount = RobotMount("robot", "libero_panda", joints=tuple(said["joints"]), opening=min(said["opening"], 0.08))
-        view, table = located(engine, pictured(said, self.seed), mount)
+        view, table, camera = located(engine, pictured(said, self.seed), mount)
         library = library_folder()
         found, obstacles = seen(engine, view, table, kinds_of(library), mount)
         folder.mkdir(parents=True, exist_ok=True)
         (folder / ASKED).write_bytes(json.format(json.encode({
-            "asked": self.asked, "sentence": self.sentence, "table": table,
+            "asked": self.asked, "sentence": self.sentence, "table": table, "camera": camera,
             "seen": [{"kind": f.kind, "position": f.pose.position, "quaternion": f.pose.quaternion, "confidence": f.confidence,
                       "joints": f.joints} for f in found],
             "obstacles": [{"position": o.pose.position, "half_extents": o.geoms[0].half_extents} for o in obstacles],

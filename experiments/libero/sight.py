@@ -106,18 +106,18 @@ def levelled(view: View) -> tuple[View, float]:
     return view, height
 
 
-def located(engine: Engine, view: View, mount: RobotMount) -> tuple[View, float]:
+def located(engine: Engine, view: View, mount: RobotMount) -> tuple[View, float, str]:
     """Correct the pose of a view's camera by the table in the picture, and by the robot, if it is known what this looks like;
-    return the view and the table's height [m].
+    return the view, the table's height [m], and how far the camera was off, or why that is not known.
 
     Raises:
         UserError: there is no table in the picture.
     """
     level, table = levelled(view)
     if engine.knowledge.robots[mount.type].looks is None:
-        return level, table
-    offset, _ = camera_offset(level, (), engine.knowledge, _own(engine, level, mount))
-    return levelled(replace(level, camera=offset.camera)) if offset else (level, table)
+        return level, table, "it is not known what the robot looks like"
+    offset, said = camera_offset(level, (), engine.knowledge, _own(engine, level, mount))
+    return (*(levelled(replace(level, camera=offset.camera)) if offset else (level, table)), said)
 
 
 def _own(engine: Engine, view: View, mount: RobotMount) -> Any:
