@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import shlex
-from collections.abc import Sequence
 from pathlib import Path
 
 from msgspec.structs import replace
@@ -17,7 +16,6 @@ from ..model.program.program_json import is_program_text, read_program
 from ..model.robot_file import RobotFile
 from ..model.run.rollout import Rollout
 from ..plugin.catalogue import Knowledge, pick
-from ..plugin.selection import INSTALLED, PluginChoice
 from ..scenario.faults import faulty, read_fault_text
 from ..scenario.worlds import read_world
 from .arguments import Add, add_seed, duration, plugin_choice
@@ -27,39 +25,18 @@ from .run_files import write_run
 from .texts import findings_text, rollout_json, rollout_text
 
 
-def execute_program(
-    program: Path,
-    *,
-    world: str,
-    seed: int = 0,
-    plan: str = "",
-    goals: Sequence[str] = (),
-    faults: Sequence[str] = (),
-    out: Path | None = None,
-    episode: bool = True,
-    plugins: PluginChoice = INSTALLED,
-    json_output: bool = False,
-) -> int:
+def _simulate(arguments: argparse.Namespace) -> int:
     """Run a program's text on the controller model, say how it ended, and judge it if a plan or a goal is given.
 
-    Args:
-        program: the text, e.g. ``program.script`` of a run directory.
-        world: a run directory, its ``world.json``, or a scenario, whose world with this seed is taken.
-        plan, goals: as ``judge.purpose_of`` has them.
-        faults: that happen to it, as ``scenario.faults.read_fault_text`` reads them.
-        out: folder for the recorded run: ``execution.json``, ``rollout.npz``, ``world.json`` and, with ``episode``, ``episode/``.
-
-    Returns:
-        0 when the program came to its end, and no validator objects.
-
     Raises:
-        NoSolution: it did not; the reason is its own last message, what stopped it, or the validators' objections.
+        NoSolution: it did not come to its end, for its own last message or what stopped it; or validators object.
         UserError: a file that cannot be used.
     """
-    knowledge = Knowledge(plugins.registry())
+    program, seed, out, plan, goals = arguments.program, arguments.seed, arguments.out, arguments.plan, arguments.goal
+    knowledge = Knowledge(plugin_choice(arguments).registry())
     require_vacant(out, "run")
-    text, place = read_text(program), robots_world(world, program, knowledge, seed)
-    place = faulty(place, map(read_fault_text, faults))
+    text, place = read_text(program), robots_world(arguments.world, program, knowledge, seed)
+    place = faulty(place, map(read_fault_text, arguments.fault))
     judged = None
     if plan or goals:
         judged = judged_text(program, text, place, purpose_of(plan, goals, knowledge, place), knowledge, seed)
@@ -68,8 +45,8 @@ def execute_program(
         with naming(program):
             rollout = knowledge.run(text, place, seed)
     if out is not None:
-        write_run(out, rollout, program.stem, knowledge, episode=episode)
-    _print(rollout, judged, json_output=json_output)
+        write_run(out, rollout, program.stem, knowledge, episode=not arguments.no_episode)
+    _print(rollout, judged, json_output=arguments.json)
     _refuse_unfinished(program, rollout)
     if judged is not None:
         refuse(program, judged)
@@ -186,18 +163,7 @@ def _execute(arguments: argparse.Namespace) -> int:
         from .replan import execute_and_replan
 
         return execute_and_replan(arguments)
-    return execute_program(
-        arguments.program,
-        world=arguments.world,
-        seed=arguments.seed,
-        plan=arguments.plan,
-        goals=arguments.goal,
-        faults=arguments.fault,
-        out=arguments.out,
-        episode=not arguments.no_episode,
-        plugins=plugin_choice(arguments),
-        json_output=arguments.json,
-    )
+    return _simulate(arguments)
 
 
 def add_commands(add: Add) -> None:

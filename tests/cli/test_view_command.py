@@ -14,7 +14,7 @@ import pytest
 from conftest import Run
 from helpers.headless import Browser, chromium
 
-from cramlite.cli.execute import execute_program
+from cramlite.cli.main import main
 from cramlite.cli.program_input import program_of, recorded
 from cramlite.cli.view import free_port, no_browser, require_viser, viewer_of
 from cramlite.plugin import UserError
@@ -39,7 +39,7 @@ def ran(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of a short run."""
     folder = tmp_path_factory.mktemp("ran")
     (folder / "turn.script").write_text(TURN)
-    execute_program(folder / "turn.script", world="grasp_one_thing", out=folder / "run", episode=False)
+    main(["execute", str(folder / "turn.script"), "--world", "grasp_one_thing", "--out", str(folder / "run"), "--no-episode"])
     (folder / "run" / "program.script").write_text(TURN)
     return folder / "run"
 
