@@ -8,7 +8,7 @@ import numpy as np
 from msgspec.structs import replace
 from scipy.spatial import cKDTree
 
-from cramlite.model import Floats, Value, Vector3
+from cramlite.model import Floats, Mask, Value, Vector3
 from cramlite.plugin import checkpoint
 
 from ..pose.estimate import COARSE, best
@@ -16,10 +16,9 @@ from ..pose.icp import PoseBatch, register
 from ..pose.prior import Alignment, Prior
 from ..pose.starts import slid, starts_for
 from .appearance import Appearance, histogram, likeness
-from .interpret import claimed
-from .joined import union
+from .interpret import claimed, clusters
 from .possible import hovers
-from .reading import Part, Reading, Scene, bad
+from .reading import Part, Reading, Scene, bad, rarity
 from .region import Region
 from .registered import Started, coarse_reading, full_readings
 
@@ -47,22 +46,23 @@ def with_bearers(scene: Scene, parts: Sequence[Part]) -> list[Part]:
     """Return parts of a picture, with what is seen under hovering things read as bearers of their height where that explains it better."""
     found = list(parts)
     for part in parts:
-        if (thing := _hovering(scene, part, parts)) is not None:
-            under = [p for p in found if p is not part and _is_under(scene, p, thing)]
-            if under and (one := _bearer(scene, under, thing)) is not None:
-                found = [p for p in found if not any(p is u and (u.mask & one.mask).any() for u in under)] + [one]
+        if (thing := _hovering(scene, part, parts)) is not None and (mask := _under(scene, found, part, thing)).any():
+            rivals = [p for p in found if p is not part and not _is_known(scene, p) and (p.mask & mask).any()]
+            if (one := _bearer(scene, mask, rivals, thing)) is not None:
+                found = [p for p in found if not any(p is r for r in rivals)] + [one]
     return found
 
 
 def _hovering(scene: Scene, part: Part, parts: Sequence[Part]) -> Hovering | None:
-    """Return the thing that explains a part of the picture, if it hovers."""
+    """Return the thing that explains a part of the picture, if its feet touch nothing."""
     if not _stands(scene, part):
         return None
     points = _surface(part.readings[0])
-    others = [_surface(p.readings[0])[::3] for p in parts if p is not part and _stands(scene, p)]
-    if not hovers(scene, part.readings[0].appearance, points[::10]) or _touch(points[::10], others, scene.limits["touches_m"]):
-        return None
+    others = [_surface(p.readings[0])[::3] for p in parts if p is not part and _is_known(scene, p)]
     low, high = points.min(axis=0), points.max(axis=0)
+    feet = points[points[:, 2] < low[2] + scene.limits["bears_m"]]
+    if not hovers(scene, part.readings[0].appearance, points[::10]) or _touch(feet, others, scene.limits["touches_m"]):
+        return None
     tops = [t.pose.apply(g.pose.position)[2] + g.half_extents[2] for t in scene.fixtures for g in t.geoms]
     floor = max((float(top) for top in tops if top < low[2]), default=None)
     return Hovering((low + high) / 2, float((high - low)[:2].max()) / 2, float(low[2]), floor) if floor is not None else None
@@ -70,6 +70,13 @@ def _hovering(scene: Scene, part: Part, parts: Sequence[Part]) -> Hovering | Non
 
 def _stands(scene: Scene, part: Part) -> bool:
     return part.score >= bad(part.mask, scene.limits)
+
+
+def _is_known(scene: Scene, part: Part) -> bool:
+    """Whether a part of the picture shows furniture, or beyond doubt a thing that can be moved."""
+    if not _stands(scene, part):
+        return False
+    return part.readings[0].appearance.model.furniture or part.score >= scene.limits["good"] * rarity(part.mask, scene.limits)
 
 
 def _surface(reading: Reading) -> Floats:
@@ -81,22 +88,26 @@ def _touch(points: Floats, others: Sequence[Floats], most: float) -> bool:
     return bool(others) and float(cKDTree(np.concatenate(others)).query(points, distance_upper_bound=most)[0].min()) < most
 
 
-def _is_under(scene: Scene, part: Part, thing: Hovering) -> bool:
-    """Whether a part of the picture that nothing explains well is seen under a thing."""
-    points = scene.points[part.mask]
-    if part.score >= scene.limits["good"] or np.percentile(points[:, 2], 90) > thing.middle[2]:
-        return False
-    return bool(np.linalg.norm(points[:, :2] - thing.middle[:2], axis=1).min() < thing.half)
+def _under(scene: Scene, parts: Sequence[Part], part: Part, thing: Hovering) -> Mask:
+    """Pixels of the picture's foreground under the thing that a part shows, which nothing explains well."""
+    known = [p.mask for p in parts if _is_known(scene, p) or p is part]
+    left = scene.front & ~np.logical_or.reduce(known) & (scene.points[..., 2] < thing.middle[2])
+    return np.asarray(np.logical_or.reduce([np.zeros_like(left), *(m for m in clusters(scene, left) if _begins_under(scene, m, thing))]))
 
 
-def _bearer(scene: Scene, under: Sequence[Part], thing: Hovering) -> Part | None:
-    """Return parts of the picture as the likeliest of the kinds that a thing may stand on; None if none explains them better."""
-    region = Region(scene, union(under))
+def _begins_under(scene: Scene, mask: Mask, thing: Hovering) -> bool:
+    return bool(np.linalg.norm(scene.points[mask][:, :2] - thing.middle[:2], axis=1).min() < thing.half)
+
+
+def _bearer(scene: Scene, mask: Mask, rivals: Sequence[Part], thing: Hovering) -> Part | None:
+    """Return a part of the picture as the likeliest of the kinds that a thing may stand on; None if none explains it better than others
+    do."""
+    region = Region(scene, mask)
     found = [r for a, ups in _as_high(region, thing) for r in _readings(region, a, ups, thing)]
     found = sorted((replace(r, held=scene.limits["bearer"]) for r in found), key=lambda r: -r.score)
-    if not found or found[0].score < max(region.bad, *(p.score for p in under)):
+    if not found or found[0].score < max([region.bad, *(p.score for p in rivals)]):
         return None
-    return claimed(scene, Part(region.mask, tuple(found)), [p.mask for p in under])
+    return claimed(scene, Part(mask, tuple(found)), [])
 
 
 def _as_high(region: Region, thing: Hovering) -> list[tuple[Appearance, tuple[Vector3, ...]]]:
