@@ -35,7 +35,7 @@ SLOWEST, HALVINGS = 0.1, 8
 CALM = 2.0
 """Conditioning, in units of the least that the robot keeps, below which the arm comes nearer to a singularity the more slowly: one that
 treats position and rotation of its tool apart hardly brakes there. Three programs for LIBERO with motions that ended at 1.02 to 1.14 ran
-into a singularity so (stuck, or with 64 N on a thing), and no longer do."""
+into a singularity so (stuck, or with 64 N on a thing), and no longer do; others take at most 2 % more actions."""
 BEYOND = 0.15
 """Largest excess of an encoder's value over its joint's range [rad]: the range is where motions are planned, not where the stop is. An arm
 that is led by its tool alone, as by robosuite's OSC_POSE, keeps its elbow where it likes: it was seen 35 mrad outside."""
