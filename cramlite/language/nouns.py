@@ -10,7 +10,7 @@ from ..model.world.colour_words import COLOURS
 from . import english
 from .english import Words, starts
 from .surface import RETRACT
-from .tree import Link, Noun
+from .tree import UTMOST, Link, Noun
 
 Found = tuple[Noun, int]
 """Noun phrase, and the position after it in the sentence."""
@@ -298,6 +298,9 @@ class NounParser:
         for start in dict.fromkeys((*starts(self.words, begin, english.THAT), begin)):
             yield from self._sides(start, deep)
             yield from self._relations(start, deep)
+            if self.words[start : start + 1] == ("not",):
+                found = self._relations(start + 1, deep)
+                yield from ((replace(link, denied=True), end) for link, end in found if link.relation not in UTMOST)
         yield from ((Link("here", self.words[begin:end]), end) for end in starts(self.words, begin, english.POINTED))
         placed = self.words[begin : begin + 1] and self.words[begin] in english.PLACED and starts(self.words, begin + 1, self.prepositions)
         if begin != at and begin < len(self.words) and self.words[begin] in self.states and not placed:

@@ -19,7 +19,7 @@ from .mentions import Mentions, Referents
 from .nouns import RANKED
 from .refusal import FALSE, OPEN, UNKNOWN, Refusal, listed
 from .space import AXES
-from .tree import Link, Noun
+from .tree import UTMOST, Link, Noun
 
 if TYPE_CHECKING:
     from ..interpretation.fluents import Fact, GoalCondition, SymbolicWorld
@@ -94,14 +94,14 @@ class Resolver:
         noun = _unpacked(noun)
         found = self._called(noun, about, mentions)
         found = self._kept(found, noun, mentions)
-        for link in (k for k in noun.links if k.relation in ("next to", "nearest", "farthest")):
+        for link in (k for k in noun.links if k.relation in ("next to", *UTMOST) and not k.denied):
             found = self._nearest(found, noun, link, mentions)
         return self._placed(found, noun, mentions)
 
     def _kept(self, found: list[str], noun: Noun, mentions: Mentions) -> list[str]:
         """Return, of the things ``found``, those for which the relations of a noun phrase hold, such as "on
         the tray"."""
-        for link in (k for k in noun.links if k.relation in FILTERS):
+        for link in (k for k in noun.links if k.relation in FILTERS or k.denied):
             kept = self._related(found, link, mentions)
             if not kept:
                 raise Refusal(FALSE, f"'{noun.said}' is not in the scene: {self._not_so(found, noun, link)}")
@@ -192,6 +192,9 @@ class Resolver:
 
     def _related(self, names: list[str], link: Link, mentions: Mentions) -> list[str]:
         """Return those of the named things to which a relation applies, such as "on the stove"."""
+        if link.denied:
+            related = self._related(names, replace(link, denied=False), mentions)
+            return [n for n in names if n not in related]
         if link.relation == "colour":
             return [n for n in names if self.labels.describes(n, link.words)]
         if link.relation == "state":
@@ -202,6 +205,8 @@ class Resolver:
             return names
         if link.relation == "between":
             others = self.things(link.nouns[0], _anything, mentions).names
+            if len(others) != 2:
+                raise Refusal(FALSE, f"a thing is between two others, and '{link.nouns[0].said}' names {listed(list(others), 'and')}")
             return [n for n in names if n not in others and self.space.beside(n, "between", others)]
         if link.relation == "except":
             return self._without(names, link, mentions)
@@ -246,7 +251,7 @@ class Resolver:
         return self.space.beside(name, link.relation, (other,))
 
     def _not_so(self, names: list[str], noun: Noun, link: Link) -> str:
-        where = " ".join((*link.words, *(n.said for n in link.nouns))).replace("on_top_of", "on top of")
+        where = " ".join((*("not",) * link.denied, *link.words, *(n.said for n in link.nouns))).replace("on_top_of", "on top of")
         return f"of {listed([self.space.place(n) for n in names], 'and')} none is {where}"
 
     def _nearest(self, names: list[str], noun: Noun, link: Link, mentions: Mentions) -> list[str]:

@@ -11,6 +11,10 @@ if TYPE_CHECKING:
     from .english import Words
 
 
+UTMOST = ("nearest", "farthest")
+"""Relations that hold of the one thing of several of which they hold most."""
+
+
 class Link(Value):
     """Relation of a noun phrase to others: "on the stove", "between the plate and the cup", "on the left".
 
@@ -21,11 +25,13 @@ class Link(Value):
             or one that is judged by positions.
         words: the preposition, or the word of the side or state.
         nouns: what it relates to.
+        denied: whether it does not hold: "not between the plate and the cup".
     """
 
     relation: str
     words: Words
     nouns: tuple[Noun, ...] = ()
+    denied: bool = False
 
 
 class Noun(Value):

@@ -58,6 +58,8 @@ def goals(name: str, sentence: str, view: str = "") -> tuple[str, ...]:
         ("it would be great if you could put the tin in the basket", ["tin in basket"]),
         ("put the cube in front of the red cube in the basket", ["blue in basket"]),
         ("The mug is on the floor, please put it on the tray.", ["mug on tray"]),
+        ("put the cube that is not between the can and the blue cube in the basket", ["blue in basket"]),
+        ("put the cube not between the can and the blue cube in the basket", ["blue in basket"]),
         ("Of the mug and the bowl, the former shall be put on the tray and the latter in the basket.", ["mug on tray", "bowl in basket"]),
         ("Put the mug on the tray unless the drawer is open.", ["mug on tray"]),
         ("Put the mug on the tray, provided that the drawer stays closed.", ["mug on tray", "drawer closed"]),

@@ -14,15 +14,16 @@ REGIONS = (SURFACE, CAVITY)
 """Features that a goal may name as a place of their own."""
 
 
-def in_cavity(point: Vector3, size: Mapping[str, float], over: float = 0.0) -> bool:
+def in_cavity(point: Vector3, size: Mapping[str, float], over: float = 0.0, below: float = 0.0) -> bool:
     """Check whether a point is in a cavity, whose frame is in the middle of its opening, z out of it.
 
     Args:
         over: height above the opening up to which a point counts as inside [m].
+        below: depth below the floor down to which it does [m].
     """
     if "height" not in size or not {"radius", "width"} & set(size):
         return False
-    return not _beside(point, size) and -size["height"] <= point[2] <= over
+    return not _beside(point, size) and -size["height"] - below <= point[2] <= over
 
 
 def in_extent(type_: str, size: Mapping[str, float], point: Floats) -> bool:

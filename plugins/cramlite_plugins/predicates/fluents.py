@@ -134,7 +134,7 @@ def _contained(scene: SymbolicWorld) -> Iterator[tuple[Thing, Thing]]:
         for container, cavity in hollow:
             if not thing.furniture and thing.name != container.name:
                 point = vector3((container.pose * cavity.pose).inverse().apply(thing.pose.position))
-                if in_cavity(point, cavity.size):
+                if in_cavity(point, cavity.size, below=SUNK):
                     yield thing, container
 
 

@@ -12,6 +12,7 @@ from cramlite.model import Floats, Pose, Vector3, thing_of
 from cramlite.plugin import Phase, Predicate, Row
 
 from ..shapes.ray_casting import body, crossed
+from ..shapes.surfaces import SUNK
 from . import extents, fluents, unknowns
 from .phase_poses import Box, box_of, distance_to_box, each, pairs, pose_of, relative_position, things, tips
 
@@ -186,7 +187,8 @@ def in_cavity(phase: Phase, name: str | None, place: str | None) -> Iterator[Row
     """Evaluate in_cavity(Thing, Container): Thing's origin is in a cavity of Container at the end of the phase.
 
     Thing's origin is taken in the frame of a cavity of Container, whose origin is the middle of the opening
-    and whose z axis leads out of it. Cavities without a size are left out.
+    and whose z axis leads out of it; a thing that stands on the cavity's floor may be ``SUNK`` below that. Cavities without a size
+    are left out.
     """
     for cavity in phase.timeline.entities_of("cram:Cavity"):
         container, size = phase.timeline.wholes[cavity][-1], phase.timeline.entities[cavity].properties
@@ -194,7 +196,7 @@ def in_cavity(phase: Phase, name: str | None, place: str | None) -> Iterator[Row
             continue
         for one in each(phase, name):
             point = relative_position(phase, cavity, one, phase.end)
-            if one != container and point is not None and extents.in_cavity(point, size, RIM):
+            if one != container and point is not None and extents.in_cavity(point, size, RIM, SUNK):
                 yield one, container
 
 

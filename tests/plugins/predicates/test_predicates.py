@@ -156,7 +156,7 @@ def test_in_or_above_is_over_the_footprint(position: tuple[float, float, float],
     assert (("product", "table") in rows("in_or_above", at)) == holds
 
 
-@pytest.mark.parametrize(("height", "holds"), [(-0.02, True), (-0.04, False)])
+@pytest.mark.parametrize(("height", "holds"), [(-0.02, True), (-0.035, True), (-0.045, False)])
 def test_in_or_above_is_also_in_a_cavity_that_ends_below_the_walls(height: float, holds: bool) -> None:
     rack = Entity("rack", ("soma:Shelf",), pose=Pose((0, 0, 0)), geoms=(Geom("box", (0.2, 0.1, 0.1), Pose((0, 0, 0.11))),))
     size = {"width": 0.3, "depth": 0.15, "height": 0.08}
