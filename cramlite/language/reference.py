@@ -109,10 +109,10 @@ class Resolver:
             found = kept
         return found
 
-    def holds(self, preposition: Words, thing: str, place: str) -> bool:
-        """Check whether a thing is at a place in the sense of a preposition; contents of a part are contents
+    def holds(self, preposition: Words, thing: str, place: str, *, parts: bool = True) -> bool:
+        """Check whether a thing is at a place in the sense of a preposition; with ``parts``, contents of a part are contents
         of the whole."""
-        mounted = [t.name for t in self.scene.world.things if t.joint is not None and t.joint.parent == place]
+        mounted = [t.name for t in self.scene.world.things if parts and t.joint is not None and t.joint.parent == place]
         phrases, wheres = self.frames.of_preposition(preposition), [at for at in (place, *mounted) if at != thing]
         return any(self.so(p.meaning, thing, at) for p in phrases for at in wheres)
 
@@ -215,7 +215,14 @@ class Resolver:
         others = tuple(self.pool(link.nouns[0], _anything, mentions))
         if link.relation == "same":
             return [n for n in names if n in others]
-        return [n for n in names if any(self._relates(n, o, link) if n != o else link.relation == "of" for o in others)]
+        every = [n for n in names if any(self._relates(n, o, link) if n != o else link.relation == "of" for o in others)]
+        return self._outside(every, others, link) or every
+
+    def _outside(self, names: list[str], others: Sequence[str], link: Link) -> list[str]:
+        """Return those of some things that are at a place itself, such as on the cabinet and not in its drawer."""
+        if link.relation != "phrase" or {*link.words} <= INWARD:
+            return []
+        return [n for n in names if any(n != o and self.holds(link.words, n, o, parts=False) for o in others)]
 
     def _without(self, names: list[str], link: Link, mentions: Mentions) -> list[str]:
         """Return some things without the excepted ones, which must be among them."""

@@ -492,3 +492,13 @@ def test_a_plugin_is_not_asked_what_is_ambiguous_or_false(reader: Callable[[str]
     for sentence in ("put the cube in the wood basket beside the zebra", "put the cube in the wood basket"):
         with pytest.raises(NotUnderstood):
             understand(sentence.replace(" beside the zebra", ""), scene(TIDY), engine.knowledge)
+
+
+def test_on_a_thing_is_not_in_its_drawer(tmp_path: Path) -> None:
+    text = find_scenario("compound/from_drawer").read_text()
+    more = "  - {name: tin_2, model: block, at: {position: [0.83, 0.1, 0.501]}, with: {size: [50 mm, 50 mm, 100 mm]}}\n"
+    (tmp_path / "two.yaml").write_text(text.rstrip("\n") + "\n" + more)
+    there = ENGINE.setting(read_scenario(tmp_path / "two.yaml"), twins=0).symbolic(ENGINE.knowledge.taxonomy)
+    places = ("on the cabinet", "in the drawer")
+    said = {place: understand(f"put the tin {place} on the tray", there, ENGINE.knowledge).goals for place in places}
+    assert said == {"on the cabinet": ("tin_2 on tray",), "in the drawer": ("tin on tray",)}
