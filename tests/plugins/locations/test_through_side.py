@@ -130,9 +130,12 @@ def test_roofs_and_open_sides() -> None:
     assert out == pytest.approx((-1.0, 0.0, 0.0), abs=1e-9)
 
 
-@pytest.mark.parametrize(("region", "under"), [("inside", True), ("top", False)])
-def test_grasps_know_what_comes_later(region: str, under: bool) -> None:
-    belief, context = _asked(LEVEL, cabinet("cabinet", AT))
+FAR = Pose((1.6, 0.0, 0.0)) * AT
+
+
+@pytest.mark.parametrize(("region", "at", "under"), [("inside", AT, True), ("top", AT, False), ("inside", FAR, False)])
+def test_grasps_know_what_comes_later_where_the_arm_reaches(region: str, at: Pose, under: bool) -> None:
+    belief, context = _asked(LEVEL, cabinet("cabinet", at))
     roles = {"Locatum": Object("it", entity="it"), "Relatum": Object("cabinet", entity="cabinet")}
     placing = Action("3.Placing", "soma:Placing", roles, parameters={"where": {"region": region}})
     later = Context(UR5E, MOUNT, context.bindings, context.taxonomy, (placing,))

@@ -326,7 +326,8 @@ def comes_in(thing: Thing, belief: Belief, context: Context, taken: Taken) -> ND
     others = (name for name in belief.poses if name != thing.name)
     if not any(has_a_roof(belief.thing(other), belief.pose(other)) for other in others):
         return None
-    floors, scene = list(_floors_later(thing, now, belief, context)), Arm(belief, context).scene()
+    floors = [f for f in _floors_later(thing, now, belief, context) if _in_reach(f, context)]
+    scene = Arm(belief, context).scene()
     found = np.zeros(len(openings), bool)
     for floor in floors:
         around = HandRoom.amid(floor.whole.name, thing.name, belief, scene)
@@ -334,6 +335,14 @@ def comes_in(thing: Thing, belief: Belief, context: Context, taken: Taken) -> ND
         wide, turns = np.ceil(openings[level] / COARSE) * COARSE, np.radians(TURNS[:3])
         found[level] |= _free(floor, around, thing, now, hands.of(level), wide, turns, FEW).any(axis=(1, 2))
     return found if floors else None
+
+
+def _in_reach(floor: Floor, context: Context) -> bool:
+    """Whether a hand that points in through the open side of a floor, or down where it has room, reaches the
+    outermost spots of the floor."""
+    (point, _), up = floor.spots(FEW)[-len(ASIDE[:3])], np.array((0.0, 0.0, 1.0))
+    aims = [(-floor.out, up), *([(-up, floor.out)] if floor.room > HAND else [])]
+    return any(reach_gap(context.robot, Pose.from_axes(point, z, x))[0] <= BEYOND for z, x in aims)
 
 
 def _floors_later(thing: Thing, now: Pose, belief: Belief, context: Context) -> Iterator[Floor]:
