@@ -12,7 +12,7 @@ from cramlite.model import Floats, Mask, Value, Vector3
 from cramlite.plugin import checkpoint
 
 from ..pose.estimate import COARSE, best
-from ..pose.icp import PoseBatch, register
+from ..pose.icp import register
 from ..pose.prior import Alignment, Prior
 from ..pose.starts import slid, starts_for
 from .appearance import Appearance, histogram, likeness
@@ -20,7 +20,7 @@ from .interpret import claimed, clusters
 from .possible import hovers
 from .reading import Part, Reading, Scene, bad, rarity
 from .region import Region
-from .registered import Started, coarse_reading, full_readings
+from .registered import Started, coarse_reading, full_readings, standing_at
 
 UP: Vector3 = (0.0, 0.0, 1.0)
 INNER = 0.03
@@ -142,17 +142,9 @@ def _readings(region: Region, appearance: Appearance, ups: tuple[Vector3, ...], 
     if seen is None:
         return []
     prior = Prior((Alignment(ups, (UP,)),))
-    starts = _standing(region.scene, appearance, starts_for(region.scene.picture.view.camera, model, prior, seen[0]), thing)
+    begun = starts_for(region.scene.picture.view.camera, model, prior, seen[0])
+    starts = standing_at(region.scene, appearance, begun, thing.floor, thing.middle[:2])
     starts = register(model, seen[0], slid(model, seen[1], starts), COARSE, seen[1])
     ranked = coarse_reading(region, Started(appearance, best(model, *seen, starts, 2 * int(region.scene.limits["yaws"]), 200), 1.0))
     return full_readings(region, ranked, prior) if ranked is not None else []
 
-
-def _standing(scene: Scene, appearance: Appearance, starts: PoseBatch, thing: Hovering) -> PoseBatch:
-    """Move poses of a kind, turned as they are, to where it stands under a thing."""
-    camera = scene.picture.view.camera
-    surface = appearance.surface.points @ (starts.turn @ camera.rotation.T.astype(np.float32))
-    low, high = surface.min(axis=1), surface.max(axis=1)
-    place = np.column_stack([thing.middle[:2] - (low + high)[:, :2] / 2, thing.floor - low[:, 2]])
-    origins = camera.inverse().apply(place).astype(np.float32)
-    return PoseBatch(starts.turn, -np.einsum("hij,hj->hi", starts.turn, origins))

@@ -190,6 +190,7 @@ PARAMETERS = (
     Parameter("loose_m", 0.012, "what can be moved lies on a thing, not in it: errors of both places, and of depth"),
     Parameter("hover_m", 0.006, "half of that: above it a thing stands on something else, or is nowhere"),
     Parameter("hover", 0.8, "of the score of what hovers, where another explanation of the same points stands on known furniture"),
+    Parameter("floor_m", 0.03, "lowest points that are seen of what stands on furniture are so near it, if nothing hides them"),
     Parameter("touches_m", 0.012, "hover_m, and half the distance between a model's points"),
     Parameter("bears_m", 0.008, "errors of both heights: three times those of poses at 95 %"),
     Parameter("bearer", 1.4, "of the score of what must bear a thing that hovers: few kinds are as high, so that none fits by chance"),
