@@ -35,7 +35,7 @@ def covered(mjcf: str, skins: Mapping[str, Skin]) -> str:
         if (name := body.get("name", "")) in skins:
             for hidden in [g for g in body.findall("geom") if "_pad" not in g.get("name", "")]:
                 body.remove(hidden)
-            mesh, at = f"{name}/skin", skins[name].at
+            mesh, at = f"{name}_skin", skins[name].at
             ElementTree.SubElement(assets, "mesh", name=mesh, file=str(skins[name].file), inertia="shell")
             geom = ElementTree.SubElement(body, "geom", name=mesh, type="mesh", mesh=mesh, mass="0", contype="0", conaffinity="0")
             geom.set("pos", _text(at.position))

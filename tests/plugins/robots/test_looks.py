@@ -23,4 +23,4 @@ def test_cameras_see_a_robots_meshes(tmp_path: Path) -> None:
     before, after = (knowledge.simulator.look(world, {"ur5e": r}, Camera(EYE, noise=0.0), seed=0).depth for r in (plain, seen))
     changed = np.isfinite(after) & ~(np.abs(after - before) < 1e-6)
     assert 0.9 < after[changed].min() < 1.06 and changed.sum() > 500
-    assert "base_link/skin" not in seen.mjcf()
+    assert "base_link_skin" not in seen.mjcf()
