@@ -20,7 +20,8 @@ from .interpret import claimed, clusters
 from .possible import hovers
 from .reading import Part, Reading, Scene, bad, rarity
 from .region import Region
-from .registered import Started, coarse_reading, full_readings, standing_at
+from .registered import Started, coarse_reading, full_readings
+from .standing import standing_at, tops
 
 UP: Vector3 = (0.0, 0.0, 1.0)
 INNER = 0.03
@@ -63,8 +64,7 @@ def _hovering(scene: Scene, part: Part, parts: Sequence[Part]) -> Hovering | Non
     feet = points[points[:, 2] < low[2] + scene.limits["bears_m"]]
     if not hovers(scene, part.readings[0].appearance, points[::10]) or _touch(feet, others, scene.limits["touches_m"]):
         return None
-    tops = [t.pose.apply(g.pose.position)[2] + g.half_extents[2] for t in scene.fixtures for g in t.geoms]
-    floor = max((float(top) for top in tops if top < low[2]), default=None)
+    floor = max((top for top in tops(scene.fixtures, (low + high) / 2) if top < low[2]), default=None)
     return Hovering((low + high) / 2, float((high - low)[:2].max()) / 2, float(low[2]), floor) if floor is not None else None
 
 

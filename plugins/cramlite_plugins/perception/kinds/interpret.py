@@ -34,9 +34,9 @@ from .registered import (
     full_readings,
     pose_batch,
     posed,
-    standing,
     started,
 )
+from .standing import standing
 
 ANY = Prior()
 BESIDE = 2

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Floats, Geom, Pose, Value
+from cramlite.model import Floats, Pose, Value
 
 from ..pose.estimate import COARSE, FINE, MIDDLE, PoseHypothesis, allowed, best, hypotheses, without_duplicates
 from ..pose.icp import PoseBatch, RegistrationStage, register, spread
 from ..pose.model import Floats32, PoseModel
 from ..pose.outline import Outline
-from ..pose.prior import Alignment, Prior
+from ..pose.prior import Prior
 from ..pose.score import ENOUGH, SURFACE, Scores, score_poses
 from ..pose.starts import slid, starts_for
 from .agreement import agreement, best_by_print
@@ -23,11 +23,10 @@ from .appearance import Appearance
 from .possible import possible
 from .reading import Reading, Scene
 from .region import Region
+from .standing import floor_of, standing_at
 
 STEP = 10
 """Step of the turns about the vertical that are compared by their print [deg]: a letter of 10 mm on a can is 15 deg wide."""
-LOWEST = 0.05
-"""Share of a region's points that are its lowest."""
 FEWER = 60
 """Points of a model by which impossible poses are left out at first."""
 
@@ -46,10 +45,6 @@ def posed(scene: Scene, starts: PoseBatch) -> list[PoseHypothesis]:
     """Convert a batch of registered poses to pose hypotheses in the world frame, in the same order."""
     ones = np.arange(len(starts), 0, -1, dtype=np.float32)
     return hypotheses(scene.picture.view, starts, Scores(ones, ones, ones, ones, ones))
-
-
-def standing(appearance: Appearance) -> Prior:
-    return Prior((Alignment(appearance.up, ((0.0, 0.0, 1.0),)),))
 
 
 class Started(Value, eq=False):
@@ -71,7 +66,7 @@ def started(region: Region, appearance: Appearance, prior: Prior) -> Started | N
     view = scene.picture.view
     reach = max(COARSE.reach[0], scene.limits["far"] * model.diameter)
     stage = replace(COARSE, reach=(reach, COARSE.reach[1]), iterations=(2 if _is_large(scene, model) else 1) * COARSE.iterations)
-    begun, floor = starts_for(view.camera, model, prior, seen[0]), _floor(region)
+    begun, floor = starts_for(view.camera, model, prior, seen[0]), floor_of(region)
     begun = begun if floor is None else standing_at(scene, appearance, begun, floor)
     starts = register(model, seen[0], begun, stage, seen[1])
     starts = allowed(view, prior, starts)
@@ -85,36 +80,6 @@ def started(region: Region, appearance: Appearance, prior: Prior) -> Started | N
         order = free
     order = order[: int(scene.limits["yaws"])]
     return Started(appearance, starts.pick(order), float(scores[order[0]])) if len(order) else None
-
-
-def _floor(region: Region) -> float | None:
-    """Height of the known furniture on which a thing stands whose lowest points are seen in a region [m]; None if there is none
-    so near."""
-    points = region.scene.points[region.mask]
-    low = points[points[:, 2] <= np.quantile(points[:, 2], LOWEST)].mean(axis=0)
-    near = region.scene.limits["floor_m"]
-    tops = [top for t in region.scene.fixtures for g in t.geoms if (top := _top(t.pose * g.pose, g, low)) is not None]
-    return max((top for top in tops if abs(low[2] - top) < near), default=None)
-
-
-def _top(pose: Pose, geom: Geom, point: Floats) -> float | None:
-    """Height of a level face of a box under or over a point [m]; None where there is none."""
-    x, y, _ = np.abs(pose.inverse().apply(point)) <= geom.half_extents
-    return float(pose.apply((0.0, 0.0, geom.half_extents[2]))[2]) if geom.shape == "box" and x and y else None
-
-
-def standing_at(scene: Scene, appearance: Appearance, starts: PoseBatch, floor: float, middle: Floats | None = None) -> PoseBatch:
-    """Move poses of a model, turned as they are, to where its lowest point is at a height [m], and the middle of its outline from
-    above (2,) at a place, if one is given."""
-    camera = scene.picture.view.camera
-    surface = appearance.surface.points @ (starts.turn @ camera.rotation.T.astype(np.float32))
-    low, high = surface.min(axis=1), surface.max(axis=1)
-    place = camera.apply(-np.einsum("hji,hj->hi", starts.turn, starts.shift).astype(float))
-    place[:, 2] = floor - low[:, 2]
-    if middle is not None:
-        place[:, :2] = middle - (low + high)[:, :2] / 2
-    origins = camera.inverse().apply(place).astype(np.float32)
-    return PoseBatch(starts.turn, -np.einsum("hij,hj->hi", starts.turn, origins))
 
 
 def _is_large(scene: Scene, model: PoseModel) -> bool:

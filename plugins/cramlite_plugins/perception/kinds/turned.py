@@ -14,7 +14,8 @@ from .joined import beside, union
 from .joint_search import settled
 from .reading import Part, Reading, Scene, bad
 from .region import Region
-from .registered import Started, again, coarse_reading, full_readings, pose_batch, standing, started
+from .registered import Started, again, coarse_reading, full_readings, pose_batch, started
+from .standing import standing
 
 TURNS = 4
 """Number of turns of furniture about the vertical that are tried: a box looks alike from that many sides."""

@@ -1,0 +1,56 @@
+"""Poses of models that stand on the furniture whose place is known."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from cramlite.model import Floats, Geom, Pose, Thing
+
+from ..pose.icp import PoseBatch
+from ..pose.prior import Alignment, Prior
+from .appearance import Appearance
+from .reading import Scene
+from .region import Region
+
+LOWEST = 0.05
+"""Share of a region's points that are its lowest."""
+
+
+def standing(appearance: Appearance) -> Prior:
+    """Return the prior that a model stands as it usually does, in any direction about the vertical."""
+    return Prior((Alignment(appearance.up, ((0.0, 0.0, 1.0),)),))
+
+
+def floor_of(region: Region) -> float | None:
+    """Return the height of the furniture on which the thing in a region stands [m]; None if there is none near its lowest points."""
+    points = region.scene.points[region.mask]
+    low = points[points[:, 2] <= np.quantile(points[:, 2], LOWEST)].mean(axis=0)
+    near = region.scene.limits["floor_m"]
+    return max((top for top in tops(region.scene.fixtures, low) if abs(low[2] - top) < near), default=None)
+
+
+def tops(fixtures: Iterable[Thing], point: Floats) -> list[float]:
+    """Return the heights of the upper faces of boxes of furniture under or over a point (3,) [m]."""
+    faces = [_top(t.pose * g.pose, g, point) for t in fixtures for g in t.geoms if g.shape == "box"]
+    return [top for top in faces if top is not None]
+
+
+def _top(pose: Pose, box: Geom, point: Floats) -> float | None:
+    x, y, _ = np.abs(pose.inverse().apply(point)) <= box.half_extents
+    return float(pose.apply((0.0, 0.0, box.half_extents[2]))[2]) if x and y else None
+
+
+def standing_at(scene: Scene, appearance: Appearance, starts: PoseBatch, floor: float, middle: Floats | None = None) -> PoseBatch:
+    """Move poses of a model, turned as they are, to where its lowest point is at a height [m], and the middle of its outline from
+    above (2,) at a place, if one is given."""
+    camera = scene.picture.view.camera
+    surface = appearance.surface.points @ (starts.turn @ camera.rotation.T.astype(np.float32))
+    low, high = surface.min(axis=1), surface.max(axis=1)
+    place = camera.apply(-np.einsum("hji,hj->hi", starts.turn, starts.shift).astype(float))
+    place[:, 2] = floor - low[:, 2]
+    if middle is not None:
+        place[:, :2] = middle - (low + high)[:, :2] / 2
+    origins = camera.inverse().apply(place).astype(np.float32)
+    return PoseBatch(starts.turn, -np.einsum("hij,hj->hi", starts.turn, origins))
