@@ -39,10 +39,6 @@ class UserError(CramliteError):
     """Unusable input: a scenario, episode, rule, ontology, mesh or option."""
 
 
-class HoldsAlready(UserError):
-    """Goal that holds already, so that there is nothing to do."""
-
-
 class ProcessGone(UserError):
     """Error: a process that acts as a robot or as the simulator of a benchmark has ended, or no longer replies."""
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from msgspec.structs import replace
 
-from ..base.errors import HoldsAlready, UserError
+from ..base.errors import UserError
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -211,7 +211,7 @@ def _problems(
             continue
         possible = True
         if problem.wanted.met(problem.facts):
-            raise HoldsAlready(f"{asked.where}the goal '{choice}' holds already in this world, so there is nothing to do.")
+            raise UserError(f"{asked.where}the goal '{choice}' holds already in this world, so there is nothing to do.")
         yield choice, problem
     if refused and not possible:
         raise UserError(refused)

@@ -113,13 +113,6 @@ def test_episodes_are_proven_played_and_judged_once(run: Run, tmp_path: Path, sm
     assert "failed: goal" in html and "never true" in html and not re.search(r'(src|href)="(?!data:|#)', html)
 
 
-@pytest.mark.parametrize(("task", "right"), [(0, True), (1, False)])
-def test_where_the_goal_holds_already_nothing_is_done(task: int, right: bool, tmp_path: Path, small: BenchmarkExperiment) -> None:
-    found = play(Trial(small, Episode("table", task, 2), tmp_path, pictures=False))
-    assert found.proven and "holds already" in found.reason and found.attempt is not None
-    assert (found.attempt.outcome, found.attempt.steps, found.rest()) == ("nothing to do", 0, right)
-
-
 @pytest.mark.heavy
 @pytest.mark.parametrize(
     ("what", "said"),

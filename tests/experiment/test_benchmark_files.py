@@ -19,7 +19,7 @@ SMALL = ROOT / "tests" / "helpers" / "small_benchmark" / "experiment.yaml"
     [
         (("--suite", "tabel"), "has no suite 'tabel'; did you mean 'table'?"),
         (("--suite", "table", "--tasks", "0:9"), "the suite 'table' has tasks 0 to 3, and no 4"),
-        (("--suite", "table", "--states", "3"), "the suite 'table' has states 0 to 2, and no 3"),
+        (("--suite", "table", "--states", "2"), "the suite 'table' has states 0 to 1, and no 2"),
         (("--suite", "table", "--tasks", "one"), "--tasks is 'one'; write numbers and ranges"),
         (("--suite", "table", "--tasks", "2:2"), "names no number"), ((), "add --suite NAME"),
         (("--suite", "table", "--set", "hard"), "--set does not suit the experiment"),

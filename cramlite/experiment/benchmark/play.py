@@ -13,7 +13,7 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
-from ...base.errors import HoldsAlready, ProcessGone, UserError
+from ...base.errors import ProcessGone, UserError
 from ...base.run_directory import write_whole
 from ...base.value import Value
 from ...engine.engine import Engine
@@ -35,7 +35,7 @@ from .spec import BenchmarkExperiment, Episode
 
 DEFECT = "defect"
 """Class of failures that are defects of cramlite."""
-BROKEN_OFF, NOTHING = "broken off", "nothing to do"
+BROKEN_OFF = "broken off"
 SEEN, MISS = "scene.png", "miss.jpg"
 """Names of an episode's picture files: what the benchmark's camera sees if no program runs, and the collision of the nearest miss."""
 PICTURE = (320, 320)
@@ -119,8 +119,6 @@ def _resolved(trial: Trial, benchmark: Benchmark, result: EpisodeResult) -> Epis
         scenario = read_scenario(path)
         result = replace(result, goal=tuple(map(str, scenario.spec.goal or ())))
         proven, refused = _search(engine, scenario, setting, trace)
-    except HoldsAlready as error:
-        return replace(result, reason=str(error), wall=time.monotonic() - clock, proven=True, attempt=_left_alone(benchmark))
     except UserError as error:
         benchmark.check()  # one that no longer answers has not shown a scene that could be refused
         seen = _kept(trial.folder / SEEN, benchmark.picture()) if trial.pictures else ""
@@ -136,12 +134,6 @@ def _resolved(trial: Trial, benchmark: Benchmark, result: EpisodeResult) -> Epis
         return replace(result, refused=_attempt(trial, benchmark, engine, refused, "refused")) if again and refused else result
     advice = tuple(f"{f.validator}: {f.reason.removeprefix(ADVICE)}" for f in proven.verdict.advice)
     return replace(result, proven=True, advice=advice, attempt=_attempt(trial, benchmark, engine, proven, "program"))
-
-
-def _left_alone(benchmark: Benchmark) -> Attempt:
-    """Check a scene whose goal holds already, as it is: at rest, before any action."""
-    success = benchmark.check().success
-    return Attempt(outcome=NOTHING, first=0 if success else None, rest=success)
 
 
 def _seconds(trace: Trace) -> dict[str, float]:

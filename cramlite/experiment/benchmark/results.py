@@ -18,7 +18,7 @@ class Attempt(Value, kw_only=True):
 
     Args:
         outcome: how the program ended: "finished", "halted", "protective stop", "timeout", "broken off" where the benchmark refused to go
-            on or answered what is no answer, or "benchmark died"; "nothing to do" where the goal held already, and no program ran.
+            on or answered what is no answer, or "benchmark died".
         reason: why, where it did not finish.
         first: the action after which the benchmark's check was true for the first time, from 1; None for never.
         rest: whether it is true when things are at rest after the program's end.

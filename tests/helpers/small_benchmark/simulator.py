@@ -28,10 +28,8 @@ from cramlite_plugins.simulation.model.compile import compile_world  # noqa: E40
 PANDA = HERE.parents[2] / "experiments" / "libero" / "panda.py"
 TASKS = {0: ["in", "block_1", "tray_1_contain_region"], 1: ["in", "block_1", "tray_1_contain_region"], 2: ["juggled", "block_1"]}
 THINGS = ("block_1_main", "tray_1_main", "can_1_main")
-STATES = {0: (0.45, -0.1), 1: (0.48, -0.15), 2: None}
-"""Horizontal position of the block for each initial state [m]; None where it stands in the tray already."""
-FLOOR = 0.006
-"""Height of the tray's floor [m]."""
+STATES = {0: (0.45, -0.1), 1: (0.48, -0.15)}
+"""Horizontal position of the block for each initial state [m]."""
 
 
 class Simulator:
@@ -47,8 +45,7 @@ class Simulator:
         self.task, self.steps, self.first = task, 0, None
         world = read_world(str(HERE / "world.yaml"), self.knowledge, 0)
         block = world.thing("block_1_main").pose
-        (x, y), z = STATES[state] or world.thing("tray_1_main").pose.position[:2], block.position[2] + (STATES[state] is None) * FLOOR
-        world = world.moved({"block_1_main": Pose((x, y, z), block.quaternion)})
+        world = world.moved({"block_1_main": Pose((*STATES[state], block.position[2]), block.quaternion)})
         self.robot = Robot(compile_world(world, self.knowledge.robots), world.robots[0].base, "deltas", True)
         return {"task": f"task {task}"}
 

@@ -27,7 +27,8 @@ def region_of(at: Pose, *fixtures: Thing) -> Region:
     """The pixels of a block at a pose, in a picture of it among furniture."""
     eye = np.array((1.1, 0.1, 0.6))
     way = np.array((0.45, 0.0, 0.1)) - eye
-    camera = Camera(Pose.from_axes(eye, way, np.cross(way, (0, 0, 1))), intrinsics=Intrinsics(500.0, 500.0, 255.5, 191.5, 512, 384), noise=0.0)
+    lens = Intrinsics(500.0, 500.0, 255.5, 191.5, 512, 384)
+    camera = Camera(Pose.from_axes(eye, way, np.cross(way, (0, 0, 1))), intrinsics=lens, noise=0.0)
     thing = block("it", at, SIZE)
     view: View = look(World((*fixtures, thing)), {}, camera, seed=0)
     local = at.inverse().apply(np.nan_to_num(view.world_cloud, posinf=9.0).reshape(-1, 3)).reshape(*view.depth.shape, 3)
