@@ -176,17 +176,17 @@ class View(Value, eq=False, dict=True):
 
 
 class CameraOffset(Value):
-    """Offset of a camera from its believed pose, estimated from the fixtures in its picture.
+    """Offset of a camera from its believed pose, estimated from the fixtures and the robot in its picture.
 
     Args:
         camera: where it is, optical frame in the world.
         moved: from where it is believed, in its own frame.
         position: standard deviation of its position [m].
         angle: standard deviation of its orientation [rad].
-        before, after: median distances of the points from fixtures [m].
-        shift: what points on fixtures move by, root of the mean square [m].
+        before, after: median distances of the points from their surfaces [m].
+        shift: of the points on surfaces, root of the mean square [m].
         off: whether that is more than errors of depth explain, and than programs are proven for.
-        open: directions that the fixtures do not tell, of six.
+        open: directions that the surfaces do not tell, of six.
     """
 
     camera: Pose

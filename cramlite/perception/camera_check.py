@@ -1,4 +1,4 @@
-"""Check whether a camera is where it is believed to be, from the fixtures in its picture."""
+"""Check whether a camera is where it is believed to be, from the fixtures and the robot in its picture."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ OFFSET = "camera_offset"
 def camera_offset(
     view: View, fixtures: tuple[Thing, ...], knowledge: Knowledge, robot: Depth | None = None
 ) -> tuple[CameraOffset | None, str]:
-    """Measure how wrong a camera's believed pose is, on fixtures; return the error and how it was found, or
+    """Measure how wrong a camera's believed pose is, on fixtures and the robot; return the error and how it was found, or
     None and why it is unknown.
 
     Args:

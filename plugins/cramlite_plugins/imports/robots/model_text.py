@@ -104,16 +104,18 @@ def write_model(
     return _text(name, at_zero, chain, table, parts, tool, sorted({*known, *pairs})), said
 
 
-def write_looks(name: str, at_zero: Posed, chain: Chain, table: Table, tool: tuple[str, str]) -> str | None:
-    """Write the MJCF text of an arm as cameras see it, with the purely visual shapes of its file; None if it has none of the arm.
+def is_drawn(at_zero: Posed, chain: Chain) -> bool:
+    """Check whether a robot file has purely visual shapes of its arm."""
+    return any(not collides(at_zero.model, g) for part in parts_of(at_zero, chain) for g in _own(at_zero, part))
+
+
+def write_looks(name: str, at_zero: Posed, chain: Chain, table: Table, tool: tuple[str, str]) -> str:
+    """Write the MJCF text of an arm as cameras see it: with the purely visual shapes of its file, where a part has some.
 
     Args:
         tool: (element for the flange, elements beside worldbody) of the gripper.
     """
-    parts = parts_of(at_zero, chain)
-    if all(collides(at_zero.model, g) for part in parts for g in _seen(at_zero, part)):
-        return None
-    return _text(name, at_zero, chain, table, parts, tool, (), seen=True)
+    return _text(name, at_zero, chain, table, parts_of(at_zero, chain), tool, (), seen=True)
 
 
 def _excluded(model: Any, parts: Sequence[RigidPart]) -> Iterator[tuple[str, str]]:

@@ -6,6 +6,7 @@ from __future__ import annotations
 import re
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping, Sequence
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,7 @@ from ..scenes.source import Source, read_source
 from .chain import Chain, find_chain
 from .dh_table import Table, reach_of, table_of
 from .hand_file import Hand, Mjcf, read_hand
-from .model_text import numbers, posed, write_looks, write_model
+from .model_text import is_drawn, numbers, posed, write_looks, write_model
 
 GRIPPERS: Mapping[str, tuple[Gripper, Mjcf]] = {
     "franka_hand": (franka_hand.FRANKA_HAND, franka_hand.gripper_mjcf),
@@ -64,8 +65,8 @@ def read_robot(path: Path | str, name: str, stated: Stated) -> ImportedRobot:
     sensor = stated.sensor or ("flange" if _has_force_sensor(source.model) else None)
     reach = round(reach_of(table, chain.limits), 3)
     gripper = replace(hand.gripper, tcp=table.tool * hand.gripper.tcp)
-    seen = write_looks(name, at_zero, chain, table, tool)
-    robot = replace(_robot(name, chain, table, gripper, stated, parked, reach, sensor, text), looks=(lambda: seen) if seen else None)
+    looks = cache(partial(write_looks, name, at_zero, chain, table, tool)) if is_drawn(at_zero, chain) else None
+    robot = replace(_robot(name, chain, table, gripper, stated, parked, reach, sensor, text), looks=looks)
     found = (*_found(path, chain, robot, where), *hand.found)
     servos = _servos(source.model, chain, text, bool(stated.torques))
     notes = (*_leaning(chain, table.base), *servos, *_missing(chain, robot, stated, where), *hand.notes, *overlaps)
