@@ -80,7 +80,7 @@ def resting_poses(query: Query, now: Pose) -> Iterator[Pose]:
 
 def _over(query: Query) -> list[tuple[float, float]]:
     """Return positions over a thing or a region of it, in the base frame [m]: along the centre lines of its
-    box, from its middle out, or from the origin of the thing that the payload has to be near."""
+    box, from its middle out, or around the origin of the thing that the payload has to be near."""
     below, at, target = query.whole, query.at, query.target
     frame = _level(at)
     corners_of_it = np.insert(shapely.get_coordinates(target.area), 2, 0.0, axis=1)
@@ -93,6 +93,7 @@ def _over(query: Query) -> list[tuple[float, float]]:
     middle, size = (low + high) / 2, high - low
     if other := query.where.near:
         middle = frame.inverse().apply(query.belief.pose(other).position)
+        size = np.minimum(size, query.where.within / max(SHARES))
     shifts = dict.fromkeys(shift for s in SHARES for shift in ((0.0, s), (s, 0.0)))
     there = (frame.apply(middle + size * np.array((*shift, 0.0))) for shift in shifts)
     return [(round(float(p[0]), 4), round(float(p[1]), 4)) for p in there]

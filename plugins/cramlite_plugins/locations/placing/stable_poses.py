@@ -28,6 +28,7 @@ from ...shapes.surfaces import footprint, resting_height
 from ...shapes.tipping_over import tipped_over
 from ..parameters import Where
 from .at_rest import CLOSE, DROPS, PALM_UP, is_uneven, leaning, must_lean, resting_poses
+from .checks.rest import stays
 from .checks.shapes import OFF_WALLS, WELL_IN, clear, near, supported
 from .opening import TURNS, lacking
 from .positions import Offset, free_for, middle, positions_on, rectangle
@@ -171,7 +172,7 @@ def _over(other: str, query: Query, now: Pose, yaw: float) -> Offset:
 def _stands(rest: Rest) -> bool:
     """Whether the support carries the payload in a stable pose near enough to the wanted place."""
     here = Placement(rest.name, rest.thing, rest.thing, rest.thing, 0.0)
-    return not (supported(here, rest.query) or near(here, rest.query))
+    return not any(objects(here, rest.query) for objects in (supported, near, stays))
 
 
 def standing_at(query: Query, now: Pose, offset: Offset, yaw: float = 0.0, cost: float = 0.0) -> Rest:

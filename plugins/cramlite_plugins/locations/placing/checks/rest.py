@@ -18,7 +18,7 @@ from ....shapes.surfaces import footprint
 from ....simulation.resting import rests
 from ..query import Placement, Query
 from .hand import room
-from .shapes import region_missed
+from .shapes import near, region_missed
 
 STANDS = math.radians(3.0)  # what leans by no more has come to stand
 OFF_PATH = 0.004  # how far beside its place what is let go may be [m]: where an arm has arrived
@@ -26,7 +26,10 @@ OFF_PATH = 0.004  # how far beside its place what is let go may be [m]: where an
 
 def rests_there(placement: Placement, query: Query) -> str | Refused:
     """Check in simulation that a payload which is released leaning, or dropped, comes to rest in the
-    opening or at its place, wherever it is released nearby."""
+    opening or at its place, wherever it is released nearby; what is let down onto a movable thing, near that
+    thing."""
+    if placement.kind == "on" and query.under:
+        return stays(placement, query)
     there = placement.kind == "dropped"
     if placement.lies is None or placement.kind not in ("in", "dropped"):
         return ""
@@ -34,6 +37,18 @@ def rests_there(placement: Placement, query: Query) -> str | Refused:
     for end in rests(query.thing, placement.thing, below, query.at, OFF_PATH, there):
         if no := (_astray(end, query) if there else _leaning(end, query)):
             return no
+    return ""
+
+
+def stays(placement: Placement, query: Query) -> str:
+    """Check in simulation that a payload which is let down onto a movable thing, such as the knob of a lid,
+    stays on it, and near the thing that it shall be near, wherever it is let down nearby."""
+    assert query.under is not None
+    for end in rests(query.thing, placement.thing, query.under, query.at, OFF_PATH):
+        if end is None:
+            return f"'{query.thing.name}' may fall off '{query.entity}' when it is released"
+        if no := near(replace(placement, lies=end), query):
+            return f"released, it may come to rest {no}"
     return ""
 
 
