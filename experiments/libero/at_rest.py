@@ -12,6 +12,9 @@ DAMPED = 0.9
 NEAR = 0.010, 0.17
 """Distance [m] and turn [rad] within which a thing rests near where it is seen: three times the errors of poses, at 95 %."""
 
+DEEP = 0.005
+"""Depth that the checks of a scene allow between things [m]; what cannot come out of a fixed thing by ``NEAR`` is no thing of its own."""
+
 
 def settled(model: Any, state: Any) -> tuple[Any, set[int]]:
     """Return the state (nq,) of a scene at rest, and the free joints of the things that are held there.
@@ -27,6 +30,20 @@ def settled(model: Any, state: Any) -> tuple[Any, set[int]]:
         if not gone:
             return found, held
         held |= gone
+
+
+def inside(model: Any, state: Any, held: set[int]) -> list[str]:
+    """Return the names of held things that are deeper than ``DEEP`` inside of fixed ones."""
+    import mujoco
+
+    data = mujoco.MjData(model)
+    data.qpos[:] = state
+    mujoco.mj_forward(model, data)
+    loose = {int(model.jnt_bodyid[j]) for j in range(model.njnt) if _is_free(model, j)}
+    own = {int(model.jnt_bodyid[j]) for j in held}
+    pairs = [tuple(int(model.body_rootid[model.geom_bodyid[g]]) for g in c.geom) for c in data.contact if c.dist < -DEEP]
+    found = {a for pair in pairs for a, b in (pair, pair[::-1]) if a in own and b not in loose}
+    return [str(model.body(b).name) for b in sorted(found)]
 
 
 def held_up(model: Any, state: Any, held: set[int]) -> list[tuple[Any, Any]]:

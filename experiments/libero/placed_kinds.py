@@ -12,7 +12,7 @@ import numpy as np
 from cramlite.model import Pose, Thing
 from cramlite.plugin import load_yaml
 
-from .at_rest import held_up, settled
+from .at_rest import held_up, inside, settled
 
 TABLE = (1.0, 1.6, 0.05)
 """Sides and thickness of the table that is assumed under the things [m]; its near side is ``BEHIND`` the robot's base."""
@@ -46,6 +46,7 @@ def scene_of(
     The table is as high as the lowest points of things within ``RESTS`` of where it is seen, in the median; a movable thing within
     ``LEVEL`` of that stands on it, any other where it is seen. Fixed things keep the height at which they are seen: a stove may be let
     into the table, a rack may stand on feet that its collision shapes lack. What hovers is held up by a box, as it hides what it stands on.
+    What would be inside of a fixed thing is none: a drawer's front may look like a book.
 
     Returns:
         The scene as MJCF, and its state, at rest. Things are named after their kinds and numbered, "plate_1_main".
@@ -55,14 +56,15 @@ def scene_of(
     scene = mujoco.MjSpec()
     numbers: dict[str, int] = {}
     placed = []
-    for kind, pose, joints in found:
+    for one in found:
+        kind, pose, _ = one
         spec, frame = _kind(files[kind])
         at = pose * frame.inverse()
         loose = any(j.type == mujoco.mjtJoint.mjJNT_FREE for j in spec.joints)
         low = _lowest(spec, at) - table
         if low > -RESTS or not loose:
-            placed.append((kind, spec, at, low if loose else np.inf, joints))
-    stand = [low for *_, low, _ in placed if abs(low) < RESTS]
+            placed.append((one, spec, at, low if loose else np.inf))
+    stand = [low for *_, low in placed if abs(low) < RESTS]
     top = table + float(np.median(stand)) if stand else table
     half = [s / 2 for s in TABLE]
     body = scene.worldbody.add_body(name="table", pos=[half[0] - BEHIND, 0.0, top - half[2]])
@@ -70,19 +72,24 @@ def scene_of(
     for obstacle in obstacles:
         _add(obstacle, scene)
     values: dict[str, float] = {}
-    for kind, spec, at, low, joints in placed:
+    named: dict[str, Placed] = {}
+    for one, spec, at, low in placed:
+        kind = one.kind
         numbers[kind] = numbers.get(kind, 0) + 1
         down = table + low - top if abs(table + low - top) < LEVEL else 0.0
         x, y, z = at.position
         frame_of = scene.worldbody.add_frame(pos=[x, y, z - down], quat=list(at.quaternion))
         prefix = f"{kind}_{numbers[kind]}_"
         scene.attach(spec, prefix=prefix, frame=frame_of)
-        values |= {prefix + name: value for name, value in joints.items()}
+        named[prefix] = one
+        values |= {prefix + name: value for name, value in one.joints.items()}
     model = scene.compile()
     state = model.qpos0.copy()
     for name, value in values.items():
         state[model.joint(name).qposadr] = value
     state, held = settled(model, state)
+    if none := [one for prefix, one in named.items() if any(name.startswith(prefix) for name in inside(model, state, held))]:
+        return scene_of([one for one in found if not any(one is n for n in none)], files, table, obstacles)
     if hidden := held_up(model, state, held):
         for k, (middle, half) in enumerate(hidden, 1):
             scene.worldbody.add_body(name=f"hidden_{k}", pos=middle).add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=half)

@@ -149,6 +149,17 @@ def test_what_would_be_within_the_table_is_not_there(kinds: dict[str, Path]) -> 
     assert "cup_1" not in xml
 
 
+def test_what_would_be_within_a_fixed_thing_is_not_there_unless_it_comes_out(kinds: dict[str, Path]) -> None:
+    module = part("placed_kinds")
+    chest = module.Placed("chest", Pose((0.7, -0.2, 0.11)))
+    within, touching = (module.Placed("cup", Pose((0.57 + deep, -0.2, 0.053))) for deep in (0.02, 0.004))
+    xml, state = module.scene_of([within, chest, module.Placed("cup", Pose((0.4, 0.3, 0.053)))], kinds, 0.012)
+    model = mujoco.MjModel.from_xml_string(xml)
+    assert "cup_2" not in xml and "chest_1" in xml
+    assert state[int(model.joint("cup_1_joint0").qposadr[0])] == pytest.approx(0.4, abs=1e-3)
+    assert "cup_1" in module.scene_of([touching, chest], kinds, 0.012)[0]
+
+
 def test_no_more_is_asked_than_a_cell_answers(monkeypatch: pytest.MonkeyPatch) -> None:
     module = part("by_camera")
     benchmark = object.__new__(module.LiberoByCamera)
