@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from msgspec.structs import replace
@@ -9,8 +11,10 @@ from msgspec.structs import replace
 from cramlite.model import D435, Geom, Intrinsics, Pose, Thing, World
 from cramlite_plugins.locations.viewpoints import looking_at
 from cramlite_plugins.objects.products_and_fixtures import hanger, hung, product
+from cramlite_plugins.simulation.camera import depth_camera
 from cramlite_plugins.simulation.camera.depth_camera import render
 from cramlite_plugins.simulation.camera.noise import Noise
+from cramlite_plugins.simulation.camera.ray_tracer import where_seen
 from cramlite_plugins.simulation.model.compile import Compiled, compile_world
 
 SMALL = Intrinsics(96.25, 96.25, 79.5, 59.5, 160, 120)
@@ -33,6 +37,22 @@ def test_a_plane_is_seen_where_it_is() -> None:
     view, ids = render(compiled.model, compiled.data(), looking_at((0.7, 0.1, 0.2), (0, 0, 0)), SMALL, noise=None)
     assert view.valid.all() and (ids == compiled.things["wall"].body).all()
     assert np.abs(view.world_cloud[..., 0]).max() < 1e-6
+
+
+def test_rays_are_cast_where_geoms_may_be_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    compiled, camera = _hanging(), looking_at((0.45, 0.1, 0.60), (0.9, 0, 0.44))
+    seen: list[float] = []
+
+    def where(*told: Any) -> Any:
+        seen.append(float((found := where_seen(*told)).mean()))
+        return found
+
+    monkeypatch.setattr(depth_camera, "where_seen", where)
+    some, _ = render(compiled.model, compiled.data(), camera, SMALL, noise=None)
+    monkeypatch.setattr(depth_camera, "where_seen", lambda *told: np.ones_like(where_seen(*told)))
+    every, _ = render(compiled.model, compiled.data(), camera, SMALL, noise=None)
+    assert 0 < seen[0] < 0.9
+    assert np.array_equal(some.depth, every.depth, equal_nan=True) and np.array_equal(some.rgb, every.rgb)
 
 
 def test_where_nothing_is_there_is_no_depth() -> None:

@@ -46,11 +46,11 @@ def standing_at(scene: Scene, appearance: Appearance, starts: PoseBatch, floor: 
     """Move poses of a model, turned as they are, to where its lowest point is at a height [m], and the middle of its outline from
     above (2,) at a place, if one is given."""
     camera = scene.picture.view.camera
-    surface = appearance.surface.points @ (starts.turn @ camera.rotation.T.astype(np.float32))
-    low, high = surface.min(axis=1), surface.max(axis=1)
+    turned = (starts.turn @ camera.rotation.T.astype(np.float32)).transpose(0, 2, 1)
+    surface = turned @ appearance.surface.points.T
     place = camera.apply(-np.einsum("hji,hj->hi", starts.turn, starts.shift).astype(float))
-    place[:, 2] = floor - low[:, 2]
+    place[:, 2] = floor - surface[:, 2].min(axis=1)
     if middle is not None:
-        place[:, :2] = middle - (low + high)[:, :2] / 2
+        place[:, :2] = middle - (surface[:, :2].min(axis=2) + surface[:, :2].max(axis=2)) / 2
     origins = camera.inverse().apply(place).astype(np.float32)
     return PoseBatch(starts.turn, -np.einsum("hij,hj->hi", starts.turn, origins))

@@ -9,14 +9,14 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from cramlite.model import D435, Camera, Intrinsics, Pose, Robot, View, World
+from cramlite.model import D435, Camera, Floats, Intrinsics, Pose, Robot, View, World
 from cramlite.plugin import UserError
 
 from ..model.compile import compile_world
 from ..model.index import Data, Model, site_pose
 from .noise import Noise, noisy_colour, noisy_depth
-from .ray_tracer import cast, shade
-from .skins import Skins, skins_of
+from .ray_tracer import cast, shade, where_seen
+from .skins import Hits, Skins, skins_of
 
 InstanceIds = NDArray[np.int32]
 
@@ -49,7 +49,7 @@ def render(
     directions = camera.rotate(rays / lengths[:, None])
     eye = np.asarray(camera.position)
     if skins is None:
-        geom, distance, normal = cast(model, data, eye, directions)
+        geom, distance, normal = _met(model, data, camera, intrinsics, directions)
         own = None
     else:
         (geom, distance, normal), which, colours = skins.met(model, data, eye, directions)
@@ -65,6 +65,16 @@ def render(
     ids = np.where(geom >= 0, model.geom_bodyid[geom], -1).astype(np.int32).reshape(size)
     pixels = np.clip(np.rint(rgb), 0, 255).astype(np.uint8)
     return View(pixels, depth.astype(np.float32), intrinsics, camera, stamp), ids
+
+
+def _met(model: Model, data: Data, camera: Pose, intrinsics: Intrinsics, directions: Floats) -> Hits:
+    """Cast the rays of those pixels alone on which geoms may be seen."""
+    i, eye = intrinsics, np.asarray(camera.position)
+    optics, size = (np.array((i.fx, i.fy)), np.array((i.cx, i.cy)) + 0.5), (i.width, i.height)
+    pixels = np.flatnonzero(where_seen(model, data, np.arange(model.ngeom), (eye, camera.rotation), optics, size))
+    geom, distance, normal = np.full(len(directions), -1, np.int32), np.zeros(len(directions)), np.zeros(directions.shape)
+    geom[pixels], distance[pixels], normal[pixels] = cast(model, data, eye, directions[pixels])
+    return geom, distance, normal
 
 
 def look(world: World, robots: Mapping[str, Robot], camera: Camera, *, seed: int) -> View:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -111,18 +112,31 @@ def only(group: int) -> NDArray[np.uint8]:
 
 
 def _where_moving(model: Model, data: Data, camera: Camera, size: tuple[int, int]) -> NDArray[np.bool_]:
-    """Flags (height, width) of the pixels in the outlines, as rectangles, of the boxes around the geoms that can move.
+    """Flags (height, width) of the pixels on which geoms that can move may be seen."""
+    focal = size[1] / 2 / math.tan(camera.vertical_fov / 2)
+    frame = np.asarray(camera.eye), camera.pose.rotation
+    return where_seen(model, data, np.flatnonzero(model.geom_group == MOVING), frame, ((focal, focal), np.array(size) / 2), size)
 
-    All pixels where such a box reaches behind the camera.
+
+def where_seen(
+    model: Model, data: Data, geoms: Any, frame: tuple[Floats, Floats], optics: tuple[Any, Any], size: tuple[int, int]
+) -> NDArray[np.bool_]:
+    """Return flags (height, width) of the pixels in the outlines, as rectangles, of the boxes around some geoms.
+
+    All pixels where such a box is endless or reaches behind the camera.
+
+    Args:
+        frame: of the camera in the world, position (3,) and rotation (3, 3); x right, y down, z forward.
+        optics: focal lengths (2,) and principal point (2,) [pixel], from the picture's corner.
+        size: (width, height) of the picture [pixel].
     """
-    shown, geoms = np.zeros(size[::-1], dtype=bool), np.flatnonzero(model.geom_group == MOVING)
+    shown = np.zeros(size[::-1], dtype=bool)
     boxes = model.geom_aabb[geoms].reshape(-1, 2, 3)
     corners = (boxes[:, :1] + CORNERS * boxes[:, 1:]) @ data.geom_xmat[geoms].reshape(-1, 3, 3).transpose(0, 2, 1)
-    seen = (corners + data.geom_xpos[geoms, None] - camera.eye) @ camera.pose.rotation
-    if np.any(seen[..., 2] <= NEAR):
+    seen = (corners + data.geom_xpos[geoms, None] - frame[0]) @ frame[1]
+    if np.any(seen[..., 2] <= NEAR) or np.any(model.geom_rbound[geoms] <= 0):
         return ~shown
-    focal = size[1] / 2 / math.tan(camera.vertical_fov / 2)
-    places = (focal * seen[..., :2] / seen[..., 2:] + np.array(size) / 2).clip(0, size)
+    places = (optics[0] * seen[..., :2] / seen[..., 2:] + optics[1]).clip(0, size)
     first, last = np.floor(places.min(axis=1)).astype(int), np.ceil(places.max(axis=1)).astype(int)
     for (left, top), (right, bottom) in zip(first.tolist(), last.tolist(), strict=True):
         shown[top:bottom, left:right] = True
