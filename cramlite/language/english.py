@@ -67,6 +67,8 @@ WITH = _table("with")
 """Words that introduce the content or the load of a described thing, such as "containing"."""
 THAT = _patterns("that")
 """Words that introduce a relation in a description and have no meaning of their own, such as "that is"."""
+HALT, CALLED_OFF = _set("halt"), _set("called off")
+"""Verbs that ask the robot to do nothing more, and participles that say so of its task, such as "cancelled"."""
 POLITE, CLOSING = _patterns("polite"), _patterns("closing")
 """Polite phrases before a request, and closing phrases after it, which do not change its meaning."""
 PREPARE = _table("prepare")

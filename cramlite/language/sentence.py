@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -94,6 +95,15 @@ def understand(sentence: str, scene: SymbolicWorld, fluents: Fluents, view: str 
         texts = [f"'{' and '.join(one.goal for one in literals)}'" for literals, _ in found.values()]
         raise NotUnderstood(f"'{sentence}' may mean {listed(texts)}; say it in shorter sentences, or name the things.", ambiguous=True)
     raise _refusal(sentence, words, parser, resolver, refused)
+
+
+def cancels(sentence: str) -> bool:
+    """Return whether a sentence asks the robot to do nothing more: each of its parts between full stops asks to stop, or says that the task
+    is called off, and none asks for anything else."""
+    words = [w for w in english.tokens(sentence) if w not in {*english.STOPS - {".", "!", ";"}, "please", "now"}]
+    parts = [p.split() for p in re.split(r" ?[.!;] ?", " ".join(words)) if p]
+    asks_more = {"and", "then", "instead", "but"}
+    return bool(parts) and all((p[0] in english.HALT or p[-1] in english.CALLED_OFF) and not asks_more & set(p) for p in parts)
 
 
 def _meanings(

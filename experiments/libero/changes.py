@@ -2,17 +2,20 @@
 
 Only LIBERO's process reads them. A case is a pair: the same task and initial state without the change (state 0 of its suite here) and
 with it (state 1). What is kept for the end is in suites whose name ends with "_end": of physical changes the third whose name has a BLAKE2b
-digest of 4 bytes that 3 divides, of changed instructions the odd rows of the manifest.
+digest of 4 bytes that 3 divides, of changed instructions the odd rows of the manifest. Suites with "seen" in their name, for runs by
+camera, have changes of light and of the camera, too; they are of initial state 0, those for the end of initial state 1.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
+import math
 import os
 from pathlib import Path
 from typing import Any
 
+import mujoco
 import numpy as np
 from benchmark_lines import Refused
 
@@ -20,6 +23,7 @@ FOLDER = "CRAMLITE_LIBERO_MAX"
 """Environment variable: the folder with core_dev.json and intent_dev.json."""
 PREFIX = "libero_max_"
 PHYSICAL = ("move_object", "insert_obstacle", "insert_distractors")
+SEEN = (*PHYSICAL, "set_lighting", "shift_camera")
 INTENT = ("replace_instruction", "cancel_instruction")
 WATCHED, NET, ALONG, STILL = 10, 0.02, 0.04, 0.01
 """Limits for a hand that stopped after a cancellation: number of actions watched, net displacement, path length, and displacement of the
@@ -36,20 +40,22 @@ def kept(case_id: str, row: int, intent: bool) -> bool:
 
 
 def cases(suite: str) -> list[dict[str, Any]]:
-    """Return the cases of a suite of LIBERO-MAX, such as "libero_max_object", "libero_max_intent_goal_end", in
-    the manifest's order."""
+    """Return the cases of a suite of LIBERO-MAX, such as "libero_max_object", "libero_max_intent_goal_end",
+    "libero_max_seen_10", in the manifest's order."""
     name = suite.removeprefix(PREFIX)
     end, name = name.endswith("_end"), name.removesuffix("_end")
-    intent, name = name.startswith("intent_"), name.removeprefix("intent_")
-    file, operations = ("intent_dev.json", INTENT) if intent else ("core_dev.json", PHYSICAL)
+    intent, seen = name.startswith("intent_"), name.startswith("seen_")
+    name = name.removeprefix("intent_").removeprefix("seen_")
+    file, operations = ("intent_dev.json", INTENT) if intent else ("core_dev.json", SEEN if seen else PHYSICAL)
+    state = int(end) if seen else STATE[file]
     folder = os.environ.get(FOLDER, "")
     if not (Path(folder) / file).is_file():
         raise Refused(f"the cases of '{suite}' are in LIBERO-MAX's '{file}'; say its folder by the environment variable {FOLDER}")
     found = json.loads((Path(folder) / file).read_text())["cases"]
     return [
         c for row, c in enumerate(found)
-        if c["init_state_index"] == STATE[file] and c["task_suite_name"] == f"libero_{name}"
-        and c["scenario"]["change"]["operation"] in operations and kept(c["case_id"], row, intent) == end
+        if c["init_state_index"] == state and c["task_suite_name"] == f"libero_{name}"
+        and c["scenario"]["change"]["operation"] in operations and (seen or kept(c["case_id"], row, intent) == end)
     ]  # fmt: skip
 
 
@@ -67,6 +73,7 @@ class Change:
         self.applied: int | None = None
         self.heights: dict[str, float] = {}
         self.goal: list[list[str]] | None = None
+        self.sentence = ""
         self.away: set[str] = set()
         self.moved = 0.0
         self.way: list[list[float]] = []
@@ -130,14 +137,33 @@ class Change:
         put(env, name, [place[0], place[1], self.heights[name]])
         self.away.discard(name)
 
+    def set_lighting(self, env: Any, change: dict[str, Any], hand: Any) -> None:
+        """Scale all lights."""
+        model = env.sim.model._model
+        for light in (model.light_ambient, model.light_diffuse, model.light_specular):
+            light *= change["scale"]
+        head = model.vis.headlight
+        for colour in (head.ambient, head.diffuse, head.specular):
+            colour *= change["scale"]
+
+    def shift_camera(self, env: Any, change: dict[str, Any], hand: Any) -> None:
+        """Displace a camera, and turn it about the vertical."""
+        model = env.sim.model._model
+        camera, half = model.camera(change["camera"]).id, math.radians(change["yaw_degrees"]) / 2
+        turned = np.zeros(4)
+        mujoco.mju_mulQuat(turned, np.array([math.cos(half), 0.0, 0.0, math.sin(half)]), model.cam_quat[camera])
+        model.cam_quat[camera] = turned
+        model.cam_pos[camera] += change["delta_position_m"]
+
     def replace_instruction(self, env: Any, change: dict[str, Any], hand: Any) -> None:
         """Replace the goal; the benchmark checks the new one from then on."""
+        self.sentence = change["instruction"]
         self.goal = [[g["predicate"].lower(), *g["arguments"]] for g in change["alternate_goal"]]
         env.parsed_problem["goal_state"] = self.goal
 
     def cancel_instruction(self, env: Any, change: dict[str, Any], hand: Any) -> None:
         """Cancel the task: the goal is empty from then on."""
-        self.goal = []
+        self.sentence, self.goal = change["instruction"], []
         self.way = [hand.tolist()]
         self.rested = origin(env, self.scenario["trigger"]["value"])
 

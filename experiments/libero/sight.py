@@ -17,12 +17,13 @@ import numpy as np
 from msgspec.structs import replace
 
 from cramlite import Engine, UserError
-from cramlite.model import Camera, Geom, Intrinsics, Pose, RobotMount, Thing, View, World
+from cramlite.model import Camera, Depth, Geom, Intrinsics, Pose, RobotMount, Thing, View, World
 from cramlite.perception.active_perception import ask
 from cramlite.perception.camera_check import camera_offset
 from cramlite.perception.own_body import own_depth
 from cramlite.perception.query import ObjectQuery
 from cramlite.perception.recognition import thing_from_percept
+from cramlite.perception.result import Percept
 from cramlite.plugin import UNKNOWN
 from cramlite_plugins.perception.values import Box
 from cramlite_plugins.simulation.camera.noise import Noise, noisy_colour, noisy_depth
@@ -52,11 +53,15 @@ class Found(NamedTuple):
     joints: tuple[tuple[str, float, float], ...]
 
 
-def pictured(said: Mapping[str, Any], seed: int) -> View:
-    """Return the picture that a benchmark's answer to ``look`` holds, with the errors of a camera and of its calibration."""
-    from PIL import Image
+def pictured(said: Mapping[str, Any], seed: int, number: int = 0) -> View:
+    """Return the picture that a benchmark's answer to ``look`` holds, with the errors of a camera and of its calibration.
 
-    rgb, steps = (np.asarray(Image.open(io.BytesIO(base64.b64decode(said[n])))) for n in ("rgb", "depth"))
+    Args:
+        seed: of the calibration's errors, and of those of the first picture.
+        number: of the picture; one without colours is grey.
+    """
+    steps = _png(said["depth"])
+    rgb = _png(said["rgb"]) if "rgb" in said else np.full((*steps.shape, 3), 128, np.uint8)
     height, width = steps.shape
     fx, fy, cx, cy = said["intrinsics"]
     intrinsics = Intrinsics(fx, fy, cx, cy, width, height)
@@ -65,9 +70,16 @@ def pictured(said: Mapping[str, Any], seed: int) -> View:
     place[:3, :3], place[:3, 3] = np.reshape(said["rotation"], (3, 3)), said["position"]
     rng = np.random.default_rng([seed, 2207])
     askew = Pose.from_rotvec(tuple(rng.normal(0, CALIBRATION[0], 3)), tuple(rng.normal(0, CALIBRATION[1], 3)))
+    rng = np.random.default_rng([seed, 2207, number]) if number else rng
     seen = noisy_depth(depth, _cosines(depth, intrinsics), intrinsics, NOISE, rng)
     pixels = np.clip(np.rint(noisy_colour(rgb.astype(float), NOISE, rng)), 0, 255).astype(np.uint8)
     return View(pixels, seen.astype(np.float32), intrinsics, Pose.from_matrix(place) * askew, 0.0)
+
+
+def _png(text: str) -> Any:
+    from PIL import Image
+
+    return np.asarray(Image.open(io.BytesIO(base64.b64decode(text))))
 
 
 def _cosines(depth: Any, intrinsics: Intrinsics) -> Any:
@@ -120,7 +132,7 @@ def located(engine: Engine, view: View, mount: RobotMount) -> tuple[View, float,
     return (*(levelled(replace(level, camera=offset.camera)) if offset else (level, table)), said)
 
 
-def _own(engine: Engine, view: View, mount: RobotMount) -> Any:
+def _own(engine: Engine, view: View, mount: RobotMount) -> Depth:
     return own_depth(World((), (mount,)), Camera(view.camera, intrinsics=view.intrinsics), engine.knowledge)
 
 
@@ -129,20 +141,45 @@ def seen(
 ) -> tuple[list[Found], list[Thing]]:
     """Return what a picture shows on a table, without the robot's own pixels: known kinds, and obstacles around what is none."""
     own = _own(engine, view, mount)
-    around = Box(*zip(*REACH, (table - DEEP, table + HIGH), strict=True))
-    query = ObjectQuery(wanted=("type", "pose", "model"))
-    half = (0.6, 1.0, SOLID / 2)
-    under = Thing("table", "soma:Table", Pose((0.5, 0.0, table - half[2])), (Geom("box", half),))
-    said = ask(query, view, (under,), engine.knowledge, models=tuple(kinds), robot=own, region=around)
-    answers = [p for p in said.answers if p.value("type") != UNKNOWN and p.value("model") and p.value("pose")]
-    there = [replace(t, name=f"{k}") for k, p in enumerate(answers) if (t := thing_from_percept(p, kinds))]
+    said = _recognised(engine, view, table, kinds, own)
+    there = [replace(t, name=f"{k}") for k, p in enumerate(said) if (t := thing_from_percept(p, kinds))]
     found = [
         Found(str(p.value("model")), t.pose, p.values["pose"].judged.confidence, p.value("joints", ()))
-        for p, t in zip(answers, there, strict=True)
+        for p, t in zip(said, there, strict=True)
     ]
-    fixed, loose = ([t for t in there if t.furniture == kind] for kind in (True, False))
-    rest = ask(ObjectQuery(wanted=("obstacles",)), view, (under, *fixed), engine.knowledge, recognised=tuple(loose), robot=own)
-    return found, [body for body in rest.scene["obstacles"].value if _in_the_way(body)] if "obstacles" in rest.scene else []
+    return found, obstacles(engine, view, table, there, own)
+
+
+def _recognised(engine: Engine, view: View, table: float, kinds: Sequence[Thing], own: Depth) -> list[Percept]:
+    around = Box(*zip(*REACH, (table - DEEP, table + HIGH), strict=True))
+    query = ObjectQuery(wanted=("type", "pose", "model"))
+    said = ask(query, view, (_table(table),), engine.knowledge, models=tuple(kinds), robot=own, region=around)
+    return [p for p in said.answers if p.value("type") != UNKNOWN and p.value("model") and p.value("pose")]
+
+
+def again(
+    engine: Engine, view: View, table: float, kinds: Sequence[Thing], believed: World
+) -> tuple[list[Thing], list[Thing]]:
+    """Return what a later picture shows on a table: movable things of known kinds, named after these, and obstacles around what is neither
+    such a thing nor one that is believed."""
+    own = _own(engine, view, believed.robots[0])
+    said = _recognised(engine, view, table, kinds, own)
+    there = [t for p in said if (t := thing_from_percept(p, kinds)) is not None and not t.furniture]
+    known = [*there, *(t for t in believed.things if t.name != "table")]
+    return there, obstacles(engine, view, table, [replace(t, name=f"{k}") for k, t in enumerate(known)], own)
+
+
+def obstacles(engine: Engine, view: View, table: float, known: Sequence[Thing], own: Depth) -> list[Thing]:
+    """Return bodies around what a picture shows within reach that neither known things nor the robot explain."""
+    fixed, loose = ([t for t in known if t.furniture == kind] for kind in (True, False))
+    under, wanted = _table(table), ObjectQuery(wanted=("obstacles",))
+    rest = ask(wanted, view, (under, *fixed), engine.knowledge, recognised=tuple(loose), robot=own)
+    return [body for body in rest.scene["obstacles"].value if _in_the_way(body)] if "obstacles" in rest.scene else []
+
+
+def _table(height: float) -> Thing:
+    half = (0.6, 1.0, SOLID / 2)
+    return Thing("table", "soma:Table", Pose((0.5, 0.0, height - half[2])), (Geom("box", half),))
 
 
 def _in_the_way(body: Thing) -> bool:

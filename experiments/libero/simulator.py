@@ -27,7 +27,7 @@ from benchmark_lines import Refused, serve
 from changes import PREFIX, Change, cases
 from instability import instability
 from levels import with_levels
-from looking import taken
+from looking import Eye
 from masses import with_masses
 from obstacles import PREFIX as SAFE
 from obstacles import Obstacles, problem
@@ -60,9 +60,12 @@ class Simulator:
         self.force: Any = None
         self.change: Any = None
         self.obstacles: Any = None
+        self.tracked, self.eye = True, None
 
-    def reset(self, suite: str, task: int, state: int) -> dict[str, Any]:
-        """Begin an episode, after LIBERO's idle actions."""
+    def reset(self, suite: str, task: int, state: int, tracked: bool = True) -> dict[str, Any]:
+        """Begin an episode, after LIBERO's idle actions; if not ``tracked``, no pose is told while the robot moves, and another task
+        as a sentence."""
+        self.tracked = tracked
         from libero.libero import benchmark, get_libero_path
 
         known, self.change, self.obstacles = benchmark.get_benchmark_dict(), None, None
@@ -92,6 +95,7 @@ class Simulator:
 
     def begin(self, path: str, start: Any, seed: int) -> None:
         """Begin an episode of a problem file from an initial state."""
+        self.eye = None
         if self.env is not None:
             self.env.close()
             self.env = None
@@ -104,6 +108,8 @@ class Simulator:
             self.change.set_up(self.env.env)
         for _ in range(IDLE):
             self.env.step(np.zeros(7))
+        if not self.tracked:
+            self.eye = Eye(self.env.sim.model._model, self.env.sim.data._data, "robot0_link0")
         self.steps, self.first = 0, None
 
     def scene(self, model: bool = True) -> dict[str, Any]:
@@ -169,9 +175,12 @@ class Simulator:
         }  # fmt: skip
 
     def read(self) -> dict[str, Any]:
-        """Return the poses of movable bodies, and the goal if it was replaced; {} in suites whose scenes never change during a run."""
+        """Return the poses of movable bodies, and the goal if it was replaced, or only the sentence that is asked for since; {} in suites
+        whose scenes never change during a run."""
         if self.change is None:
             return {}
+        if not self.tracked:
+            return {"sentence": self.change.sentence}
         env, data = self.env.env, self.env.sim.data
         there = {n: int(env.obj_body_id[n]) for n in env.objects_dict if n not in self.change.away}
         at = {n: [*data.body_xpos[b].tolist(), *data.body_xquat[b].tolist()] for n, b in there.items()}
@@ -194,10 +203,12 @@ class Simulator:
         avoided = self.obstacles.avoided if self.obstacles else None
         return {"success": self.success(), "first": self.first, "steps": self.steps, "changed": changed, "avoided": avoided}
 
-    def look(self) -> dict[str, Any]:
+    def look(self, colour: bool = True) -> dict[str, Any]:
         """Return a picture with depth by the fixed camera, calibrated to the robot's base, and the robot's joints."""
+        if self.eye is None:
+            self.eye = Eye(self.env.sim.model._model, self.env.sim.data._data, "robot0_link0")
         joints = self.feel()
-        return taken(self.env.sim.model._model, self.env.sim.data._data, "robot0_link0") | {n: joints[n] for n in ("joints", "opening")}
+        return self.eye.taken(colour) | {n: joints[n] for n in ("joints", "opening")}
 
     def cameras(self) -> dict[str, Any]:
         """Take a picture with each camera of the published protocol, as PNG in base64."""

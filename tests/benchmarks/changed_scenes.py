@@ -1,10 +1,11 @@
 """Cases of LIBERO-MAX with their controls, and SafeLIBERO, in a fixed order that a seed draws: docs/how-to/libero.md.
 
-    CRAMLITE_LIBERO_MAX=... CRAMLITE_SAFELIBERO=... python tests/benchmarks/changed_scenes.py --out RUN [--end] [--most 24]
+    CRAMLITE_LIBERO_MAX=... CRAMLITE_SAFELIBERO=... python tests/benchmarks/changed_scenes.py --out RUN [--end] [--most 24] [--camera]
 
 Rounds of one case of each family of physical changes, one changed instruction and one scene with an obstacle, each changed case followed by
 its control. It may be stopped at any time: the same command plays what is missing, ``--most 0`` plays nothing, and the tables are of what
-there is. ``--end`` plays what is kept for the end. Only the draw reads the manifests' families; the processes that plan see no manifest.
+there is. ``--end`` plays what is kept for the end. ``--camera`` plays by camera and sentence, with changes of light and camera, without
+distractors and SafeLIBERO. Only the draw reads the manifests' families; the processes that plan see no manifest.
 """
 
 from __future__ import annotations
@@ -38,6 +39,8 @@ SAFE_STATES = {False: range(5), True: range(10, 13)}
 """States of SafeLIBERO for development, and for the end."""
 CONTROL, CHANGED = 0, 1
 """States of a suite of changes."""
+NOT_BY_CAMERA = {"distractor_burst"}
+"""Families that are not drawn by camera."""
 INTENT = {"instruction_target_update", "instruction_receptacle_update", "task_cancel"}
 """Families in which nothing physical changes."""
 KINDS = ("physical", "asked", "safe")
@@ -57,16 +60,16 @@ def _changes() -> Any:
     return changes
 
 
-def families(*, end: bool) -> Families:
+def families(*, end: bool, camera: bool = False) -> Families:
     """Return all cases of one part of LIBERO-MAX, by the family of their change."""
     found = defaultdict[str, list[tuple[Episode, str]]](list)
-    for kind, name in itertools.product(("", "intent_"), SUITES):
+    for kind, name in itertools.product(("seen_" if camera else "", "intent_"), SUITES):
         suite = f"libero_max_{kind}{name}{'_end' if end else ''}"
         for number, case in enumerate(_changes().cases(suite)):
             setup = json.encode(case["scenario"].get("setup", [])).decode()
             same = f"{kind}{case['task_suite_name']} {case['task_index']} {setup}"
             found[case["scenario"]["change_type"]].append((Episode(suite, number, CHANGED), same))
-    return found
+    return {family: cases for family, cases in found.items() if not (camera and family in NOT_BY_CAMERA)}
 
 
 def kind_of(episode: Episode) -> str:
@@ -169,17 +172,21 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--end", action="store_true", help="what is kept for the end")
+    parser.add_argument("--camera", action="store_true", help="by camera and sentence")
+    parser.add_argument("--no-controls", action="store_true", help="changed cases alone")
+    parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--seed", type=int, default=0, help="of the order")
     parser.add_argument("--first", type=int, default=0, help="episodes of the order that are left out, as they were played before")
     parser.add_argument("--most", type=int, help="episodes of the order, those left out included; all of them if left out")
     parser.add_argument("--only", nargs="+", choices=KINDS, default=KINDS, help="kinds of episodes, controls with their cases")
     add_figure(parser)
     asked = parser.parse_args()
-    groups, scenes = families(end=asked.end), safe(end=asked.end)
-    drawn = itertools.islice(order(groups, scenes, asked.seed), asked.first, asked.most)
+    groups, scenes = families(end=asked.end, camera=asked.camera), [] if asked.camera else safe(end=asked.end)
+    wanted = (e for e in order(groups, scenes, asked.seed) if not (asked.no_controls and e.state == CONTROL and "max" in e.suite))
+    drawn = itertools.islice(wanted, asked.first, asked.most)
     chosen = tuple(e for e in drawn if kind_of(e) in asked.only)
-    trials = Episodes(read_benchmark(LIBERO / "experiment.yaml"), chosen, pictures=False)
-    results = {Episode.named(n): r for n, r in run_experiment(Order(trials, asked.out, 1), speak).items()}
+    trials = Episodes(read_benchmark(LIBERO / ("camera.yaml" if asked.camera else "experiment.yaml")), chosen, pictures=False)
+    results = {Episode.named(n): r for n, r in run_experiment(Order(trials, asked.out, asked.workers), speak).items()}
     said = f"seed {asked.seed} draws the order; {'kept for the end' if asked.end else 'for development'}: {len(results)} episodes"
     write(asked, numbers(groups, scenes, results), said, sum(sum(r.seconds.values()) for r in results.values()))
 

@@ -80,3 +80,16 @@ def test_the_table_counts_what_a_change_cost(groups: changed_scenes.Families, ca
     assert numbers["from change to notice, simulated", "median"][2] == pytest.approx(0.1)
     assert numbers["SafeLIBERO", "both"][:2] == (1, 1)
     assert "| SafeLIBERO | both | 1 of 1 |" in capsys.readouterr().out
+
+
+def test_by_camera_what_a_picture_shows_changes_too(groups: changed_scenes.Families, tmp_path: Path) -> None:
+    core = json.loads((tmp_path / "core_dev.json").read_text())["cases"]
+    light = {"change_type": "illumination_switch", "trigger": {}, "change": {"operation": "set_lighting"}}
+    many = {"change_type": "distractor_burst", "trigger": {}, "change": {"operation": "insert_distractors"}}
+    core += [core[0] | {"case_id": "l0", "scenario": light}, core[0] | {"case_id": "d0", "scenario": many}]
+    core += [core[0] | {"case_id": "l1", "scenario": light, "init_state_index": 0}]
+    (tmp_path / "core_dev.json").write_text(json.dumps({"cases": core}))
+    development, end = (changed_scenes.families(end=part, camera=True) for part in (False, True))
+    physical = {"target_relocation": 12, "obstacle_insertion": 12}
+    assert {f: len(c) for f, c in end.items()} == physical | {"illumination_switch": 1, "task_cancel": 2}
+    assert {f: len(c) for f, c in development.items()} == {"illumination_switch": 1, "task_cancel": 2}, "the states are apart"

@@ -96,7 +96,7 @@ class Expectation(Value, eq=False):
     Args:
         lines: (N,) under execution at each sample.
         times: (N,) [s].
-        poses: thing -> (N, 7) in the world; "effector" is the tool centre point.
+        poses: thing -> (N, 7) in the world, of what moves freely or on a joint; "effector" is the tool centre point.
         in_hand: thing -> (N, 3) its origin in the tool's frame.
         held: what both pads press at each sample; "" for nothing.
         opening: (N,) of the fingers [m].
@@ -155,9 +155,10 @@ def expectation(proof: Rollout, steps: Mapping[int, str], robot: Robot | None = 
         robot: that runs; None where nobody knows how far it gets.
     """
     loose = tuple(t.name for t in proof.world.things if not t.furniture)
-    tool = proof.poses["effector"]
+    tool, jointed = proof.poses["effector"], tuple(t.name for t in proof.world.things if t.movable and t.joint)
+    tracks = {n: proof.poses[n] for n in (*loose, *jointed, "effector")}
     return Expectation(
-        proof.lines, proof.times, {n: proof.poses[n] for n in (*loose, "effector")}, {n: _in(tool, proof.poses[n]) for n in loose},
+        proof.lines, proof.times, tracks, {n: _in(tool, proof.poses[n]) for n in loose},
         tuple(_held(proof, k) for k in range(len(proof.times))), proof.opening, proof.contact_force(), proof.joints, loose,
         frozenset(t.name for t in proof.world.things), steps, proof.world.robots[0].base.position, _reach(proof.world, robot),
     )  # fmt: skip

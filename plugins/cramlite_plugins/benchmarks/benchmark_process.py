@@ -154,11 +154,16 @@ class BenchmarkProcess:
 
     def rest(self) -> None:
         """Let the robot hold still for ``REST`` seconds, so that things come to rest."""
-        if self.last is None:
+        if self.last is not None:
+            self.hold(round(REST * self.hello().rate))
+
+    def hold(self, actions: int) -> None:
+        """Let the robot hold still for a number of actions, its hand as it was told last."""
+        last = self.last
+        if last is None:
             return
-        hello, last = self.hello(), self.last
         still = Action(opening=last.opening, grip=last.grip, joints=last.joints, delta=None if last.delta is None else (0.0,) * 6)
-        for _ in range(round(REST * hello.rate)):
+        for _ in range(actions):
             self.step(still)
 
     @property

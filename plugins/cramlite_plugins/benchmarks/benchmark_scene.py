@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ from msgspec import json
 from msgspec.structs import replace
 
 from cramlite import Engine, Setting, read_scenario, setting_as_read
-from cramlite.model import Pose, Value, World
+from cramlite.model import Pose, Thing, Value, World
 
 from ..backends.stream.messages import Hello
 
@@ -72,7 +72,7 @@ def scene_model(engine: Engine, folder: Path, scene: Mapping[str, Any], hello: H
 
 def scene_setting(
     engine: Engine, model: SceneModel, folder: Path, scene: Mapping[str, Any], hello: Hello, goal: Callable[[Setting], list[str]],
-    now: World | None = None,
+    now: World | None = None, come: Sequence[Thing] = (),
 ) -> tuple[Path, Setting]:  # fmt: skip
     """Return a scenario's file with the setting of a benchmark's present scene: world, robot, belief.
 
@@ -82,11 +82,12 @@ def scene_setting(
         hello: what the robot feels.
         goal: what shall hold in the world of a setting.
         now: the world as it was read last; what its robot holds stays where it was read.
+        come: things that are not in the scene's file.
     """
     folder.mkdir(parents=True, exist_ok=True)
     start, absent, poses = model.setting, set(scene.get("absent", ())), scene.get("poses", {})
     things = start.world.put({t.name: Pose.from_row(poses[t.name]) for t in start.world.things if t.name in poses}).things
-    present = tuple(t for t in things if t.name not in absent)
+    present = (*(t for t in things if t.name not in absent), *come)
     read = replace(start.world, things=present, robots=now.robots if now else start.world.robots)
     setting = setting_as_read(start, read, engine.knowledge, model.noise)
     parts = goal(setting)

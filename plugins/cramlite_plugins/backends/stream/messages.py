@@ -31,6 +31,7 @@ class State(Value, kw_only=True):
         say: a line for the log.
         poses: of what can be moved, by name, in the world: position [m], quaternion (w, x, y, z); None where nobody reads them.
         goal: another one that is asked for, as predicates with their arguments; () where none is any more.
+        sentence: another task that is asked for, in words; "" for none.
     """
 
     joints: Joints
@@ -40,6 +41,7 @@ class State(Value, kw_only=True):
     say: str = ""
     poses: dict[str, Seven] | None = None
     goal: tuple[tuple[str, ...], ...] | None = None
+    sentence: str = ""
 
 
 class Hello(State, kw_only=True):

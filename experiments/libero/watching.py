@@ -1,0 +1,211 @@
+"""Watching a run by the fixed camera: pictures tell what is no longer where the proof of the program has it.
+
+While pictures are as the program's proof predicts them, things are believed to be where the proof has them. Where a picture is not, known
+kinds are recognised in it anew, and what explains the pixels that were not expected is believed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from msgspec.structs import replace
+
+from cramlite import Engine
+from cramlite.engine.recovery.expectation import RunWatch
+from cramlite.model import Camera, Deviation, Notice, Pose, Readings, Thing, View, World
+from cramlite.model.world.thing_boxes import boxes
+from cramlite.perception.sightings import Seen, sightings
+from cramlite.perception.unexpected import differ, share_of_robot, thinned, unexpected, without_robot
+
+EVERY = 5
+"""Readings between two pictures: a quarter of a second."""
+MOVED = 0.025
+"""Least distance from where a thing is believed at which it counts as moved [m]: three times the errors of poses, at 95 %, and what a
+grasp displaces."""
+AROUND = 0.015
+"""Margin of the boxes around a thing within which pixels are explained by it [m]."""
+POINTS = 4
+"""Least number of unexpected pixels that a thing must explain."""
+WAITS = 5
+"""Largest number of pictures that are waited for until nothing moves in them any more."""
+UNKNOWN = "unknown_"
+"""Beginning of the names of things that are none of the known kinds."""
+OWN = 0.7
+"""Least share of the robot's predicted pixels that show it; a picture that shows less was taken by a camera that was moved."""
+Shown = tuple[Sequence[Thing], Sequence[Thing]]
+"""What a picture shows: things of known kinds, each named after its kind, and obstacles."""
+
+
+class Sight:
+    """Belief of an episode by camera: the world as it is believed, and the last picture that was as expected.
+
+    Args:
+        engine: whose knowledge predicts pictures.
+        world: as it was believed at first.
+        kinds: name of each thing of that -> its kind.
+        view: the picture that this was recognised in.
+        recognise: takes a picture with colours: what it shows of known kinds, and what else is in the way, beside what is believed.
+    """
+
+    def __init__(
+        self, engine: Engine, world: World, kinds: Mapping[str, str], view: View, recognise: Callable[[World], Shown]
+    ) -> None:  # fmt: skip
+        self.engine, self.world, self.kinds, self.recognise = engine, world, dict(kinds), recognise
+        few = thinned(view)
+        self.before = without_robot(few, world, engine.knowledge)
+        self.gone: dict[str, Thing] = {}
+        self.displaced, self.told = "", list[str]()
+
+    def update(self, view: View, expected: World) -> set[str]:
+        """Take a picture into the belief, beside the world that is expected; return the names of things that are not as expected.
+
+        A picture in which the robot is not where its joints put it tells nothing, nor do later ones: the camera was moved.
+        """
+        few, knowledge = thinned(view), self.engine.knowledge
+        share = share_of_robot(few, expected, knowledge)
+        if share < OWN:
+            self.displaced = f"the camera was moved: {100 * share:.0f} % of the robot's pixels show it"
+        changed, self.world = set[str](), expected
+        if self.displaced:
+            self.told = [*self.told, self.displaced] if self.displaced not in self.told else self.told
+            return changed
+        odd = unexpected(few, expected, self.before, knowledge)
+        if odd.any():
+            changed = self._explain(view, few.world_cloud[odd].astype(float))
+            self.told.append(f"{odd.sum()} pixels are not as expected; {', '.join(sorted(changed)) or 'no thing explains them'}")
+        seen = without_robot(few, self.world, knowledge)
+        self.before = np.where(np.isnan(seen), self.before, seen)
+        return changed
+
+    def _explain(self, view: View, points: Any) -> set[str]:
+        """Change the believed world so that it explains a picture with unexpected points (n, 3) [m]; return the names of what is new,
+        moved or gone in it."""
+        world = self.world
+        things, obstacles = self.recognise(world)
+        loose = [t for t in world.things if t.name in self.kinds]
+        pairs, new = matched([*loose, *self.gone.values()], [t for t in things if _explains(t, points) or _there(t, loose)], self.kinds)
+        moved = {n: t.pose for n, t in pairs.items() if n in self.gone or _off(world.thing(n), t) > MOVED}
+        back = [self.gone.pop(n) for n in moved if n in self.gone]
+        come = [self._named(t, world) for t in new if _explains(t, points)]
+        blocks = [replace(t, name=f"{UNKNOWN}{len(self.told)}_{k}") for k, t in enumerate(obstacles) if _explains(t, points)]
+        self.kinds |= {t.name: kind for t, kind in come}
+        arrived = [t for t, _ in come] + blocks
+        gone = self._gone(view, [t.name for t in world.things if t.name.startswith(UNKNOWN) or (t in loose and t.name not in pairs)])
+        self.gone |= {n: world.thing(n) for n in gone if n in self.kinds}
+        kept = [t for t in world.things if t.name not in gone]
+        self.world = replace(world, things=(*kept, *back, *arrived)).put(moved)
+        return {*moved, *(t.name for t in arrived), *gone}
+
+    def _gone(self, view: View, names: Iterable[str]) -> set[str]:
+        """Return which of some believed things a picture shows not to be there."""
+        camera = Camera(view.camera, intrinsics=view.intrinsics)
+        return {s.thing for s in sightings(view, camera, self.world, names, self.engine.knowledge) if s.seen is Seen.GONE}
+
+    def _named(self, thing: Thing, world: World) -> tuple[Thing, str]:
+        """Return a thing that came under a name of its own, and its kind."""
+        taken = {t.name for t in world.things}
+        number = next(k for k in range(1, 100) if f"{thing.name}_{k}_new" not in taken)
+        return replace(thing, name=f"{thing.name}_{number}_new"), thing.name
+
+
+class CameraWatch:
+    """Watcher of a run that is shown, as poses of things, what pictures tell.
+
+    Args:
+        inner: that compares readings with the program's proof.
+        sight: the belief, which pictures update.
+        look: takes a picture.
+        idle: lets the arm hold still for a quarter of a second.
+    """
+
+    def __init__(self, inner: RunWatch, sight: Sight, look: Callable[[], View], idle: Callable[[], None]) -> None:
+        self.inner, self.sight, self.look, self.idle, self.period = inner, sight, look, idle, inner.period
+        self.number, self.told = 0, dict[str, Pose]()
+
+    def see(self, readings: Readings) -> Notice | None:
+        """Return why the arm must stop; None while the pictures and what the robot feels are as expected."""
+        self.number += 1
+        if self.number % EVERY == 0:
+            changed = self.sight.update(self.look(), self._expected(readings))
+            poses = {t.name: t.pose for t in self.sight.world.things}
+            self.told |= {n: poses[n] for n in changed if n in poses}
+            if gone := sorted(changed - poses.keys()):
+                said = f"'{gone[0]}' is not where it should be, and nowhere in the picture"
+                self.inner.notice = Notice(Deviation.MISSING, readings.time, said, self.inner.expected.step(readings.line), gone[0])
+                return self.inner.notice
+        return self.inner.see(replace(readings, poses=self.told))
+
+    def rest(self, readings: Readings) -> None:
+        """Take the last picture of a run into the belief, and give all believed poses as the last readings.
+
+        After a stop, wait until nothing moves in the pictures: what is in the air will lie somewhere.
+        """
+        view = self.look()
+        for _ in range(WAITS if self.inner.notice else 0):
+            self.idle()
+            before, view = view, self.look()
+            if not differ(thinned(before), thinned(view)):
+                break
+        self.sight.update(view, self._expected(readings))
+        self.inner.rest(replace(readings, poses={t.name: t.pose for t in self.sight.world.things if not t.furniture or t.joint}))
+
+    def _expected(self, now: Readings) -> World:
+        """Return the world as the proof has it at the line under execution, with the tool where it is, and what pictures showed since."""
+        expected, world = self.inner.expected, self.sight.world
+        rows = expected.rows(now.line) if now.line else [0]
+        tool = expected.poses["effector"]
+        row = min(rows, key=lambda k: math.dist(tool[k, :3], now.tool.position))
+        poses = {n: _pose(track, row, tool, now, held=expected.held[row] == n) for n, track in expected.poses.items() if n != "effector"}
+        there = {t.name for t in world.things}
+        mount = replace(world.robots[0], joints=now.joints, opening=now.opening)
+        world = world.put({n: p for n, p in poses.items() if n in there and n not in self.told} | self.told)
+        return replace(world, robots=(mount, *world.robots[1:]))
+
+
+def _pose(track: Any, row: int, tool: Any, now: Readings, *, held: bool) -> Pose:
+    pose = Pose.from_row(track[row])
+    return now.tool * Pose.from_row(tool[row]).inverse() * pose if held else pose
+
+
+def matched(believed: Sequence[Thing], seen: Sequence[Thing], kinds: Mapping[str, str]) -> tuple[dict[str, Thing], list[Thing]]:
+    """Match seen things with believed ones of their kinds, together the nearest.
+
+    Returns:
+        Name of each believed thing that was matched -> as it was seen; and those that were seen and not matched.
+    """
+    from scipy.optimize import linear_sum_assignment
+
+    pairs: dict[str, Thing] = {}
+    for kind in sorted({t.name for t in seen}):
+        mine, theirs = [t for t in believed if kinds[t.name] == kind], [t for t in seen if t.name == kind]
+        gaps = np.array([[_off(a, b) for b in theirs] for a in mine]).reshape(len(mine), len(theirs))
+        pairs |= {mine[i].name: theirs[j] for i, j in zip(*linear_sum_assignment(gaps), strict=True)}
+    taken = {id(t) for t in pairs.values()}
+    return pairs, [t for t in seen if id(t) not in taken]
+
+
+def _off(believed: Thing, seen: Thing) -> float:
+    return math.dist(believed.pose.position, seen.pose.position)
+
+
+def _explains(thing: Thing, points: Any) -> bool:
+    """Whether enough points (n, 3) [m] are in a thing, or at its surface."""
+    inside = np.zeros(len(points), bool)
+    for low, high in boxes(thing):
+        inside |= ((points > np.subtract(low, AROUND)) & (points < np.add(high, AROUND))).all(axis=1)
+    return int(inside.sum()) >= POINTS
+
+
+def _there(thing: Thing, believed: Iterable[Thing]) -> bool:
+    """Whether a thing was seen where some thing is believed."""
+    return any(_off(t, thing) <= MOVED for t in believed)
+
+
+def kinds_in(things: Iterable[Thing], kinds: Sequence[str]) -> dict[str, str]:
+    """Return the kind of each movable thing of a scene that was written of kinds: its name begins with it, longest first."""
+    by_length = sorted(kinds, key=len, reverse=True)
+    found = {t.name: next((k for k in by_length if t.name.startswith(f"{k}_")), "") for t in things if t.movable}
+    return {name: kind for name, kind in found.items() if kind}

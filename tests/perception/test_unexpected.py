@@ -1,0 +1,59 @@
+"""What neither belief nor an earlier picture explains is found, whatever the noise; a camera that was moved shows the robot elsewhere."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+
+from cramlite import Engine
+from cramlite.model import Camera, Pose, RobotMount, Thing, View, World
+from cramlite.perception.unexpected import share_of_robot, thinned, unexpected, without_robot
+from cramlite_plugins.objects.products_and_fixtures import make
+
+EYE, TARGET = np.array((1.5, 0.2, 0.9)), np.array((0.45, 0.0, 0.1))
+CAMERA = Camera(Pose.from_axes(tuple(EYE), TARGET - EYE, np.cross(TARGET - EYE, (0, 0, 1))))
+TABLE = make("table", "table", Pose((0.5, 0, -0.01)), {"size": (1.4, 1.6, 0.02)})
+
+
+@pytest.fixture(scope="module")
+def engine() -> Engine:
+    """Engine with the shipped plugins."""
+    return Engine()
+
+
+def world(x: float = 0.5, *more: Thing) -> World:
+    """A box on a table before an arm."""
+    box = make("block", "box", Pose((x, 0.2, 0.041)), {"size": (0.08, 0.08, 0.08), "mass": 0.2})
+    arm = RobotMount("arm", "ur5e", joints=(0.0, -1.9, 2.2, -1.9, -1.57, 0.0), opening=0.05)
+    return World((TABLE, box, *more), (arm,))
+
+
+def seen(engine: Engine, there: World, camera: Camera = CAMERA, seed: int = 1) -> View:
+    """A picture with the noise of a camera, thinned, as if from the usual place."""
+    view = engine.knowledge.simulator.look(there, engine.knowledge.robots_of(there), camera, seed=seed)
+    return thinned(replace(view, camera=CAMERA.pose))
+
+
+def test_what_is_as_believed_or_as_it_was_is_expected(engine: Engine) -> None:
+    tower = make("block", "tower", Pose((0.6, -0.3, 0.101)), {"size": (0.1, 0.1, 0.2)})
+    before = without_robot(seen(engine, world(0.5, tower)), world(), engine.knowledge)
+    later = seen(engine, world(0.5, tower), seed=2)
+    assert not unexpected(later, world(), before, engine.knowledge).any(), "the tower, which nobody believes, stood there before"
+    moved = seen(engine, world(0.62, tower), seed=3)
+    assert not unexpected(moved, world(0.62), before, engine.knowledge).any(), "the box is where it is believed now"
+
+
+def test_what_moved_is_not_expected(engine: Engine) -> None:
+    before = without_robot(seen(engine, world()), world(), engine.knowledge)
+    view = seen(engine, world(0.56), seed=2)
+    odd = unexpected(view, world(), before, engine.knowledge)
+    points = view.world_cloud[odd]
+    assert len(points) > 10
+    assert (np.abs(points[:, 0] - 0.5) < 0.2).all() and (np.abs(points[:, 1] - 0.2) < 0.2).all()
+
+
+def test_a_camera_that_was_moved_shows_the_robot_elsewhere(engine: Engine) -> None:
+    assert share_of_robot(seen(engine, world()), world(), engine.knowledge) > 0.9
+    askew = replace(CAMERA, pose=Pose.from_rotvec((0.02, 0, 0), (0, 0, 0.0873)) * CAMERA.pose)
+    assert share_of_robot(seen(engine, world(), askew), world(), engine.knowledge) < 0.7
