@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 STEP = 4
 """Pixels of the picture, along each side, for each one that is compared."""
 OFF = 0.02
-"""Least difference of depth that counts [m]: errors of poses, of shapes and of depth are smaller."""
+"""Least difference of depth that counts, at up to a metre [m]: errors of poses, of shapes and of depth are smaller. Beyond, it grows with
+the square of the depth, as a stereo camera's errors do."""
 BESIDE = 3
 """Compared pixels around the robot's predicted body that may show it: encoders and the camera's pose have errors."""
 SURE = 1
@@ -61,13 +62,19 @@ def unexpected(view: View, believed: World, before: Depth, knowledge: Knowledge)
     ideal = Camera(view.camera, intrinsics=view.intrinsics, noise=0.0)
     predicted = knowledge.simulator.look(believed, knowledge.robots_of(believed), ideal, seed=0).depth
     with np.errstate(invalid="ignore"):
-        return _patches((np.abs(depth - before) > OFF) & ~(np.abs(depth - predicted) <= OFF))
+        return _patches(_off(depth, before) & (_off(depth, predicted) | np.isnan(predicted)))
 
 
 def differ(one: View, other: View) -> bool:
     """Return whether two thinned views from the same place differ in more than the edges of things: something moves."""
     with np.errstate(invalid="ignore"):
-        return bool(_patches(np.abs(one.depth - other.depth) > OFF).any())
+        return bool(_patches(_off(one.depth, other.depth)).any())
+
+
+def _off(depth: Depth, other: Depth) -> Mask:
+    """Mask the pixels at which two depth images differ [m]; none where one of them tells nothing."""
+    found: Mask = np.abs(depth - other) > OFF * np.maximum(1.0, depth) ** 2
+    return found
 
 
 def _patches(off: Mask) -> Mask:

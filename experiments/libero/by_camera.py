@@ -23,7 +23,7 @@ from cramlite_plugins.benchmarks.benchmark_scene import scene_model, scene_setti
 from .connection import Libero
 from .panda import library
 from .placed_kinds import Placed, files_of, scene_of
-from .sight import again, located, pictured, seen
+from .sight import again, around, located, pictured, seen
 from .watching import EVERY, CameraWatch, Sight, kinds_in
 
 ALLOWED = ("reset", "look", "hello", "step", "check", "end")
@@ -129,7 +129,7 @@ class LiberoByCamera(Libero):
             return again(engine, self.look()[0], self.table, kinds, believed)
 
         names = kinds_in(world.things, [k.name for k in kinds])
-        self.sight = Sight(engine, replace(world, robots=(mount, *world.robots[1:])), names, view, recognise)
+        self.sight = Sight(engine, replace(world, robots=(mount, *world.robots[1:])), names, view, recognise, around(self.table))
         return path, setting
 
     def _understood(self, setting: Setting) -> list[str]:

@@ -17,7 +17,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from cramlite import Engine, UserError
-from cramlite.model import Camera, Depth, Geom, Intrinsics, Pose, RobotMount, Thing, View, World
+from cramlite.model import Camera, Depth, Geom, Intrinsics, Pose, RobotMount, Thing, Vector3, View, World, vector3
 from cramlite.perception.active_perception import ask
 from cramlite.perception.camera_check import camera_offset
 from cramlite.perception.own_body import own_depth
@@ -150,10 +150,15 @@ def seen(
     return found, obstacles(engine, view, table, there, own)
 
 
+def around(table: float) -> tuple[Vector3, Vector3]:
+    """Return the lowest and the highest corner of the box in which things are looked for on a table at a height [m]."""
+    low, high = zip(*REACH, (table - DEEP, table + HIGH), strict=True)
+    return vector3(low), vector3(high)
+
+
 def _recognised(engine: Engine, view: View, table: float, kinds: Sequence[Thing], own: Depth) -> list[Percept]:
-    around = Box(*zip(*REACH, (table - DEEP, table + HIGH), strict=True))
     query = ObjectQuery(wanted=("type", "pose", "model"))
-    said = ask(query, view, (_table(table),), engine.knowledge, models=tuple(kinds), robot=own, region=around)
+    said = ask(query, view, (_table(table),), engine.knowledge, models=tuple(kinds), robot=own, region=Box(*around(table)))
     return [p for p in said.answers if p.value("type") != UNKNOWN and p.value("model") and p.value("pose")]
 
 

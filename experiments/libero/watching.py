@@ -15,7 +15,7 @@ from msgspec.structs import replace
 
 from cramlite import Engine
 from cramlite.engine.recovery.expectation import RunWatch
-from cramlite.model import Camera, Deviation, Notice, Pose, Readings, Thing, View, World
+from cramlite.model import Camera, Deviation, Notice, Pose, Readings, Thing, Vector3, View, World
 from cramlite.model.world.thing_boxes import boxes
 from cramlite.perception.sightings import Seen, sightings
 from cramlite.perception.unexpected import differ, share_of_robot, thinned, unexpected, without_robot
@@ -48,12 +48,14 @@ class Sight:
         kinds: name of each thing of that -> its kind.
         view: the picture that this was recognised in.
         recognise: takes a picture with colours: what it shows of known kinds, and what else is in the way, beside what is believed.
+        region: lowest and highest corner of the box within which pictures matter [m].
     """
 
     def __init__(
-        self, engine: Engine, world: World, kinds: Mapping[str, str], view: View, recognise: Callable[[World], Shown]
+        self, engine: Engine, world: World, kinds: Mapping[str, str], view: View, recognise: Callable[[World], Shown],
+        region: tuple[Vector3, Vector3],
     ) -> None:  # fmt: skip
-        self.engine, self.world, self.kinds, self.recognise = engine, world, dict(kinds), recognise
+        self.engine, self.world, self.kinds, self.recognise, self.region = engine, world, dict(kinds), recognise, region
         few = thinned(view)
         self.before = without_robot(few, world, engine.knowledge)
         self.gone: dict[str, Thing] = {}
@@ -72,10 +74,11 @@ class Sight:
         if self.displaced:
             self.told = [*self.told, self.displaced] if self.displaced not in self.told else self.told
             return changed
-        odd = unexpected(few, expected, self.before, knowledge)
-        if odd.any():
-            changed = self._explain(view, few.world_cloud[odd].astype(float))
-            self.told.append(f"{odd.sum()} pixels are not as expected; {', '.join(sorted(changed)) or 'no thing explains them'}")
+        points = few.world_cloud[unexpected(few, expected, self.before, knowledge)].astype(float)
+        points = points[((points > self.region[0]) & (points < self.region[1])).all(axis=1)]
+        if len(points) >= POINTS:
+            changed = self._explain(view, points)
+            self.told.append(f"{len(points)} pixels are not as expected; {', '.join(sorted(changed)) or 'no thing explains them'}")
         seen = without_robot(few, self.world, knowledge)
         self.before = np.where(np.isnan(seen), self.before, seen)
         return changed

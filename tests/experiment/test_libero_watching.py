@@ -37,7 +37,7 @@ class Scene:
 
     def __init__(self, engine: Engine) -> None:
         self.engine, self.asked, self.there = engine, 0, world(box("box_1", 0.5))
-        self.sight = WATCHING.Sight(engine, self.there, {"box_1": "box"}, self.view(), self.recognise)
+        self.sight = WATCHING.Sight(engine, self.there, {"box_1": "box"}, self.view(), self.recognise, ((0.1, -0.8, -0.1), (1.1, 0.8, 0.6)))
 
     def view(self, camera: Camera = CAMERA) -> View:
         """A picture of what is there."""
