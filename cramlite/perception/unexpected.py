@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec.structs import replace
 
 from ..model.view import Depth, Intrinsics, Mask, View
 from ..model.world.world import Camera, World
-from .own_body import own_depth
 
 if TYPE_CHECKING:
     from ..plugin.catalogue import Knowledge
@@ -34,35 +34,46 @@ def thinned(view: View) -> View:
     return View(view.rgb[::STEP, ::STEP], view.depth[::STEP, ::STEP], few, view.camera, view.stamp)
 
 
-def share_of_robot(view: View, world: World, knowledge: Knowledge) -> float:
+def predicted(view: View, world: World, knowledge: Knowledge, held: str = "") -> tuple[Depth, Depth]:
+    """Return the depth images that a view should be in a believed world, and of the robots with their payload alone; infinite where nothing
+    is [m].
+
+    Args:
+        world: with the arm as it stands, and things where they should be.
+        held: name of the payload; "" for none.
+    """
+    ideal = Camera(view.camera, intrinsics=view.intrinsics, noise=0.0)
+    alone = replace(world, things=tuple(t for t in world.things if t.name == held))
+    whole, own = (knowledge.simulator.look(w, knowledge.robots_of(w), ideal, seed=0).depth for w in (world, alone))
+    return np.where(np.isnan(whole), np.inf, whole), np.where(np.isnan(own), np.inf, own)
+
+
+def share_of_robot(view: View, own: Depth) -> float:
     """Return the share of the robot's predicted pixels that show it in a thinned view, or something before it; 1 if there are few."""
     from scipy.ndimage import binary_erosion
 
-    own = own_depth(world, Camera(view.camera, intrinsics=view.intrinsics), knowledge)
     inner = binary_erosion(np.isfinite(own), iterations=SURE) & view.valid
     return float((view.depth[inner] < own[inner] + OFF).mean()) if inner.sum() >= FEW else 1.0
 
 
-def without_robot(view: View, world: World, knowledge: Knowledge) -> Depth:
-    """Return the depth image of a thinned view, NaN on and beside the robots of a world."""
+def without_robot(view: View, own: Depth) -> Depth:
+    """Return the depth image of a thinned view, NaN on and beside the robot's predicted pixels."""
     from scipy.ndimage import binary_dilation
 
-    own = np.isfinite(own_depth(world, Camera(view.camera, intrinsics=view.intrinsics), knowledge))
-    return np.where(binary_dilation(own, iterations=BESIDE), np.nan, view.depth)
+    return np.where(binary_dilation(np.isfinite(own), iterations=BESIDE), np.nan, view.depth)
 
 
-def unexpected(view: View, believed: World, before: Depth, knowledge: Knowledge) -> Mask:
-    """Mask the pixels of a thinned view that are neither as the believed world predicts them nor as an earlier picture shows them.
+def unexpected(depth: Depth, believed: Depth, before: Depth, then: Depth) -> Mask:
+    """Mask the pixels of a depth image that are not as predicted, and that an earlier picture does not explain.
 
     Args:
-        believed: world with the arm as it stands, and things where they should be.
-        before: thinned depth image from the same place, NaN where it tells nothing [m].
+        depth: thinned, NaN where it tells nothing [m].
+        believed: as predicted.
+        before: from the same place.
+        then: as predicted when this was taken: where the prediction is another one now, it explains nothing.
     """
-    depth = without_robot(view, believed, knowledge)
-    ideal = Camera(view.camera, intrinsics=view.intrinsics, noise=0.0)
-    predicted = knowledge.simulator.look(believed, knowledge.robots_of(believed), ideal, seed=0).depth
     with np.errstate(invalid="ignore"):
-        return _patches(_off(depth, before) & (_off(depth, predicted) | np.isnan(predicted)))
+        return _patches(_off(depth, believed) & (_off(depth, before) | _off(believed, then) & ~np.isnan(before)))
 
 
 def differ(one: View, other: View) -> bool:
@@ -73,7 +84,7 @@ def differ(one: View, other: View) -> bool:
 
 def _off(depth: Depth, other: Depth) -> Mask:
     """Mask the pixels at which two depth images differ [m]; none where one of them tells nothing."""
-    found: Mask = np.abs(depth - other) > OFF * np.maximum(1.0, depth) ** 2
+    found: Mask = np.abs(depth - other) > OFF * np.maximum(1.0, np.fmin(depth, other)) ** 2
     return found
 
 

@@ -18,7 +18,7 @@ from cramlite.engine.recovery.expectation import RunWatch
 from cramlite.model import Camera, Deviation, Notice, Pose, Readings, Thing, Vector3, View, World
 from cramlite.model.world.thing_boxes import boxes
 from cramlite.perception.sightings import Seen, sightings
-from cramlite.perception.unexpected import differ, share_of_robot, thinned, unexpected, without_robot
+from cramlite.perception.unexpected import differ, predicted, share_of_robot, thinned, unexpected, without_robot
 
 EVERY = 5
 """Readings between two pictures: a quarter of a second."""
@@ -57,30 +57,35 @@ class Sight:
     ) -> None:  # fmt: skip
         self.engine, self.world, self.kinds, self.recognise, self.region = engine, world, dict(kinds), recognise, region
         few = thinned(view)
-        self.before = without_robot(few, world, engine.knowledge)
+        self.then, own = predicted(few, world, engine.knowledge)
+        self.before = without_robot(few, own)
         self.gone: dict[str, Thing] = {}
         self.displaced, self.told = "", list[str]()
 
-    def update(self, view: View, expected: World) -> set[str]:
+    def update(self, view: View, expected: World, held: str = "") -> set[str]:
         """Take a picture into the belief, beside the world that is expected; return the names of things that are not as expected.
 
         A picture in which the robot is not where its joints put it tells nothing, nor do later ones: the camera was moved.
+
+        Args:
+            held: name of the payload, whose own pixels tell nothing, as those of the robot; "" for none.
         """
-        few, knowledge = thinned(view), self.engine.knowledge
-        share = share_of_robot(few, expected, knowledge)
+        few = thinned(view)
+        believed, own = predicted(few, expected, self.engine.knowledge, held)
+        share, depth = share_of_robot(few, own), without_robot(few, own)
         if share < OWN:
             self.displaced = f"the camera was moved: {100 * share:.0f} % of the robot's pixels show it"
         changed, self.world = set[str](), expected
         if self.displaced:
             self.told = [*self.told, self.displaced] if self.displaced not in self.told else self.told
             return changed
-        points = few.world_cloud[unexpected(few, expected, self.before, knowledge)].astype(float)
+        points = few.world_cloud[unexpected(depth, believed, self.before, self.then)].astype(float)
         points = points[((points > self.region[0]) & (points < self.region[1])).all(axis=1)]
         if len(points) >= POINTS:
             changed = self._explain(view, points)
             self.told.append(f"{len(points)} pixels are not as expected; {', '.join(sorted(changed)) or 'no thing explains them'}")
-        seen = without_robot(few, self.world, knowledge)
-        self.before = np.where(np.isnan(seen), self.before, seen)
+        tells = ~np.isnan(depth)
+        self.before, self.then = np.where(tells, depth, self.before), np.where(tells, believed, self.then)
         return changed
 
     def _explain(self, view: View, points: Any) -> set[str]:
@@ -132,7 +137,7 @@ class CameraWatch:
         """Return why the arm must stop; None while the pictures and what the robot feels are as expected."""
         self.number += 1
         if self.number % EVERY == 0:
-            changed = self.sight.update(self.look(), self._expected(readings))
+            changed = self.sight.update(self.look(), *self._expected(readings))
             poses = {t.name: t.pose for t in self.sight.world.things}
             self.told |= {n: poses[n] for n in changed if n in poses}
             if gone := sorted(changed - poses.keys()):
@@ -152,11 +157,12 @@ class CameraWatch:
             before, view = view, self.look()
             if not differ(thinned(before), thinned(view)):
                 break
-        self.sight.update(view, self._expected(readings))
+        self.sight.update(view, *self._expected(readings))
         self.inner.rest(replace(readings, poses={t.name: t.pose for t in self.sight.world.things if not t.furniture or t.joint}))
 
-    def _expected(self, now: Readings) -> World:
-        """Return the world as the proof has it at the line under execution, with the tool where it is, and what pictures showed since."""
+    def _expected(self, now: Readings) -> tuple[World, str]:
+        """Return the world as the proof has it at the line under execution, with the tool where it is, and what pictures showed since; and
+        the payload."""
         expected, world = self.inner.expected, self.sight.world
         rows = expected.rows(now.line) if now.line else [0]
         tool = expected.poses["effector"]
@@ -165,7 +171,8 @@ class CameraWatch:
         there = {t.name for t in world.things}
         mount = replace(world.robots[0], joints=now.joints, opening=now.opening)
         world = world.put({n: p for n, p in poses.items() if n in there and n not in self.told} | self.told)
-        return replace(world, robots=(mount, *world.robots[1:]))
+        held = expected.held[row]
+        return replace(world, robots=(mount, *world.robots[1:])), held if held not in self.told else ""
 
 
 def _pose(track: Any, row: int, tool: Any, now: Readings, *, held: bool) -> Pose:
