@@ -18,7 +18,7 @@ from msgspec.structs import replace
 
 from cramlite import Engine, UserError
 from cramlite.model import Camera, Depth, Geom, Intrinsics, Pose, RobotMount, Thing, Vector3, View, World, vector3
-from cramlite.perception.active_perception import ask
+from cramlite.perception.active_perception import SURE, ask
 from cramlite.perception.camera_check import camera_offset
 from cramlite.perception.own_body import own_depth
 from cramlite.perception.query import ObjectQuery
@@ -165,11 +165,12 @@ def _recognised(engine: Engine, view: View, table: float, kinds: Sequence[Thing]
 def again(
     engine: Engine, view: View, table: float, kinds: Sequence[Thing], believed: World
 ) -> tuple[list[Thing], list[Thing]]:
-    """Return what a later picture shows on a table: movable things of known kinds, named after these, and obstacles around what is neither
-    such a thing nor one that is believed."""
+    """Return what a later picture shows on a table, in which the arm hides some of it: movable things of known kinds whose poses are sure,
+    named after these, and obstacles around what is neither such a thing nor one that is believed."""
     own = _own(engine, view, believed.robots[0])
     said = _recognised(engine, view, table, kinds, own)
-    there = [t for p in said if (t := thing_from_percept(p, kinds)) is not None and not t.furniture]
+    sure = [p for p in said if p.values["pose"].judged.confidence >= SURE]
+    there = [t for p in sure if (t := thing_from_percept(p, kinds)) is not None and not t.furniture]
     known = [*there, *(t for t in believed.things if t.name != "table")]
     return there, obstacles(engine, view, table, [replace(t, name=f"{k}") for k, t in enumerate(known)], own)
 

@@ -29,6 +29,8 @@ AROUND = 0.015
 """Margin of the boxes around a thing within which pixels are explained by it [m]."""
 POINTS = 4
 """Least number of unexpected pixels that a thing must explain."""
+CLEARLY = 0.8
+"""Share of a thing's pixels beyond which what is behind it shows that it is gone, and has not only moved a little."""
 WAITS = 5
 """Largest number of pictures that are waited for until nothing moves in them any more."""
 UNKNOWN = "unknown_"
@@ -110,7 +112,8 @@ class Sight:
     def _gone(self, view: View, names: Iterable[str]) -> set[str]:
         """Return which of some believed things a picture shows not to be there."""
         camera = Camera(view.camera, intrinsics=view.intrinsics)
-        return {s.thing for s in sightings(view, camera, self.world, names, self.engine.knowledge) if s.seen is Seen.GONE}
+        found = sightings(view, camera, self.world, names, self.engine.knowledge)
+        return {s.thing for s in found if s.seen is Seen.GONE and s.gone > CLEARLY}
 
     def _named(self, thing: Thing, world: World) -> tuple[Thing, str]:
         """Return a thing that came under a name of its own, and its kind."""
@@ -120,7 +123,8 @@ class Sight:
 
 
 class CameraWatch:
-    """Watcher of a run that is shown, as poses of things, what pictures tell.
+    """Watcher of a run that is shown, as poses of things, what pictures tell of those that the program has not moved yet; of those that it
+    has moved, the last picture tells.
 
     Args:
         inner: that compares readings with the program's proof.
@@ -132,12 +136,15 @@ class CameraWatch:
     def __init__(self, inner: RunWatch, sight: Sight, look: Callable[[], View], idle: Callable[[], None]) -> None:
         self.inner, self.sight, self.look, self.idle, self.period = inner, sight, look, idle, inner.period
         self.number, self.told = 0, dict[str, Pose]()
+        self.start = {t.name: t for t in sight.world.things}
 
     def see(self, readings: Readings) -> Notice | None:
         """Return why the arm must stop; None while the pictures and what the robot feels are as expected."""
         self.number += 1
         if self.number % EVERY == 0:
-            changed = self.sight.update(self.look(), *self._expected(readings))
+            expected, held = self._expected(readings)
+            done = {t.name for t in expected.things if _off(t, self.start.get(t.name, t)) > MOVED}
+            changed = self.sight.update(self.look(), expected, held) - done
             poses = {t.name: t.pose for t in self.sight.world.things}
             self.told |= {n: poses[n] for n in changed if n in poses}
             if gone := sorted(changed - poses.keys()):
