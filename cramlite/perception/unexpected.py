@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 STEP = 4
 """Pixels of the picture, along each side, for each one that is compared."""
-OFF = 0.02
-"""Least difference of depth that counts, at up to a metre [m]: errors of poses, of shapes and of depth are smaller. Beyond, it grows with
-the square of the depth, as a stereo camera's errors do."""
+OFF = 0.03
+"""Least difference of depth that counts, at up to a metre [m]: errors of poses, of shapes and of depth are smaller, and so is that of a table
+whose height is off by 12 mm, seen at 30 deg. Beyond, it grows with the square of the depth, as a stereo camera's errors do."""
 BESIDE = 3
 """Compared pixels around the robot's predicted body that may show it: encoders and the camera's pose have errors."""
 SURE = 1

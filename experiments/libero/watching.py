@@ -29,6 +29,8 @@ AROUND = 0.015
 """Margin of the boxes around a thing within which pixels are explained by it [m]."""
 POINTS = 4
 """Least number of unexpected pixels that a thing must explain."""
+FALLEN = 0.1
+"""Distance from where the proof has a thing that was let go within which it may come to rest [m]."""
 CLEARLY = 0.8
 """Share of a thing's pixels beyond which what is behind it shows that it is gone, and has not only moved a little."""
 WAITS = 5
@@ -64,13 +66,14 @@ class Sight:
         self.gone: dict[str, Thing] = {}
         self.displaced, self.told = "", list[str]()
 
-    def update(self, view: View, expected: World, held: str = "") -> set[str]:
+    def update(self, view: View, expected: World, held: str = "", done: Iterable[str] = ()) -> set[str]:
         """Take a picture into the belief, beside the world that is expected; return the names of things that are not as expected.
 
         A picture in which the robot is not where its joints put it tells nothing, nor do later ones: the camera was moved.
 
         Args:
             held: name of the payload, whose own pixels tell nothing, as those of the robot; "" for none.
+            done: names of things about which the picture tells nothing: the program let go of them, and they may still move.
         """
         few = thinned(view)
         believed, own = predicted(few, expected, self.engine.knowledge, held)
@@ -83,6 +86,8 @@ class Sight:
             return changed
         points = few.world_cloud[unexpected(depth, believed, self.before, self.then)].astype(float)
         points = points[((points > self.region[0]) & (points < self.region[1])).all(axis=1)]
+        for name in done:
+            points = points[~_within(expected.thing(name), points, FALLEN)]
         if len(points) >= POINTS:
             changed = self._explain(view, points)
             self.told.append(f"{len(points)} pixels are not as expected; {', '.join(sorted(changed)) or 'no thing explains them'}")
@@ -144,7 +149,7 @@ class CameraWatch:
         if self.number % EVERY == 0:
             expected, held = self._expected(readings)
             done = {t.name for t in expected.things if _off(t, self.start.get(t.name, t)) > MOVED}
-            changed = self.sight.update(self.look(), expected, held) - done
+            changed = self.sight.update(self.look(), expected, held, done) - done
             poses = {t.name: t.pose for t in self.sight.world.things}
             self.told |= {n: poses[n] for n in changed if n in poses}
             if gone := sorted(changed - poses.keys()):
@@ -210,10 +215,15 @@ def _off(believed: Thing, seen: Thing) -> float:
 
 def _explains(thing: Thing, points: Any) -> bool:
     """Whether enough points (n, 3) [m] are in a thing, or at its surface."""
+    return int(_within(thing, points, AROUND).sum()) >= POINTS
+
+
+def _within(thing: Thing, points: Any, margin: float) -> Any:
+    """Mask of points (n, 3) [m] in the boxes around a thing's parts, or nearer to them than a margin [m]."""
     inside = np.zeros(len(points), bool)
     for low, high in boxes(thing):
-        inside |= ((points > np.subtract(low, AROUND)) & (points < np.add(high, AROUND))).all(axis=1)
-    return int(inside.sum()) >= POINTS
+        inside |= ((points > np.subtract(low, margin)) & (points < np.add(high, margin))).all(axis=1)
+    return inside
 
 
 def _there(thing: Thing, believed: Iterable[Thing]) -> bool:
