@@ -103,7 +103,9 @@ def cancels(sentence: str) -> bool:
     words = [w for w in english.tokens(sentence) if w not in {*english.STOPS - {".", "!", ";"}, "please", "now"}]
     parts = [p.split() for p in re.split(r" ?[.!;] ?", " ".join(words)) if p]
     asks_more = {"and", "then", "instead", "but"}
-    return bool(parts) and all((p[0] in english.HALT or p[-1] in english.CALLED_OFF) and not asks_more & set(p) for p in parts)
+    states = english.THE | english.STANDING | english.PRONOUNS.keys() | {"everything", "task"}
+    stops = (p[0] in english.HALT or (p[0] in states and p[-1] in english.CALLED_OFF) for p in parts)
+    return bool(parts) and all(stops) and not asks_more & set(words)
 
 
 def _meanings(
