@@ -16,8 +16,13 @@ if TYPE_CHECKING:
 STEP = 4
 """Pixels of the picture, along each side, for each one that is compared."""
 OFF = 0.03
-"""Least difference of depth that counts, at up to a metre [m]: errors of poses, of shapes and of depth are smaller, and so is that of a table
-whose height is off by 12 mm, seen at 30 deg. Beyond, it grows with the square of the depth, as a stereo camera's errors do."""
+"""Least difference between a measured and a predicted depth that counts, at up to a metre [m]: errors of poses, of shapes and of depth are
+smaller, and so is that of a table whose height is off by 12 mm, seen at 30 deg."""
+CHANGED = 0.012
+"""Least difference between two measured depths that counts, at up to a metre [m]: four times the error of a difference. A plate of 20 mm
+on a table makes twice that. Beyond a metre both limits grow with the square of the depth, as a stereo camera's errors do."""
+SAME = 0.002
+"""Largest difference between predicted depths that are the same [m]."""
 BESIDE = 3
 """Compared pixels around the robot's predicted body that may show it: encoders and the camera's pose have errors."""
 SURE = 1
@@ -64,27 +69,28 @@ def without_robot(view: View, own: Depth) -> Depth:
 
 
 def unexpected(depth: Depth, believed: Depth, before: Depth, then: Depth) -> Mask:
-    """Mask the pixels of a depth image that are not as predicted, and that an earlier picture does not explain.
+    """Mask the pixels of a depth image that have changed and should not, and those that should have and are not as predicted.
 
     Args:
         depth: thinned, NaN where it tells nothing [m].
         believed: as predicted.
-        before: from the same place.
-        then: as predicted when this was taken: where the prediction is another one now, it explains nothing.
+        before: earlier, from the same place.
+        then: as predicted for that.
     """
     with np.errstate(invalid="ignore"):
-        return _patches(_off(depth, believed) & (_off(depth, before) | _off(believed, then) & ~np.isnan(before)))
+        other = _off(believed, then, SAME) & ~np.isnan(before)
+        return _patches(np.where(other, _off(depth, believed, OFF), _off(depth, before, CHANGED)))
 
 
 def differ(one: View, other: View) -> bool:
     """Return whether two thinned views from the same place differ in more than the edges of things: something moves."""
     with np.errstate(invalid="ignore"):
-        return bool(_patches(_off(one.depth, other.depth)).any())
+        return bool(_patches(_off(one.depth, other.depth, CHANGED)).any())
 
 
-def _off(depth: Depth, other: Depth) -> Mask:
-    """Mask the pixels at which two depth images differ [m]; none where one of them tells nothing."""
-    found: Mask = np.abs(depth - other) > OFF * np.maximum(1.0, np.fmin(depth, other)) ** 2
+def _off(depth: Depth, other: Depth, most: float) -> Mask:
+    """Mask the pixels at which two depth images differ by more than a distance [m]; none where one of them tells nothing."""
+    found: Mask = np.abs(depth - other) > most * np.maximum(1.0, np.fmin(depth, other)) ** 2
     return found
 
 

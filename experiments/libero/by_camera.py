@@ -147,9 +147,13 @@ class LiberoByCamera(Libero):
 
     def play(self, program: str, setting: Setting, watch: Watch | None = None) -> Rollout:
         """Stream a program to the simulated robot; if it is watched, pictures are taken meanwhile."""
-        if isinstance(watch, RunWatch) and self.sight is not None:
-            watch = CameraWatch(watch, self.sight, lambda: self.look(colour=False)[0], lambda: self.hold(EVERY))
-        return super().play(program, setting, watch)
+        if not isinstance(watch, RunWatch) or self.sight is None:
+            return super().play(program, setting, watch)
+        seeing = CameraWatch(watch, self.sight, lambda: self.look(colour=False)[0], lambda: self.hold(EVERY))
+        rollout = super().play(program, setting, seeing)
+        if rollout.outcome != "finished":
+            seeing.look_afresh()
+        return rollout
 
     def step(self, action: Action) -> State:
         """Send an action and return the state of the robot after it, with another goal if one was said."""

@@ -66,7 +66,7 @@ class Sight:
         self.gone: dict[str, Thing] = {}
         self.displaced, self.told = "", list[str]()
 
-    def update(self, view: View, expected: World, held: str = "", done: Iterable[str] = ()) -> set[str]:
+    def update(self, view: View, expected: World, held: str = "", done: Iterable[str] = (), *, afresh: bool = False) -> set[str]:
         """Take a picture into the belief, beside the world that is expected; return the names of things that are not as expected.
 
         A picture in which the robot is not where its joints put it tells nothing, nor do later ones: the camera was moved.
@@ -74,6 +74,7 @@ class Sight:
         Args:
             held: name of the payload, whose own pixels tell nothing, as those of the robot; "" for none.
             done: names of things about which the picture tells nothing: the program let go of them, and they may still move.
+            afresh: recognise all that is in the picture, though it may be as expected.
         """
         few = thinned(view)
         believed, own = predicted(few, expected, self.engine.knowledge, held)
@@ -88,27 +89,28 @@ class Sight:
         points = points[((points > self.region[0]) & (points < self.region[1])).all(axis=1)]
         for name in done:
             points = points[~_within(expected.thing(name), points, FALLEN)]
-        if len(points) >= POINTS:
-            changed = self._explain(view, points)
+        if len(points) >= POINTS or afresh:
+            changed = self._explain(view, points, 0.0 if afresh else MOVED)
             self.told.append(f"{len(points)} pixels are not as expected; {', '.join(sorted(changed)) or 'no thing explains them'}")
         tells = ~np.isnan(depth)
         self.before, self.then = np.where(tells, depth, self.before), np.where(tells, believed, self.then)
         return changed
 
-    def _explain(self, view: View, points: Any) -> set[str]:
+    def _explain(self, view: View, points: Any, least: float) -> set[str]:
         """Change the believed world so that it explains a picture with unexpected points (n, 3) [m]; return the names of what is new,
-        moved or gone in it."""
+        moved by a least distance [m], or gone in it."""
         world = self.world
         things, obstacles = self.recognise(world)
         loose = [t for t in world.things if t.name in self.kinds]
         pairs, new = matched([*loose, *self.gone.values()], [t for t in things if _explains(t, points) or _there(t, loose)], self.kinds)
-        moved = {n: t.pose for n, t in pairs.items() if n in self.gone or _off(world.thing(n), t) > MOVED}
+        moved = {n: t.pose for n, t in pairs.items() if n in self.gone or _off(world.thing(n), t) > least}
         back = [self.gone.pop(n) for n in moved if n in self.gone]
         come = [self._named(t, world) for t in new if _explains(t, points)]
         blocks = [replace(t, name=f"{UNKNOWN}{len(self.told)}_{k}") for k, t in enumerate(obstacles) if _explains(t, points)]
         self.kinds |= {t.name: kind for t, kind in come}
         arrived = [t for t, _ in come] + blocks
-        gone = self._gone(view, [t.name for t in world.things if t.name.startswith(UNKNOWN) or (t in loose and t.name not in pairs)])
+        unseen = {t.name for t in loose} - pairs.keys()
+        gone = self._gone(view, [t.name for t in world.things if t.name in unseen or t.name.startswith(UNKNOWN)])
         self.gone |= {n: world.thing(n) for n in gone if n in self.kinds}
         kept = [t for t in world.things if t.name not in gone]
         self.world = replace(world, things=(*kept, *back, *arrived)).put(moved)
@@ -147,12 +149,8 @@ class CameraWatch:
         """Return why the arm must stop; None while the pictures and what the robot feels are as expected."""
         self.number += 1
         if self.number % EVERY == 0:
-            expected, held = self._expected(readings)
-            done = {t.name for t in expected.things if _off(t, self.start.get(t.name, t)) > MOVED}
-            changed = self.sight.update(self.look(), expected, held, done) - done
-            poses = {t.name: t.pose for t in self.sight.world.things}
-            self.told |= {n: poses[n] for n in changed if n in poses}
-            if gone := sorted(changed - poses.keys()):
+            gone = self._update(readings, self.look(), running=True)
+            if gone:
                 said = f"'{gone[0]}' is not where it should be, and nowhere in the picture"
                 self.inner.notice = Notice(Deviation.MISSING, readings.time, said, self.inner.expected.step(readings.line), gone[0])
                 return self.inner.notice
@@ -169,8 +167,25 @@ class CameraWatch:
             before, view = view, self.look()
             if not differ(thinned(before), thinned(view)):
                 break
-        self.sight.update(view, *self._expected(readings))
+        self._ended(readings, view)
+
+    def look_afresh(self) -> None:
+        """Recognise all that a picture shows after a run that was stopped: its target may stand a little aside."""
+        self._ended(self.final, self.look(), afresh=True)
+
+    def _ended(self, readings: Readings, view: View, *, afresh: bool = False) -> None:
+        self.final = readings
+        self._update(readings, view, afresh=afresh)
         self.inner.rest(replace(readings, poses={t.name: t.pose for t in self.sight.world.things if not t.furniture or t.joint}))
+
+    def _update(self, readings: Readings, view: View, *, running: bool = False, afresh: bool = False) -> list[str]:
+        """Take a picture into the belief; return what is gone."""
+        expected, held = self._expected(readings)
+        done = {t.name for t in expected.things if _off(t, self.start.get(t.name, t)) > MOVED} if running else set[str]()
+        changed = self.sight.update(view, expected, held, done, afresh=afresh) - done
+        there = {t.name: t.pose for t in self.sight.world.things}
+        self.told = {n: p for n, p in self.told.items() if n in there} | {n: there[n] for n in changed if n in there}
+        return sorted(changed - there.keys())
 
     def _expected(self, now: Readings) -> tuple[World, str]:
         """Return the world as the proof has it at the line under execution, with the tool where it is, and what pictures showed since; and
