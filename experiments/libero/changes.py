@@ -157,13 +157,13 @@ class Change:
 
     def replace_instruction(self, env: Any, change: dict[str, Any], hand: Any) -> None:
         """Replace the goal; the benchmark checks the new one from then on."""
-        self.sentence = change["instruction"]
+        self.sentence = change.get("instruction", "")
         self.goal = [[g["predicate"].lower(), *g["arguments"]] for g in change["alternate_goal"]]
         env.parsed_problem["goal_state"] = self.goal
 
     def cancel_instruction(self, env: Any, change: dict[str, Any], hand: Any) -> None:
         """Cancel the task: the goal is empty from then on."""
-        self.sentence, self.goal = change["instruction"], []
+        self.sentence, self.goal = change.get("instruction", ""), []
         self.way = [hand.tolist()]
         self.rested = origin(env, self.scenario["trigger"]["value"])
 
