@@ -80,3 +80,16 @@ def test_pixels_at_edges_of_depth_beside_a_thing_deny_nothing() -> None:
     flat = unsure.pixels(beside)[2]
     assert not plain.hidden(flat, beside[:, 2]).any()
     assert unsure.hidden(flat, beside[:, 2]).tolist() == [False, True, False]
+
+
+def test_a_gap_without_depth_in_a_thing_denies_nothing() -> None:
+    depth = np.full((60, 60), 1.0, np.float32)
+    mask = np.zeros((60, 60), bool)
+    mask[20:40, 20:40] = True
+    depth[mask] = 0.9
+    gap, beside = (30, 30), (30, 43)
+    mask[gap], depth[gap], depth[beside] = False, np.nan, np.nan
+    view = View(np.zeros((60, 60, 3), np.uint8), depth, Intrinsics(60.0, 60.0, 29.5, 29.5, 60, 60), Pose(), 0.0)
+    outline = Outline.of(view, mask, np.zeros((60, 60), bool))
+    points = np.array([[(c - 29.5) * 0.9 / 60, (r - 29.5) * 0.9 / 60, 0.9] for r, c in (gap, beside)], np.float32)
+    assert outline.hidden(outline.pixels(points)[2], points[:, 2]).tolist() == [True, False]

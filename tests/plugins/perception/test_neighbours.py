@@ -7,10 +7,12 @@ import math
 import numpy as np
 import pytest
 from helpers.chest import chest, engine_with_chest, pictured
+from msgspec.structs import replace
 
 from cramlite import Engine
 from cramlite.model import Mask, Pose, View
 from cramlite_plugins.perception.kinds import joined as joining
+from cramlite_plugins.perception.kinds import turned as turning
 from cramlite_plugins.perception.kinds.agreement import Picture
 from cramlite_plugins.perception.kinds.appearance import Appearance, appearance_of
 from cramlite_plugins.perception.kinds.explain import PARAMETERS
@@ -65,5 +67,51 @@ def test_a_thing_in_two_regions_is_seen_beside_one_that_is_known(engine: Engine,
 
     monkeypatch.setattr(joining, "read", read)
     monkeypatch.setattr(joining, "claimed", lambda _, part, __: part)
-    one = joining.joined(scene_of(view, look, masks[0]), [Part(masks[0], ()), Part(masks[1], ()), known])
+    one = joining.joined(scene_of(view, look, masks[0]), [Part(masks[0], ()), Part(masks[1], ()), known], {})
     assert [bool((p.mask == both).all()) for p in one] == [False, True] and one[0] is known
+
+
+@pytest.mark.parametrize(("score", "taken"), [(0.6, True), (0.4, False)])
+def test_neighbours_that_one_thing_explains_well_are_not_taken_apart(
+    engine: Engine, monkeypatch: pytest.MonkeyPatch, score: float, taken: bool
+) -> None:
+    true = chest(engine, 0.0)
+    view, look = pictured(true), appearance_of(true)
+    front = np.zeros(view.depth.shape, bool)
+    for k in range(2):
+        front[140:160, 150 + 40 * k : 180 + 40 * k] = view.valid[140:160, 150 + 40 * k : 180 + 40 * k]
+    apart: list[Part] = []
+
+    def read(region: Region) -> Part:
+        return Part(region.mask, (Reading(look, true.pose, 1.0, score),) if (region.mask == front).all() else ())
+
+    halves = [Part(np.where(np.arange(view.depth.shape[1]) < 185, front, False), ())]
+    halves.append(Part(front & ~halves[0].mask, ()))
+    monkeypatch.setattr(joining, "read", read)
+    monkeypatch.setattr(joining, "claimed", lambda _, part, __: part)
+    monkeypatch.setattr(joining, "wholes", lambda _, mask: halves if (mask == front).all() else [])
+    monkeypatch.setattr(joining, "whole_or_split", lambda _, whole: apart.append(whole) or whole)
+    (one,) = joining.interpreted(scene_of(view, look, front))
+    assert (one.mask == front).all() and one.score == score
+    assert bool(apart) != taken
+
+
+def test_what_stands_on_furniture_is_no_part_of_it(engine: Engine, monkeypatch: pytest.MonkeyPatch) -> None:
+    true = chest(engine, 0.0)
+    view, look = pictured(true), appearance_of(true)
+    mask = view.valid & (np.abs(view.world_cloud[..., :2] - true.pose.position[:2]) < 0.15).all(axis=2)
+    upper = mask & (np.cumsum(mask.any(1)) < mask.any(1).sum() * 0.4)[:, None]
+    mug = replace(look, model=replace(look.model, mass=0.1))
+    scene = scene_of(view, look, mask)
+
+    def read(region: Region) -> Part:
+        return Part(region.mask, (Reading(mug if (region.mask == upper).all() else look, true.pose, 0.8, 0.9),))
+
+    monkeypatch.setattr(turning, "read", read)
+    monkeypatch.setattr(turning, "claimed", lambda _, part, __: part if part.readings[0].appearance is look else Part(upper, part.readings))
+    part = Part(mask, (Reading(look, true.pose, 0.7, 0.9),))
+    for divided, count in (([mask & ~upper, upper], 2), ([mask], 1)):
+        monkeypatch.setattr(turning, "pieces", lambda *_, divided=divided: divided)
+        found = turned(scene, [part])
+        assert len(found) == count
+        assert (count == 1) == (found[0] is part)

@@ -13,7 +13,8 @@ from cramlite_plugins.perception.kinds.explain import PARAMETERS
 from cramlite_plugins.perception.kinds.reading import Scene
 from cramlite_plugins.perception.kinds.region import Region
 from cramlite_plugins.perception.kinds.registered import posed
-from cramlite_plugins.perception.kinds.standing import floor_of, standing, standing_at
+from cramlite_plugins.perception.kinds.standing import as_high, standing, standing_at
+from cramlite_plugins.perception.pose.prior import Alignment, Prior
 from cramlite_plugins.perception.pose.starts import starts_for
 from cramlite_plugins.simulation.camera.depth_camera import look
 
@@ -39,7 +40,7 @@ def region_of(at: Pose, *fixtures: Thing) -> Region:
 
 @pytest.mark.parametrize(("over", "fixtures", "found"), [(0.0, (TABLE, SHELF), True), (0.05, (TABLE,), False), (0.0, (SHELF,), False)])
 def test_the_floor_is_the_furniture_under_the_lowest_points(over: float, fixtures: tuple[Thing, ...], found: bool) -> None:
-    floor = floor_of(region_of(Pose((0.45, 0.0, TOP + over + SIZE[2] / 2)), *fixtures))
+    floor = region_of(Pose((0.45, 0.0, TOP + over + SIZE[2] / 2)), *fixtures).floor
     assert floor == (pytest.approx(TOP) if found else None)
 
 
@@ -55,3 +56,11 @@ def test_starts_stand_on_it_turned_as_they_were_and_where_they_were() -> None:
     aside = posed(scene, standing_at(scene, model, before, TOP, np.array((0.2, 0.1))))
     middles = [(p.min(axis=0) + p.max(axis=0)) / 2 for h in aside for p in [h.pose.apply(model.surface.points)]]
     assert np.array(middles)[:, :2] == pytest.approx(np.tile((0.2, 0.1), (len(aside), 1)), abs=1e-3)
+
+
+@pytest.mark.parametrize(("height", "whole", "count"), [(0.14, True, 2), (0.105, True, 2), (0.105, False, 4), (0.3, True, 6)])
+def test_directions_up_fit_the_height_that_is_seen(height: float, whole: bool, count: int) -> None:
+    model = appearance_of(block("it", Pose(), SIZE))
+    ups = tuple(tuple(float(v) for v in s * np.eye(3)[k]) for k in range(3) for s in (1, -1))
+    prior = Prior((Alignment(ups, ((0.0, 0.0, 1.0),)),))
+    assert len(as_high(model, prior, height, LIMITS, whole=whole).alignments[0].axes) == count

@@ -44,8 +44,7 @@ def explained(inputs: Inputs) -> Mapping[str, Any]:
     from ..values import Segment
     from .agreement import Picture
     from .bearers import with_bearers
-    from .interpret import interpreted
-    from .joined import joined
+    from .joined import interpreted
     from .reading import Scene
     from .turned import turned
 
@@ -56,7 +55,7 @@ def explained(inputs: Inputs) -> Mapping[str, Any]:
     front, own = cloud.mask & ~_surroundings(inputs, known), inputs.get("robot")
     robot = None if own is None else widened(own, view.intrinsics)
     scene = Scene(Picture.of(view), cloud.points, tuple(known), inputs.parameters, front, tuple(inputs["fixtures"]), robot)
-    parts = with_bearers(scene, turned(scene, joined(scene, interpreted(scene))))
+    parts = with_bearers(scene, turned(scene, interpreted(scene)))
     if not parts:
         raise Unresolvable(f"nothing stands out from the background: {int(front.sum())} pixels in front of it")
     segments = tuple(Segment(p.mask) for p in parts)
@@ -185,6 +184,7 @@ PARAMETERS = (
     Parameter("strip", 0.03, "the same for a strip, whose coarse ranks tell little: below it none of 66 came to more than 0.04 in full"),
     Parameter("good", 0.45, "above it a cluster is one thing"),
     Parameter("bad", 0.35, "below it a model does not explain it"),
+    Parameter("divided", 0.15, "of furniture's pixels in its second piece, from which this may be a thing on it: handles have a twentieth"),
     Parameter("gain", 0.05, "by which several things must explain more than one"),
     Parameter("within_m", 0.022, "furniture is drawn up to 20 mm into what it stands on; what is deeper inside of it cannot be there"),
     Parameter("loose_m", 0.012, "what can be moved lies on a thing, not in it: errors of both places, and of depth"),

@@ -10,7 +10,6 @@ from msgspec.structs import replace
 from scipy import ndimage
 
 from cramlite.model import Floats, Mask
-from cramlite.plugin import checkpoint
 
 from ..pose.icp import PoseBatch
 from ..pose.model import Floats32, PoseModel
@@ -43,20 +42,14 @@ BESIDE = 2
 """Pixels beside a model's outline that may still show it: errors of its pose, and half a pixel."""
 
 
-def interpreted(scene: Scene) -> list[Part]:
-    """Interpret the foreground of a picture, cluster by cluster; the rest of a cluster beside an explained part is
-    interpreted again."""
-    parts: list[Part] = []
-    open_ = [(mask, 0) for mask in clusters(scene, scene.front)]
-    while open_:
-        mask, depth = open_.pop(0)
-        checkpoint()
-        part = _whole_or_split(Region(scene, mask))
-        if depth < scene.limits["again"]:
-            rest = clusters(scene, mask & ~part.mask)
-            open_ += [(m, depth + 1) for m in rest if extent(scene, m) > scene.limits["least_m"]]
-        parts.append(part)
-    return parts
+def wholes(scene: Scene, mask: Mask) -> list[Part]:
+    """Explain each cluster of a part of the picture as one thing."""
+    return [read(Region(scene, m)) for m in clusters(scene, mask)]
+
+
+def several(scene: Scene, part: Part) -> bool:
+    """Check whether concave edges or jumps in depth divide a region of the picture."""
+    return len(pieces(scene.picture.view, part.mask, scene.limits["pixels"])) > 1
 
 
 def clusters(scene: Scene, front: Mask) -> list[Mask]:
@@ -85,13 +78,13 @@ def extent(scene: Scene, mask: Mask) -> float:
     return float(np.ptp(scene.points[mask], axis=0).max())
 
 
-def _whole_or_split(region: Region) -> Part:
-    """Explain a cluster of points as one thing, or a part of it as one of several touching things.
+def whole_or_split(region: Region, whole: Part) -> Part:
+    """Explain a cluster of points, which was explained as one thing, so or a part of it as one of several touching things.
 
     The part is returned if its explanation is better than that of the whole cluster.
     """
     scene, mask, limits = region.scene, region.mask, region.scene.limits
-    whole, among = read(region), pieces(scene.picture.view, mask, limits["pixels"])
+    among = pieces(scene.picture.view, mask, limits["pixels"])
     if whole.score < limits["good"] * region.rarity and int(mask.sum()) >= 3 * limits["pixels"]:
         least = max(limits["good"], whole.score + limits["gain"])
         for found in _ways(region, among):

@@ -2,18 +2,51 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from cramlite.model import Mask
+from cramlite.plugin import checkpoint
 
-from .interpret import claimed, clusters, extent, partial, read
+from .interpret import claimed, clusters, extent, partial, read, several, whole_or_split, wholes
 from .reading import Part, Scene, bad, rarity
 from .region import Region
 
+Ones = dict[frozenset[Part], Part | None]
+"""Groups of regions that were read as one thing, with what explains them."""
 
-def joined(scene: Scene, parts: Sequence[Part]) -> list[Part]:
+
+def interpreted(scene: Scene) -> list[Part]:
+    """Interpret the foreground of a picture, cluster by cluster; the rest of a cluster beside an explained part is interpreted again.
+
+    Neighbouring regions that no thing explains alone, and one thing explains well, are taken for it before they are taken for several: a
+    rack in three pieces is found at once. What is divided by edges is taken apart first, as it is likeliest to be several things.
+    """
+    found, ones = list[Part](), Ones()
+    left = dict.fromkeys(wholes(scene, scene.front), 0)
+    while left:
+        checkpoint()
+        mask, part, depth = _next(scene, left, ones)
+        left = {p: d for p, d in left.items() if not (p.mask & mask).any()}
+        found.append(part)
+        if depth < scene.limits["again"]:
+            left |= {p: depth + 1 for p in wholes(scene, mask & ~part.mask) if extent(scene, p.mask) > scene.limits["least_m"]}
+    return joined(scene, found, ones)
+
+
+def _next(scene: Scene, left: Mapping[Part, int], ones: Ones) -> tuple[Mask, Part, int]:
+    """Return the next regions of a picture that are interpreted, the part of them that is explained, and how often rests were taken."""
+    for group in (g for most in ("bad", "full") for g in _groups(scene, [*left], scene.limits[most])):
+        one = _known(scene, group, ones)
+        if one is not None and one.score >= scene.limits["good"] * rarity(union(group), scene.limits):
+            own = [p for p in group if (p.mask & one.mask).any()]
+            return union(own), one, max(left[p] for p in own)
+    whole = max(left, key=lambda p: (p.score >= bad(p.mask, scene.limits) or several(scene, p), p.score))
+    return whole.mask, whole_or_split(Region(scene, whole.mask), whole), left[whole]
+
+
+def joined(scene: Scene, parts: Sequence[Part], ones: Ones) -> list[Part]:
     """Explain neighbouring regions of a picture by one thing, if that explains more of their pixels than a
     thing for each.
 
@@ -25,11 +58,18 @@ def joined(scene: Scene, parts: Sequence[Part]) -> list[Part]:
         for group in _groups(scene, found, scene.limits[most]):
             if frozenset(group) not in tried:
                 tried.add(frozenset(group))
-                if (one := _as_one(scene, group)) is not None:
+                if (one := _known(scene, group, ones)) is not None:
                     found = [p for p in found if not any(p is q and (q.mask & one.mask).any() for q in group)] + [one]
-                elif most == "bad" and (several := _without_furniture(scene, group)):
-                    found = [p for p in found if not any(p is q for q in group)] + several
+                elif most == "bad" and (apart := _without_furniture(scene, group)):
+                    found = [p for p in found if not any(p is q for q in group)] + apart
     return found
+
+
+def _known(scene: Scene, group: Sequence[Part], ones: Ones) -> Part | None:
+    """Return regions of a picture as one thing, as ``_as_one``; worked out once."""
+    if (key := frozenset(group)) not in ones:
+        ones[key] = _as_one(scene, group)
+    return ones[key]
 
 
 def _as_one(scene: Scene, group: Sequence[Part]) -> Part | None:
@@ -66,8 +106,8 @@ def _rest(scene: Scene, mask: Mask) -> list[Part]:
     found: list[Part] = []
     for group in _groups(scene, left, scene.limits["bad"]):
         one = _as_one(scene, group)
-        if several := [one] if one is not None else _without_furniture(scene, group):
-            found += several
+        if apart := [one] if one is not None else _without_furniture(scene, group):
+            found += apart
             left = [p for p in left if not any(p is q for q in group)]
     return found + [read(Region(scene, p.mask)) for p in left]
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from functools import cached_property
 
+import numpy as np
+
 from cramlite.model import Mask, Value
 
 from ..dimensions import extents
@@ -13,6 +15,10 @@ from ..pose.starts import scene_clouds
 from ..values import Extents
 from .pieces import covered
 from .reading import Scene, bad, rarity
+from .standing import tops
+
+LOWEST, HIGHEST = 0.05, 0.99
+"""Share of a region's points that are its lowest, and share of them that the others are higher than."""
 
 
 class Region(Value, eq=False, dict=True):
@@ -43,6 +49,19 @@ class Region(Value, eq=False, dict=True):
     def extents(self) -> Extents:
         """Return the size of the box around the region's points."""
         return extents(self.scene.points[self.mask])
+
+    @cached_property
+    def floor(self) -> float | None:
+        """Return the height of the furniture on which the region's thing stands [m]; None if there is none near its lowest points."""
+        points = self.scene.points[self.mask]
+        low = points[points[:, 2] <= np.quantile(points[:, 2], LOWEST)].mean(axis=0)
+        near = self.scene.limits["floor_m"]
+        return max((top for top in tops(self.scene.fixtures, low) if abs(low[2] - top) < near), default=None)
+
+    @cached_property
+    def highest(self) -> float:
+        """Return the height of the region's highest points [m], but for a few that lie there by noise."""
+        return float(np.quantile(self.scene.points[self.mask][:, 2], HIGHEST))
 
     @property
     def bad(self) -> float:

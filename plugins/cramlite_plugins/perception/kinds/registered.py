@@ -23,7 +23,7 @@ from .appearance import Appearance
 from .possible import possible
 from .reading import Reading, Scene
 from .region import Region
-from .standing import floor_of, standing_at
+from .standing import as_high, standing_at
 
 STEP = 10
 """Step of the turns about the vertical that are compared by their print [deg]: a letter of 10 mm on a can is 15 deg wide."""
@@ -66,8 +66,7 @@ def started(region: Region, appearance: Appearance, prior: Prior) -> Started | N
     view = scene.picture.view
     reach = max(COARSE.reach[0], scene.limits["far"] * model.diameter)
     stage = replace(COARSE, reach=(reach, COARSE.reach[1]), iterations=(2 if _is_large(scene, model) else 1) * COARSE.iterations)
-    begun, floor = starts_for(view.camera, model, prior, seen[0]), floor_of(region)
-    begun = begun if floor is None else standing_at(scene, appearance, begun, floor)
+    begun = _begun(region, appearance, prior, seen[0])
     starts = register(model, seen[0], begun, stage, seen[1])
     starts = allowed(view, prior, starts)
     starts = slid(model, seen[1], starts) if len(starts) and region.is_covered else starts
@@ -80,6 +79,15 @@ def started(region: Region, appearance: Appearance, prior: Prior) -> Started | N
         order = free
     order = order[: int(scene.limits["yaws"])]
     return Started(appearance, starts.pick(order), float(scores[order[0]])) if len(order) else None
+
+
+def _begun(region: Region, appearance: Appearance, prior: Prior, seen: Floats32) -> PoseBatch:
+    """Poses from which a model's registration starts: in all attitudes of a prior, and if it stands, those alone that are as high."""
+    scene, floor, camera = region.scene, region.floor, region.scene.picture.view.camera
+    if floor is None:
+        return starts_for(camera, appearance.surface, prior, seen)
+    prior = as_high(appearance, prior, region.highest - floor, scene.limits, whole=not region.is_covered)
+    return standing_at(scene, appearance, starts_for(camera, appearance.surface, prior, seen), floor)
 
 
 def _is_large(scene: Scene, model: PoseModel) -> bool:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
+from msgspec.structs import replace
 
 from cramlite.model import Floats, Geom, Pose, Thing
 
@@ -12,10 +13,6 @@ from ..pose.icp import PoseBatch
 from ..pose.prior import Alignment, Prior
 from .appearance import Appearance
 from .reading import Scene
-from .region import Region
-
-LOWEST = 0.05
-"""Share of a region's points that are its lowest."""
 
 
 def standing(appearance: Appearance) -> Prior:
@@ -23,12 +20,18 @@ def standing(appearance: Appearance) -> Prior:
     return Prior((Alignment(appearance.up, ((0.0, 0.0, 1.0),)),))
 
 
-def floor_of(region: Region) -> float | None:
-    """Return the height of the furniture on which the thing in a region stands [m]; None if there is none near its lowest points."""
-    points = region.scene.points[region.mask]
-    low = points[points[:, 2] <= np.quantile(points[:, 2], LOWEST)].mean(axis=0)
-    near = region.scene.limits["floor_m"]
-    return max((top for top in tops(region.scene.fixtures, low) if abs(low[2] - top) < near), default=None)
+def as_high(appearance: Appearance, prior: Prior, height: float, limits: Mapping[str, float], *, whole: bool) -> Prior:
+    """Return a prior of standing without the directions up in which a model is lower than what is seen of it over its floor [m] and,
+    if the ``whole`` is seen, without those in which it is higher; unchanged if no direction is left."""
+    if not prior.alignments:
+        return prior
+    first, *others = prior.alignments
+    high = np.ptp(appearance.surface.points @ np.array(first.axes, np.float32).T, axis=0)
+    fits = (high > height - limits["larger_m"]) & ((high < height + limits["larger_m"]) | (not whole))
+    if fits.all() or not fits.any():
+        return prior
+    axes = tuple(a for a, fit in zip(first.axes, fits.tolist(), strict=True) if fit)
+    return Prior((replace(first, axes=axes), *others))
 
 
 def tops(fixtures: Iterable[Thing], point: Floats) -> list[float]:

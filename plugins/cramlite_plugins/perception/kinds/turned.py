@@ -9,10 +9,11 @@ from msgspec.structs import replace
 
 from cramlite.model import Pose
 
-from .interpret import claimed
+from .interpret import claimed, clusters, read
 from .joined import beside, union
 from .joint_search import settled
-from .reading import Part, Reading, Scene, bad
+from .pieces import pieces
+from .reading import Part, Reading, Scene, bad, rarity
 from .region import Region
 from .registered import Started, again, coarse_reading, full_readings, pose_batch, started
 from .standing import standing
@@ -22,29 +23,62 @@ TURNS = 4
 
 
 def turned(scene: Scene, parts: Sequence[Part]) -> list[Part]:
-    """Return parts of a picture, with furniture turned about the vertical where it explains its unexplained neighbours, too."""
+    """Return parts of a picture, with furniture turned about the vertical where it explains its unexplained neighbours, too, and without
+    what is on it and was taken for a part of it."""
     found = list(parts)
     for part in (p for p in parts if p.readings and p.readings[0].appearance.model.furniture and _stands(scene, p)):
-        near = beside(scene, part, [p for p in found if not _stands(scene, p)], scene.limits["handle_m"])
-        if near and (one := _with(scene, part, near)) is not None:
-            found = [p for p in found if p is not part and not any(p is n and (n.mask & one.mask).any() for n in near)] + [one]
+        now = part
+        for better, most in ((_with, "handle_m"), (_under, "apart_m")):
+            near = beside(scene, now, [p for p in found if not _stands(scene, p)], scene.limits[most])
+            if those := better(scene, now, near):
+                mask = union(those)
+                found = [p for p in found if p is not now and not any(p is n and (n.mask & mask).any() for n in near)] + those
+                now = those[0]
     return found
 
 
-def _with(scene: Scene, part: Part, near: Sequence[Part]) -> Part | None:
-    """Return furniture as it explains some of its neighbours, too; None if it does so no better than it explains itself."""
+def _under(scene: Scene, part: Part, near: Sequence[Part]) -> list[Part]:
+    """Return the furniture that explains a part of its region and some of its neighbours, and the thing that explains the rest; nothing
+    if edges do not divide the region, or both explain no more than the furniture alone does."""
+    thing = _on(scene, part)
+    if thing is None or not (rest := clusters(scene, part.mask & ~thing.mask)):
+        return []
+    one = _beside(scene, [*(Part(m, ()) for m in rest), *near])
+    explained = sum(p.score * float(p.mask.sum()) for p in (thing, one))
+    return [one, thing] if _stands(scene, one) and explained > part.score * float(part.mask.sum()) else []
+
+
+def _on(scene: Scene, part: Part) -> Part | None:
+    """Return the thing that can be moved and explains one of the large pieces of a part of a picture best; None if there is none."""
+    among = pieces(scene.picture.view, part.mask, scene.limits["pixels"])
+    large = [p for p in among if p.sum() >= scene.limits["divided"] * part.mask.sum()]
+    found = [read(Region(scene, p)) for p in large] if len(large) > 1 else []
+    good = [p for p in found if p.score >= scene.limits["good"] * rarity(p.mask, scene.limits) and p.readings[0].appearance.model.movable]
+    best = max(good, key=lambda p: p.score * float(p.mask.sum()), default=None)
+    return None if best is None else claimed(scene, Part(part.mask, best.readings), among)
+
+
+def _beside(scene: Scene, group: Sequence[Part]) -> Part:
+    whole = union(group)
+    return claimed(scene, read(Region(scene, whole)), [p.mask for p in group])
+
+
+def _with(scene: Scene, part: Part, near: Sequence[Part]) -> list[Part]:
+    """Return furniture as it explains some of its neighbours, too; nothing if it does so no better than it explains itself."""
+    if not near:
+        return []
     whole = union([part, *near])
     other = _turned(Region(scene, whole), part.readings[0])
     if other is None:
-        return None
+        return []
     one = claimed(scene, Part(whole, (other,)), [p.mask for p in near])
     if not any((p.mask & one.mask).any() for p in near):
-        return None
+        return []
     own = again(Region(scene, one.mask), other.appearance, other.pose, other.reasons)
     if own is None or own.score < bad(one.mask, scene.limits):
-        return None
+        return []
     rivals = [r for r in part.readings if r.appearance.model.name != own.appearance.model.name]
-    return Part(one.mask, (replace(own, joints=other.joints), *rivals))
+    return [Part(one.mask, (replace(own, joints=other.joints), *rivals))]
 
 
 def _stands(scene: Scene, part: Part) -> bool:

@@ -17,6 +17,10 @@ BORDER = 24
 """Pixels around the mask that are looked at: 37 mm at 0.6 m."""
 
 
+GAP = 1
+"""Half the width of gaps without depth in what shows an object [pixel]."""
+
+
 class Outline(Value, eq=False, dict=True):
     """Silhouette of an object: the crop of mask and depth image around it.
 
@@ -41,7 +45,7 @@ class Outline(Value, eq=False, dict=True):
         r, c = max(0, int(rows[0]) - BORDER), max(0, int(columns[0]) - BORDER)
         area = slice(r, int(rows[-1]) + BORDER + 1), slice(c, int(columns[-1]) + BORDER + 1)
         own = mask[area]
-        unsure = None if edges is None else edges[area] & ~own & ndimage.binary_dilation(own, np.ones((3, 3)))
+        unsure = None if edges is None else _unsure(view.depth[area], own, edges[area])
         return cls(view.intrinsics, r, c, view.depth[area], own, unsure)
 
     @property
@@ -122,6 +126,13 @@ class Outline(Value, eq=False, dict=True):
         sideways = [du * share * z / self.intrinsics.fx, dv * share * z / self.intrinsics.fy, np.zeros_like(z)]
         drawn = share > 0
         return tuple(k[drawn] for k in which), np.stack(sideways, axis=-1)[drawn].astype(np.float32)
+
+
+def _unsure(depth: Floats32, own: Mask, edges: Mask) -> Mask:
+    """Pixels at edges of depth beside a mask, and gaps without depth among these and the mask's pixels."""
+    beside = edges & ndimage.binary_dilation(own, np.ones((3, 3)))
+    closed = ndimage.binary_closing(own | beside, np.ones((3, 3)), GAP)
+    return np.asarray(~own & (beside | (closed & np.isnan(depth))))
 
 
 def tolerance(depth: Floats32) -> Floats32:
