@@ -199,7 +199,8 @@ class CameraWatch:
         mount = replace(world.robots[0], joints=now.joints, opening=now.opening)
         world = world.put({n: p for n, p in poses.items() if n in there and n not in self.told} | self.told)
         held = expected.held[row]
-        return replace(world, robots=(mount, *world.robots[1:])), held if held not in self.told else ""
+        free = held in expected.loose and held not in self.told  # a handle is where its joint has it
+        return replace(world, robots=(mount, *world.robots[1:])), held if free else ""
 
 
 def _pose(track: Any, row: int, tool: Any, now: Readings, *, held: bool) -> Pose:
