@@ -165,12 +165,12 @@ def _recognised(engine: Engine, view: View, table: float, kinds: Sequence[Thing]
 def again(
     engine: Engine, view: View, table: float, kinds: Sequence[Thing], believed: World
 ) -> tuple[list[Thing], list[Thing]]:
-    """Return what a later picture shows on a table, in which the arm hides some of it: movable things of known kinds whose poses are sure,
-    named after these, and obstacles around what is neither such a thing nor one that is believed."""
+    """Return what a later picture shows on a table, in which the arm hides some of it: things of known kinds whose poses are sure, named
+    after these, and obstacles around what is neither such a thing nor one that is believed."""
     own = _own(engine, view, believed.robots[0])
     said = _recognised(engine, view, table, kinds, own)
     sure = [p for p in said if p.values["pose"].judged.confidence >= SURE]
-    there = [t for p in sure if (t := thing_from_percept(p, kinds)) is not None and not t.furniture]
+    there = [t for p in sure if (t := thing_from_percept(p, kinds)) is not None]
     known = [*there, *(t for t in believed.things if t.name != "table")]
     return there, obstacles(engine, view, table, [replace(t, name=f"{k}") for k, t in enumerate(known)], own)
 

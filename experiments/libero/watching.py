@@ -25,6 +25,8 @@ EVERY = 5
 MOVED = 0.025
 """Least distance from where a thing is believed at which it counts as moved [m]: three times the errors of poses, at 95 %, and what a
 grasp displaces."""
+TURNED = 0.1
+"""Least difference of a joint's values that counts [m, rad]: a door that is open by 6 deg."""
 AROUND = 0.015
 """Margin of the boxes around a thing within which pixels are explained by it [m]."""
 POINTS = 4
@@ -102,8 +104,10 @@ class Sight:
         world = self.world
         things, obstacles = self.recognise(world)
         loose = [t for t in world.things if t.name in self.kinds]
-        pairs, new = matched([*loose, *self.gone.values()], [t for t in things if _explains(t, points) or _there(t, loose)], self.kinds)
+        shown = [t for t in things if not t.furniture and (_explains(t, points) or _there(t, loose))]
+        pairs, new = matched([*loose, *self.gone.values()], shown, self.kinds)
         moved = {n: t.pose for n, t in pairs.items() if n in self.gone or _off(world.thing(n), t) > least}
+        moved |= turned((t for t in things if t.furniture), world)
         back = [self.gone.pop(n) for n in moved if n in self.gone]
         come = [self._named(t, world) for t in new if _explains(t, points)]
         blocks = [replace(t, name=f"{UNKNOWN}{len(self.told)}_{k}") for k, t in enumerate(obstacles) if _explains(t, points)]
@@ -181,7 +185,7 @@ class CameraWatch:
     def _update(self, readings: Readings, view: View, *, running: bool = False, afresh: bool = False) -> list[str]:
         """Take a picture into the belief; return what is gone."""
         expected, held = self._expected(readings)
-        done = {t.name for t in expected.things if _off(t, self.start.get(t.name, t)) > MOVED} if running else set[str]()
+        done = {t.name for t in expected.things if _differs(self.start.get(t.name, t), t)} if running else set[str]()
         changed = self.sight.update(view, expected, held, done, afresh=afresh) - done
         there = {t.name: t.pose for t in self.sight.world.things}
         self.told = {n: p for n, p in self.told.items() if n in there} | {n: there[n] for n in changed if n in there}
@@ -223,6 +227,30 @@ def matched(believed: Sequence[Thing], seen: Sequence[Thing], kinds: Mapping[str
         pairs |= {mine[i].name: theirs[j] for i, j in zip(*linear_sum_assignment(gaps), strict=True)}
     taken = {id(t) for t in pairs.values()}
     return pairs, [t for t in seen if id(t) not in taken]
+
+
+def turned(seen: Iterable[Thing], world: World) -> dict[str, Pose]:
+    """Return the pose of each part on a joint of a world's fixed things, such as a door, that is seen at another value of its joint.
+
+    Args:
+        seen: things of known kinds, each named after its kind, at the joints that are seen.
+    """
+    found: dict[str, Pose] = {}
+    for base, *parts in (t.as_parts() for t in seen):
+        mine = [t for t in world.things if t.name.startswith(f"{base.name}_") and t.joint is None and _off(t, base) < MOVED]
+        for part in parts if mine else ():
+            ends = part.name.removeprefix(base.name)
+            own = next((t for t in world.things if t.joint and t.joint.parent == mine[0].name and t.name.endswith(ends)), None)
+            at = mine[0].pose * base.pose.inverse() * part.pose
+            if own is not None and _differs(own, own.moved_to(at)):
+                found[own.name] = at
+    return found
+
+
+def _differs(one: Thing, other: Thing) -> bool:
+    """Whether a thing is elsewhere, or its joint has another value."""
+    turned = one.joint is not None and other.joint is not None and abs(one.joint.value - other.joint.value) > TURNED
+    return turned or _off(one, other) > MOVED
 
 
 def _off(believed: Thing, seen: Thing) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from msgspec.structs import replace
 from cramlite import Engine
 from cramlite.engine.recovery.expectation import Expectation, RunWatch
 from cramlite.experiment.benchmark.protocol import module_of
-from cramlite.model import Camera, Deviation, Pose, Readings, RobotMount, Thing, View, World
+from cramlite.model import Camera, Deviation, Joint, Pose, Readings, RobotMount, Thing, View, World
 from cramlite_plugins.objects.products_and_fixtures import make
 
 WATCHING = module_of(ROOT / "experiments" / "libero" / "watching.py")
@@ -91,6 +92,19 @@ def test_a_camera_that_was_moved_tells_nothing_any_more(scene: Scene) -> None:
     askew = replace(CAMERA, pose=Pose.from_rotvec((0.02, 0, 0), (0, 0, 0.0873)) * CAMERA.pose)
     assert scene.sight.update(scene.view(askew), scene.sight.world) == set() and "camera was moved" in scene.sight.displaced
     assert scene.update(box("box_1", 0.58)) == set() and scene.asked == 0
+
+
+def test_a_door_is_believed_as_far_open_as_it_is_seen() -> None:
+    hinge = Joint("hinge", Pose((0.0, -0.1, 0.0)), 0.0, 2.0, parent="chest_1_main")
+    base = replace(box("chest_1_main", 0.7, 0.0), mass=None)
+    door = replace(box("chest_1_door", 0.6, 0.0), joint=hinge)
+    for angle, expected in ((0.05, 0), (0.8, 1)):
+        seen = SimpleNamespace(as_parts=lambda a=angle: (
+            replace(base, name="chest"), replace(door, name="chest_door", pose=hinge.moved(door.pose, a), joint=replace(hinge, value=a)),
+        ))  # fmt: skip
+        found = WATCHING.turned([seen], world(base, door))
+        assert len(found) == expected
+        assert not found or door.moved_to(found["chest_1_door"]).joint.value == pytest.approx(angle)
 
 
 def watch(scene: Scene, idle: Callable[[], None] = lambda: None) -> Any:
