@@ -47,6 +47,7 @@ class LiberoByCamera(Libero):
         self.asked, self.seed, self.pictures = [], seed, 0
         self.sentence, self.heard, self.goals = "", "", list[str]()
         self.sight: Sight | None = None
+        self.told = 0
         self.camera, self.table = Pose(), 0.0
 
     def reset(self, suite: str, task: int, state: int) -> str:
@@ -84,11 +85,17 @@ class LiberoByCamera(Libero):
 
     def setting(self, engine: Engine, folder: Path, twins: int, now: World | None = None) -> tuple[Path, Setting]:
         """Take a picture, and write the scene that it shows as a scenario whose goal is the task's sentence; return
-        its file, and the ``Setting`` of the search: world, robot and backend."""
+        its file, and the ``Setting`` of the search: world, robot and backend.
+
+        Raises:
+            UserError: it is asked for after a run whose pictures are all as its proof predicts them: there is nothing to tell.
+        """
         if self.model is None or self.sight is None:
             return self._first(engine, folder, twins)
         if now is None:
             self._look_again()
+            if self.sight.displaced or not self.sight.told[self.told :]:
+                raise UserError(self.sight.displaced or "The picture is as the proof of the program that was run predicts it.")
         model, believed = self.model, self.sight.world
         there = {t.name: t for t in believed.things}
         first = {t.name for t in model.setting.world.things}
@@ -149,6 +156,7 @@ class LiberoByCamera(Libero):
         """Stream a program to the simulated robot; if it is watched, pictures are taken meanwhile."""
         if not isinstance(watch, RunWatch) or self.sight is None:
             return super().play(program, setting, watch)
+        self.told = len(self.sight.told)
         seeing = CameraWatch(watch, self.sight, lambda: self.look(colour=False)[0], lambda: self.hold(EVERY))
         rollout = super().play(program, setting, seeing)
         if rollout.outcome != "finished":

@@ -201,7 +201,8 @@ class CameraWatch:
         poses = {n: _pose(track, row, tool, now, held=expected.held[row] == n) for n, track in expected.poses.items() if n != "effector"}
         there = {t.name for t in world.things}
         mount = replace(world.robots[0], joints=now.joints, opening=now.opening)
-        world = world.put({n: p for n, p in poses.items() if n in there and n not in self.told} | self.told)
+        poses = {n: possible(world.thing(n), p) for n, p in poses.items() if n in there and n not in self.told}
+        world = world.put(poses | self.told)
         held = expected.held[row]
         free = held in expected.loose and held not in self.told  # a handle is where its joint has it
         return replace(world, robots=(mount, *world.robots[1:])), held if free else ""
@@ -243,8 +244,16 @@ def turned(seen: Iterable[Thing], world: World) -> dict[str, Pose]:
             own = next((t for t in world.things if t.joint and t.joint.parent == mine[0].name and t.name.endswith(ends)), None)
             at = mine[0].pose * base.pose.inverse() * part.pose
             if own is not None and _differs(own, own.moved_to(at)):
-                found[own.name] = at
+                found[own.name] = possible(own, at)
     return found
+
+
+def possible(thing: Thing, pose: Pose) -> Pose:
+    """Return the pose nearest to a given one that a thing's joint allows; the given one of a thing without a joint."""
+    joint = thing.moved_to(pose).joint
+    if joint is None:
+        return pose
+    return joint.moved(pose, min(max(joint.value, joint.lower), joint.upper) - joint.value)
 
 
 def _differs(one: Thing, other: Thing) -> bool:
