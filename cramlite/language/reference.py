@@ -207,7 +207,8 @@ class Resolver:
             others = self.things(link.nouns[0], _anything, mentions).names
             if len(others) != 2:
                 raise Refusal(FALSE, f"a thing is between two others, and '{link.nouns[0].said}' names {listed(list(others), 'and')}")
-            return [n for n in names if n not in others and self.space.beside(n, "between", others)]
+            between = [n for n in names if n not in others and self.space.beside(n, "between", others)]
+            return [n for n in between if self.space.crosses(n, *others)] or between
         if link.relation == "except":
             return self._without(names, link, mentions)
         if link.relation == "with" and (having := self._having(names, link.nouns[0])):

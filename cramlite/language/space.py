@@ -197,11 +197,21 @@ class Space:
         return {**seen, **AXES}[relation]
 
     def _between(self, name: str, one: str, other: str) -> bool:
+        share, aside, long = self._on_line(name, one, other)
+        return 0.1 < share < 0.9 and aside < long / 2
+
+    def crosses(self, name: str, one: str, other: str) -> bool:
+        """Check whether the line between two things, seen from above, passes through a thing: it is between them more than one beside."""
+        (a, b, _), (x, y, _) = self._boxes[name]
+        return self._on_line(name, one, other)[1] <= min(x - a, y - b) / 2
+
+    def _on_line(self, name: str, one: str, other: str) -> tuple[float, float, float]:
+        """Return the share of the way between two things at which a thing is, how far it is aside, and the length of that way [m]."""
         (a, b), (c, d), (x, y) = (centre(self._boxes[n])[:2] for n in (one, other, name))
         long = max(math.dist((a, b), (c, d)), 1e-9)
         share = ((x - a) * (c - a) + (y - b) * (d - b)) / long**2
         aside = abs((x - a) * (d - b) - (y - b) * (c - a)) / long
-        return 0.1 < share < 0.9 and aside < long / 2
+        return share, aside, long
 
     def size(self, name: str, *, height: bool) -> float:
         """Return a thing's size [m]: its height if ``height`` is true, else the cube root of its box's volume."""
