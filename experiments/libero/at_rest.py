@@ -9,6 +9,8 @@ import numpy as np
 SECONDS = 1.0
 DAMPED = 0.9
 """Share of its velocity that a thing keeps in a step of simulation: it sinks to its rest, and does not jump out of what it overlaps."""
+SHARES, SIGNS = (4, 8, 16), (-1.0, 0.0, 1.0)
+"""Sides of a thing for one of half the box that hides under it, widest first."""
 NEAR = 0.010, 0.17
 """Distance [m] and turn [rad] within which a thing rests near where it is seen: three times the errors of poses, at 95 %."""
 
@@ -48,7 +50,7 @@ def inside(model: Any, state: Any, held: set[int]) -> list[str]:
 
 def held_up(model: Any, state: Any, held: set[int]) -> list[tuple[Any, Any]]:
     """Return boxes, each as its middle and its half sides [m], of what hides under held things that touch nothing: from under the thing
-    down to what is below it, half as wide as the thing.
+    down to what is below it, half as wide as the thing, or narrower where something else that is known stands there.
     """
     import mujoco
 
@@ -59,11 +61,21 @@ def held_up(model: Any, state: Any, held: set[int]) -> list[tuple[Any, Any]]:
     found = []
     for body in sorted(int(model.jnt_bodyid[j]) for j in held):
         low, high = _around(model, data, body)
-        middle = (low + high) / 2
-        gap = mujoco.mj_ray(model, data, np.array([*middle[:2], low[2]]), np.array([0.0, 0.0, -1.0]), None, 1, body, np.zeros(1, np.int32))
-        if body not in touched and gap > NEAR[0]:
-            found.append((np.array([*middle[:2], low[2] - gap / 2]), np.array([*(high - low)[:2] / 4, gap / 2])))
+        middle, under = (low + high) / 2, np.array([*(low + high)[:2] / 2, low[2]])
+        gap = _gap(model, data, body, under)
+        sides = [(high - low)[:2] / share for share in SHARES]
+        around = ([_gap(model, data, body, np.add(under, (x * s[0], y * s[1], 0.0))) for x in SIGNS for y in SIGNS] for s in sides)
+        half = next((s for s, gaps in zip(sides, around, strict=True) if min(gaps) > gap - NEAR[0]), None)
+        if body not in touched and gap > NEAR[0] and half is not None:
+            found.append((np.array([*middle[:2], low[2] - gap / 2]), np.array([*half, gap / 2])))
     return found
+
+
+def _gap(model: Any, data: Any, body: int, start: Any) -> float:
+    """Return the distance from a point (3,) down to the next body but one [m]."""
+    import mujoco
+
+    return float(mujoco.mj_ray(model, data, start, np.array([0.0, 0.0, -1.0]), None, 1, body, np.zeros(1, np.int32)))
 
 
 def _around(model: Any, data: Any, body: int) -> tuple[Any, Any]:
