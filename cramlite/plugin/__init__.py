@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from ..interpretation.matching import Match as Match, measured as measured
     from ..interpretation.path_predicate import path_predicate as path_predicate, rest_predicate as rest_predicate
     from ..interpretation.turn_predicate import turn_predicate as turn_predicate
+    from ..interpretation.goal_sides import SIDES as SIDES, wrong_side as wrong_side
     from ..interpretation.ranking import TaskSequence as TaskSequence
     from ..interpretation.rules import Clause as Clause, Rule as Rule
     from ..interpretation.timeline import (

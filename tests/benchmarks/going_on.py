@@ -144,7 +144,7 @@ def holds(kind: str, scene: str, last: Stretch, going: GoingOn) -> bool:
         problem = planning_problem(Goal(tuple(goal)), setting.symbolic(going.engine.knowledge.taxonomy), going.engine.knowledge)
     except UserError:  # what it names is gone
         return False
-    return problem.wanted.met(problem.facts) and last.round.rollout.outcome in ("finished", "noticed", "killed", "protective stop")
+    return problem.reached and last.round.rollout.outcome in ("finished", "noticed", "killed", "protective stop")
 
 
 def numbers(rows: list[dict[str, Any]]) -> Iterator[Number]:

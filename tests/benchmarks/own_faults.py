@@ -298,7 +298,7 @@ def reached(of: Proven, going: GoingOn, done: Sequence[Stretch], goal: tuple[str
         problem = planning_problem(Goal(goal), setting.symbolic(of.engine.knowledge.taxonomy), of.engine.knowledge)
     except UserError:  # what it names is gone
         return False
-    return problem.wanted.met(problem.facts)
+    return problem.reached
 
 
 def still(done: Sequence[Stretch]) -> bool:

@@ -16,6 +16,7 @@ from cramlite import Budget, Engine, Goal, Setting, Trace, find_scenario, read_s
 from cramlite.interpretation.fluents import symbolic_world
 from cramlite.model import Pose
 from cramlite.planning.operators import Grounder
+from cramlite.planning.symbolic.planning_problem import planning_problem
 from cramlite.plugin import UserError
 
 ENGINE = Engine()
@@ -154,6 +155,20 @@ def test_a_goal_beside_something_far_away_is_refused_with_the_distance() -> None
     assert any("'post'" in e.reason and "up to 200 mm are near" in e.reason for e in trace.entries), {
         e.reason for e in trace.entries
     }
+
+
+@pytest.mark.parametrize(
+    ("aside", "side", "holds"), [(0.15, "near", True), (0.25, "near", False), (0.15, "right of", True), (-0.15, "right of", False)]
+)
+def test_a_side_of_a_thing_holds_where_the_thing_is_already(aside: float, side: str, holds: bool) -> None:
+    setting = _setting("place_on_shelf")
+    block = setting.world.thing("block")
+    x, y, z = block.pose.position
+    world = replace(setting.world, things=(*setting.world.things, replace(block, name="post", pose=Pose((x, y + aside, z)))))
+    scene = symbolic_world(world, ENGINE.knowledge.taxonomy, ())
+    problem = planning_problem(Goal((f"block on floor {side} post",)), scene, ENGINE.knowledge)
+    assert problem.reached is holds
+    assert not problem.wanted.met(problem.facts), "before a run it is to be put there"
 
 
 def test_a_goal_is_proven(tmp_path: Path, run: Run) -> None:

@@ -236,7 +236,7 @@ class GoingOn:
             problem = planning_problem(Goal(self.goal), setting.symbolic(knowledge.taxonomy), knowledge)
         except UserError:
             return False
-        return problem.wanted.met(problem.facts)
+        return problem.reached
 
     @property
     def _closed(self) -> float:

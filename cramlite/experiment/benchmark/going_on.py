@@ -145,7 +145,7 @@ def holds_here(benchmark: Benchmark, engine: Engine, folder: Path) -> bool | Non
         path, setting = benchmark.setting(engine, folder, 0)
         goal = Goal(tuple(map(str, read_scenario(path).spec.goal or ())))
         problem = planning_problem(goal, setting.symbolic(engine.knowledge.taxonomy), engine.knowledge)
-        return problem.wanted.met(problem.facts)
+        return problem.reached
     except UserError:
         return None
 

@@ -10,6 +10,7 @@ from msgspec.structs import replace
 
 from ...base.value import Value
 from ...interpretation.fluents import EFFECTOR, Fact, Pattern, matches
+from ...interpretation.goal_sides import is_on_side
 from ...model.entity_name import thing_of
 from ...model.world.thing import Thing
 from ...plugin.task_type import TaskType
@@ -53,12 +54,15 @@ class GoalFacts(Value):
     Args:
         constraints: fact that something was brought about as it was asked for -> what that asks of the task.
         given: those of these facts that hold at the start.
+        beside: those of them whose thing is on the side that is asked for at the start, where nobody put it there for the goal: this
+            suffices at the end of a run, and is none before one, which shall put it there.
     """
 
     needs: frozenset[Fact]
     without: frozenset[Pattern]
     constraints: Mapping[Fact, TaskConstraint] = field(default_factory=dict)
     given: frozenset[Fact] = frozenset()
+    beside: frozenset[Fact] = frozenset()
 
     def __str__(self) -> str:
         return "the goal"
@@ -88,17 +92,20 @@ def parse_goals(goals: Iterable[str], grounder: Grounder, where: str = "") -> Go
     needs: set[Fact] = set()
     without: set[Pattern] = set()
     asked: dict[Fact, TaskConstraint] = {}
-    given: set[Fact] = set()
+    given, beside = set[Fact](), set[Fact]()
     for goal in (parse_goal(text, grounder, where) for text in goals):
         if goal.side:
-            asked[(PLACED, *goal.things[::-1])] = TaskConstraint({goal.side: goal.other}, {}, goal.meaning.needs)
+            fact = (PLACED, *goal.things[::-1])
+            asked[fact] = TaskConstraint({goal.side: goal.other}, {}, goal.meaning.needs)
+            there = goal.meaning.needs <= grounder.initial and is_on_side(grounder.scene.world, goal.side, goal.things[0], goal.other)
+            beside |= {fact} if there else set()
         if manner := goal.meaning.manner:
             fact = (goal.text.partition(" ")[2], goal.things[0])
             asked[fact] = TaskConstraint(manner.where, manner.parameters, goal.meaning.needs)
             given |= {fact} if manner.holds else set()
         needs |= goal.meaning.needs
         without |= goal.meaning.without
-    return GoalFacts(frozenset(needs | set(asked)), frozenset(without), asked, frozenset(given))
+    return GoalFacts(frozenset(needs | set(asked)), frozenset(without), asked, frozenset(given), frozenset(beside))
 
 
 def constraint_facts(goal: GoalFacts, schema: ActionSchema, task: TaskType) -> frozenset[Fact]:

@@ -83,6 +83,11 @@ class PlanningProblem(Value, eq=False):
     knowledge: Knowledge
     blocked: tuple[Blocking, ...] = ()
 
+    @property
+    def reached(self) -> bool:
+        """Whether the goal holds at first, as at the end of a run that was to reach it."""
+        return self.wanted.met(self.facts | self.wanted.beside)
+
     def scopes(self) -> Iterator[Scope]:
         """Generate scopes: the things, and the ways of moving them, that a plan may use. The narrowest scope
         comes first.

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Episode, Floats, Rollout, Value, thing_of
-from cramlite.plugin import EFFECTOR, Candidate, Cost, Finding, Validator, contents, hookimpl
+from cramlite.model import Episode, Floats, Rollout, Value, thing_of, vector3
+from cramlite.plugin import EFFECTOR, Candidate, Cost, Finding, Validator, contents, hookimpl, wrong_side
 
 from ..episodes.detection.entities import contents_of
 from ..predicates.motion import joint_closed
@@ -33,12 +33,6 @@ LASTS = 0.5
 STILL = 0.02
 """Largest displacement of the things of a literal during the last ``LASTS`` seconds of a run [m]: a thing on a peg may swing by 40 mm/s
 (``postconditions.SWING``), and one that rolls or falls is faster."""
-NEAR = 0.2
-"""Largest horizontal distance between the middles of things that are beside one another [m]: the default of ``where: {within}`` of a
-task, too."""
-ASIDE = 0.01
-"""Least distance by which a thing is left, right, in front or behind of another [m]: half of the distance that places are chosen by, as
-the release may shift the thing by the rest."""
 SURE = (0.001, 0.001, 0.0005)
 """Least distance of an origin inside its region, along each of the region's axes [m]. Aside simulators differ by more than in height: a
 thing sinks into its support by some 0.5 mm, a bowl in a drawer as deep in two of them, within 0.01 mm."""
@@ -52,10 +46,6 @@ still on."""
 CONTROL = "cram:Control"
 PLACES = {"vrps:SurfaceFeature", "cram:Cavity"}
 """Features that things are in or over, and do not touch."""
-SIDES: Mapping[str, tuple[int, float]] = {
-    "left_of": (1, 1.0), "right_of": (1, -1.0), "behind": (0, 1.0), "in_front_of": (0, -1.0)
-}  # fmt: skip
-"""Side of a thing -> axis of the robot's base, and sign of the direction to that side: x points forwards, y to the left."""
 
 
 class Goal(Value):
@@ -180,15 +170,8 @@ def _beside(literal: GoalLiteral, candidate: Candidate) -> str:
     is."""
     if not literal.side:
         return ""
-    base = candidate.world.robots[0].base.inverse()
-    one, other = (np.asarray(base.apply(_at(candidate.ran, n))) for n in (literal.things[0], literal.other))
-    if literal.side not in SIDES:
-        gap = float(np.linalg.norm((one - other)[:2]))
-        return "" if gap <= NEAR else f"it is {1000 * gap:.0f} mm from '{literal.other}', up to {1000 * NEAR:.0f} mm count as near"
-    axis, sign = SIDES[literal.side]
-    by = sign * float((one - other)[axis])
-    said = f"it is {1000 * by:.0f} mm {literal.side.replace('_', ' ')} '{literal.other}', at least {1000 * ASIDE:.0f} mm are needed"
-    return "" if by >= ASIDE else said
+    one, other = (vector3(_at(candidate.ran, n)) for n in (literal.things[0], literal.other))
+    return wrong_side(literal.side, literal.other, one, other, candidate.world.robots[0].base)
 
 
 def _unsettled(literal: GoalLiteral, rollout: Rollout) -> str:

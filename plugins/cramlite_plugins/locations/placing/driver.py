@@ -11,14 +11,13 @@ import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import Belief, CarriedAlong, Location, Place, Pose, Stage
-from cramlite.plugin import Answer, Context, Grounding, Refused, Unresolvable
+from cramlite.plugin import SIDES, Answer, Context, Grounding, Refused, Unresolvable
 
 from ...motion_planning.reach import bound, led_by, taken_at
 from ..laying_down import hung, laid_down
 from .access import check_open
 from .checks.hand import lowered, opened
 from .checks.order import REACHED, SHAPES, first_objection
-from .checks.shapes import SIDES
 from .demands import DEMANDS, OUT_OF_THE_WAY, TIGHT, is_tight
 from .query import AS_LET_GO, Found, Placement, Query, is_roofed, queries
 from .ways_out import HUNG, LAID, WAYS, WayOut

@@ -12,13 +12,14 @@ import shapely
 from numpy.typing import NDArray
 
 from cramlite.model import Floats, Pose
+from cramlite.plugin import SIDES
 
 from ...kinematics.forward import forward
 from ...shapes.bounds import centre_of_mass, support
 from ...shapes.surfaces import filled, footprint, inset, standing
 from ..later import goes_on, puts_into
 from ..parameters import Where
-from .checks.shapes import ASIDE, OFF_WALLS, SIDES
+from .checks.shapes import ASIDE, OFF_WALLS
 from .query import GAP, Query, lying_in
 
 Offset = tuple[float, float]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,7 @@ import shapely
 from msgspec.structs import replace
 
 from cramlite.model import Pose, Remedy, thing_of
-from cramlite.plugin import Refused
+from cramlite.plugin import SIDES, Refused
 
 from ....motion_planning.postures import CLEARANCE
 from ....motion_planning.space import refusal
@@ -21,11 +20,6 @@ from ..opening import wider
 from ..query import Placement, Query
 
 ASIDE = 0.02  # what is left of a thing is so by at least this [m]
-SIDES: Mapping[str, tuple[int, float]] = {
-    "left_of": (1, 1.0), "right_of": (1, -1.0), "behind": (0, 1.0), "in_front_of": (0, -1.0)
-}  # fmt: skip
-"""Axis of the robot's base, and the sign along it, of the places on each side of a thing: x leads forwards, y
-to the left."""
 OFF_WALLS = 0.008
 """Distance of an outline from the walls between which the thing is let down [m]: a streamed arm is up to 5
 mm off its path."""
