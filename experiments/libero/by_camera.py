@@ -150,7 +150,7 @@ class LiberoByCamera(Libero):
         assert self.sight is not None
         view, mount = self.look(colour=False)
         world = self.sight.world
-        self.sight.update(view, replace(world, robots=(mount, *world.robots[1:])))
+        self.sight.update(view, replace(world, robots=(mount, *world.robots[1:])), afresh=bool(self.sight.gone))
 
     def play(self, program: str, setting: Setting, watch: Watch | None = None) -> Rollout:
         """Stream a program to the simulated robot; if it is watched, pictures are taken meanwhile."""

@@ -100,21 +100,26 @@ class Sight:
 
     def _explain(self, view: View, points: Any, least: float) -> set[str]:
         """Change the believed world so that it explains a picture with unexpected points (n, 3) [m]; return the names of what is new,
-        moved by a least distance [m], or gone in it."""
-        world = self.world
-        things, obstacles = self.recognise(world)
+        moved by a least distance [m], or gone in it. With 0 also what was unknown is looked at again."""
+        world, before = self.world, [t for t in self.world.things if t.name.startswith(UNKNOWN)]
+        things, obstacles = self.recognise(world if least else replace(world, things=tuple(t for t in world.things if t not in before)))
         loose = [t for t in world.things if t.name in self.kinds]
-        shown = [t for t in things if not t.furniture and (_explains(t, points) or _there(t, loose))]
+        unknown = [] if least else before
+
+        def new_here(thing: Thing) -> bool:
+            return _explains(thing, points) or any(_off(thing, t) < FALLEN for t in unknown)
+
+        shown = [t for t in things if not t.furniture and (new_here(t) or _there(t, loose))]
         pairs, new = matched([*loose, *self.gone.values()], shown, self.kinds)
         moved = {n: t.pose for n, t in pairs.items() if n in self.gone or _off(world.thing(n), t) > least}
         moved |= turned((t for t in things if t.furniture), world)
         back = [self.gone.pop(n) for n in moved if n in self.gone]
-        come = [self._named(t, world) for t in new if _explains(t, points)]
-        blocks = [replace(t, name=f"{UNKNOWN}{len(self.told)}_{k}") for k, t in enumerate(obstacles) if _explains(t, points)]
+        come = [self._named(t, world) for t in new if new_here(t)]
+        blocks = [replace(t, name=f"{UNKNOWN}{len(self.told)}_{k}") for k, t in enumerate(filter(new_here, obstacles))]
         self.kinds |= {t.name: kind for t, kind in come}
         arrived = [t for t, _ in come] + blocks
         unseen = {t.name for t in loose} - pairs.keys()
-        gone = self._gone(view, [t.name for t in world.things if t.name in unseen or t.name.startswith(UNKNOWN)])
+        gone = self._gone(view, [*unseen, *(t.name for t in before)]) | {t.name for t in unknown}
         self.gone |= {n: world.thing(n) for n in gone if n in self.kinds}
         kept = [t for t in world.things if t.name not in gone]
         self.world = replace(world, things=(*kept, *back, *arrived)).put(moved)
@@ -179,7 +184,7 @@ class CameraWatch:
 
     def _ended(self, readings: Readings, view: View, *, afresh: bool = False) -> None:
         self.final = readings
-        self._update(readings, view, afresh=afresh)
+        self._update(readings, view, afresh=afresh or bool(self.sight.gone))
         self.inner.rest(replace(readings, poses={t.name: t.pose for t in self.sight.world.things if not t.furniture or t.joint}))
 
     def _update(self, readings: Readings, view: View, *, running: bool = False, afresh: bool = False) -> list[str]:

@@ -80,6 +80,14 @@ def test_what_came_is_believed_too_known_or_not(scene: Scene) -> None:
     assert sorted(round(scene.sight.world.thing(n).pose.position[1], 3) for n in changed) == [-0.2, 0.4]
 
 
+def test_what_was_unknown_is_looked_at_again(scene: Scene) -> None:
+    scene.update(box("box_1", 0.5), replace(box("jar", 0.6, -0.2), name="jar"))
+    assert len(scene.sight.world.things) == 3
+    scene.there = world(box("box_1", 0.5), box("box_2", 0.6, -0.2))
+    scene.sight.update(scene.view(), scene.sight.world, afresh=True)
+    assert [t.name for t in scene.sight.world.things] == ["table", "box_1", "box_1_new"]
+
+
 def test_what_went_is_missed_and_what_comes_back_is_the_same(scene: Scene) -> None:
     assert scene.update() == {"box_1"}
     assert "box_1" not in {t.name for t in scene.sight.world.things}

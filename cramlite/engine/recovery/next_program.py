@@ -77,7 +77,7 @@ def next_program(
     if rest is not None:
         return rest, f"goes on with the rest of the same program{hand}: all things are where its proof had them"
     candidate = next(search(first if stands else whole), None)
-    back = _back(stopped, knowledge, seed) if candidate is None and stands else None
+    back = way_back_of(stopped, knowledge, seed) if candidate is None else None
     if back is not None:
         return back, f"the arm goes back the way it came{hand}: no program was proven from here"
     if candidate is None and stands and first != whole:
@@ -105,11 +105,11 @@ def _same_program(stopped: Stopped, knowledge: Knowledge, seed: int, trace: Trac
     return attempt_of(ran, stopped.world) if verdict.passed and ran.code is not None else None
 
 
-def _back(stopped: Stopped, knowledge: Knowledge, seed: int) -> Attempt | None:
-    """Return a program that leads the arm back along its recorded path; None if a run in the belief shows
-    that it fails or moves a thing."""
+def way_back_of(stopped: Stopped, knowledge: Knowledge, seed: int) -> Attempt | None:
+    """Return a program that leads the arm back along its recorded path; None if it is back already, or a run in the belief shows that it
+    fails or moves a thing."""
     done, setting = stopped.done, stopped.setting
-    path = way_back(done.rollout.joints)
+    path = way_back(done.rollout.joints) if done.step != BACK else ()
     if not path:
         return None
     program = back_program(done.attempt.program, path, setting.world.robots[0].joints)

@@ -10,11 +10,13 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from msgspec.structs import replace
+
 from ...base.errors import UserError
 from ...base.run_directory import write_whole
 from ...base.value import Value
 from ...engine.recovery.expectation import Expectation, Limits, RunWatch, expectation
-from ...engine.recovery.next_program import Stopped, attempt_of, next_program
+from ...engine.recovery.next_program import Stopped, attempt_of, next_program, way_back_of
 from ...engine.recovery.read_belief import world_as_read
 from ...engine.recovery.replanning import BACK, Attempt, Round
 from ...model.geometry import Pose
@@ -130,7 +132,8 @@ def _missed(benchmark: Benchmark, engine: Engine, done: Round, folder: Path) -> 
     if done.rollout.outcome != "finished" or (done.step != BACK and holds_here(benchmark, engine, folder) is not False):
         return None
     benchmark.rest()
-    if holds_here(benchmark, engine, folder) is not False:
+    held = holds_here(benchmark, engine, folder)
+    if held or (held is None and done.step != BACK):
         return None
     return Notice(Deviation.GOAL_MISSED, float(done.rollout.times[-1]), "the program ended, and the goal does not hold", done.step)
 
@@ -174,7 +177,9 @@ def _following(
         budgets = (budget_of(scenario),) * 2  # an episode's actions are few: the arm goes back where no search helps
         found, why = next_program(stopped, search, budgets, engine.knowledge, setting.seed, trace)
     except UserError as error:
-        return None, setting, str(error)
+        setting = replace(before, world=_read(before, watch))
+        back = way_back_of(Stopped(done, notice, watch, setting, setting.world), engine.knowledge, setting.seed)
+        return back, setting, f"the arm goes back the way it came, to see more: {error}" if back else str(error)
     return found, setting, why if found else f"{why} {failure_text(trace, engine.registry.faults)}"
 
 
