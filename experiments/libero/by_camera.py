@@ -157,7 +157,7 @@ class LiberoByCamera(Libero):
         if not isinstance(watch, RunWatch) or self.sight is None:
             return super().play(program, setting, watch)
         self.told = len(self.sight.told)
-        seeing = CameraWatch(watch, self.sight, lambda: self.look(colour=False)[0], lambda: self.hold(EVERY))
+        seeing = CameraWatch(watch, self.sight, lambda: self.look(colour=False), lambda: self.hold(EVERY))
         rollout = super().play(program, setting, seeing)
         if rollout.outcome != "finished":
             seeing.look_afresh()

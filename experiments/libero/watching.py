@@ -15,7 +15,7 @@ from msgspec.structs import replace
 
 from cramlite import Engine
 from cramlite.engine.recovery.expectation import RunWatch
-from cramlite.model import Camera, Deviation, Notice, Pose, Readings, Thing, Vector3, View, World
+from cramlite.model import Camera, Deviation, Notice, Pose, Readings, RobotMount, Thing, Vector3, View, World
 from cramlite.model.world.thing_boxes import boxes
 from cramlite.perception.sightings import Seen, sightings
 from cramlite.perception.unexpected import differ, predicted, share_of_robot, thinned, unexpected, without_robot
@@ -145,11 +145,11 @@ class CameraWatch:
     Args:
         inner: that compares readings with the program's proof.
         sight: the belief, which pictures update.
-        look: takes a picture.
+        look: takes a picture; with it comes the robot as its encoders have it then.
         idle: lets the arm hold still for a quarter of a second.
     """
 
-    def __init__(self, inner: RunWatch, sight: Sight, look: Callable[[], View], idle: Callable[[], None]) -> None:
+    def __init__(self, inner: RunWatch, sight: Sight, look: Callable[[], tuple[View, RobotMount]], idle: Callable[[], None]) -> None:
         self.inner, self.sight, self.look, self.idle, self.period = inner, sight, look, idle, inner.period
         self.number, self.told = 0, dict[str, Pose]()
         self.start = {t.name: t for t in sight.world.things}
@@ -158,7 +158,7 @@ class CameraWatch:
         """Return why the arm must stop; None while the pictures and what the robot feels are as expected."""
         self.number += 1
         if self.number % EVERY == 0:
-            gone = self._update(readings, self.look(), running=True)
+            gone = self._update(readings, self.look()[0], running=True)
             if gone:
                 said = f"'{gone[0]}' is not where it should be, and nowhere in the picture"
                 self.inner.notice = Notice(Deviation.MISSING, readings.time, said, self.inner.expected.step(readings.line), gone[0])
@@ -170,22 +170,23 @@ class CameraWatch:
 
         After a stop, wait until nothing moves in the pictures: what is in the air will lie somewhere.
         """
-        view = self.look()
+        self.final = readings
+        view, mount = self.look()
         for _ in range(WAITS if self.inner.notice else 0):
             self.idle()
-            before, view = view, self.look()
+            before, (view, mount) = view, self.look()
             if not differ(thinned(before), thinned(view)):
                 break
-        self._ended(readings, view)
+        self._ended(view, mount)
 
     def look_afresh(self) -> None:
         """Recognise all that a picture shows after a run that was stopped: its target may stand a little aside."""
-        self._ended(self.final, self.look(), afresh=True)
+        self._ended(*self.look(), afresh=True)
 
-    def _ended(self, readings: Readings, view: View, *, afresh: bool = False) -> None:
-        self.final = readings
-        self._update(readings, view, afresh=afresh or bool(self.sight.gone))
-        self.inner.rest(replace(readings, poses={t.name: t.pose for t in self.sight.world.things if not t.furniture or t.joint}))
+    def _ended(self, view: View, mount: RobotMount, *, afresh: bool = False) -> None:
+        self.final = replace(self.final, joints=mount.joints or self.final.joints, opening=mount.opening or 0.0)
+        self._update(self.final, view, afresh=afresh or bool(self.sight.gone))
+        self.inner.rest(replace(self.final, poses={t.name: t.pose for t in self.sight.world.things if not t.furniture or t.joint}))
 
     def _update(self, readings: Readings, view: View, *, running: bool = False, afresh: bool = False) -> list[str]:
         """Take a picture into the belief; return what is gone."""

@@ -123,7 +123,7 @@ def watch(scene: Scene, idle: Callable[[], None] = lambda: None) -> Any:
         np.ones(2), np.array([0.0, 9.0]), tracks, {"box_1": still[:, :3]}, ("", ""), np.full(2, 0.05), np.zeros(2), np.zeros((2, 6)),
         ("box_1",), frozenset({"box_1", "table"}),
     )  # fmt: skip
-    return WATCHING.CameraWatch(RunWatch(expected), scene.sight, scene.view, idle)
+    return WATCHING.CameraWatch(RunWatch(expected), scene.sight, lambda: (scene.view(), ARM), idle)
 
 
 def reading(number: int) -> Readings:
