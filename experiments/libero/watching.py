@@ -193,9 +193,9 @@ class CameraWatch:
         expected, held = self._expected(readings)
         done = {t.name for t in expected.things if _differs(self.start.get(t.name, t), t)} if running else set[str]()
         changed = self.sight.update(view, expected, held, done, afresh=afresh) - done
-        there = {t.name: t.pose for t in self.sight.world.things}
+        there = {t.name: t.pose for t in self.sight.world.things if not (running and t.joint)}  # while it moves, the proof has a joint
         self.told = {n: p for n, p in self.told.items() if n in there} | {n: there[n] for n in changed if n in there}
-        return sorted(changed - there.keys())
+        return sorted(changed & self.sight.gone.keys())
 
     def _expected(self, now: Readings) -> tuple[World, str]:
         """Return the world as the proof has it at the line under execution, with the tool where it is, and what pictures showed since; and
