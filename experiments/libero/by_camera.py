@@ -88,7 +88,8 @@ class LiberoByCamera(Libero):
         its file, and the ``Setting`` of the search: world, robot and backend.
 
         Raises:
-            UserError: it is asked for after a run whose pictures are all as its proof predicts them: there is nothing to tell.
+            UserError: it is asked for after a run whose pictures are all as its proof predicts them: there is nothing to tell; or a thing
+                of the goal is nowhere in the picture.
         """
         if self.model is None or self.sight is None:
             return self._first(engine, folder, twins)
@@ -96,6 +97,8 @@ class LiberoByCamera(Libero):
             self._look_again()
             if self.sight.displaced or not self.sight.told[self.told :]:
                 raise UserError(self.sight.displaced or "The picture is as the proof of the program that was run predicts it.")
+        if lost := sorted(n for n in self.sight.gone if any(n in goal.split() for goal in self.goals)):
+            raise UserError(f"'{lost[0]}' of the goal is nowhere in the picture.")
         model, believed = self.model, self.sight.world
         there = {t.name: t for t in believed.things}
         first = {t.name for t in model.setting.world.things}
