@@ -3,9 +3,9 @@ cramlite or LIBERO is imported."""
 
 from __future__ import annotations
 
-DEVELOPMENT = range(0, 200)
+DEVELOPMENT = range(0, 400)
 """Seeds that may be drawn, looked at and developed on."""
-MEASURED = (range(1000, 1100), range(1100, 1160), range(1160, 1260))
+MEASURED = (range(1000, 1100), range(1100, 1160), range(1160, 1460))
 """Seeds for measurements: each range may be used once, for one measurement."""
 
 
