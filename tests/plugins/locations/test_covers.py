@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import islice
 
 import pytest
+from helpers.placing import query_on
 from msgspec.structs import replace
 
 from cramlite import Engine
@@ -12,6 +13,7 @@ from cramlite.model import Belief, Held, Location, Place, Pose, RobotMount, Thin
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.locations.kinds import ground
+from cramlite_plugins.locations.placing.access import covered, goes_in_upright
 from cramlite_plugins.objects.products_and_fixtures import basket, block, table
 from cramlite_plugins.robots.ur5e import UR5E
 
@@ -71,3 +73,13 @@ def test_a_short_way_back_depends_on_the_place_that_the_hand_was_led_to() -> Non
     answers = list(ground(Location("away", "retreat"), there, context))
     refused = [a for a in answers if isinstance(a, Refused)]
     assert refused and all(a.because == ("grasp", "spot") for a in refused)
+
+
+def test_into_what_is_narrower_no_way_is_an_answer_and_no_fault() -> None:
+    it = block("it", Pose((0.4, -0.1, 0.5)), (0.16, 0.16, 0.06))
+    box = basket("box", Pose((0.4, -0.4, 0.0)), (0.1, 0.1, 0.1))
+    board = table("board", Pose((0.4, -0.4, 0.2)), (0.6, 0.6, 0.02))
+    belief = initial_belief(World((box, board, it), (MOUNT,)), "arm", UR5E.home, 0.085).grasped(Held("it", Pose((0.0, 0.0, 0.02)), 0.04))
+    query = covered(query_on(belief, "box"))
+    assert query.target.area.buffer(-0.08).is_empty
+    assert goes_in_upright(query, it.pose) is False
