@@ -65,6 +65,11 @@ class Intrinsics(Value, dict=True):
         rays[..., 0], rays[..., 1] = x, y[:, None]
         return rays
 
+    def thinned(self, step: int) -> Intrinsics:
+        """Return the intrinsics of a picture of which only every ``step``-th pixel of every ``step``-th row is kept."""
+        fx, fy, cx, cy = (v / step for v in (self.fx, self.fy, self.cx, self.cy))
+        return Intrinsics(fx, fy, cx, cy, -(-self.width // step), -(-self.height // step))
+
     def project(self, points: Points) -> Points:
         """Project points (..., 3) [m] of the optical frame to image coordinates (..., 2) [pixel]; NaN for points
         not in front of the camera."""
@@ -155,6 +160,11 @@ class View(Value, eq=False, dict=True):
     def world_cloud(self) -> Points:
         """Organised point cloud (height, width, 3) in the world frame [m]; NaN where the depth image is NaN."""
         return self.camera.apply(self.cloud)
+
+    def thinned(self, step: int) -> View:
+        """Return the view with every ``step``-th pixel of every ``step``-th row."""
+        few = self.intrinsics.thinned(step)
+        return View(self.rgb[::step, ::step], self.depth[::step, ::step], few, self.camera, self.stamp)
 
     def points(self, mask: Mask | None = None) -> Points:
         """Return the (N, 3) measured points of a mask or of the whole image, row by row, optical frame [m].

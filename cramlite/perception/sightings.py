@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from ..base.value import Value
 from ..base.word import Word
-from ..model.view import Depth, Intrinsics, View
+from ..model.view import Depth, View
 from ..model.world.world import Camera, World
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ def sightings(view: View, camera: Camera, believed: World, things: Iterable[str]
         camera: that took it; on a flange, with the joints of the arm at that time.
         believed: world with the arm as it stood, and things where they should be.
     """
-    view, seer = _thinned(view), replace(camera, intrinsics=thinned(camera.intrinsics), noise=0.0)
+    view, seer = view.thinned(STEP), replace(camera, intrinsics=camera.intrinsics.thinned(STEP), noise=0.0)
 
     def predicted(world: World) -> Depth:
         return knowledge.simulator.look(world, knowledge.robots_of(world), seer, seed=0).depth
@@ -88,16 +88,6 @@ def sightings(view: View, camera: Camera, believed: World, things: Iterable[str]
     names = tuple(things)
     whole = predicted(believed) if names else None
     return tuple(_compared(n, view.depth, whole, predicted(_without(believed, n))) for n in names if whole is not None)
-
-
-def thinned(intrinsics: Intrinsics) -> Intrinsics:
-    """Return the intrinsics of a picture of which only every ``STEP``-th pixel of every ``STEP``-th row is kept."""
-    fx, fy, cx, cy = (v / STEP for v in (intrinsics.fx, intrinsics.fy, intrinsics.cx, intrinsics.cy))
-    return Intrinsics(fx, fy, cx, cy, -(-intrinsics.width // STEP), -(-intrinsics.height // STEP))
-
-
-def _thinned(view: View) -> View:
-    return View(view.rgb[::STEP, ::STEP], view.depth[::STEP, ::STEP], thinned(view.intrinsics), view.camera, view.stamp)
 
 
 def _without(world: World, name: str) -> World:

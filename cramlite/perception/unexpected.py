@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from msgspec.structs import replace
 
-from ..model.view import Depth, Intrinsics, Mask, View
+from ..model.view import Depth, Mask, View
 from ..model.world.world import Camera, World
 
 if TYPE_CHECKING:
@@ -26,17 +26,14 @@ SAME = 0.002
 BESIDE = 3
 """Compared pixels around the robot's predicted body that may show it: encoders and the camera's pose have errors."""
 SURE = 1
-"""Compared pixels by which a patch is eroded: what is left is no edge of a thing."""
+"""Compared pixels by which a patch is eroded, so that edges of things leave none."""
 FEW = 30
 """Least number of the robot's pixels that tell whether the camera is where it was."""
 
 
-def thinned(view: View) -> View:
-    """Return a view with every ``STEP``-th pixel of every ``STEP``-th row."""
-    i = view.intrinsics
-    size = -(-i.width // STEP), -(-i.height // STEP)
-    few = Intrinsics(i.fx / STEP, i.fy / STEP, i.cx / STEP, i.cy / STEP, *size)
-    return View(view.rgb[::STEP, ::STEP], view.depth[::STEP, ::STEP], few, view.camera, view.stamp)
+def compared(view: View) -> View:
+    """Return the pixels of a view that are compared."""
+    return view.thinned(STEP)
 
 
 def predicted(view: View, world: World, knowledge: Knowledge, held: str = "") -> tuple[Depth, Depth]:
@@ -54,7 +51,7 @@ def predicted(view: View, world: World, knowledge: Knowledge, held: str = "") ->
 
 
 def share_of_robot(view: View, own: Depth) -> float:
-    """Return the share of the robot's predicted pixels that show it in a thinned view, or something before it; 1 if there are few."""
+    """Return the share of the robot's predicted pixels that show it in a view, or something before it; 1 if there are few."""
     from scipy.ndimage import binary_erosion
 
     inner = binary_erosion(np.isfinite(own), iterations=SURE) & view.valid
@@ -62,7 +59,7 @@ def share_of_robot(view: View, own: Depth) -> float:
 
 
 def without_robot(view: View, own: Depth) -> Depth:
-    """Return the depth image of a thinned view, NaN on and beside the robot's predicted pixels."""
+    """Return the depth image of a view, NaN on and beside the robot's predicted pixels."""
     from scipy.ndimage import binary_dilation
 
     return np.where(binary_dilation(np.isfinite(own), iterations=BESIDE), np.nan, view.depth)
@@ -72,7 +69,7 @@ def unexpected(depth: Depth, believed: Depth, before: Depth, then: Depth) -> Mas
     """Mask the pixels of a depth image that have changed and should not, and those that should have and are not as predicted.
 
     Args:
-        depth: thinned, NaN where it tells nothing [m].
+        depth: NaN where it tells nothing [m].
         believed: as predicted.
         before: earlier, from the same place.
         then: as predicted for that.
@@ -83,7 +80,7 @@ def unexpected(depth: Depth, believed: Depth, before: Depth, then: Depth) -> Mas
 
 
 def differ(one: View, other: View) -> bool:
-    """Return whether two thinned views from the same place differ in more than the edges of things: something moves."""
+    """Return whether two views from the same place differ in more than the edges of things: something moves."""
     with np.errstate(invalid="ignore"):
         return bool(_patches(_off(one.depth, other.depth, CHANGED)).any())
 

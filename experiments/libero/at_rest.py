@@ -50,7 +50,7 @@ def inside(model: Any, state: Any, held: set[int]) -> list[str]:
 
 def held_up(model: Any, state: Any, held: set[int]) -> list[tuple[Any, Any]]:
     """Return boxes, each as its middle and its half sides [m], of what hides under held things that touch nothing: from under the thing
-    down to what is below it, half as wide as the thing, or narrower where something else that is known stands there.
+    down to the next body, half as wide as the thing, or narrower where another known thing stands there.
     """
     import mujoco
 

@@ -20,11 +20,12 @@ from cramlite_plugins.backends.stream.messages import Action, State
 from cramlite_plugins.benchmarks.benchmark_process import PATIENCE
 from cramlite_plugins.benchmarks.benchmark_scene import scene_model, scene_setting
 
+from .camera_watch import EVERY, CameraWatch
 from .connection import Libero
 from .panda import library
+from .picture_belief import PictureBelief, kinds_in
 from .placed_kinds import Placed, files_of, scene_of
 from .sight import again, around, located, pictured, seen
-from .watching import EVERY, CameraWatch, Sight, kinds_in
 
 ALLOWED = ("reset", "look", "hello", "step", "check", "end")
 """Requests that this connection sends; a robot cell could answer all but ``reset`` and ``check``, which start and judge an episode."""
@@ -46,8 +47,8 @@ class LiberoByCamera(Libero):
         """Forget the episode before."""
         self.asked, self.seed, self.pictures = [], seed, 0
         self.sentence, self.heard, self.goals = "", "", list[str]()
-        self.sight: Sight | None = None
-        self.told = 0
+        self.belief: PictureBelief | None = None
+        self.logged = 0
         self.camera, self.table = Pose(), 0.0
 
     def reset(self, suite: str, task: int, state: int) -> str:
@@ -81,7 +82,7 @@ class LiberoByCamera(Libero):
         view = pictured(said, self.seed, self.pictures)
         self.pictures += 1
         mount = RobotMount("robot", "libero_panda", joints=tuple(said["joints"]), opening=min(said["opening"], 0.08))
-        return (replace(view, camera=self.camera) if self.sight else view), mount
+        return (replace(view, camera=self.camera) if self.belief else view), mount
 
     def setting(self, engine: Engine, folder: Path, twins: int, now: World | None = None) -> tuple[Path, Setting]:
         """Take a picture, and write the scene that it shows as a scenario whose goal is the task's sentence; return
@@ -91,15 +92,15 @@ class LiberoByCamera(Libero):
             UserError: it is asked for after a run whose pictures are all as its proof predicts them: there is nothing to tell; or a thing
                 of the goal is nowhere in the picture.
         """
-        if self.model is None or self.sight is None:
+        if self.model is None or self.belief is None:
             return self._first(engine, folder, twins)
         if now is None:
             self._look_again()
-            if self.sight.displaced or not self.sight.told[self.told :]:
-                raise UserError(self.sight.displaced or "The picture is as the proof of the program that was run predicts it.")
-        if lost := sorted(n for n in self.sight.gone if any(n in goal.split() for goal in self.goals)):
+            if self.belief.displaced or not self.belief.log[self.logged :]:
+                raise UserError(self.belief.displaced or "The picture is as the proof of the program that was run predicts it.")
+        if lost := sorted(n for n in self.belief.gone if any(n in goal.split() for goal in self.goals)):
             raise UserError(f"'{lost[0]}' of the goal is nowhere in the picture.")
-        model, believed = self.model, self.sight.world
+        model, believed = self.model, self.belief.world
         there = {t.name: t for t in believed.things}
         first = {t.name for t in model.setting.world.things}
         scene = {
@@ -108,7 +109,7 @@ class LiberoByCamera(Libero):
         }  # fmt: skip
         come = [t for t in believed.things if t.name not in first]
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / LATER).write_bytes(json.format(json.encode({"pictures": self.pictures, "told": self.sight.told})))
+        (folder / LATER).write_bytes(json.format(json.encode({"pictures": self.pictures, "told": self.belief.log})))
         return scene_setting(engine, model, folder, scene, self.hello(), lambda _: self.goals, now, come)
 
     def _first(self, engine: Engine, folder: Path, twins: int) -> tuple[Path, Setting]:
@@ -139,7 +140,7 @@ class LiberoByCamera(Libero):
             return again(engine, self.look()[0], self.table, kinds, believed)
 
         names = kinds_in(world.things, [k.name for k in kinds])
-        self.sight = Sight(engine, replace(world, robots=(mount, *world.robots[1:])), names, view, recognise, around(self.table))
+        self.belief = PictureBelief(engine, replace(world, robots=(mount, *world.robots[1:])), names, view, recognise, around(self.table))
         return path, setting
 
     def _understood(self, setting: Setting) -> list[str]:
@@ -150,17 +151,17 @@ class LiberoByCamera(Libero):
 
     def _look_again(self) -> None:
         """Take a picture into the belief, with the arm where it stands."""
-        assert self.sight is not None
+        assert self.belief is not None
         view, mount = self.look(colour=False)
-        world = self.sight.world
-        self.sight.update(view, replace(world, robots=(mount, *world.robots[1:])), afresh=bool(self.sight.gone))
+        world = self.belief.world
+        self.belief.update(view, replace(world, robots=(mount, *world.robots[1:])), afresh=bool(self.belief.gone))
 
     def play(self, program: str, setting: Setting, watch: Watch | None = None) -> Rollout:
         """Stream a program to the simulated robot; if it is watched, pictures are taken meanwhile."""
-        if not isinstance(watch, RunWatch) or self.sight is None:
+        if not isinstance(watch, RunWatch) or self.belief is None:
             return super().play(program, setting, watch)
-        self.told = len(self.sight.told)
-        seeing = CameraWatch(watch, self.sight, lambda: self.look(colour=False), lambda: self.hold(EVERY))
+        self.logged = len(self.belief.log)
+        seeing = CameraWatch(watch, self.belief, lambda: self.look(colour=False), lambda: self.hold(EVERY))
         rollout = super().play(program, setting, seeing)
         if rollout.outcome != "finished":
             seeing.look_afresh()

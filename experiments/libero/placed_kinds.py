@@ -53,41 +53,17 @@ def scene_of(
     """
     import mujoco
 
-    scene = mujoco.MjSpec()
-    numbers: dict[str, int] = {}
-    placed = []
-    for one in found:
-        kind, pose, _ = one
-        spec, frame = _kind(files[kind])
-        at = pose * frame.inverse()
-        loose = any(j.type == mujoco.mjtJoint.mjJNT_FREE for j in spec.joints)
-        low = _lowest(spec, at) - table
-        if low > -RESTS or not loose:
-            placed.append((one, spec, at, low if loose else np.inf))
-    stand = [low for *_, low in placed if abs(low) < RESTS]
-    top = table + float(np.median(stand)) if stand else table
+    scene, standing = mujoco.MjSpec(), _standing(found, files, table)
+    lows = [one.low for one in standing if abs(one.low) < RESTS]
+    top = table + float(np.median(lows)) if lows else table
     half = [s / 2 for s in TABLE]
     body = scene.worldbody.add_body(name="table", pos=[half[0] - BEHIND, 0.0, top - half[2]])
     body.add_geom(name="table_top", type=mujoco.mjtGeom.mjGEOM_BOX, size=half, friction=[1.0, 0.005, 0.0001])
     for obstacle in obstacles:
         _add(obstacle, scene)
-    values: dict[str, float] = {}
-    named: dict[str, Placed] = {}
-    for one, spec, at, low in placed:
-        kind = one.kind
-        numbers[kind] = numbers.get(kind, 0) + 1
-        down = table + low - top if abs(table + low - top) < LEVEL else 0.0
-        x, y, z = at.position
-        frame_of = scene.worldbody.add_frame(pos=[x, y, z - down], quat=list(at.quaternion))
-        prefix = f"{kind}_{numbers[kind]}_"
-        scene.attach(spec, prefix=prefix, frame=frame_of)
-        named[prefix] = one
-        values |= {prefix + name: value for name, value in one.joints.items()}
+    named = _attached(scene, standing, table, top)
     model = scene.compile()
-    state = model.qpos0.copy()
-    for name, value in values.items():
-        state[model.joint(name).qposadr] = value
-    state, held = settled(model, state)
+    state, held = settled(model, _at_joints(model, named))
     if none := [one for prefix, one in named.items() if any(name.startswith(prefix) for name in inside(model, state, held))]:
         return scene_of([one for one in found if not any(one is n for n in none)], files, table, obstacles)
     if hidden := held_up(model, state, held):
@@ -95,6 +71,53 @@ def scene_of(
             scene.worldbody.add_body(name=f"hidden_{k}", pos=middle).add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=half)
         state, _ = settled(scene.compile(), state)
     return scene.to_xml(), state.tolist()
+
+
+class _Standing(NamedTuple):
+    """Thing with its model, the pose of that in the scene, and the height of its lowest point over the table as it is seen [m], infinite
+    if it is fixed."""
+
+    placed: Placed
+    spec: Any
+    at: Pose
+    low: float
+
+
+def _standing(found: Sequence[Placed], files: Mapping[str, Path], table: float) -> list[_Standing]:
+    """Return the things with their models, without movable ones that would be within the table."""
+    import mujoco
+
+    standing = []
+    for one in found:
+        spec, frame = _kind(files[one.kind])
+        at = one.pose * frame.inverse()
+        loose = any(j.type == mujoco.mjtJoint.mjJNT_FREE for j in spec.joints)
+        low = _lowest(spec, at) - table
+        if low > -RESTS or not loose:
+            standing.append(_Standing(one, spec, at, low if loose else np.inf))
+    return standing
+
+
+def _attached(scene: Any, standing: Sequence[_Standing], table: float, top: float) -> dict[str, Placed]:
+    """Attach models to a scene whose table is seen at one height and has its top at another one [m]; return each thing by the beginning of
+    its bodies' names."""
+    named: dict[str, Placed] = {}
+    for one in standing:
+        kind, (x, y, z) = one.placed.kind, one.at.position
+        down = table + one.low - top if abs(table + one.low - top) < LEVEL else 0.0
+        prefix = f"{kind}_{sum(p.kind == kind for p in named.values()) + 1}_"
+        scene.attach(one.spec, prefix=prefix, frame=scene.worldbody.add_frame(pos=[x, y, z - down], quat=list(one.at.quaternion)))
+        named[prefix] = one.placed
+    return named
+
+
+def _at_joints(model: Any, named: Mapping[str, Placed]) -> Any:
+    """Return the state (nq,) of a compiled scene with its joints at the values that are known."""
+    state = model.qpos0.copy()
+    for prefix, one in named.items():
+        for name, value in one.joints.items():
+            state[model.joint(prefix + name).qposadr] = value
+    return state
 
 
 def _add(obstacle: Thing, scene: Any) -> None:

@@ -166,7 +166,7 @@ def again(
     engine: Engine, view: View, table: float, kinds: Sequence[Thing], believed: World
 ) -> tuple[list[Thing], list[Thing]]:
     """Return what a later picture shows on a table, in which the arm hides some of it: things of known kinds whose poses are sure, named
-    after these, and obstacles around what is neither such a thing nor one that is believed."""
+    after these, and obstacles around points of neither such things nor believed ones."""
     own = _own(engine, view, believed.robots[0])
     said = _recognised(engine, view, table, kinds, own)
     sure = [p for p in said if p.values["pose"].judged.confidence >= SURE]

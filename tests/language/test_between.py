@@ -1,4 +1,4 @@
-"""What the line between two things passes through is between them, more than what is beside that line."""
+"""Things on the line between two others are between them, more than things beside that line."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def goals(folder: Path, *cubes: tuple[float, float]) -> tuple[str, ...]:
 
 def test_what_the_line_passes_through_is_meant(tmp_path: Path) -> None:
     assert goals(tmp_path, (0.5, 0.05), (0.6, -0.05)) == ("cube_0 in basket",)
-    assert goals(tmp_path, (0.6, -0.05), (0.8, 0.05)) == ("cube_0 in basket",), "without such a one, what is roughly between"
+    assert goals(tmp_path, (0.6, -0.05), (0.8, 0.05)) == ("cube_0 in basket",), "without such a one, one that is roughly between"
 
 
 def test_two_on_the_line_are_asked_back(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from cramlite import Engine
 from cramlite.model import Camera, Mask, Pose, RobotMount, Thing, View, World
-from cramlite.perception.unexpected import differ, predicted, share_of_robot, thinned, unexpected, without_robot
+from cramlite.perception.unexpected import compared, differ, predicted, share_of_robot, unexpected, without_robot
 from cramlite_plugins.objects.products_and_fixtures import make
 
 EYE, TARGET = np.array((1.5, 0.2, 0.9)), np.array((0.45, 0.0, 0.1))
@@ -30,9 +30,9 @@ def world(x: float = 0.5, *more: Thing) -> World:
 
 
 def seen(engine: Engine, there: World, camera: Camera = CAMERA, seed: int = 1) -> View:
-    """A picture with the noise of a camera, thinned, as if from the usual place."""
+    """A picture with the noise of a camera, as if from the usual place."""
     view = engine.knowledge.simulator.look(there, engine.knowledge.robots_of(there), camera, seed=seed)
-    return thinned(replace(view, camera=CAMERA.pose))
+    return compared(replace(view, camera=CAMERA.pose))
 
 
 def odd(engine: Engine, view: View, believed: World, before: View, held: str = "") -> Mask:

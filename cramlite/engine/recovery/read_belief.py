@@ -66,7 +66,7 @@ def world_as_read(before: World, readings: Readings, models: World, closed: floa
     possible: dict[str, Pose] = {}
     for thing in every.things:
         if thing.name in read:
-            possible[thing.name] = _possible(thing, read[thing.name], every.carrier_shift(thing.name, possible))
+            possible[thing.name] = thing.allowed(read[thing.name], every.carrier_shift(thing.name, possible))
     things = every.put(possible).things
     seen = tuple(t for t in things if t.name in read or t.furniture)
     mount = replace(before.robots[0], joints=readings.joints, opening=readings.opening, holds=in_hand(seen, readings, closed))
@@ -100,16 +100,6 @@ def real_after(rollout: Rollout, world: World, holds: InHand | None) -> World:
     left = left.moved({f.thing: world.thing(f.thing).pose for f in faults if f.kind is FaultKind.ADDED})
     mount: RobotMount = replace(left.robots[0], holds=holds)
     return replace(left, faults=faults, robots=(mount, *left.robots[1:]))
-
-
-def _possible(thing: Thing, read: Pose, carrier: Pose) -> Pose:
-    """Return the pose nearest to a thing's measured pose that its joint allows; ``carrier`` is the displacement of the
-    body that the joint is mounted on."""
-    if thing.joint is None:
-        return read
-    joint, start = thing.joint, carrier * thing.pose
-    by = joint.between(start, read)
-    return joint.moved(start, min(max(joint.value + by, joint.lower), joint.upper) - joint.value)
 
 
 def _width(thing: Thing, readings: Readings) -> float:

@@ -213,6 +213,18 @@ class Thing(Value):
         value = self.joint.value + self.joint.between(self.pose if carrier is None else carrier * self.pose, pose)
         return replace(self, pose=pose, joint=replace(self.joint, value=value))
 
+    def allowed(self, pose: Pose, carrier: Pose | None = None) -> Pose:
+        """Return the pose nearest to another one that the thing's joint allows; the other one itself if it is on none.
+
+        Args:
+            carrier: displacement of the body that the joint is mounted on, in the world frame; None where that has not moved.
+        """
+        if self.joint is None:
+            return pose
+        joint, start = self.joint, self.pose if carrier is None else carrier * self.pose
+        by = joint.between(start, pose)
+        return joint.moved(start, min(max(joint.value + by, joint.lower), joint.upper) - joint.value)
+
     def at_joints(self, values: Mapping[str, float]) -> Thing:
         """Return the thing with joints of its mesh at other values [m, rad], and their geoms; joints that are not named stay."""
         if self.mesh is None or not self.mesh.joints:

@@ -103,7 +103,7 @@ def goes_in_upright(query: Query, now: Pose) -> bool:
     straight down or at a slant, whatever its grasp."""
     points = corners(query.thing, Pose((0.0, 0.0, 0.0), now.quaternion))
     half = float(np.min(np.ptp(points, axis=0)[:2])) / 2  # of the narrower side
-    inner = query.target.area.buffer(-half)  # empty for what is wider, which is tried over the middle
+    inner = query.target.area.buffer(-half)  # empty for a wider payload, which is tried over the middle
     low, high = np.reshape((0.0,) * 4 if inner.is_empty else inner.bounds, (2, 2))
     ways = [np.array((0.0, 0.0, RISE)), *(way for _, way in slants(RISE))]
     spots = product(*(np.arange(low[k], high[k] + PITCH, PITCH).tolist() for k in (0, 1)))

@@ -17,7 +17,7 @@ from cramlite.experiment.benchmark.protocol import module_of
 from cramlite.model import Camera, Deviation, Joint, Pose, Readings, RobotMount, Thing, View, World
 from cramlite_plugins.objects.products_and_fixtures import make
 
-WATCHING = module_of(ROOT / "experiments" / "libero" / "watching.py")
+BELIEF, WATCH = (module_of(ROOT / "experiments" / "libero" / f"{name}.py") for name in ("picture_belief", "camera_watch"))
 EYE, TARGET = np.array((1.5, 0.2, 0.9)), np.array((0.45, 0.0, 0.1))
 CAMERA = Camera(Pose.from_axes(tuple(EYE), TARGET - EYE, np.cross(TARGET - EYE, (0, 0, 1))))
 ARM = RobotMount("arm", "ur5e", joints=(0.0, -1.9, 2.2, -1.9, -1.57, 0.0), opening=0.05)
@@ -34,14 +34,15 @@ def world(*things: Thing) -> World:
 
 
 class Scene:
-    """A belief of one box, and what is really there."""
+    """A belief of one box, and the real scene."""
 
     def __init__(self, engine: Engine) -> None:
         self.engine, self.asked, self.there = engine, 0, world(box("box_1", 0.5))
-        self.sight = WATCHING.Sight(engine, self.there, {"box_1": "box"}, self.view(), self.recognise, ((0.1, -0.8, -0.1), (1.1, 0.8, 0.6)))
+        region = (0.1, -0.8, -0.1), (1.1, 0.8, 0.6)
+        self.belief = BELIEF.PictureBelief(engine, self.there, {"box_1": "box"}, self.view(), self.recognise, region)
 
     def view(self, camera: Camera = CAMERA) -> View:
-        """A picture of what is there."""
+        """A picture of the real scene."""
         view = self.engine.knowledge.simulator.look(self.there, self.engine.knowledge.robots_of(self.there), camera, seed=self.asked)
         return replace(view, camera=CAMERA.pose)
 
@@ -54,7 +55,7 @@ class Scene:
     def update(self, *things: Thing) -> set[str]:
         """Put other things there, and look."""
         self.there = world(*things)
-        changed: set[str] = self.sight.update(self.view(), self.sight.world)
+        changed: set[str] = self.belief.update(self.view(), self.belief.world)
         return changed
 
 
@@ -70,35 +71,35 @@ def test_nothing_is_recognised_anew_where_all_is_as_expected(scene: Scene) -> No
 
 def test_what_moved_is_believed_where_it_is_seen(scene: Scene) -> None:
     assert scene.update(box("box_1", 0.56)) == {"box_1"}
-    assert scene.sight.world.thing("box_1").pose.position[0] == pytest.approx(0.56)
+    assert scene.belief.world.thing("box_1").pose.position[0] == pytest.approx(0.56)
     assert scene.update(box("box_1", 0.56)) == set() and scene.asked == 1, "from then on it is expected there"
 
 
 def test_what_came_is_believed_too_known_or_not(scene: Scene) -> None:
     changed = scene.update(box("box_1", 0.5), box("box_2", 0.6, -0.2), replace(box("jar", 0.7, 0.4), name="jar"))
     assert len(changed) == 2 and "box_1" not in changed
-    assert sorted(round(scene.sight.world.thing(n).pose.position[1], 3) for n in changed) == [-0.2, 0.4]
+    assert sorted(round(scene.belief.world.thing(n).pose.position[1], 3) for n in changed) == [-0.2, 0.4]
 
 
 def test_what_was_unknown_is_looked_at_again(scene: Scene) -> None:
     scene.update(box("box_1", 0.5), replace(box("jar", 0.6, -0.2), name="jar"))
-    assert len(scene.sight.world.things) == 3
+    assert len(scene.belief.world.things) == 3
     scene.there = world(box("box_1", 0.5), box("box_2", 0.6, -0.2))
-    scene.sight.update(scene.view(), scene.sight.world, afresh=True)
-    assert [t.name for t in scene.sight.world.things] == ["table", "box_1", "box_1_new"]
+    scene.belief.update(scene.view(), scene.belief.world, afresh=True)
+    assert [t.name for t in scene.belief.world.things] == ["table", "box_1", "box_1_new"]
 
 
 def test_what_went_is_missed_and_what_comes_back_is_the_same(scene: Scene) -> None:
     assert scene.update() == {"box_1"}
-    assert "box_1" not in {t.name for t in scene.sight.world.things}
+    assert "box_1" not in {t.name for t in scene.belief.world.things}
     assert scene.update(box("box_9", 0.7, 0.4)) == {"box_1"}
-    assert scene.sight.world.thing("box_1").pose.position == pytest.approx((0.7, 0.4, 0.041))
+    assert scene.belief.world.thing("box_1").pose.position == pytest.approx((0.7, 0.4, 0.041))
 
 
 def test_a_camera_that_was_moved_tells_nothing_any_more(scene: Scene) -> None:
     scene.there = world(box("box_1", 0.58))
     askew = replace(CAMERA, pose=Pose.from_rotvec((0.02, 0, 0), (0, 0, 0.0873)) * CAMERA.pose)
-    assert scene.sight.update(scene.view(askew), scene.sight.world) == set() and "camera was moved" in scene.sight.displaced
+    assert scene.belief.update(scene.view(askew), scene.belief.world) == set() and "camera was moved" in scene.belief.displaced
     assert scene.update(box("box_1", 0.58)) == set() and scene.asked == 0
 
 
@@ -110,7 +111,7 @@ def test_a_door_is_believed_as_far_open_as_it_is_seen() -> None:
         seen = SimpleNamespace(as_parts=lambda a=angle: (
             replace(base, name="chest"), replace(door, name="chest_door", pose=hinge.moved(door.pose, a), joint=replace(hinge, value=a)),
         ))  # fmt: skip
-        found = WATCHING.turned([seen], world(base, door))
+        found = BELIEF.turned([seen], world(base, door))
         assert len(found) == expected
         assert not found or door.moved_to(found["chest_1_door"]).joint.value == pytest.approx(angle)
 
@@ -123,7 +124,7 @@ def watch(scene: Scene, idle: Callable[[], None] = lambda: None) -> Any:
         np.ones(2), np.array([0.0, 9.0]), tracks, {"box_1": still[:, :3]}, ("", ""), np.full(2, 0.05), np.zeros(2), np.zeros((2, 6)),
         ("box_1",), frozenset({"box_1", "table"}),
     )  # fmt: skip
-    return WATCHING.CameraWatch(RunWatch(expected), scene.sight, lambda: (scene.view(), ARM), idle)
+    return WATCH.CameraWatch(RunWatch(expected), scene.belief, lambda: (scene.view(), ARM), idle)
 
 
 def reading(number: int) -> Readings:
@@ -156,6 +157,11 @@ def test_what_is_nowhere_stops_a_run_and_is_found_where_it_comes_to_rest(scene: 
 
 def test_two_of_a_kind_are_the_nearest_together() -> None:
     believed, seen = [box("a", 0.5), box("b", 0.6)], [box("box", 0.58), box("box", 0.49), box("box", 0.9)]
-    pairs, new = WATCHING.matched(believed, seen, {"a": "box", "b": "box"})
+    pairs, new = BELIEF.matched(believed, seen, {"a": "box", "b": "box"})
     assert {n: t.pose.position[0] for n, t in pairs.items()} == {"a": 0.49, "b": 0.58}
     assert [t.pose.position[0] for t in new] == [0.9]
+
+
+def test_drawers_are_no_things_of_a_kind() -> None:
+    drawer = replace(box("chest_1_drawer", 0.6), joint=Joint("slide", Pose(), 0.0, 0.2, parent="chest_1_main"))
+    assert BELIEF.kinds_in([drawer, box("box_1_main", 0.5)], ["chest", "box"]) == {"box_1_main": "box"}
