@@ -22,7 +22,7 @@ from msgspec.structs import replace
 from cramlite import Engine, UserError
 from cramlite.base.rate import Rate
 from cramlite.engine.recovery.next_program import attempt_of
-from cramlite.engine.recovery.replanning import Round
+from cramlite.engine.recovery.replanning import BACK, Round
 from cramlite.experiment.benchmark.going_on import _missed
 from cramlite.experiment.benchmark.play import Trial, play
 from cramlite.experiment.benchmark.protocol import connect
@@ -189,14 +189,19 @@ def test_where_a_thing_comes_and_nothing_has_moved_the_same_program_is_finished(
     assert [p.parent for p in folder.rglob("scene.xml")] == [folder], "the scene's file is read once"
 
 
-@pytest.mark.parametrize(("task", "outcome", "missed"), [(0, "finished", True), (2, "finished", False), (0, "noticed", False)])
+@pytest.mark.parametrize(
+    ("task", "outcome", "back", "missed"),
+    [(0, "finished", False, True), (2, "finished", False, False), (0, "noticed", False, False), (2, "finished", True, True)],
+)
 def test_a_program_that_ended_short_of_its_goal_is_noticed(
-    task: int, outcome: str, missed: bool, tmp_path: Path, small: BenchmarkExperiment
+    task: int, outcome: str, back: bool, missed: bool, tmp_path: Path, small: BenchmarkExperiment
 ) -> None:
-    """The block still stands beside the tray; of a goal without words nobody knows whether it holds."""
+    """The block still stands beside the tray; of a goal without words nobody knows whether it holds, and the way back was none to it."""
     base = good()
     assert base.rollout is not None
-    done = Round(attempt_of(base, base.world), replace(base.rollout, outcome=outcome))
+    attempt = attempt_of(base, base.world)
+    attempt = replace(attempt, code=replace(attempt.code, origins={1: BACK})) if back else attempt
+    done = Round(attempt, replace(base.rollout, outcome=outcome))
     benchmark = connect(small.beside(small.spec.benchmark), None)
     benchmark.reset("watched", task, 0)
     notice = _missed(benchmark, Engine.with_plugins(PluginChoice((small.beside(small.spec.plugins[0]),))), done, tmp_path)
