@@ -23,7 +23,7 @@ from cramlite_plugins.benchmarks.benchmark_scene import scene_model, scene_setti
 from .camera_watch import EVERY, CameraWatch
 from .connection import Libero
 from .panda import library
-from .picture_belief import PictureBelief, kinds_in
+from .picture_belief import PictureBelief, kinds_in, with_looks
 from .placed_kinds import Placed, files_of, scene_of
 from .sight import again, around, located, pictured, seen
 
@@ -146,7 +146,9 @@ class LiberoByCamera(Libero):
     def _understood(self, setting: Setting) -> list[str]:
         knowledge = self.engine.knowledge
         x, y, _ = self.camera.position
-        self.goals = list(understand(self.sentence, setting.symbolic(knowledge.taxonomy), knowledge, f"{x:.3f}, {y:.3f}").goals)
+        scene = setting.symbolic(knowledge.taxonomy)
+        scene = replace(scene, world=with_looks(scene.world, kinds_of(library_folder())))
+        self.goals = list(understand(self.sentence, scene, knowledge, f"{x:.3f}, {y:.3f}").goals)
         return self.goals
 
     def _look_again(self) -> None:

@@ -196,6 +196,14 @@ def _there(thing: Thing, believed: Iterable[Thing]) -> bool:
     return any(off(t, thing) <= MOVED for t in believed)
 
 
+def with_looks(world: World, kinds: Sequence[Thing]) -> World:
+    """Return a scene that was written of kinds, with the words for each kind's looks, and for those of furniture's parts."""
+    named = {k.name: k for k in kinds}
+    by_length = sorted(named, key=len, reverse=True)
+    looks = {t.name: next((named[k].looks for k in by_length if t.name.startswith(f"{k}_")), t.looks) for t in world.things}
+    return replace(world, things=tuple(replace(t, looks=looks[t.name]) for t in world.things))
+
+
 def kinds_in(things: Iterable[Thing], kinds: Sequence[str]) -> dict[str, str]:
     """Return the kind of each movable thing of a scene that was written of kinds: its name begins with it, longest first. Drawers and
     doors are furniture."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ...base.value import Value
 from ..geometry import Vector3
+from .looks import Looks
 
 
 class KnownKind(Value):
@@ -19,6 +20,7 @@ class KnownKind(Value):
         joints: names and ranges, in words.
         up: the direction that usually points up, in words, and who says so.
         notes: what was changed.
+        looks: words for its shape and colours.
         kept: whether the library had it already, from the same files.
     """
 
@@ -33,6 +35,7 @@ class KnownKind(Value):
     up: str = ""
     notes: tuple[str, ...] = ()
     kept: bool = False
+    looks: Looks = Looks()
 
 
 class BuiltLibrary(Value):

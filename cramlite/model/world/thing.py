@@ -13,6 +13,7 @@ from ...base.value import Value
 from ..geometry import Pose, Vector3
 from .joint import Joint
 from .kind_joint import KindJoint
+from .looks import Looks
 
 
 class Contact(Value):
@@ -168,6 +169,7 @@ class Thing(Value):
         parts: things of which a model with joints consists, in its frame, the fixed one first and each after its carrier; () for a thing
             that is one piece.
         notes: what was changed or concluded when the thing was made, for people: a mesh that was closed, a hole found.
+        looks: words for its shape and colours, where its model tells them.
     """
 
     name: str
@@ -184,6 +186,7 @@ class Thing(Value):
     filling: Filling | None = None
     max_grip_force: float | None = None
     parts: tuple[Thing, ...] = ()
+    looks: Looks = Looks()
 
     @property
     def least_friction(self) -> float:

@@ -9,9 +9,23 @@ from typing import Any
 import yaml
 from pydantic import Field, ValidationError
 
+from cramlite.model import Looks
 from cramlite.plugin import Mass, Spec, UserError, explain_validation, load_yaml
 
-HEAD = "# Known kinds, written by 'cramlite library add'. type, mass, fixed and up may be edited.\nmodels:\n"
+HEAD = "# Known kinds, written by 'cramlite library add'. type, mass, fixed, up and looks may be edited.\nmodels:\n"
+
+
+class Called(Spec):
+    """Words by which people may call an object model, beside its name, as ``Looks`` has them."""
+
+    nouns: tuple[str, ...] = ()
+    colours: tuple[str, ...] = ()
+    marks: tuple[str, ...] = ()
+
+    @property
+    def value(self) -> Looks:
+        """Return the words."""
+        return Looks(self.nouns, self.colours, self.marks)
 
 
 class Entry(Spec):
@@ -23,6 +37,7 @@ class Entry(Spec):
         mass: [kg]; None for the one of its shape.
         fixed: furniture.
         up: direction of its frame that usually points up; None where its shape says which.
+        looks: words by which people may call it, beside its name.
         made_from: digest of the files that it was made from.
         told: what was printed of it when it was made.
     """
@@ -33,6 +48,7 @@ class Entry(Spec):
     mass: Mass | None = None
     fixed: bool = False
     up: str | None = None
+    looks: Called = Called()
     made_from: str = ""
     told: dict[str, Any] = Field({})
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from .entries import Entry
     from .mjcf_kind import Draft
 
-VERSION = 5
+VERSION = 6
 """Version of the files of a library; another version makes its kinds anew."""
 FILE = "library.yaml"
 
@@ -82,7 +82,7 @@ def _added(
     draft = _draft(name, path, *options[:2])
     kind = _told(name, path, draft, options[2])
     library.mkdir(parents=True, exist_ok=True)
-    from .entries import Entry
+    from .entries import Called, Entry
     from .look import write
     from .parts import write_looks
 
@@ -90,7 +90,7 @@ def _added(
     write(draft.mesh, library / f"{name}.glb")
     told = json.decode(json.encode(kind))
     entry = Entry(thing=f"{name}.json", look=f"{name}.glb", type=draft.thing.type, fixed=draft.thing.mass is None,
-                  up=options[2] or None, made_from=digest, told=told)  # fmt: skip
+                  up=options[2] or None, looks=Called(**told["looks"]), made_from=digest, told=told)  # fmt: skip
     return kind, entry
 
 
@@ -106,13 +106,14 @@ def _draft(name: str, path: Path, scale: float, density: float) -> Draft:
 
 def _told(name: str, path: Path, draft: Draft, up: str) -> KnownKind:
     from .attitudes import said, upward
+    from .looks import looks_of
 
     extents = tuple(round(float(v), 5) for v in draft.mesh.extents)
     guesses = upward(draft.mesh)
     guess = " or ".join(f"{said(u)} ({100 * s:.0f} %)" for u, s in guesses[:3])
     usual = f"{up}, as was said" if up else f"{guess}, by its shape"
     return KnownKind(name, str(path), extents, len(draft.mesh.faces), draft.printed, draft.thing.mass, draft.mass,  # type: ignore[arg-type]
-                     draft.joints, usual, draft.notes)  # fmt: skip
+                     draft.joints, usual, draft.notes, looks=looks_of(draft.mesh, up, loose=draft.thing.mass is not None))  # fmt: skip
 
 
 def _digest(path: Path, options: tuple[float, float, str]) -> str:
