@@ -79,7 +79,8 @@ def _kind(kind: KnownKind) -> list[str]:
     lines = [head, f"  mass {weight}; up {kind.up}"]
     if kind.joints:
         lines.append(f"  joints: {', '.join(kind.joints)}; recognised at any of their values")
-    words = [", ".join(w) for w in (kind.looks.nouns, kind.looks.colours) if w]
-    if words:
-        lines.append(f"  sentences may call it: {'; '.join(words)}{f', with {', '.join(kind.looks.marks)} on it' if kind.looks.marks else ''}")
+    called = [", ".join(words) for words in (kind.looks.nouns, kind.looks.colours) if words]
+    if called:
+        marks = f", with {', '.join(kind.looks.marks)} on it" if kind.looks.marks else ""
+        lines.append(f"  sentences may call it: {'; '.join(called)}{marks}")
     return [*lines, *(f"  {note}" for note in kind.notes)]

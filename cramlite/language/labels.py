@@ -18,6 +18,7 @@ from .english import (
     GENERAL,
     MATERIALS,
     PACKAGES,
+    QUALITIES,
     REGIONS,
     SHADES,
     SIDES,
@@ -87,7 +88,7 @@ class Labels(Value, dict=True):
         named |= {w for c in self.of.values() for w in c.words}
         classes = {w for label in self.scene.taxonomy.labels for w in label}
         synonyms = {w for group in self.scene.taxonomy.synonyms for labels in group for label in labels for w in label}
-        return frozenset(named | classes | synonyms | set(COLOURS) | set(SHADES) | PACKAGES | GENERAL | REGIONS)
+        return frozenset(named | classes | synonyms | set(COLOURS) | set(SHADES) | PACKAGES | GENERAL | REGIONS | QUALITIES)
 
     @cached_property
     def _calling(self) -> frozenset[str]:
@@ -107,7 +108,7 @@ class Labels(Value, dict=True):
         if not said:
             return 5
         for level, heads in ((5, called.names), (4, called.heads), (3, called.kinds), (2, called.synonyms)):
-            if any(said[k:] in heads and self._describe(name, said[:k]) for k in range(len(said))):
+            if any(said[k:] in heads and self._describe(name, self._known(said[:k], said[k:])) for k in range(len(said))):
                 return level
         if said[-1] in PACKAGES and self._unspecific(name) and len(said) > 1:
             return self.fits(name, tuple(w for w in said[:-1]))
@@ -135,6 +136,11 @@ class Labels(Value, dict=True):
     def unknown(self, words: Words) -> Words:
         """Return those of some words that name nothing in the scene or in the ontologies."""
         return tuple(w for w in words if not {w, singular(w)} & self.vocabulary and not re.fullmatch(r"[\d/_]+", w))
+
+    def _known(self, words: Words, head: Words) -> Words:
+        """Return adjectives without those qualities that no thing called so is known to have: they tell nothing."""
+        alike = {w for c in self.of.values() if head in c.names | c.heads | c.kinds | c.synonyms for w in c.words}
+        return tuple(w for w in words if w not in QUALITIES or w in alike)
 
     def _describe(self, name: str, words: Iterable[str]) -> bool:
         """Check whether words before a noun are true of a thing; an unknown colour counts as true."""
@@ -166,7 +172,7 @@ class Labels(Value, dict=True):
             words |= parent.words | {w for head in (*parent.names, *parent.heads) for w in head}
         colours = ({*own} | {w for h in (*names, *heads) for w in h if len(h) == 1}) & set(COLOURS)
         if not colours & {*own}:
-            colours = {c for c in (colour_of(thing),) if c} or colours
+            colours = {c for c in ("" if thing.looks.colours else colour_of(thing),) if c} or colours
         return Called(frozenset(names), frozenset(heads), frozenset(kinds), frozenset(synonyms), frozenset(words), frozenset(colours))
 
 

@@ -57,6 +57,8 @@ class Places:
             if len(regions) > 1 and not noun.several:
                 raise Refusal(OPEN, f"'{noun.said}' may be {listed(regions)}; say which") from refused
             return Referents(noun.said, tuple(regions))
+        if themes and "AMOUNT" not in phrase.form and all(self.leaves(phrase, themes[0], n) for n in found.names):
+            return found
         words = ("in",) if {*phrase.form.split()} & INWARD else words
         chosen = tuple(self._chosen(name, noun, words) for name in found.names)
         return replace(found, names=chosen)
@@ -269,7 +271,9 @@ class Places:
         needless = self._its.needless
         others = self._its.things(link.nouns[0], lambda n: n != theme, mentions).names
         self._its.needless = needless  # "behind the jug on the counter" says where
-        if len(others) == 1 and self._its.holds(("on",), theme, others[0]) and not self._its.scene.world.thing(others[0]).movable:
+        if on and others == (on,):
+            raise Refusal(FALSE, f"{theme} cannot be on {on} and {' '.join(link.words)} it")
+        if not on and len(others) == 1 and self._its.holds(("on",), theme, others[0]) and not self._its.scene.world.thing(others[0]).movable:
             raise Refusal(FALSE, f"{theme} is on {others[0]}, and no goal can name a side of it; say next to which thing {theme} shall be")
         if len(others) != 1:
             raise Refusal(OPEN, f"'{link.nouns[0].said}' are {listed(list(others), 'and')}; say next to which one")

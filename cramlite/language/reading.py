@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
 from ..model.entity_name import thing_of
-from .english import TOP_WORD
+from .english import ANYTHING, TOP_WORD
 from .meanings import ASIDES, OR, Literal, Meanings, Row
 from .mentions import Mentions, Referents
 from .nouns import RANKED, spoken
@@ -144,6 +144,7 @@ class Reading:
             return []
         phrase = clause.phrases[0]
         themes = self._themes(clause, phrase)
+        self._mention_described(clause.theme)
         if clause.theme.words:
             self._mentions = replace(self._mentions, words=clause.theme.words, earlier=self._mentions.words)
         if clause.place is None:
@@ -151,12 +152,36 @@ class Reading:
             self._mention(clause, themes.names, (), some=themes.some)
             return rows
         if clause.relation == "phrase":
-            themes = self._without_carried(clause, themes)
-            places = self._places.at(clause.place, clause.words, phrase, themes.names, self._mentions)
+            themes = self._without_place(clause, self._without_carried(clause, themes))
+            places = self._place_of(clause, clause.place, phrase, themes)
             rows = self._placed(clause, phrase, themes, places)
             self._mention(clause, themes.names, places.names, some=themes.some)
             return rows
         return self._spots(clause, themes)
+
+    def _mention_described(self, noun: Noun) -> None:
+        """Remember the things by which a noun phrase describes its own, for later pronouns: the basket of "the can nearest to the
+        basket"."""
+        for other in (n for link in noun.links for n in link.nouns if not n.pronoun and not link.denied):
+            try:
+                named = self._its.pool(other, lambda _: True, self._mentions)
+            except Refusal:  # a part of the thing, such as its handle
+                continue
+            if len(named) == 1:
+                its = self._mentions
+                self._mentions = replace(its, themes=(*its.themes, ()), places=(*its.places, tuple(named)))
+
+    def _place_of(self, clause: Clause, place: Noun, phrase: GoalPhrase, themes: Referents) -> Referents:
+        """Return the place of a request; a pronoun that tells it may mean the things that are put there, if it means nothing that was
+        named before: "the cup on the plate nearest to it"."""
+        its = self._mentions
+        try:
+            return self._places.at(place, clause.words, phrase, themes.names, its)
+        except Refusal:
+            if not any(n.pronoun for link in place.links for n in link.nouns):
+                raise
+            now = replace(its, themes=(*its.themes, themes.names), places=(*its.places, ()))
+            return self._places.at(place, clause.words, phrase, themes.names, now)
 
     def _without_carried(self, clause: Clause, themes: Referents) -> Referents:
         """Return the things that a pronoun refers to, except a thing that an earlier clause of the sentence
@@ -165,6 +190,16 @@ class Reading:
         put = {t for group, places in before for t in group if {*places} & {*themes.names}}
         left = tuple(n for n in themes.names if n not in put)
         return replace(themes, names=left) if clause.theme.pronoun and left else themes
+
+    def _without_place(self, clause: Clause, themes: Referents) -> Referents:
+        """Return the things that "everything" means, except the place where it shall go."""
+        if clause.theme.words != ANYTHING or clause.theme.quantity != "all" or clause.place is None or clause.place.pronoun:
+            return themes
+        try:
+            places = self._its.pool(clause.place, lambda _: True, self._mentions)
+        except Refusal:
+            return themes
+        return replace(themes, names=tuple(n for n in themes.names if n not in places) or themes.names)
 
     def _together(self, clause: Clause) -> list[Row]:
         """Return the goals for several things that shall stand side by side: each further thing next to the
@@ -193,7 +228,26 @@ class Reading:
             alone = clause.place is None and not clause.amount
             return phrase.about(things.thing(name)) and (not alone or meaningful(phrase, self._its, name))
 
-        return self._its.things(clause.theme, about, self._mentions)
+        try:
+            return self._its.things(clause.theme, about, self._mentions)
+        except Refusal as refused:
+            left = [] if refused.rank != OPEN or clause.theme.members or clause.theme.pronoun else self._changed(clause, phrase, about)
+            if len(left) != 1:
+                raise
+            return Referents(clause.theme.said, tuple(left))
+
+    def _changed(self, clause: Clause, phrase: GoalPhrase, about: Callable[[str], bool]) -> list[str]:
+        """Return those of the things that a noun phrase may mean for which a request would change something: the open one of the drawers
+        to be closed, the bowl on the stove of those to be taken off it."""
+        if clause.denied or clause.told or clause.given or clause.theme.several or clause.theme.quantity != "the":
+            return []
+        found = self._its.pool(clause.theme, about, self._mentions)
+        if clause.place is None:
+            return [n for n in found if not self._its.so(phrase.meaning, n)] if len(found) > 2 else []  # the odd one out
+        if clause.place.pronoun or clause.relation != "phrase":
+            return []
+        places = self._its.pool(clause.place, lambda n: n not in found, self._mentions)
+        return [n for n in found if any(self._places.leaves(phrase, n, p) and self._its.anywhere(n, p) for p in places)]
 
     def _unary(self, clause: Clause, phrase: GoalPhrase, themes: Referents) -> list[Row]:
         amount = (clause.amount,) if clause.amount else ()

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from .frames import Frames
     from .space import Space
 
+SIDEWAYS = ("left of", "right of", "in front of", "behind", *AXES)
+"""Relations that mean a direction from another thing."""
 About = Callable[[str], bool]
 FILTERS = (
     *("phrase", "of", "with", "under", "state", "colour", "left of", "right of", "in front of", "behind", "between", "at", "except"),
@@ -106,8 +108,15 @@ class Resolver:
             if not kept:
                 raise Refusal(FALSE, f"'{noun.said}' is not in the scene: {self._not_so(found, noun, link)}")
             self.needless += len(kept) == len(found)
-            found = kept
+            found = kept if noun.several else self._straight(kept, link, mentions)
         return found
+
+    def _straight(self, names: list[str], link: Link, mentions: Mentions) -> list[str]:
+        """Return, of several things on one side of another, those that are rather straight there than askew; all if none or each is."""
+        if link.relation not in SIDEWAYS or link.denied or len(names) < 2:
+            return names
+        others = self.pool(link.nouns[0], _anything, mentions)
+        return [n for n in names if any(n != o and self.space.straight(n, link.relation, o) for o in others)] or names
 
     def holds(self, preposition: Words, thing: str, place: str, *, parts: bool = True) -> bool:
         """Check whether a thing is at a place in the sense of a preposition; with ``parts``, contents of a part are contents
@@ -140,6 +149,11 @@ class Resolver:
     def _called(self, noun: Noun, about: About, mentions: Mentions) -> list[str]:
         """Return the things that fit the words of a noun phrase."""
         every = [n for n in self.labels.of if not (noun.other and n in mentions.every)]
+        if noun.elided and noun.words and not any(self.labels.fits(n, noun.words) and about(n) for n in every):
+            for before in (mentions.words, mentions.earlier, mentions.where):
+                kind = replace(noun, words=(*noun.words, *before[-1:]), elided=False)
+                if before and any(self.labels.fits(n, kind.words) > 1 and about(n) for n in every):
+                    return self._called(kind, about, mentions)
         if not noun.words:
             words = mentions.words[-1:] if noun.other else mentions.words
             found = [n for n in every if self.labels.fits(n, words) > 1 and about(n)] if words else []
@@ -213,6 +227,8 @@ class Resolver:
             return self._without(names, link, mentions)
         if link.relation == "with" and (having := self._having(names, link.nouns[0])):
             return having
+        if link.relation == "with" and (marked := self._marked(names, link.nouns[0])):
+            return marked
         others = tuple(self.pool(link.nouns[0], _anything, mentions))
         if link.relation == "same":
             return [n for n in names if n in others]
@@ -237,6 +253,16 @@ class Resolver:
         word = noun.words[-1:]
         its = {n: self.scene.world.thing(n).features for n in names}
         return [n for n, features in its.items() if word and any(word[0] in words_of(local_name(f.type)) for f in features)]
+
+    def _marked(self, names: list[str], noun: Noun) -> list[str]:
+        """Return those of the named things that have the colours of a part that is no thing here, such as "the green cap"."""
+        colours = {*normal(noun.words)} & {*COLOURS}
+        if not colours or self.labels.calls(noun.words[-1]):
+            return []
+        return [n for n in names if colours <= self.labels.of[n].colours | {*self.scene.world.thing(n).looks.colours, *self._marks(n)}]
+
+    def _marks(self, name: str) -> tuple[str, ...]:
+        return self.scene.world.thing(name).looks.marks
 
     def _hollow(self, place: str) -> bool:
         """Check whether a thing, or a part that is mounted on it by a joint, has a cavity."""

@@ -186,6 +186,11 @@ class Space:
         ahead = dx * x + dy * y
         return ahead > MARGIN and ahead > abs(dx * y - dy * x) / 2
 
+    def straight(self, name: str, relation: str, other: str) -> bool:
+        """Check whether a thing is within 45 degrees of the direction from another one that a relation such as "behind" means."""
+        (x, y), (dx, dy) = self.towards(relation), self._off_from(name, other)
+        return dx * x + dy * y >= abs(dx * y - dy * x)
+
     def _off_from(self, name: str, other: str) -> Plane:
         (x, y, _), (a, b, _) = centre(self._boxes[name]), centre(self._boxes[other])
         return x - a, y - b

@@ -204,7 +204,7 @@ somewhere, whatever the place is."""
 BRING = (
     f"{PUT}|insert|throw|toss|store|stow|pack|tuck|slip|drop_off|dump|slot|file|load|shove|stash|stack|pile|balance|rack|hang|"
     "hang_up|mount|seat|perch|serve|sit|house|plop|plunk|park|plant|squeeze|lower|tidy|put_away|put_up|stack_up|pile_up|chuck|fling|sling|lob|"
-    "hurl|pitch|cast|bung|sweep|scoop|cram|jam|wedge|stuff|ram|dunk|dip|nestle|install|lodge|situate|settle|bin|box|shelve|fit|plonk|ditch|"
+    "hurl|pitch|nest|cast|bung|sweep|scoop|cram|jam|wedge|stuff|ram|dunk|dip|nestle|install|lodge|situate|settle|bin|box|shelve|fit|plonk|ditch|"
     "hide|secure|keep|home|land|roll|drop_down|pop_down|lay_out|set_out|sort|line_up|group|combine|build|assemble|clear|add|tidy_away|"
     "clear_away|rest_up|prop|lean|station|set_up|transplant|dispose_of|discard|toss_away|throw_away|"
     "gather_up|collect_up|round_up|unstack|scoop_up|lift_up|take_up|move_up|bring_up|carry_up"
@@ -297,7 +297,7 @@ OPENED = (
     ),
     GoalPhrase(
         "THING turned on", partial(_turned, on=True),
-        asked=(START, f"{TURN} THING on|to_on|to_the_on_position|to_the_on_state|in_its_on_position"), about=_jointed
+        asked=(START, "get|set THING going|running", f"{TURN} THING on|to_on|to_the_on_position|to_the_on_state|in_its_on_position"), about=_jointed
     ),
 )  # fmt: skip
 SHUT = (
