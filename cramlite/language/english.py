@@ -142,7 +142,7 @@ SHADES: Mapping[str, str] = _by_word("shades")
 """Synonym of a colour word -> the colour word."""
 MATERIALS: Mapping[str, str] = _TABLES["materials"]
 """Adjective of a material, such as "wooden" -> the noun."""
-QUALITIES = frozenset(map(lambda w: MATERIALS.get(w, w), _set("qualities")))
+QUALITIES = frozenset(MATERIALS.get(word, word) for word in _set("qualities"))
 """Adjectives of material, pattern and form, which say nothing of a thing of which they are not known."""
 UNCOLOURED = _set("uncoloured")
 """Words within a phrase of colours that are no colour, such as "and" and "coloured"."""

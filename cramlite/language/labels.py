@@ -119,6 +119,11 @@ class Labels(Value, dict=True):
         named = any(w in called.words and w not in COLOURS for w in said)
         return 1 if named and self._describe(name, said) else 0
 
+    def is_called(self, name: str, words: Words) -> bool:
+        """Check whether words are a name of a thing, or of a class of it, as a whole."""
+        called = self.of[name]
+        return bool(words) and normal(words) in called.names | called.heads | called.synonyms
+
     def describes(self, name: str, words: Words) -> bool:
         """Check whether adjectives are true of a thing and include all its colours."""
         return self._describe(name, normal(words)) and self.exact(name, words)

@@ -48,6 +48,8 @@ class Places:
             return self._origin(noun, phrase, others[0] if noun.pronoun == "vacated" and others else themes)
         if noun.pronoun:
             return self._before(noun, words, phrase, themes, mentions)
+        if noun.elided and not noun.words and {*mentions.where} & REGIONS:  # "in the right compartment, ... in the left one"
+            noun = replace(noun, words=mentions.where)
         try:
             found = self._whole(noun, words, themes, mentions)
         except Refusal as refused:
@@ -273,7 +275,8 @@ class Places:
         self._its.needless = needless  # "behind the jug on the counter" says where
         if on and others == (on,):
             raise Refusal(FALSE, f"{theme} cannot be on {on} and {' '.join(link.words)} it")
-        if not on and len(others) == 1 and self._its.holds(("on",), theme, others[0]) and not self._its.scene.world.thing(others[0]).movable:
+        fixed = len(others) == 1 and not self._its.scene.world.thing(others[0]).movable
+        if fixed and not on and self._its.holds(("on",), theme, others[0]):
             raise Refusal(FALSE, f"{theme} is on {others[0]}, and no goal can name a side of it; say next to which thing {theme} shall be")
         if len(others) != 1:
             raise Refusal(OPEN, f"'{link.nouns[0].said}' are {listed(list(others), 'and')}; say next to which one")

@@ -13,7 +13,7 @@ from ..model.world.colour_words import COLOURS
 from ..ontology.foundation import BEARS
 from ..ontology.prefixes import local_name
 from ..ontology.taxonomy import words_of
-from .english import ANYTHING, INWARD, ORDINALS, PACKAGES, REGIONS, ROBOT, VIEWER, singular
+from .english import ANYTHING, INWARD, ORDINALS, PACKAGES, REGIONS, ROBOT, SIZES, VIEWER, Words, singular
 from .labels import Labels, normal
 from .mentions import Mentions, Referents
 from .nouns import RANKED
@@ -23,7 +23,6 @@ from .tree import UTMOST, Link, Noun
 
 if TYPE_CHECKING:
     from ..interpretation.fluents import Fact, GoalCondition, SymbolicWorld
-    from .english import Words
     from .frames import Frames
     from .space import Space
 
@@ -158,6 +157,8 @@ class Resolver:
             words = mentions.words[-1:] if noun.other else mentions.words
             found = [n for n in every if self.labels.fits(n, words) > 1 and about(n)] if words else []
             return found or [n for n in every if self.scene.world.thing(n).movable and about(n)]
+        if named := [n for n in every if self.labels.is_called(n, _with_size(noun)) and about(n)]:
+            return named
         fits = {n: self.labels.fits(n, noun.words) for n in every}
         if {*normal(noun.words)} & {*COLOURS}:  # the white mug is not the white and yellow one
             every = [n for n in every if fits[n] > 1 and self.labels.exact(n, noun.words)] or every
@@ -445,6 +446,14 @@ class Resolver:
         if not found or (noun.count and len(found) != noun.count):
             raise Refusal(OPEN, f"'{noun.said}' refers to nothing named before for which the request makes sense; name the thing")
         return Referents(noun.said, found)
+
+
+def _with_size(noun: Noun) -> Words:
+    """Return what a thing is called together with the size before it, which may be its name: "small dish"; () without a size."""
+    said = tuple(noun.said.split())
+    end = said.index(noun.words[-1]) + 1 if noun.size and noun.words[-1] in said else 0
+    begin = next((k for k in range(end) if said[k] in SIZES), end)
+    return said[begin:end]
 
 
 def _anything(_name: str) -> bool:

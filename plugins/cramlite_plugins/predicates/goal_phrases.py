@@ -297,7 +297,9 @@ OPENED = (
     ),
     GoalPhrase(
         "THING turned on", partial(_turned, on=True),
-        asked=(START, "get|set THING going|running", f"{TURN} THING on|to_on|to_the_on_position|to_the_on_state|in_its_on_position"), about=_jointed
+        asked=(
+            START, "get|set THING going|running", f"{TURN} THING on|to_on|to_the_on_position|to_the_on_state|in_its_on_position",
+        ), about=_jointed
     ),
 )  # fmt: skip
 SHUT = (

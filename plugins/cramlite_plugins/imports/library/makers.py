@@ -39,7 +39,8 @@ def maker(name: str, entry: Entry, folder: Path) -> ModelMaker:
         look = MeshFile(str(folder / entry.look), 1.0, _direction(entry.up), thing.mesh.joints if thing.mesh else ())
         inertia = None if weight is None or thing.inertia is None or not thing.mass else _scaled(thing.inertia, weight / thing.mass)
         parts = tuple(_with_look(p, folder) for p in thing.parts) if still else ()
-        made = replace(thing, name=name, pose=pose, type=entry.type, mass=weight, inertia=inertia, mesh=look, parts=parts, looks=entry.looks.value)
+        made = replace(thing, name=name, pose=pose, type=entry.type, mass=weight, inertia=inertia, mesh=look, parts=parts)
+        made = replace(made, looks=entry.looks.value)
         return made.at_joints({n: _at(made, n, value) for n, value in (joints or {}).items()})
 
     return ModelMaker(name, make, product=True)
