@@ -72,6 +72,7 @@ if TYPE_CHECKING:
     from .world.known_kind import BuiltLibrary as BuiltLibrary, KnownKind as KnownKind
     from .run.judging_limits import JudgingLimits as JudgingLimits
     from .linkage import Linkage as Linkage
+    from .world.colour_words import colour_words as colour_words
     from .world.looks import Looks as Looks
     from .motion_words import (
         ExpectedContact as ExpectedContact,

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from cramlite.model import Floats, Looks
-from cramlite.model.world.colour_words import colour_words
+from cramlite.model import Floats, Looks, colour_words
 
 SAMPLES = 6000
 """Number of points of the surface whose colours are looked at."""
@@ -71,7 +70,8 @@ def _nouns(mesh: Any, points: Floats, up: str) -> Iterator[str]:
     axis = "xyz".index(up[-1]) if up else int(np.argmax(size))
     sides, radii = np.delete(size, axis), _radii(points, axis, up.startswith("-"))
     slim = size[axis] / sides.max()
-    if radii[: SLICES // 2].min() > 1 - NECK and radii[-2:].max() < NECK and slim >= SLIM:
+    ways = [radii] if up else [radii, radii[::-1]]
+    if slim >= SLIM and any(way[: SLICES // 2].min() > 1 - NECK and way[-2:].max() < NECK for way in ways):
         yield "bottle"
     elif sides.min() >= ROUND * sides.max() and radii.min() >= ROUND and CAN[0] <= slim <= CAN[1]:
         yield "can"
