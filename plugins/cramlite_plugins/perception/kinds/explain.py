@@ -174,6 +174,7 @@ PARAMETERS = (
     Parameter("yaws", 8, "coarse poses of each model whose print is compared"),
     Parameter("tried", 6, "times as many poses of a model whose other parts may be hidden: many fit, few are possible"),
     Parameter("started", 0.5, "of the best model's score by shape after the first stage, below which a model is not refined"),
+    Parameter("half", 0.5, "of a pose's score, above which a turn of it is registered: a can turned by 180 deg about its box has 0.6"),
     Parameter("as_well", 0.85, "of a pose's score, above which shape does not tell a turn of it"),
     Parameter("missing_m", 0.07, "half of a carton may be hidden, by others or by itself"),
     Parameter("excess_m", 0.035, "the box around a leaning thing is larger than the thing"),

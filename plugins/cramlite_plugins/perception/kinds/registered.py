@@ -27,6 +27,8 @@ from .standing import as_high, standing_at
 
 STEP = 10
 """Step of the turns about the vertical that are compared by their print [deg]: a letter of 10 mm on a can is 15 deg wide."""
+TURNED = RegistrationStage(points=200, iterations=3, reach=(0.010, 0.006), beside=0.5, slack=0.003, outline=200, weight=0.5)
+"""Stage in which turned poses are registered: the middle of a nearly round thing's box is some millimetres beside its axis."""
 FEWER = 60
 """Points of a model by which impossible poses are left out at first."""
 
@@ -183,15 +185,19 @@ def _turned(scene: Scene, seen: tuple[Floats32, Outline], model: PoseModel, pose
     """A pose of a model, and the turned poses (by a symmetry or about the vertical) that fit the picture nearly as
     well, with their scores.
 
-    Of nearly round things many turns fit.
+    Of nearly round things many turns fit. Since they are not quite round, those that fit by half are registered before they are compared.
     """
     centre = pose.apply(model.centre)
     there, back = Pose(tuple(centre)), Pose(tuple(-centre))
     yaws = [there * Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(a))) * back * pose for a in range(STEP, 360, STEP)]
-    poses = [pose, *yaws, *(pose * s for s in model.symmetries[1:9])]
-    scores = _scored(model, seen, pose_batch(scene, poses), 300).score
+    begun = pose_batch(scene, [pose, *yaws, *(pose * s for s in model.symmetries[1:9])])
+    scores = _scored(model, seen, begun, 300).score
+    nearly = np.flatnonzero(scores[1:] >= scene.limits["half"] * scores[0]) + 1
+    turned = begun.pick([0]).joined(register(model, seen[0], begun.pick(nearly), TURNED, seen[1]))
+    scores = _scored(model, seen, turned).score
     kept = np.flatnonzero(scores >= scene.limits["as_well"] * scores[0])
-    return [poses[k] for k in kept], np.asarray(scores[kept], dtype=float)
+    poses = [h.pose for h in posed(scene, turned.pick(kept))]
+    return [pose, *poses[1:]], np.asarray(scores[kept], dtype=float)
 
 
 def pose_batch(scene: Scene, poses: Sequence[Pose]) -> PoseBatch:

@@ -61,13 +61,13 @@ class Outline(Value, eq=False, dict=True):
 
     @cached_property
     def _hiding(self) -> Floats32:
-        """Least depth [m] of anything but the object, at each pixel and those next to it.
+        """Least depth [m] of anything but the object, at each pixel and those next to it; of a gap in the depth, at both its ends.
 
         A depth image has gaps at the edges of an occluder, so the occluder may be seen in the next pixel
-        only.
+        only; beside it is a shadow without depth, which one of a stereo camera's two eyes does not see.
         """
         others = np.where(self.mask | np.isnan(self.depth), np.inf, self.depth)
-        return np.asarray(ndimage.minimum_filter(others, 3), dtype=np.float32)
+        return _across(np.asarray(ndimage.minimum_filter(others, 3), dtype=np.float32), np.isnan(self.depth))
 
     def hidden(self, flat: NDArray[np.int64], depth: Floats32) -> Mask:
         """Check which points of the object are hidden: their pixels show another thing that is at least as near, or are unsure.
@@ -129,10 +129,19 @@ class Outline(Value, eq=False, dict=True):
 
 
 def _unsure(depth: Floats32, own: Mask, edges: Mask) -> Mask:
-    """Pixels at edges of depth beside a mask, and gaps without depth among these and the mask's pixels."""
-    beside = edges & ndimage.binary_dilation(own, np.ones((3, 3)))
+    """Pixels at edges of depth, or without depth, beside a mask, and gaps without depth among these and the mask's pixels."""
+    beside = (edges | np.isnan(depth)) & ndimage.binary_dilation(own, np.ones((3, 3)))
     closed = ndimage.binary_closing(own | beside, np.ones((3, 3)), GAP)
     return np.asarray(~own & (beside | (closed & np.isnan(depth))))
+
+
+def _across(least: Floats32, gap: Mask) -> Floats32:
+    """Give each pixel of a gap the least value at both ends of its gap in its row, along which stereo cameras compare their pictures."""
+    columns = np.broadcast_to(np.arange(gap.shape[1]), gap.shape)
+    before = np.maximum.accumulate(np.where(gap, 0, columns), axis=1)
+    after = np.minimum.accumulate(np.where(gap, gap.shape[1] - 1, columns)[:, ::-1], axis=1)[:, ::-1]
+    ends = [np.take_along_axis(least, at, axis=1) for at in (before, after)]
+    return np.minimum(least, np.minimum(*ends))
 
 
 def tolerance(depth: Floats32) -> Floats32:
