@@ -79,19 +79,20 @@ def _shown(
     """Numbers of the model's visible points (H,): confirmed by the mask, contradicted by the image, and all of them."""
     which = np.linspace(0, len(model.points) - 1, surface).astype(np.int64)
     points, normals = model.points[which], model.normals[which]
-    facing = (starts.turn @ (middle / np.linalg.norm(middle))) @ normals.T < -0.1
+    facing = -(starts.turn @ (middle / np.linalg.norm(middle))) @ normals.T
+    facing *= facing > 0.1
     seen = starts.turn.transpose(0, 2, 1) @ (points.T - starts.shift[:, :, None])
     _, _, flat, inside = outline.pixels(seen.transpose(0, 2, 1))
-    facing &= outline.in_view(seen.transpose(0, 2, 1))  # what is outside the picture tells nothing
+    facing *= outline.in_view(seen.transpose(0, 2, 1))  # what is outside the picture tells nothing
     z = seen[:, 2]
     on = outline.mask.reshape(-1)[flat] & inside
     measured = outline.depth.reshape(-1)[flat]
     behind = z - measured > 2 * tolerance(z)  # of the object's own surface: the model hides it itself, or it is wrong
     ahead = measured - z > 2 * tolerance(z)
-    denied = facing & ((on & ahead) | (~on & ~outline.hidden(flat, z)))
-    agree, visible = facing & on & ~behind & ~ahead, facing & ~(on & behind)
-    return _count(agree), _count(denied), _count(visible)
+    denied = (on & ahead) | (~on & ~outline.hidden(flat, z))
+    return _sum(facing, on & ~behind & ~ahead), _sum(facing, denied), _sum(facing, ~(on & behind))
 
 
-def _count(mask: Mask) -> Floats32:
-    return np.asarray(np.count_nonzero(mask, axis=1), dtype=np.float32)
+def _sum(area: Floats32, those: Mask) -> Floats32:
+    """Area of those points, seen from the camera: pixels are counted, and a face that the camera grazes has few."""
+    return np.asarray(np.einsum("hn,hn->h", area, those), dtype=np.float32)
