@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 
 from msgspec.structs import replace
+from scipy import ndimage
 
 from cramlite.model import Pose
 
@@ -49,8 +50,11 @@ def _under(scene: Scene, part: Part, near: Sequence[Part]) -> list[Part]:
 
 
 def _on(scene: Scene, part: Part) -> Part | None:
-    """Return the thing that can be moved and explains one of the large pieces of a part of a picture best; None if there is none."""
-    among = pieces(scene.picture.view, part.mask, scene.limits["pixels"])
+    """Return the thing that can be moved and explains one of the large pieces of a part of a picture best; None if there is none.
+
+    Its frayed border is left out: a few pixels there may join two pieces.
+    """
+    among = pieces(scene.picture.view, ndimage.binary_opening(part.mask), scene.limits["pixels"])
     large = [p for p in among if p.sum() >= scene.limits["divided"] * part.mask.sum()]
     found = [read(Region(scene, p)) for p in large] if len(large) > 1 else []
     good = [p for p in found if p.score >= scene.limits["good"] * rarity(p.mask, scene.limits) and p.readings[0].appearance.model.movable]
