@@ -1,4 +1,4 @@
-"""Boxes with a print, one colour a side or a picture, written as mesh files."""
+"""Boxes with a print, one colour a side or a picture, and cans with a label, written as mesh files."""
 
 from __future__ import annotations
 
@@ -33,6 +33,25 @@ def printed_box(path: Path, size: tuple[float, float, float], tiles: tuple[np.nd
         faces += [(4 * k, 4 * k + 1, 4 * k + 2), (4 * k, 4 * k + 2, 4 * k + 3)]
     image = Image.fromarray(np.concatenate(tiles, axis=1))
     material = trimesh.visual.material.SimpleMaterial(image=image)
+    look = trimesh.visual.TextureVisuals(np.array(places), material=material)
+    trimesh.Trimesh(vertices, faces, process=False, visual=look).export(str(path))
+    return path
+
+
+def labelled_can(path: Path, radius: float, height: float, fin: float, label: np.ndarray) -> Path:
+    """Write a can around the z axis, with a fin that stands off it at -x, so that its box's middle is beside its axis; sizes in metres.
+
+    Args:
+        label: (h, w, 3) uint8, around the can.
+    """
+    angles = np.linspace(-np.pi, np.pi, 37)
+    radii = np.where(np.abs(angles) > np.pi - 0.1, radius + fin, radius)
+    ring = np.column_stack([radii * np.cos(angles), radii * np.sin(angles)])
+    vertices = [(*ring[k], z) for z in (-height / 2, height / 2) for k in range(len(ring))] + [(0, 0, height / 2)]
+    n = len(ring)
+    faces = [f for k in range(n - 1) for f in ((k, k + 1, n + k + 1), (k, n + k + 1, n + k), (n + k, n + k + 1, 2 * n))]
+    places = [(k / (n - 1), v) for v in (0.02, 0.98) for k in range(n)] + [(0.5, 0.98)]
+    material = trimesh.visual.material.SimpleMaterial(image=Image.fromarray(label))
     look = trimesh.visual.TextureVisuals(np.array(places), material=material)
     trimesh.Trimesh(vertices, faces, process=False, visual=look).export(str(path))
     return path

@@ -93,3 +93,17 @@ def test_a_gap_without_depth_in_a_thing_denies_nothing() -> None:
     outline = Outline.of(view, mask, np.zeros((60, 60), bool))
     points = np.array([[(c - 29.5) * 0.9 / 60, (r - 29.5) * 0.9 / 60, 0.9] for r, c in (gap, beside)], np.float32)
     assert outline.hidden(outline.pixels(points)[2], points[:, 2]).tolist() == [True, False]
+
+
+def test_what_the_shadow_of_something_nearer_may_hide_denies_nothing() -> None:
+    """Beside what is nearer a stereo camera has no depth; beside the thing itself that is its own shadow, where it is not."""
+    depth = np.full((60, 60), 1.0, np.float32)
+    mask = np.zeros((60, 60), bool)
+    mask[20:30, 20:40] = True
+    depth[mask] = 0.9
+    depth[30:40, 28:40] = 0.8
+    depth[20:40, 12:20] = depth[30:40, 20:28] = np.nan
+    view = View(np.zeros((60, 60, 3), np.uint8), depth, Intrinsics(60.0, 60.0, 29.5, 29.5, 60, 60), Pose(), 0.0)
+    outline = Outline.of(view, mask, np.zeros((60, 60), bool))
+    points = np.array([[(c - 29.5) * 0.9 / 60, (r - 29.5) * 0.9 / 60, 0.9] for r, c in ((35, 24), (25, 16), (25, 19))], np.float32)
+    assert outline.hidden(outline.pixels(points)[2], points[:, 2]).tolist() == [True, False, True]

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers.as_a_user import cramlite
-from helpers.printed_box import printed_box, tiles
+from helpers.printed_box import labelled_can, printed_box, tiles
 
 from cramlite import Engine
 from cramlite.model import Camera, Intrinsics, Pose, Thing, View, World, replace
@@ -23,8 +23,11 @@ from cramlite_plugins.perception.kinds.appearance import _made, appearance_of
 from cramlite_plugins.perception.kinds.explain import PARAMETERS
 from cramlite_plugins.perception.kinds.kept import file_of
 from cramlite_plugins.perception.kinds.possible import possible
-from cramlite_plugins.perception.kinds.reading import Scene
+from cramlite_plugins.perception.kinds.reading import Reading, Scene
+from cramlite_plugins.perception.kinds.region import Region
+from cramlite_plugins.perception.kinds.registered import Ranked, full_readings, pose_batch
 from cramlite_plugins.perception.kinds.samples import sampled
+from cramlite_plugins.perception.kinds.standing import standing as upright
 from cramlite_plugins.simulation.camera.depth_camera import look
 
 SIZE = (0.07, 0.045, 0.11)
@@ -87,6 +90,24 @@ def test_the_print_tells_cartons_of_one_size_and_the_way_round(engine: Engine) -
     for thing, kind in zip(things, ("carton_3", "carton_7"), strict=True):
         metres, degrees = apart(found[kind], thing)
         assert metres < 0.005 and degrees < 6
+
+
+def test_the_label_tells_the_turn_of_a_can_that_is_not_quite_round(tmp_path: Path) -> None:
+    """It is turned about the middle of its box, 3 mm beside its axis, so that its turns fit the picture only once they are registered."""
+    (tmp_path / "tin").mkdir()
+    labelled_can(tmp_path / "tin" / "tin.glb", 0.033, 0.08, 0.006, np.concatenate(tiles(5), axis=1))
+    assert cramlite("library", "add", tmp_path / "tin", "--out", tmp_path / "lib").returncode == 0
+    tin = Engine(models=[tmp_path / "lib"]).knowledge.models["tin"]
+    thing, known = tin.make(name="a_tin", pose=Pose((0.45, 0, 0.04))), appearance_of(tin.make(name="c", pose=Pose()))
+    view = pictured(thing)
+    points = view.world_cloud
+    mask = view.valid & (points[..., 2] > 0.004) & (np.abs(points[..., :2] - (0.45, 0)) < 0.06).all(axis=-1)
+    scene = Scene(Picture.of(view), points, (known,), {p.name: p.default for p in PARAMETERS}, mask)
+    for turn in (60, 120):
+        wrong = Pose.from_rotvec((0.45, 0, 0.04), (0, 0, math.radians(turn)))
+        begun = Ranked(Reading(known, wrong, 0.8, 0.8), pose_batch(scene, [wrong]))
+        found = max(full_readings(Region(scene, mask), begun, upright(known)), key=lambda r: r.score)
+        assert apart(found.pose, thing)[1] < 5
 
 
 def test_the_best_pose_by_print_is_that_of_all_poses(engine: Engine) -> None:
