@@ -277,8 +277,9 @@ class Resolver:
             loosely = taken or ({*link.words} <= INWARD and not self._hollow(other))  # "in the cupboard", which is modelled as a board
             return self.holds(link.words, name, other) or (loosely and self.anywhere(name, other))
         if link.relation == "of":
-            joint = self.scene.world.thing(name).joint
-            return (joint is not None and joint.parent == other) or (link.words == ("'s",) and name.startswith(f"{other}_"))
+            joint, its = self.scene.world.thing(name).joint, self.scene.world.thing(other).joint
+            has = link.words == ("of",) and its is not None and its.parent == name  # "the chest of drawers"
+            return has or (joint is not None and joint.parent == other) or (link.words == ("'s",) and name.startswith(f"{other}_"))
         if link.relation == "at":
             return self.anywhere(name, other)
         if link.relation in ("with", "under"):
