@@ -6,6 +6,7 @@ from itertools import islice
 
 import numpy as np
 import pytest
+import shapely
 
 from cramlite import Engine
 from cramlite.model import (
@@ -26,9 +27,12 @@ from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.locations.jointed.room_to_close import first_met, opens_beside
 from cramlite_plugins.locations.kinds import ground
+from cramlite_plugins.locations.placing.query import queries
+from cramlite_plugins.locations.placing.ways_out import along_sides, prepared
 from cramlite_plugins.objects.furniture import cabinet, drawer
 from cramlite_plugins.objects.products_and_fixtures import block
 from cramlite_plugins.robots.fr3 import FR3
+from cramlite_plugins.shapes.surfaces import footprint
 
 MOUNT = RobotMount("arm", "fr3")
 LOW, HIGH = (Pose.from_rotvec((0.65, 0.0, z), (0.0, 0.0, np.pi)) for z in (0.14, 0.24))  # their fronts look to the robot
@@ -46,12 +50,12 @@ OPENING = _about("soma:Opening", "4.Opening", Patient="upper_drawer")
 CLOSING = _about("soma:Closing", "4.Closing", Patient="drawer")
 
 
-def _asked(*agenda: Action, thick: float = 0.04, ahead: tuple[float, float, float] = LEVEL) -> tuple[Belief, Context]:
+def _asked(*agenda: Action, thick: float = 0.04, wide: float = 0.04, ahead: tuple[float, float, float] = LEVEL) -> tuple[Belief, Context]:
     """A standing block, 140 mm high, in the hand of an arm before an open drawer, 70 mm deep, under a shut one."""
     size, inner = (0.3, 0.3, 0.1), (0.25, 0.264, 0.07)
     lower = (cabinet("cabinet", LOW, size), drawer("drawer", LOW, "cabinet", inner, 0.24, opened=0.24))
     upper = (cabinet("upper", HIGH, size), drawer("upper_drawer", HIGH, "upper", inner))
-    it = block("it", Pose((0.4, -0.3, 0.4)), (thick, 0.04, 0.14))
+    it = block("it", Pose((0.4, -0.3, 0.4)), (thick, wide, 0.14))
     hand = Pose.from_axes((0.4, -0.3, 0.4), ahead, (0.0, 0.0, 1.0) if ahead == LEVEL else (1.0, 0.0, 0.0))
     start = initial_belief(World((*lower, *upper, it), (MOUNT,)), "arm", FR3.home, 0.04)
     belief = start.grasped(Held("it", hand.inverse() * it.pose, 0.04)).moved(inverse(FR3, hand, seed=FR3.home)[0])
@@ -86,6 +90,18 @@ def test_what_would_stop_a_drawer_later_is_laid_down(later: Action) -> None:
 def test_where_nothing_is_moved_later_it_stands() -> None:
     found, _ = _first(UNGRASPING)
     assert found is not None and _up(found, _asked()[0]) == pytest.approx(1.0, abs=1e-6)
+
+
+@pytest.mark.parametrize(("wide", "is_long"), [(0.04, False), (0.1, True)])
+def test_a_long_thing_is_first_tried_along_the_sides_of_a_drawer_that_is_partly_covered(wide: float, is_long: bool) -> None:
+    """A disc in its outline would be small, and its ends under what covers the drawer."""
+    query = prepared(queries(INTO, *_asked(UNGRASPING, wide=wide)))[-1]
+    found = next(along_sides(query, query.now), None)
+    assert query.covers and (found is not None) is is_long
+    if found is not None:
+        seen = footprint(query.thing, query.target.pose.inverse() * found.thing)
+        assert seen.area == pytest.approx(shapely.box(*seen.bounds).area, rel=0.01)
+        assert query.target.area.covers(seen) and not any(seen.intersects(o.area) for o in query.covers)
 
 
 @pytest.mark.parametrize("asked", [{"thick": 0.12}, {"ahead": DOWN}])

@@ -26,6 +26,7 @@ from cramlite.model import (
 )
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.kinematics.inverse import inverse
+from cramlite_plugins.locations.jointed import room_to_close
 from cramlite_plugins.locations.jointed.handles import LEFT
 from cramlite_plugins.locations.jointed.room_to_close import first_met
 from cramlite_plugins.locations.kinds import ground
@@ -132,6 +133,16 @@ def test_where_the_arm_stands_says_nothing_of_what_a_door_meets() -> None:
     for there, meets in ((moved * at.inverse() * Pose((0.0, 0.0, 0.1)), False), (moved * handle, True)):
         after = belief.released(Estimate(there, 0.0, "let go there"), 0.05)
         assert (first_met("it", after, context, None) is not None) == meets
+
+
+def test_shapes_are_compared_exactly_only_with_what_a_later_task_moves(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A scene for that costs more than all boxes."""
+    belief, context = _asked(0.1, PLACING)
+    before = belief.poses["door"].pose * next(f.pose for f in belief.thing("door").features if f.type == "cram:Handle")
+    monkeypatch.setattr(room_to_close, "make_scene", lambda *_, **__: pytest.fail("a scene is made"))
+    assert first_met("it", belief.released(Estimate(before, 0.0, "let go there"), 0.05), context, None) is None
+    aside = belief.released(Estimate(Pose((-0.5, 0.0, 0.1)), 0.0, "let go there"), 0.05)
+    assert first_met("it", aside, _asked(0.1, PLACING, CLOSED)[1], None) is None
 
 
 @pytest.mark.parametrize(("within", "opens"), [(True, True), (True, False), (False, True)])

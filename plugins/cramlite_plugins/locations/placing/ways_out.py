@@ -29,13 +29,14 @@ from .checks.rest import at_rest
 from .checks.shapes import snug
 from .demands import stops
 from .edge_first import edge_first
-from .positions import free_for, positions_along, positions_on, radius
+from .positions import free_for, positions_along, positions_on, radius, rectangle
 from .query import Found, Groups, Placement, Query, covers, is_roofed, lying_in
 from .sideways import sideways
 from .stable_poses import Rest, check_turn, put_down, stable_poses, standing_at, stood, turns, with_middle
 from .tilting import tilted, toppling
 
 PER_HEIGHT = 0.01  # cost of each height above the lowest
+LONG = 1.5  # the ratio of the sides of what is long
 LAID_AT = 6  # positions of a payload on each of its sides, in each turn, that are tried
 
 
@@ -65,27 +66,46 @@ def up(asked: list[Query]) -> Groups:
     check_turn(asked[0], now)
     _check_way_in(asked[0], now)
     none = True
-    for rest in chain(_laid(asked[-1], now), stable_poses(asked, now)):
+    for rest in chain(along_sides(asked[-1], now), stable_poses(asked, now)):
         none = False
         yield rest if isinstance(rest, Refused) else _from_above(rest)
     if none:
         yield from _at_best(asked, now)
 
 
-def _laid(query: Query, now: Pose) -> Iterator[Rest]:
-    """Yield stable poses of a payload that lies on a side in a container, where it would stop what a later
-    task moves if it stood there in the orientation ``now``, but not if it lies."""
+def along_sides(query: Query, now: Pose) -> Iterator[Rest]:
+    """Generate stable poses of a payload in a container, with its sides along those of the container.
+
+    In the orientation ``now`` where something is over the opening and the payload is long, since a disc in
+    its outline says little of the room that it needs; on a side where it would stop what a later task moves
+    if it stood, but not if it lies.
+    """
+    if query.depth and query.covers and _is_long(query, now):
+        yield from _in_rows(query, now)
     kept = query.thing.filling is not None or query.held.carries or query.held.swing or query.where.attitude
     if not query.depth or kept or not stops(query, now):
         return
     for k, turned in enumerate(side for side in lying(query) if not stops(query, side)):
-        for yaw in turns(query, turned, (0.0, 0.0), ()):
-            amid = stood(query, turned, (0.0, 0.0), yaw)
-            for offset in islice(positions_along(query, amid), LAID_AT):
-                again = turns(query, turned, offset, ())  # elsewhere it faces the robot elsewhere
-                alike = min(again, key=lambda one: abs(math.remainder(one - yaw, 360.0)))
-                rest = standing_at(query, turned, offset, alike)
-                yield replace(rest, name=f"laid on side {k + 1}, {rest.name}", reorients=True)
+        for rest in _in_rows(query, turned):
+            yield replace(rest, name=f"laid on side {k + 1}, {rest.name}", reorients=True)
+
+
+def _is_long(query: Query, now: Pose) -> bool:
+    """Whether one side of the rectangle around a payload's outline is ``LONG`` times the other."""
+    a, b, c, _ = rectangle(query, now)
+    sides = sorted((math.dist(a, b), math.dist(b, c)))
+    return sides[1] > LONG * sides[0]
+
+
+def _in_rows(query: Query, turned: Pose) -> Iterator[Rest]:
+    """Yield stable poses of a payload with an orientation, turned about the vertical until its sides are
+    along the container's."""
+    for yaw in turns(query, turned, (0.0, 0.0), ()):
+        amid = stood(query, turned, (0.0, 0.0), yaw)
+        for offset in islice(positions_along(query, amid), LAID_AT):
+            again = turns(query, turned, offset, ())  # elsewhere it faces the robot elsewhere
+            alike = min(again, key=lambda one: abs(math.remainder(one - yaw, 360.0)))
+            yield standing_at(query, turned, offset, alike)
 
 
 def _from_above(rest: Rest) -> Iterator[Found]:
