@@ -58,24 +58,27 @@ def brings(thing: str, belief: Belief, context: Context) -> Iterator[tuple[Entit
         named = {role: EntityName.parse(entity) for role, entity in task.entities.items()} if task else {}
         what, onto = named.get("Locatum"), named.get("Relatum")
         if task and what and onto and what.thing == thing and onto.thing in belief.poses:
-            region = str(task.action.parameters.get("where", {}).get("region") or onto.part)
-            yield onto, region, replace(context, agenda=context.agenda[k:])
+            yield onto, _region(task, onto), replace(context, agenda=context.agenda[k:])
 
 
-def puts_into(entity: str, belief: Belief, context: Context) -> tuple[str, ...]:
-    """Return the names of the things that later tasks bring to a container, each once."""
+def puts_into(entity: str, belief: Belief, context: Context, region: str = "") -> tuple[str, ...]:
+    """Return the names of the things that later tasks bring to a container, or to a region of a support, each
+    once."""
     held, into, found = belief.held.thing if belief.held else "", thing_of(entity), dict[str, None]()
     for task in context.later:
-        named = {role: thing_of(name) for role, name in task.entities.items()}
-        thing = named.get("Locatum", "")
-        if (
-            named.get("Relatum") == into
-            and thing not in (held, into)
-            and not belief.relates("in", thing)
-            and thing in belief.poses
-        ):
-            found[thing] = None
+        named = {role: EntityName.parse(name) for role, name in task.entities.items()}
+        what, onto = named.get("Locatum"), named.get("Relatum")
+        if what is None or onto is None or onto.thing != into or what.thing in (held, into):
+            continue
+        elsewhere = bool(region) and _region(task, onto) != region
+        if not elsewhere and not belief.relates("in", what.thing) and what.thing in belief.poses:
+            found[what.thing] = None
     return tuple(found)
+
+
+def _region(task: LaterTask, onto: EntityName) -> str:
+    """Region of a support or container to which a task brings a thing; "" for none."""
+    return str(task.action.parameters.get("where", {}).get("region") or onto.part)
 
 
 def _whole(name: str) -> str:

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 import shapely
-from helpers.placing import believed, context_of
+from helpers.placing import TIN, believed, context_of, placed
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from cramlite.model import Action, Object, Pose
+from cramlite.model import Action, Feature, Location, Object, Pose
+from cramlite.plugin import Grounding
+from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.later import puts_into
 from cramlite_plugins.locations.placing.positions import corner, roomiest
-from cramlite_plugins.objects.products_and_fixtures import basket, block
+from cramlite_plugins.objects.products_and_fixtures import basket, block, table
 
+LEFT_AND_RIGHT = (("left", 0.1), ("right", -0.1))
 SQUARE = shapely.box(-0.1, -0.1, 0.1, 0.1)
 sides = st.floats(0.03, 0.1)
 
@@ -56,5 +60,19 @@ def test_what_later_tasks_bring_there(later: Action, names: tuple[str, ...]) -> 
     box, tin = basket("box", Pose((0.4, -0.4, 0.0)), (0.2, 0.3, 0.1)), block("tin", Pose((0.45, 0.35, 0.19)), (0.05, 0.05, 0.08))
     belief = believed(box, tin)
     assert puts_into("box", belief, replace(context_of(belief), agenda=(later, later))) == names
+    assert puts_into("box", belief, replace(context_of(belief), agenda=(later,)), "left") == ()  # not into that region
     inside = belief.related(("in", "tin", "box"))
     assert puts_into("box", inside, replace(context_of(belief), agenda=(later,))) == ()
+
+
+@pytest.mark.parametrize(("region", "apart"), [("left", True), ("right", False)])
+def test_the_first_of_several_in_a_region_of_a_surface_is_put_into_its_farthest_corner(region: str, apart: bool) -> None:
+    """Amid a region of 100 mm a mug leaves no room for another one."""
+    spots = {name: Feature(name, "vrps:SurfaceFeature", Pose((0.0, y, 0.01)), {"width": 0.1, "depth": 0.1}) for name, y in LEFT_AND_RIGHT}
+    board = table("box", Pose((0.5, 0.3, 0.1)), (0.4, 0.4, 0.02))
+    belief = believed(TIN, replace(board, features=(*board.features, *spots.values())))
+    later = replace(named("artm:Placing", Locatum="tin", Relatum="box"), parameters={"where": {"region": region}})
+    location = Location("on(box)", "on", "box", {"region": "left"})
+    found = next(a for a in ground(location, belief, replace(context_of(belief), agenda=(later,))) if isinstance(a, Grounding))
+    x, y, _ = np.subtract(placed(found).position, belief.pose("box").apply(spots["left"].pose.position))
+    assert (x > 0.03 and abs(y) > 0.03) if apart else np.hypot(x, y) < 0.001

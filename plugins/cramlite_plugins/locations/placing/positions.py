@@ -19,7 +19,7 @@ from ...shapes.bounds import centre_of_mass, support
 from ...shapes.surfaces import filled, footprint, inset, standing
 from ..later import goes_on, puts_into
 from ..parameters import Where
-from .checks.shapes import ASIDE, OFF_WALLS
+from .checks.shapes import ASIDE, OFF_WALLS, WELL_IN
 from .query import GAP, Query, lying_in
 
 Offset = tuple[float, float]
@@ -52,7 +52,8 @@ def positions_on(query: Query, now: Pose) -> Iterator[Offset]:
     """
     if query.under:
         return iter([(0.0, 0.0)])
-    free, best = free_for(query, now), anchor(query, now)
+    free = free_for(query, now)
+    best = _aside_for_more(query, free) or anchor(query, now)
     if _beside(query, now) is not None:
         near = free.intersection(shapely.Point(best).buffer(AROUND))
         straight = itertools.chain(inwards(near, best), positions(near, best))
@@ -153,6 +154,19 @@ def _beside(query: Query, now: Pose) -> Floats | None:
             at[axis] = sign * (support(query.belief.thing(other), there, way) + wide + GAP)
             return at
     return None
+
+
+def _aside_for_more(query: Query, free: Any) -> Offset | None:
+    """Corner of the free positions well in a region of a surface that is farthest from the robot, if later
+    tasks put more payloads there; None if they do not."""
+    where, inner = query.where, free.buffer(-WELL_IN)
+    if query.depth or inner.is_empty or not where.region or where != Where(region=where.region):
+        return None
+    if not puts_into(query.entity, query.belief, query.context, where.region):
+        return None
+    base = query.target.pose.inverse().apply((0.0, 0.0, 0.0))[:2]
+    x, y = max(shapely.get_coordinates(inner).tolist(), key=lambda p: round(math.dist(p, base), 4))
+    return float(x), float(y)
 
 
 def _with_room(query: Query, now: Pose) -> Offset:
