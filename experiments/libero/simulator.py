@@ -140,6 +140,7 @@ class Simulator:
             "protocol": 1, "robot": "libero_panda", "actions": "deltas", "rate": RATE, "lag": lag, "inertia": inertia,
             "most": [float(controller.output_max[0]), float(controller.output_max[3])], "tolerance": [0.004, 0.02],
             "fingers": OPEN * QUANTUM / 4 + CREEP, "closed": SHUT, "hesitation": 2 / QUANTUM / RATE + 0.05,
+            "settling": 1.0 / RATE,
         } | self.feel()  # fmt: skip
 
     def step(self, delta: list[float], opening: float, grip: float) -> dict[str, Any]:

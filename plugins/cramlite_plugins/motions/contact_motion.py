@@ -14,6 +14,7 @@ from cramlite.model import (
     GRAVITY,
     Belief,
     CompliantSlide,
+    ErrorModel,
     ExpectedContact,
     Floats,
     ForceExtract,
@@ -31,6 +32,7 @@ from cramlite.model import (
     ZeroSensor,
     enclosing_names,
     task_of,
+    thing_of,
 )
 from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl
 
@@ -46,6 +48,7 @@ Groundings = Iterator[Grounding]
 Kind = Callable[[Motion, Belief, Context], Groundings]
 DEEPER = 0.01  # than the surface below a place it goes, where that is more than ``beyond_m`` [m]: two sigma of a 5 mm estimate
 GUARDED = 0.015  # before it expects to touch something a motion is slow [m]: three sigma of a 5 mm estimate
+LEAST_GUARDED, SIGMAS = 0.002, 3.0  # of what is slow, for a robot that has a pace: in any case [m], and standard deviations of errors
 COMPLIANT_SPEED = 0.02  # of compliant axes [m/s]; faster oscillates against a stiff peg in simulation
 STIFF = 0.15, 0.35  # deviation limits of the other axes [m, rad]: documented, the controller stops beyond them
 ON_THE_SPOT = 0.03  # [m]: about what is no farther away the hand only turns, and gives way across that axis
@@ -114,8 +117,7 @@ def _force_path(motion: Motion, belief: Belief, context: Context) -> Groundings:
     ways = np.maximum(lengths, TURN * turns)
     straight = lengths.max() > ON_THE_SPOT * turns.max()
     frame = frame_along(legs[int(np.argmax(lengths))] if straight else turned[int(np.argmax(turns))])
-    pace = context.robot.pace if value(motion, "paced") and turns.max() < STRAIGHT else 1.0
-    speed, limit = pace * value(motion, "speed_m_s"), value(motion, "force_limit_n")
+    speed, limit = _along_legs(motion, float(ways.max()), float(turns.max()), context), value(motion, "force_limit_n")
     sprung = tangent(belief, context)
     frame = frame if sprung is None else across(sprung, frame)
     x, y, _ = frame.inverse().rotate((0.0, 0.0, carried(motion, belief)))  # 0 of what is on a joint
@@ -126,6 +128,14 @@ def _force_path(motion: Motion, belief: Belief, context: Context) -> Groundings:
     )  # fmt: skip
     reason = f"{1000 * ways.sum():.0f} mm at {1000 * speed:.0f} mm/s, sideways compliant, abort over {limit:.0f} N"
     yield Grounding((step,), reason, 0.0, moved.moved(points[-1]), key="force path")
+
+
+def _along_legs(motion: Motion, longest: float, turn: float, context: Context) -> float:
+    """Speed along the legs of a path [m/s]; where they turn, it is at the robot's pace no higher than the longest leg from rest to rest
+    reaches, since forces grow with it."""
+    slow = value(motion, "speed_m_s")
+    fast = slow * (context.robot.pace if value(motion, "paced") else 1.0)
+    return fast if turn < STRAIGHT else max(slow, min(fast, math.sqrt(CORRECTION * longest)))
 
 
 def _against_spring(motion: Motion, place: Place, belief: Belief, context: Context) -> Grounding:
@@ -214,11 +224,12 @@ def _until_contact(motion: Motion, belief: Belief, context: Context) -> Groundin
     way: Any = np.array(target.position) - np.array(here.position)
     long, (x, y, z) = float(np.linalg.norm(way)), way / np.linalg.norm(way)
     deeper = place.release.height_m if place.release and corner is None else 0.0
-    free = max(long + min(deeper - GUARDED, 0.0), 0.0) if value(motion, "free_m_s") else 0.0
+    free = max(long + _unguarded(motion, target, deeper, belief, context), 0.0) if value(motion, "free_m_s") else 0.0
     points = line(motion, belief, context, [target])
     before = _in_the_air(motion, belief, context, target, free * way / long) if free > GUARDED else ()
     distance = long - (free if before else 0.0) + max(value(motion, "beyond_m"), deeper + DEEPER if deeper else 0.0)
-    speed, force = value(motion, "speed_m_s") * (context.robot.pace if value(motion, "free_m_s") else 1.0), value(motion, "force_n")
+    pace = context.robot.pace if value(motion, "free_m_s") or value(motion, "paced") else 1.0
+    speed, force = pace * value(motion, "speed_m_s"), value(motion, "force_n")
     expect: Any = word(motion, "expect", ExpectedContact, ExpectedContact.CONTACT).value
     step = MoveUntilContact(
         (float(x), float(y), float(z)), speed, force, distance, timeout(distance, speed),
@@ -226,6 +237,24 @@ def _until_contact(motion: Motion, belief: Belief, context: Context) -> Groundin
     )  # fmt: skip
     reason = f"at most {1000 * distance:.0f} mm at {1000 * speed:.0f} mm/s until {force:.0f} N"
     yield Grounding((*before, step), reason, 0.0, belief.moved(points[-1]), key="until contact")
+
+
+def _unguarded(motion: Motion, target: Pose, deeper: float, belief: Belief, context: Context) -> float:
+    """Way beyond the target that a guarded motion goes through the air [m], negative if that ends before it. A robot at the usual pace does
+    not go beyond it; a faster one is slow only where errors may have put the contact, which is expected ``deeper`` [m]."""
+    if context.robot.pace <= 1.0:
+        return min(deeper - GUARDED, 0.0)
+    return deeper - min(GUARDED, LEAST_GUARDED + SIGMAS * _doubt(motion, target, belief, context))
+
+
+def _doubt(motion: Motion, target: Pose, belief: Belief, context: Context) -> float:
+    """Standard deviation of where a motion touches something [m]: of the place on what it may touch, and of the payload in the hand."""
+    errors, held = context.errors or ErrorModel(), belief.held
+    touched = {thing_of(str(context.bindings[n])) for n in motion.may_touch if n in context.bindings} & belief.poses.keys()
+    known = [errors.sigma(n, math.dist(belief.pose(n).position, target.position)) for n in sorted(touched)]
+    known += [belief.poses[n].sigma for n in sorted(touched)]
+    known += [held.sigma, errors.sigma(held.thing, math.hypot(*held.tcp_to_thing.position))] if held else []
+    return math.hypot(*known)
 
 
 def _in_the_air(motion: Motion, belief: Belief, context: Context, target: Pose, way: Any) -> tuple[MoveLinear, ...]:

@@ -45,7 +45,7 @@ KINDS: Mapping[str, MotionKind] = {
             (
                 Parameter("speed_m_s", 0.04, "half of what kept forces under 12 N on bent tips in simulation"),
                 Parameter("press_n", 0.0, "nothing is pressed"), LIMIT,
-                Parameter("paced", 0.0, "a given speed is kept; 1: times the robot's `pace`, where the path does not turn"),
+                Parameter("paced", 0.0, "a given speed is kept; 1: times the robot's `pace`, as far as a leg that turns is long enough"),
             ),
             (FORCE, LATE), SHIFT_SLIDE,
             other=("corner", "end"),
@@ -57,6 +57,7 @@ KINDS: Mapping[str, MotionKind] = {
                 Parameter("force_n", 3.0, "above sensor noise and the inertia of slow motion"),
                 Parameter("beyond_m", 0.03, "six sigma of a 5 mm estimate"),
                 Parameter("free_m_s", 0.0, "no part of the way is gone faster"),
+                Parameter("paced", 0.0, "a given speed is kept where `free_m_s` is 0; 1: times the robot's `pace`"),
             ),
             ("no contact within # m", "no contact within # s"), SHIFT / 2,
             words={"expect": ExpectedContact}, other=("corner", "aside_m"),
@@ -109,7 +110,7 @@ KINDS: Mapping[str, MotionKind] = {
             words={"to": Fingers, "expect": ExpectedGrip},
         ),
         MotionKind("payload", "SetPayload", "at once"),
-        MotionKind("zero_sensor", "ZeroSensor", "after 0.3 s at rest"),
+        MotionKind("zero_sensor", "ZeroSensor", "after 0.3 s at rest, or as long as a streamed robot says"),
         MotionKind(
             "hold", "Wait", "after duration_s",
             (

@@ -56,7 +56,7 @@ class Closing(ByHandle):
         front, back = Location(action.inside("front"), "front", patient.name, SHUT), Location(action.inside("away"), "retreat")
         way, end = self.way(action), Location(action.inside("stop"), "stop", patient.name)
         limits = {k: self.parameter(action, k) for k in ("speed_m_s", "force_limit_n")} | {"paced": 1.0}
-        press = {"speed_m_s": 0.015, "force_n": self.parameter(action, "press_n"), **PRESS}
+        press = {"speed_m_s": 0.015, "force_n": self.parameter(action, "press_n"), "paced": 1.0, **PRESS}
         steps = (
             front,
             Motion(action.inside("transfer"), "transfer", front, reason=f"before {patient.entity}"),

@@ -8,7 +8,20 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from cramlite.model import MoveJoints, MoveLinear, Parallel, Pose, Program, Robot, SetGripper, SetPayload, typed_code
+from cramlite.model import (
+    AnyStep,
+    MoveJoints,
+    MoveLinear,
+    MoveUntilContact,
+    Parallel,
+    Pose,
+    Program,
+    Robot,
+    SetGripper,
+    SetPayload,
+    ZeroSensor,
+    typed_code,
+)
 from cramlite_plugins.backends.stream.arm import StreamedArm
 from cramlite_plugins.backends.stream.messages import Action, Hello, State
 from cramlite_plugins.robots.ur5e import UR5E
@@ -116,16 +129,17 @@ def test_a_motion_ends_where_the_next_one_leads_on_and_a_program_does_not(
     assert (in_the_open, over[0]) == awaited
 
 
-def test_lines_lead_on_to_transfers_alone_and_a_payload_takes_no_time() -> None:
+def test_lines_lead_on_to_transfers_and_guarded_motions_and_a_payload_takes_no_time() -> None:
     """What each step of a program finds of what follows it, and how many actions the whole takes."""
     arm = StreamedArm(UR5E, replace(HELLO, most=None), lambda _: State(joints=tuple(arm.q.tolist()), opening=0.08))
     here = arm.kinematics.forward(arm.q)
     up, go = MoveLinear(here, 0.1, 0.5, UR5E.home), MoveJoints((UR5E.home,), 1.0, 2.0)
+    feel = MoveUntilContact((0.0, 0.0, -1.0), 0.02, 3.0, 0.002, 5.0, "any", UR5E.home)
     both, payload = Parallel(((SetGripper(0.08, 0.1, 30.0),), (go,))), SetPayload(1.0, (0.0, 0.0, 0.0))
 
-    def played(*steps: MoveLinear | MoveJoints | Parallel | SetPayload) -> tuple[list[bool], int]:
+    def played(*steps: AnyStep) -> tuple[list[bool], int]:
         text = typed_code(Program("test", "arm", "ur5e", UR5E.gripper.tcp, UR5E.home, steps, ())).text
-        machine, seen, count = ProgramMachine(load_program(text, UR5E), arm, str), list[bool](), 0
+        machine, seen, count = ProgramMachine(load_program(text, UR5E), arm, lambda _: None), list[bool](), 0
         while not machine.finished:
             line = machine.main_line
             machine.cycle()
@@ -137,4 +151,19 @@ def test_lines_lead_on_to_transfers_alone_and_a_payload_takes_no_time() -> None:
 
     assert played(up, go, up, up)[0] == [True, False, False, False]
     assert played(up, both)[0][0]
+    assert played(up, up, feel, up)[0] == [False, True, False, False]
     assert played(up, payload, up)[1] == played(up, up)[1]
+
+
+@pytest.mark.parametrize(("hello", "periods"), [(HELLO, 6), (replace(HELLO, settling=0.05), 1), (replace(HELLO, settling=0.0), 1)])
+def test_before_a_tare_the_arm_stands_still_for_as_long_as_its_force_takes_to_settle(hello: Hello, periods: int) -> None:
+    arm, count = StreamedArm(UR5E, hello, lambda _: State(joints=UR5E.home, opening=0.08, wrench=(0.0, 0.0, 7.0, 0.0, 0.0, 0.0))), 0
+    text = typed_code(Program("test", "arm", "ur5e", UR5E.gripper.tcp, UR5E.home, (ZeroSensor(),), ())).text
+    machine = ProgramMachine(load_program(text, UR5E), arm, lambda _: None)
+    machine.cycle()  # the start
+    arm.cycle()
+    while not machine.finished:
+        machine.cycle()
+        arm.cycle()
+        count += 1
+    assert (count - 1, arm.force()) == (periods, 0.0)

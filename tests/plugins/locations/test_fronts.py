@@ -10,7 +10,7 @@ import pytest
 from msgspec.structs import replace
 
 from cramlite import Engine
-from cramlite.model import Belief, Location, Pose, Robot, RobotMount, World, initial_belief
+from cramlite.model import Belief, Held, Location, Pose, Robot, RobotMount, World, initial_belief
 from cramlite.plugin import Context, Grounding, Refused
 from cramlite_plugins.kinematics.inverse import inverse
 from cramlite_plugins.locations.jointed.handles import LEFT, ajar, along_joint, lever
@@ -19,6 +19,7 @@ from cramlite_plugins.locations.pinching.antipodal import FINGER
 from cramlite_plugins.locations.pushing.along_joint import NEARER
 from cramlite_plugins.locations.pushing.straight import BEHIND
 from cramlite_plugins.motion_planning.cartesian import COARSE, JointPath, plan_straight_line
+from cramlite_plugins.motion_planning.reach import tcp
 from cramlite_plugins.objects.furniture import cabinet, door, drawer
 from cramlite_plugins.robots.fr3 import FR3
 from cramlite_plugins.robots.ur5e import UR5E
@@ -33,6 +34,21 @@ def _fronts(robot: Robot, at: Pose, opened: float) -> tuple[list[Grounding], lis
     context = Context(robot, belief.world.robots[0], {"door": "door"}, Engine().knowledge.taxonomy)
     found = list(ground(Location("front", "front", "door"), belief, context))
     return [a for a in found if isinstance(a, Grounding)], [a for a in found if isinstance(a, Refused)], belief
+
+
+@pytest.mark.parametrize(("held", "least", "most"), [(False, 0.002, 0.004), (True, 0.0005, 0.001)])
+def test_a_hand_that_only_pushes_a_door_may_be_farther_off_its_arc_and_so_stops_less_often(held: bool, least: float, most: float) -> None:
+    at = Pose.from_rotvec((0.75, 0.1, 0.35), (0, 0, math.pi))
+    things = (cabinet("cabinet", at), door("door", at, "cabinet", swing=2.0, opened=1.3))
+    belief = initial_belief(World(things, (RobotMount("arm", UR5E.type),)), "arm", UR5E.home, 0.0)
+    context = Context(UR5E, belief.world.robots[0], {"door": "door"}, Engine().knowledge.taxonomy)
+    joint, now, hand = belief.thing("door").joint, belief.pose("door"), tcp(belief, context)
+    assert joint is not None
+    belief = belief.grasped(Held("door", hand.inverse() * now, 0.02)) if held else belief
+    ways = [a.value for a in ground(Location("way", "closed", "door"), belief, context) if isinstance(a, Grounding)]
+    points = [p.position for p in (hand, *ways[0].path)]
+    away = [lever(joint, now.inverse() * Pose(tuple((np.add(a, b) / 2).tolist()))) for a, b in itertools.pairwise(points)]
+    assert least < lever(joint, now.inverse() * hand) - min(away) <= most
 
 
 @pytest.mark.heavy

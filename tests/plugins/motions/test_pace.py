@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from helpers.scenes import TABLE, down, world
+from helpers.placing import taxonomy
+from helpers.scenes import TABLE, box, down, world
 from msgspec.structs import replace
 
-from cramlite.model import Location, Motion, Place, Pose, Release, Robot, initial_belief
+from cramlite.model import ErrorModel, Location, Motion, Place, Pose, Release, Robot, initial_belief
 from cramlite.plugin import Context
 from cramlite.plugin.task_type import TaskType
 from cramlite.testing.task_checks import sample_action, sample_belief
@@ -40,6 +41,18 @@ def steps(robot: Robot, kind: str, parameters: dict[str, Any], to: Pose = THERE)
     raise AssertionError(kind)
 
 
+def touching(away: float, errors: ErrorModel | None) -> tuple[Any, ...]:
+    """The steps of a guarded motion down to a plate whose origin is ``away`` [m] beside the place."""
+    room = world(TABLE, box("plate", (0.02, 0.02, 0.02), (BELOW.position[0] + away, *BELOW.position[1:])))
+    bindings = {"there": Place(BELOW, BELOW), "plate": "plate"}
+    context = Context(FAST, room.robots[0], bindings, taxonomy(), errors=errors)
+    belief = initial_belief(room, "arm1", inverse(FAST, HERE, seed=FAST.home)[0], 0.08)
+    motion = Motion("1.Closing/touch", "until_contact", Location("there", "on"), {"free_m_s": 0.1}, ("plate",))
+    answers = contact_motion.resolve_motion(motion, belief, context)
+    assert answers is not None
+    return tuple(next(iter(answers)).value)
+
+
 @pytest.mark.parametrize(
     ("robot", "parameters", "speed", "acceleration"),
     [
@@ -59,11 +72,26 @@ def test_fingers_keep_the_pace_as_far_as_they_can(robot: Robot, speed: float) ->
     assert step.speed == pytest.approx(speed)
 
 
-@pytest.mark.parametrize(("robot", "acceleration"), [(UR5E, 0.25), (FAST, 0.5 * ROOT)])
-def test_the_part_of_a_guarded_motion_in_the_air(robot: Robot, acceleration: float) -> None:
+@pytest.mark.parametrize(("robot", "acceleration", "guarded_m"), [(UR5E, 0.25, 0.015), (FAST, 0.5 * ROOT, 0.002)])
+def test_the_part_of_a_guarded_motion_in_the_air(robot: Robot, acceleration: float, guarded_m: float) -> None:
+    """A faster robot with nothing in its hand, and nothing to touch, has no error to guard against."""
     air, guarded = steps(robot, "until_contact", {"free_m_s": 0.1, "beyond_m": 0.03}, BELOW)
     assert air.acceleration == pytest.approx(acceleration)
-    assert guarded.distance == pytest.approx(0.045)
+    assert guarded.distance == pytest.approx(guarded_m + 0.03)
+
+
+@pytest.mark.parametrize(("away", "guarded_m"), [(0.0, 0.002 + 3 * 0.002 / 5**0.5), (0.3, 0.01405), (0.6, 0.015)])
+def test_a_faster_robot_guards_against_the_errors_of_what_it_touches(away: float, guarded_m: float) -> None:
+    """The farther from where a thing stands, the less is its place known; half as large errors are half as long."""
+    one, half = (touching(away, errors)[-1].distance - 0.03 for errors in (None, ErrorModel(scale=0.5)))
+    assert one == pytest.approx(guarded_m, abs=1e-4)
+    assert half - 0.002 == pytest.approx((guarded_m - 0.002) / 2, abs=1e-4) or one == 0.015
+
+
+@pytest.mark.parametrize(("robot", "paced", "speed"), [(UR5E, 1.0, 0.015), (FAST, 1.0, 0.03), (FAST, 0.0, 0.015)])
+def test_what_presses_keeps_the_pace_where_that_is_asked_for(robot: Robot, paced: float, speed: float) -> None:
+    (step,) = steps(robot, "until_contact", {"speed_m_s": 0.015, "paced": paced}, BELOW)
+    assert step.speed == pytest.approx(speed)
 
 
 @pytest.mark.parametrize(("robot", "paced", "duration"), [(UR5E, 1.0, 0.3), (FAST, 1.0, 0.15), (FAST, 0.0, 0.3)])

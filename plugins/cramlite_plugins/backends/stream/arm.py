@@ -26,8 +26,8 @@ ARRIVAL = 3.0
 IN_THE_OPEN = 2.5
 """Factor on the position tolerance at the end of a motion in free space that another motion follows. Such ends are those of motions
 between joint positions, which a straight line follows: of 35 in LIBERO the tool was 10 mm off 7 actions before it had come to rest
-within 4 mm. And those of straight lines that a transfer follows: the thing that was lifted, or left, is behind the hand. A program's
-last motion is awaited."""
+within 4 mm. And those of straight lines that a transfer follows: the thing that was lifted, or left, is behind the hand; or a guarded
+motion, which goes on along them and feels. A program's last motion is awaited."""
 ASTRAY = 0.10
 """A tool that is further off its path than this has left it [m]; at 0.3 m/s, an arm with a lag of 0.16 s is 50 mm behind."""
 SLOWEST, HALVINGS = 0.1, 8
@@ -59,7 +59,7 @@ class StreamedArm(CommandedArm):
         self.gripper = GripperOrder(robot.gripper)
         self.gripper.tolerance = hello.fingers or self.gripper.tolerance
         self.gripper.closed = self.gripper.tolerance if hello.closed is None else hello.closed
-        self.gripper.patience = hello.hesitation
+        self.gripper.patience, self.settling = hello.hesitation, hello.settling
         self.gripper.opening = self.gripper.goal = self.gripper.command = hello.opening
         self.force_gain = min(1.0, CYCLE / self.period)
         self.watch = SafetyWatch(Safety(), robot, np.ones(len(robot.joints)), self.period)

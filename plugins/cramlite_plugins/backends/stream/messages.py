@@ -62,6 +62,7 @@ class Hello(State, kw_only=True):
         closed: what they still are apart when they have closed on nothing [m]: what keeps them wider is held, however thin; None for
             ``fingers``.
         hesitation: how long they may stand still before they move [s]; those that rest longer have been stopped.
+        settling: how long its force takes to settle when the arm has stopped [s]; before a tare it stands still for as long.
     """
 
     protocol: int
@@ -75,6 +76,7 @@ class Hello(State, kw_only=True):
     fingers: float | None = None
     closed: float | None = None
     hesitation: float = 0.08
+    settling: float = 0.3
 
 
 class AskHello(Value, tag_field="ask", tag="hello", kw_only=True):

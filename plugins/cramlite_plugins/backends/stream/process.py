@@ -176,7 +176,7 @@ def _out_of_range(hello: Hello) -> str:
     "" if there is none."""
     ranges = {
         "rate": (hello.rate, 1.0, 1000.0, "Hz"), "lag": (hello.lag, 0.0, 1.0, "s"), "inertia": (hello.inertia, 0.0, 0.1, "s2"),
-        "hesitation": (hello.hesitation, 0.0, 10.0, "s"),
+        "hesitation": (hello.hesitation, 0.0, 10.0, "s"), "settling": (hello.settling, 0.0, 10.0, "s"),
         "tolerance": (min(hello.tolerance), 1e-6, math.inf, ""), "largest delta": (min(hello.most or (1.0,)), 1e-6, math.inf, ""),
         "tolerance of the fingers": (1.0 if hello.fingers is None else hello.fingers, 1e-6, math.inf, "m"),
     }  # fmt: skip

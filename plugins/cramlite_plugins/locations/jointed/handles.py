@@ -48,8 +48,9 @@ free side."""
 LEANS = (15.0, -15.0, 30.0, -30.0)
 """Tilts of the hand along a handle's bar [deg], with the bar between the finger tips only, since the palm
 comes near to it: tried last, for arms that would be folded or stretched straight in front of the bar."""
-# Between two corners a path is off the arc of a hinge by so much at most [m]: the arm gives way sideways
-CHORD = 0.001
+# Between two corners, where the arm stops, a path is off the arc of a hinge by so much at most [m]:
+# the arm gives way sideways, and a hand that only pushes slides on what it pushes.
+CHORD, SLIDING_CHORD = 0.001, 0.004
 TURN = math.radians(45)  # and turns no further [rad]
 CLOSED, AJAR = 0.005, 0.08
 """Shares of its range to which a joint is closed: with a hand on its handle all but what friction leaves, and
@@ -301,7 +302,8 @@ def _led(
     """Path on which a hand moves a thing along its joint to a share of the joint's range; if the joint stops
     there, the hand goes on by ``pressed`` [m, rad]."""
     goal, value = joint.value_at(share), joint_value(belief, thing.name, belief.base() * now)
-    path, way = _corners(joint, now, tcp(belief, context), goal - pressed - value), goal - value
+    held, way = belief.held is not None, goal - value
+    path = _corners(joint, now, tcp(belief, context), goal - pressed - value, held)
     said = f"'{thing.name}' from {value:.3f} to {goal:.3f} {'m' if joint.kind == 'slide' else 'rad'}"
     place = Place(path[-1], path[-1], path=path, thing=thing.name, carried=CarriedAlong(joint=way))
     return Grounding(place, said, cost, key=f"to {share:g}")
@@ -313,7 +315,7 @@ def along_joint(thing: Thing, belief: Belief, hand: Pose, share: float) -> tuple
     assert thing.joint is not None
     joint, now = thing.joint, belief.pose(thing.name)
     value = joint_value(belief, thing.name, belief.base() * now)
-    return _corners(joint, now, hand, joint.value_at(share) - value)
+    return _corners(joint, now, hand, joint.value_at(share) - value, held=False)
 
 
 def way_along(joint: Joint, now: Pose, hand: Pose) -> Floats:
@@ -332,11 +334,12 @@ def way_along(joint: Joint, now: Pose, hand: Pose) -> Floats:
     return way / float(np.linalg.norm(way))
 
 
-def _corners(joint: Joint, now: Pose, tcp: Pose, way: float) -> tuple[Pose, ...]:
+def _corners(joint: Joint, now: Pose, tcp: Pose, way: float, held: bool) -> tuple[Pose, ...]:
     """Return TCP poses that follow a thing while its joint moves on by ``way`` [m, rad]: along a line, or the
-    chords of an arc."""
+    chords of an arc, which are longer if the hand does not hold the thing."""
     hand = now.inverse() * tcp
     radius = lever(joint, hand)
-    most = min(TURN, 2 * math.acos(max(0.0, 1.0 - CHORD / max(radius, CHORD))))
+    chord = CHORD if held else SLIDING_CHORD
+    most = min(TURN, 2 * math.acos(max(0.0, 1.0 - chord / max(radius, chord))))
     count = max(1, math.ceil(abs(way) / most)) if joint.kind == "hinge" else 1
     return tuple(joint.moved(now, way * k / count) * hand for k in range(1, count + 1))

@@ -44,6 +44,8 @@ class CommandedArm(ABC):
     gripper: GripperOrder
     carries = False
     """Whether the robot compensates the payload by itself, so that to state the payload takes no time."""
+    settling = 0.3
+    """How long the arm stands still before its force sensor is tared [s]: the sensor's filter and the arm settle."""
 
     def __init__(self, robot: Robot, q: Floats, period: float) -> None:
         self.arm, self.kinematics = robot, NominalArm(robot)
@@ -56,7 +58,7 @@ class CommandedArm(ABC):
         self.force_mode: ForceMode | None = None
         self.force_gain = 1.0
         self.leads_on = False
-        """Whether the next step is a transfer, so that a straight line ends in free space and not at a contact."""
+        """Whether the next step is a transfer or a guarded motion, so that a straight line ends in free space and not at a contact."""
         self.nominal = self.kinematics.forward(self.q)
 
     # What it measures

@@ -168,7 +168,7 @@ class ProgramMachine:
         """
         for step, following in zip_longest(row := tuple(steps), row[1:]):
             self.main_line = self.lines.get(id(step), self.main_line)
-            self.arm.leads_on = _transfers(following)
+            self.arm.leads_on = isinstance(following, MoveUntilContact) or _transfers(following)
             yield from STEPS[type(step)](self, step)
 
     def _run(self) -> Cycles:

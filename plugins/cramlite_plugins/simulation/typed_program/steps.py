@@ -19,7 +19,7 @@ from ..controller.commanded_arm import CommandedArm
 
 Cycles = Generator[None, None, None]
 BRAKE = 3.0  # deceleration when a watched motion is stopped [m/s2]
-SETTLE = 0.3  # before taring [s]: the sensor's filter and the arm settle
+SETTLE = 0.3  # of a platform that has stopped [s]
 
 
 class StepFailed(Exception):
@@ -115,7 +115,7 @@ def set_payload(run: Running, step: SetPayload) -> Cycles:
 
 def zero_sensor(run: Running, step: ZeroSensor) -> Cycles:
     """Tare the wrist sensor, after the arm has settled."""
-    yield from wait(run.arm, SETTLE)
+    yield from wait(run.arm, run.arm.settling)
     run.arm.zero_sensor()
 
 
