@@ -131,11 +131,10 @@ def _force_path(motion: Motion, belief: Belief, context: Context) -> Groundings:
 
 
 def _along_legs(motion: Motion, longest: float, turn: float, context: Context) -> float:
-    """Speed along the legs of a path [m/s]; where they turn, it is at the robot's pace no higher than the longest leg from rest to rest
-    reaches, since forces grow with it."""
-    slow = value(motion, "speed_m_s")
-    fast = slow * (context.robot.pace if value(motion, "paced") else 1.0)
-    return fast if turn < STRAIGHT else max(slow, min(fast, math.sqrt(CORRECTION * longest)))
+    """Speed along the legs of a path [m/s]. Where they turn, forces grow with it: there it is higher by the root of the robot's pace, and
+    no higher than the longest leg reaches from rest to rest."""
+    slow, pace = value(motion, "speed_m_s"), context.robot.pace if value(motion, "paced") else 1.0
+    return pace * slow if turn < STRAIGHT else max(slow, min(math.sqrt(pace) * slow, math.sqrt(CORRECTION * longest)))
 
 
 def _against_spring(motion: Motion, place: Place, belief: Belief, context: Context) -> Grounding:

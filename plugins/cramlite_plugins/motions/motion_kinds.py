@@ -45,7 +45,7 @@ KINDS: Mapping[str, MotionKind] = {
             (
                 Parameter("speed_m_s", 0.04, "half of what kept forces under 12 N on bent tips in simulation"),
                 Parameter("press_n", 0.0, "nothing is pressed"), LIMIT,
-                Parameter("paced", 0.0, "a given speed is kept; 1: times the robot's `pace`, as far as a leg that turns is long enough"),
+                Parameter("paced", 0.0, "a given speed is kept; 1: times the robot's `pace`, its root at most on legs that turn"),
             ),
             (FORCE, LATE), SHIFT_SLIDE,
             other=("corner", "end"),
