@@ -12,9 +12,10 @@ from cramlite.model import Camera, Intrinsics, Pose, Thing, View, World
 from cramlite_plugins.objects.products_and_fixtures import make
 from cramlite_plugins.perception.kinds.agreement import Picture
 from cramlite_plugins.perception.kinds.appearance import appearance_of
-from cramlite_plugins.perception.kinds.bearers import with_bearers
+from cramlite_plugins.perception.kinds.bearers import Hovering, _readings, with_bearers
 from cramlite_plugins.perception.kinds.explain import PARAMETERS
 from cramlite_plugins.perception.kinds.reading import Part, Reading, Scene
+from cramlite_plugins.perception.kinds.region import Region
 from cramlite_plugins.perception.pose.outline import Outline
 from cramlite_plugins.simulation.camera.depth_camera import look
 
@@ -65,6 +66,17 @@ def test_a_strip_under_what_hovers_is_a_kind_of_its_height(engine: Engine, hover
     best = found[1].readings[0]
     assert best.appearance.model.name == "low_box" and "high_box" not in {r.appearance.model.name for r in found[1].readings}
     assert best.pose.distance(low.pose)[0] < 0.008 and best.pose.rotation[2, 2] > 0.98
+
+
+def test_what_bears_a_thing_is_not_tilted(engine: Engine) -> None:
+    tilted = thing(engine, "low_box", Pose.from_rotvec((0.47, 0.0, 0.03), (0.0, 0.3, 0.0)))
+    view = seen((tilted,))
+    points = view.world_cloud
+    mask = view.valid & (np.abs(points[..., 1]) < 0.06) & (np.abs(points[..., 0] - 0.47) < 0.08) & (points[..., 2] > 0.004)
+    known = appearance_of(thing(engine, "low_box", Pose()))
+    region = Region(Scene(Picture.of(view), points, (known,), LIMITS, mask, (TABLE,)), mask)
+    above = Hovering(np.array((0.47, 0.0, 0.05)), 0.06, LOW, 0.0)
+    assert all(r.pose.rotation[2, 2] > 0.98 for r in _readings(region, known, ((0.0, 0.0, 1.0),), above))
 
 
 def test_pixels_at_edges_of_depth_beside_a_thing_deny_nothing() -> None:

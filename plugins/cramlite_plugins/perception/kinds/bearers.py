@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -24,6 +25,8 @@ from .registered import Started, coarse_reading, full_readings
 from .standing import standing_at, tops
 
 UP: Vector3 = (0.0, 0.0, 1.0)
+TILT = math.radians(8)
+"""Largest tilt of what bears a thing: it stands on the furniture; small things seen by a strip are registered to some degrees."""
 INNER = 0.03
 """Distance from a kind's middle within which its hollow is [m], if it has one: what stands on it may have its feet in there."""
 
@@ -141,7 +144,7 @@ def _readings(region: Region, appearance: Appearance, ups: tuple[Vector3, ...], 
     seen, model = region.seen, appearance.surface
     if seen is None:
         return []
-    prior = Prior((Alignment(ups, (UP,)),))
+    prior = Prior((Alignment(ups, (UP,), after=TILT),))
     begun = starts_for(region.scene.picture.view.camera, model, prior, seen[0])
     starts = standing_at(region.scene, appearance, begun, thing.floor, thing.middle[:2])
     starts = register(model, seen[0], slid(model, seen[1], starts), COARSE, seen[1])
