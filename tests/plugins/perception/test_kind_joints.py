@@ -15,6 +15,7 @@ from cramlite.perception.query import parse_query
 from cramlite.perception.recognition import levelled, thing_from_percept
 from cramlite.perception.result import Perceived
 from cramlite_plugins.perception.kinds.appearance import appearance_of
+from cramlite_plugins.perception.kinds.joint_search import shut_together
 from cramlite_plugins.perception.kinds.joint_states import states_of
 from cramlite_plugins.shapes.skins import skin_of
 
@@ -115,3 +116,15 @@ def test_a_joint_carries_the_joints_behind_it_and_goes_back() -> None:
     assert np.allclose([g.pose.position for g in opened.geoms], [(0.0, 0.2, 0.0), (-0.1, 0.4, 0.0)])
     back = opened.at_joints({"lever": 0.0}).at_joints({"door": 0.0})
     assert np.allclose([g.pose.position for g in back.geoms], [g.pose.position for g in geoms])
+
+
+def test_drawers_that_are_all_open_by_the_same_little_are_shut() -> None:
+    """The whole was registered too far back: of three drawers one is open."""
+    joints = tuple(KindJoint(n, Joint("slide", Pose(), 0.0, 0.16)) for n in ("top", "middle", "bottom"))
+    mesh, pose = MeshFile("cabinet.glb", joints=joints), Pose.from_rotvec((0.6, 0.3, 0.0), (0, 0, math.pi))
+    stand = shut_together(mesh, pose, (0.015, 0.016, 0.158), 0.024)
+    assert stand is not None and np.allclose(stand.values, (0.0, 0.0, 0.1425))
+    front = pose * joints[2].step(0.158)
+    assert front.distance(stand.pose * joints[2].step(stand.values[2]))[0] < 1e-9, "the open one stays where it was seen"
+    assert shut_together(mesh, pose, (0.0, 0.015, 0.158), 0.024) is None, "one alone may be ajar"
+    assert shut_together(mesh, pose, (0.03, 0.03, 0.158), 0.024) is None

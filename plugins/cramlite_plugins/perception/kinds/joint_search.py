@@ -26,6 +26,8 @@ STEP = 0.01
 """Distance by which neighbouring values of the first search displace a point, at most [m]: within the depth image's tolerance."""
 FALL = 0.05
 """Share of the best agreement that is lost one standard deviation beside it."""
+AS_WELL = 0.97
+"""Share of the best agreement with which another stand agrees as well."""
 NEAR = 0.005
 """Difference of values below which the model's surface is not made anew [m of displacement]: half the depth image's tolerance."""
 
@@ -53,7 +55,8 @@ def settled(region: Region, reading: Reading) -> Reading:
             return reading
         reading = better
     stand = searched(region, reading.appearance, reading.pose, both=False)
-    return replace(reading, joints=_named(reading.appearance, stand))
+    shut = _shut(region, reading.appearance, reading.pose, stand.values)
+    return replace(reading, pose=shut.pose, joints=_named(reading.appearance, replace(stand, values=shut.values)))
 
 
 def searched(region: Region, appearance: Appearance, pose: Pose, *, both: bool) -> Stand:
@@ -76,6 +79,52 @@ def searched(region: Region, appearance: Appearance, pose: Pose, *, both: bool) 
         values[k] = value
         doubts.append(doubt)
     return Stand(pose, tuple(values), tuple(doubts))
+
+
+def _shut(region: Region, appearance: Appearance, pose: Pose, values: tuple[float, ...]) -> Stand:
+    """Return a stand in which several drawers are shut that were all open by the same little, if it agrees as well: then not they moved,
+    but the whole was registered too far back or forth along them.
+
+    Args:
+        pose: of the model with its joints as the appearance has them.
+        values: of the joints as they were found.
+    """
+    found = Stand(pose, values, ())
+    there = shut_together(_mesh(appearance), pose, values, 2 * region.scene.limits["shut_m"])
+    return there if there and _agrees(region, appearance, there) >= AS_WELL * _agrees(region, appearance, found) else found
+
+
+def shut_together(mesh: MeshFile, pose: Pose, values: Sequence[float], most: float) -> Stand | None:
+    """Return the stand of a model that is moved along its drawers by what several of them are open by, which are shut then; None if no two
+    are open by the same.
+
+    Args:
+        most: by which a drawer may be open that may be shut [m].
+    """
+    slides = [k for k, j in enumerate(mesh.joints) if j.joint.kind == "slide"]
+    slides = [k for k in slides if _parallel(mesh.joints[slides[0]].step(1.0), mesh.joints[k].step(1.0))]
+    off = {k: values[k] - mesh.joints[k].joint.value for k in slides}
+    alike = [k for k in slides if NEAR < abs(off[k]) < most]
+    same = [k for k in alike if abs(off[k] - off[alike[0]]) < NEAR]
+    if len(same) < 2:
+        return None
+    by = float(np.mean([off[k] for k in same]))
+    nearer = (v if k not in slides else mesh.joints[k].joint.value if k in same else v - by for k, v in enumerate(values))
+    first = mesh.joints[same[0]]
+    return Stand(pose * first.step(first.joint.value + by), tuple(nearer), ())
+
+
+def _parallel(one: Pose, other: Pose) -> bool:
+    a, b = np.array(one.position), np.array(other.position)
+    return bool(np.dot(a, b) > 0.99 * np.linalg.norm(a) * np.linalg.norm(b))
+
+
+def _agrees(region: Region, appearance: Appearance, stand: Stand) -> float:
+    """How well a whole model agrees with a region, in points."""
+    surface, view = appearance.surface, region.scene.picture.view
+    points, normals = displaced(_mesh(appearance), appearance.moved, stand.values, surface.points, surface.normals)
+    those, seen = _some(np.ones(len(points), bool)), view.camera.inverse() * stand.pose
+    return _agreeing(view, region, seen.apply(points[those]), seen.rotate(normals[those]))
 
 
 def _moved(appearance: Appearance, before: Sequence[float], after: Sequence[float]) -> bool:
