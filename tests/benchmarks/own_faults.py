@@ -288,6 +288,8 @@ def reached(of: Proven, going: GoingOn, done: Sequence[Stretch], goal: tuple[str
     """Whether a goal holds in the simulator's own state; what is poured twice, or was spilled before, is not poured."""
     last = done[-1].round
     if goal == ("poured",):
+        if any("jug" not in s.round.rollout.grains for s in done):
+            return False  # a run that ended before it began, as a stopped arm's does
         early = [where(s.round.rollout, "jug")["jug"] for s in done[:-1]]
         kept = all(int(inside[-1]) == int(inside[0]) for inside in early)
         grains = last.rollout.grains["jug"].shape[1]
