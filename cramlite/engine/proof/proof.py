@@ -68,9 +68,11 @@ def assemble(plan: Plan, end: State, setting: Setting, knowledge: Knowledge) -> 
 
 
 def load_on_the_flange(belief: Belief, gripper: Gripper) -> tuple[float, Vector3]:
-    """Return the load of the flange at the start: the mass [kg], and its centre in the flange's frame [m]."""
+    """Return the load of the flange at the start: the mass [kg], and its centre in the flange's frame [m]. Rails and hinges carry what the
+    hand has by its handle."""
     mass, moment = gripper.mass, gripper.mass * np.array([0.0, 0.0, gripper.tcp.position[2] / 2])
-    for name, pose in belief.in_hand().items():
+    hangs = belief.held is not None and belief.world.thing(belief.held.thing).joint is None
+    for name, pose in belief.in_hand().items() if hangs else ():
         own = belief.world.thing(name).mass or 0.0
         mass, moment = mass + own, moment + own * np.array((gripper.tcp * pose).position)
     x, y, z = (moment / mass).tolist() if mass else (0.0, 0.0, gripper.tcp.position[2] / 2)

@@ -41,14 +41,33 @@ class ByHandle(TaskType):
         """Return the location designator of the handle's path along the joint."""
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
-        empty_hand(belief)
-        steps, begun = list[Location | Motion](), self.strokes(action, belief)
+        again = self.holds(action, belief)
+        if not again:
+            empty_hand(belief)
+        steps, begun = list(self._let_go(action)) if again else list[Location | Motion](), self.strokes(action, belief)
         most = STRAIN if begun else 0.0
         for way in begun:
             steps += self.led_by_handle(replace(action, name=way.name), way, f" of {way.name}", most)
         steps += self.led_by_handle(action, self.way(action), most_n=most)
         often = f", {len(begun) + 1} times" if begun else ""
-        yield Decomposition(tuple(steps), f"hold the handle, follow the joint, let go{often}")
+        first = "let go of the handle, which the hand holds still, and begin again: " if again else ""
+        yield Decomposition(tuple(steps), f"{first}hold the handle, follow the joint, let go{often}")
+
+    @staticmethod
+    def holds(action: Action, belief: Belief) -> bool:
+        """Check whether the hand has the Patient by its handle already, as after a stop on its way."""
+        return belief.held is not None and belief.held.thing == action.roles["Patient"].entity
+
+    @staticmethod
+    def _let_go(action: Action) -> tuple[Location | Motion, ...]:
+        """Steps that let go of the handle, and leave it straight."""
+        off = Location(action.inside("off"), "retreat", None, {"straight": True})
+        touch = (action.roles["Patient"].name,)
+        return (
+            Motion(action.inside("let_go"), "gripper", None, {"to": Fingers.OPEN, "expect": ExpectedGrip.NONE}, reason="let go"),
+            off,
+            Motion(action.inside("clear"), "linear", off, {"stage": Stage.POSE}, touch, "clear of the handle"),
+        )
 
     def strokes(self, action: Action, belief: Belief) -> tuple[Location, ...]:
         """Return the locations at which all strokes but the last end, if a hinge is to turn farther than the

@@ -33,6 +33,9 @@ class Closing(ByHandle):
     stroke = "push"
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
+        if self.holds(action, belief):
+            yield from super().decompose(action, belief)
+            return
         by_front = not self.strokes(action, belief)  # what turns so far has none that stays before the hand
         if by_front:
             yield self._by_its_front(action, belief)

@@ -35,6 +35,9 @@ class Opening(ByHandle):
     lays_open = "Patient"
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
+        if self.holds(action, belief):
+            yield from super().decompose(action, belief)
+            return
         yield from self._led(action, belief)
         if not self.parameter(action, "share"):  # what others count as open is more than this, so that no other grip shall do before
             for k, share in enumerate(LESS):
