@@ -77,6 +77,9 @@ class Meanings:
             return False
         if before.clause.told and self._its.true(one):
             return True  # "the tin is on the tray: pick it up" says where it is
+        placed = all(r.clause.place is not None and r.clause.relation == "phrase" for r in (before, row))
+        if placed and row.clause.theme.pronoun and not row.clause.theme.several and self._its.true(one):
+            return True  # "pick the bowl on the ramekin and place it on the plate"
         if before.clause.told and not row.clause.told and row.clause.theme.pronoun and self._fluents.clash(self._its.scene, one, other):
             raise Refusal(ABSENT, f"the sentence says that '{before.literal.goal}' holds already, and it does not")
         means = not (one.needs or one.shown) or any(self._fluents[f[0]].in_hand for f in one.needs)

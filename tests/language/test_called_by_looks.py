@@ -56,6 +56,7 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> SymbolicWorld:
         ("grab the box nearest the tray and put it in the basket", ["cheese_1 in basket"]),
         ("the box closest to the basket should go in it", ["pudding_1 in basket"]),
         ("take the box off the tray", ["cheese_1 off tray"]),
+        ("pick the blue box on the tray and place it in the basket", ["cheese_1 in basket"]),
     ],
 )
 def test_it_is_meant(scene: SymbolicWorld, said: str, goals: list[str]) -> None:
