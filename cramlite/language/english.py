@@ -142,8 +142,10 @@ SHADES: Mapping[str, str] = _by_word("shades")
 """Synonym of a colour word -> the colour word."""
 MATERIALS: Mapping[str, str] = _TABLES["materials"]
 """Adjective of a material, such as "wooden" -> the noun."""
-QUALITIES = frozenset(MATERIALS.get(word, word) for word in _set("qualities"))
-"""Adjectives of material, pattern and form, which say nothing of a thing of which they are not known."""
+SUBSTANCES = frozenset(MATERIALS.get(word, word) for word in _set("substances"))
+"""Materials, which say nothing of a thing whose material is not known."""
+PATTERNS = _set("patterns")
+"""Adjectives of pattern and gloss, which are known of a thing only if they are in its name."""
 UNCOLOURED = _set("uncoloured")
 """Words within a phrase of colours that are no colour, such as "and" and "coloured"."""
 AUXILIARY, STATIVE, LIGHT = _set("auxiliary"), _set("stative"), _set("light")

@@ -18,16 +18,19 @@ from .english import (
     GENERAL,
     MATERIALS,
     PACKAGES,
-    QUALITIES,
+    PATTERNS,
     REGIONS,
     SHADES,
     SIDES,
+    SUBSTANCES,
     TECHNICAL,
     UNCOLOURED,
     Words,
     singular,
 )
 
+MATERIAL = "cram:material"
+"""Property of a class that names its material."""
 SHAPES = {"box": "block", "cylinder": "cylinder", "sphere": "ball"}
 """Shape of a geom -> the noun for it."""
 
@@ -47,6 +50,7 @@ class Called(Value):
         synonyms: further ones, which ontologies list.
         words: that may stand before them.
         colours: that it is known to have; none where nothing is known.
+        material: of its class; "" where none is known.
     """
 
     names: frozenset[Words]
@@ -55,6 +59,7 @@ class Called(Value):
     synonyms: frozenset[Words]
     words: frozenset[str]
     colours: frozenset[str]
+    material: str = ""
 
 
 class Labels(Value, dict=True):
@@ -88,7 +93,7 @@ class Labels(Value, dict=True):
         named |= {w for c in self.of.values() for w in c.words}
         classes = {w for label in self.scene.taxonomy.labels for w in label}
         synonyms = {w for group in self.scene.taxonomy.synonyms for labels in group for label in labels for w in label}
-        return frozenset(named | classes | synonyms | set(COLOURS) | set(SHADES) | PACKAGES | GENERAL | REGIONS | QUALITIES)
+        return frozenset(named | classes | synonyms | set(COLOURS) | set(SHADES) | PACKAGES | GENERAL | REGIONS | SUBSTANCES | PATTERNS)
 
     @cached_property
     def _calling(self) -> frozenset[str]:
@@ -143,9 +148,12 @@ class Labels(Value, dict=True):
         return tuple(w for w in words if not {w, singular(w)} & self.vocabulary and not re.fullmatch(r"[\d/_]+", w))
 
     def _known(self, words: Words, head: Words) -> Words:
-        """Return adjectives without those qualities that no thing called so is known to have: they tell nothing."""
-        alike = {w for c in self.of.values() if head in c.names | c.heads | c.kinds | c.synonyms for w in c.words}
-        return tuple(w for w in words if w not in QUALITIES or w in alike)
+        """Return adjectives without those that tell nothing of the things called so: a pattern that none of them is known to have, and a
+        material where that of none is known."""
+        alike = [c for c in self.of.values() if head in c.names | c.heads | c.kinds | c.synonyms]
+        told = {w for c in alike for w in c.words}
+        untold = PATTERNS if any(c.material or c.words & SUBSTANCES for c in alike) else PATTERNS | SUBSTANCES
+        return tuple(w for w in words if w not in untold - told)
 
     def _describe(self, name: str, words: Iterable[str]) -> bool:
         """Check whether words before a noun are true of a thing; an unknown colour counts as true."""
@@ -167,18 +175,21 @@ class Labels(Value, dict=True):
         heads = {normal(label) for label, class_ in taxonomy.labels.items() if class_ == thing.type}
         heads |= {normal(words_of(local_name(thing.type)))}
         kinds = {normal(label) for label, class_ in taxonomy.labels.items() if class_ in classes} - heads
+        kinds |= {normal((noun,)) for noun in thing.looks.nouns} - heads
         heads = heads - names
         shapes = _shapes(thing) if taxonomy.thing_named(name) is None else set()
-        shapes |= {normal((noun,)) for noun in thing.looks.nouns}
         synonyms = (_synonyms(names | heads | kinds | shapes, taxonomy.synonyms) | shapes) - names - heads - kinds
-        words = {*own, *rest, *thing.looks.colours, *(w for head in (*names, *heads, *kinds) for w in head)}
+        material = next((str(r.filler) for _, r in taxonomy.restrictions_on(thing.type, MATERIAL)), "")
+        words = {*own, *rest, *thing.looks.colours, *filter(None, normal((material,)))}
+        words |= {*(w for head in (*names, *heads, *kinds) for w in head)}
         if mounted and thing.joint is not None and thing.joint.parent in self.scene.types and thing.joint.parent != name:
             parent = self._called(thing.joint.parent)
             words |= parent.words | {w for head in (*parent.names, *parent.heads) for w in head}
         colours = ({*own} | {w for h in (*names, *heads) for w in h if len(h) == 1}) & set(COLOURS)
         if not colours & {*own}:
             colours = {c for c in ("" if thing.looks.colours else colour_of(thing),) if c} or colours
-        return Called(frozenset(names), frozenset(heads), frozenset(kinds), frozenset(synonyms), frozenset(words), frozenset(colours))
+        nouns = (frozenset(names), frozenset(heads), frozenset(kinds), frozenset(synonyms))
+        return Called(*nouns, frozenset(words), frozenset(colours), material)
 
 
 def _shapes(thing: Thing) -> set[Words]:

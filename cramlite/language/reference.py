@@ -148,11 +148,8 @@ class Resolver:
     def _called(self, noun: Noun, about: About, mentions: Mentions) -> list[str]:
         """Return the things that fit the words of a noun phrase."""
         every = [n for n in self.labels.of if not (noun.other and n in mentions.every)]
-        if noun.elided and noun.words and not any(self.labels.fits(n, noun.words) and about(n) for n in every):
-            for before in (mentions.words, mentions.earlier, mentions.where):
-                kind = replace(noun, words=(*noun.words, *before[-1:]), elided=False)
-                if before and any(self.labels.fits(n, kind.words) > 1 and about(n) for n in every):
-                    return self._called(kind, about, mentions)
+        if whole := self._of_kind(noun, every, about, mentions):
+            return self._called(whole, about, mentions)
         if not noun.words:
             words = mentions.words[-1:] if noun.other else mentions.words
             found = [n for n in every if self.labels.fits(n, words) > 1 and about(n)] if words else []
@@ -171,6 +168,14 @@ class Resolver:
             if suited:
                 return suited
         raise self._unknown(noun, [n for n in every if fits[n]])
+
+    def _of_kind(self, noun: Noun, names: Sequence[str], about: About, mentions: Mentions) -> Noun | None:
+        """Return "the red one" as a noun phrase of a kind that was named before; None if no kind makes one, or it is a name itself."""
+        if not (noun.elided and noun.words) or any(self.labels.fits(n, noun.words) and about(n) for n in names):
+            return None
+        before = (words[-1:] for words in (mentions.words, mentions.earlier, mentions.where) if words)
+        wholes = (replace(noun, words=(*noun.words, *kind), elided=False) for kind in before)
+        return next((w for w in wholes if any(self.labels.fits(n, w.words) > 1 and about(n) for n in names)), None)
 
     def _layers(self, noun: Noun, about: About, mentions: Mentions) -> list[str]:
         """Return parts of the things that a noun phrase means: "the top layer of the cabinet" is a drawer."""
@@ -226,10 +231,8 @@ class Resolver:
             return [n for n in between if self.space.crosses(n, *others)] or between
         if link.relation == "except":
             return self._without(names, link, mentions)
-        if link.relation == "with" and (having := self._having(names, link.nouns[0])):
+        if link.relation == "with" and (having := self._having(names, link.nouns[0]) or self._marked(names, link.nouns[0])):
             return having
-        if link.relation == "with" and (marked := self._marked(names, link.nouns[0])):
-            return marked
         others = tuple(self.pool(link.nouns[0], _anything, mentions))
         if link.relation == "same":
             return [n for n in names if n in others]
@@ -260,10 +263,8 @@ class Resolver:
         colours = {*normal(noun.words)} & {*COLOURS}
         if not colours or self.labels.calls(noun.words[-1]):
             return []
-        return [n for n in names if colours <= self.labels.of[n].colours | {*self.scene.world.thing(n).looks.colours, *self._marks(n)}]
-
-    def _marks(self, name: str) -> tuple[str, ...]:
-        return self.scene.world.thing(name).looks.marks
+        looks = {n: self.scene.world.thing(n).looks for n in names}
+        return [n for n in names if colours <= {*self.labels.of[n].colours, *looks[n].colours, *looks[n].marks}]
 
     def _hollow(self, place: str) -> bool:
         """Check whether a thing, or a part that is mounted on it by a joint, has a cavity."""

@@ -198,15 +198,17 @@ def _there(thing: Thing, believed: Iterable[Thing]) -> bool:
 
 def with_looks(world: World, kinds: Sequence[Thing]) -> World:
     """Return a scene that was written of kinds, with the words for each kind's looks, and for those of furniture's parts."""
-    named = {k.name: k for k in kinds}
-    by_length = sorted(named, key=len, reverse=True)
-    looks = {t.name: next((named[k].looks for k in by_length if t.name.startswith(f"{k}_")), t.looks) for t in world.things}
-    return replace(world, things=tuple(replace(t, looks=looks[t.name]) for t in world.things))
+    looks = {k.name: k.looks for k in kinds}
+    of = _kinds(world.things, looks)
+    return replace(world, things=tuple(replace(t, looks=looks.get(of[t.name], t.looks)) for t in world.things))
 
 
-def kinds_in(things: Iterable[Thing], kinds: Sequence[str]) -> dict[str, str]:
-    """Return the kind of each movable thing of a scene that was written of kinds: its name begins with it, longest first. Drawers and
-    doors are furniture."""
+def kinds_in(things: Iterable[Thing], kinds: Iterable[str]) -> dict[str, str]:
+    """Return the kind of each movable thing of a scene that was written of kinds. Drawers and doors are furniture."""
+    return {name: kind for name, kind in _kinds((t for t in things if not t.furniture), kinds).items() if kind}
+
+
+def _kinds(things: Iterable[Thing], kinds: Iterable[str]) -> dict[str, str]:
+    """Return the kind of each thing, "" for none: its name begins with it, the longest one."""
     by_length = sorted(kinds, key=len, reverse=True)
-    found = {t.name: next((k for k in by_length if t.name.startswith(f"{k}_")), "") for t in things if not t.furniture}
-    return {name: kind for name, kind in found.items() if kind}
+    return {t.name: next((k for k in by_length if t.name.startswith(f"{k}_")), "") for t in things}

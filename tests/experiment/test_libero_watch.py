@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from cramlite import Engine
 from cramlite.engine.recovery.expectation import Expectation, RunWatch
 from cramlite.experiment.benchmark.protocol import module_of
-from cramlite.model import Camera, Deviation, Joint, Pose, Readings, RobotMount, Thing, View, World
+from cramlite.model import Camera, Deviation, Joint, Looks, Pose, Readings, RobotMount, Thing, View, World
 from cramlite_plugins.objects.products_and_fixtures import make
 
 BELIEF, WATCH = (module_of(ROOT / "experiments" / "libero" / f"{name}.py") for name in ("picture_belief", "camera_watch"))
@@ -165,3 +165,10 @@ def test_two_of_a_kind_are_the_nearest_together() -> None:
 def test_drawers_are_no_things_of_a_kind() -> None:
     drawer = replace(box("chest_1_drawer", 0.6), joint=Joint("slide", Pose(), 0.0, 0.2, parent="chest_1_main"))
     assert BELIEF.kinds_in([drawer, box("box_1_main", 0.5)], ["chest", "box"]) == {"box_1_main": "box"}
+
+
+def test_things_and_parts_of_a_scene_of_kinds_have_the_looks_of_their_kind() -> None:
+    kinds = [replace(box(kind, 0.5), looks=Looks((noun,))) for kind, noun in (("mug", "can"), ("mug_rack", "box"))]
+    scene = world(box("mug_1_main", 0.4), box("mug_rack_1_main", 0.6), box("mug_rack_1_drawer", 0.7), box("hidden_1", 0.8))
+    found = BELIEF.with_looks(scene, kinds)
+    assert [t.looks.nouns for t in found.things] == [(), ("can",), ("box",), ("box",), ()]

@@ -15,7 +15,7 @@ from cramlite.plugin import Mass, Spec, UserError, explain_validation, load_yaml
 HEAD = "# Known kinds, written by 'cramlite library add'. type, mass, fixed, up and looks may be edited.\nmodels:\n"
 
 
-class Called(Spec):
+class LooksSpec(Spec):
     """Words by which people may call an object model, beside its name, as ``Looks`` has them."""
 
     nouns: tuple[str, ...] = ()
@@ -48,7 +48,7 @@ class Entry(Spec):
     mass: Mass | None = None
     fixed: bool = False
     up: str | None = None
-    looks: Called = Called()
+    looks: LooksSpec = LooksSpec()
     made_from: str = ""
     told: dict[str, Any] = Field({})
 

@@ -82,7 +82,7 @@ def _added(
     draft = _draft(name, path, *options[:2])
     kind = _told(name, path, draft, options[2])
     library.mkdir(parents=True, exist_ok=True)
-    from .entries import Called, Entry
+    from .entries import Entry, LooksSpec
     from .look import write
     from .parts import write_looks
 
@@ -90,7 +90,7 @@ def _added(
     write(draft.mesh, library / f"{name}.glb")
     told = json.decode(json.encode(kind))
     entry = Entry(thing=f"{name}.json", look=f"{name}.glb", type=draft.thing.type, fixed=draft.thing.mass is None,
-                  up=options[2] or None, looks=Called(**told["looks"]), made_from=digest, told=told)  # fmt: skip
+                  up=options[2] or None, looks=LooksSpec(**told["looks"]), made_from=digest, told=told)  # fmt: skip
     return kind, entry
 
 

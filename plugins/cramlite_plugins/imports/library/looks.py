@@ -15,14 +15,12 @@ SAMPLES = 6000
 LARGE, SMALL = 0.2, 0.03
 """Least shares of the surface that one colour covers: of a colour by which people call a thing, and of one that they see on it."""
 SOLID, RECESS = 0.85, 0.1
-"""Least share of each side of the convex hull that has surface beside it, for what is no vessel; and how far inside that may be, relative
-to the longest side: the lids of cans are recessed by 8 %."""
+"""Least share of each side of the convex hull that has surface beside it: less has a vessel. And how far inside that surface may be,
+relative to the longest side: the lids of cans are recessed by 8 %."""
 FULL = 0.8
 """Share of its bounding box that a box fills at least; cartons fill 0.84 to 1, bottles and cans at most 0.73."""
-ROUND = 0.85
-"""Least ratio of the horizontal sides of a can."""
-CAN = (0.6, 2.0)
-"""Ratio of height to width of cans."""
+ROUND, SQUAT = 0.85, 0.6
+"""Least ratio of the horizontal sides of a can, and of its height to its width; a slim one is none."""
 SLICES = 8
 """Slices across the height, in each of which the radius is taken."""
 NECK, SLIM = 0.75, 1.8
@@ -73,7 +71,7 @@ def _nouns(mesh: Any, points: Floats, up: str) -> Iterator[str]:
     ways = [radii] if up else [radii, radii[::-1]]
     if slim >= SLIM and any(way[: SLICES // 2].min() > 1 - NECK and way[-2:].max() < NECK for way in ways):
         yield "bottle"
-    elif sides.min() >= ROUND * sides.max() and radii.min() >= ROUND and CAN[0] <= slim <= CAN[1]:
+    elif sides.min() >= ROUND * sides.max() and radii.min() >= ROUND and SQUAT <= slim <= SLIM:
         yield "can"
 
 
